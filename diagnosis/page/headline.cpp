@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
+constexpr double kLittle = 0.5;      // of the mismatch: where less can be predicted, the share of all of it is told, too
 constexpr size_t kMostGroups = 5;   // effects that are told with their values
 constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
 
@@ -151,7 +152,9 @@ std::string make_fit_sentence(const json& report) {
 std::string make_ceiling_sentence(const json& report) {
   const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
   if (ceiling <= 0.0 || get_list(report, "remaining").empty()) return "";
-  return "That is " + format_number(std::round(100.0 * std::min(1.0, explained / ceiling)), 3) +
+  // Where little can be predicted, a large share of it is still little.
+  const std::string all = ceiling < kLittle ? format_number(std::round(100.0 * explained), 3) + " % of all mismatch, and " : "";
+  return "That is " + all + format_number(std::round(100.0 * std::min(1.0, explained / ceiling)), 3) +
          " % of what the recordings allow to predict.";
 }
 

@@ -38,7 +38,7 @@ CandidateLaw make_scale(EffectId effect, double least) {
 // A time; its least value depends on the recording's sample time.
 CandidateLaw make_late(EffectId effect) {
   CandidateLaw law = make_positive(effect);
-  law.high = kLatest;
+  law.high = kLatest, law.linearized = true;
   return law;
 }
 
@@ -73,7 +73,7 @@ void add_sensor_laws(LawTable* t) {
   t->sensor_bias = make_plain_law(EffectId::kSensorBias), t->sensor_bias.vector = true;
   t->sensor_scale = make_scale(EffectId::kSensorScale, kSmallScale);
   t->sensor_delay = make_late(EffectId::kSensorDelay);
-  t->sensor_misalignment = make_angle(EffectId::kSensorMisalignment);
+  t->sensor_misalignment = make_angle(EffectId::kSensorMisalignment), t->sensor_misalignment.linearized = true;
 }
 
 void add_ground_laws(LawTable* t) {

@@ -209,7 +209,9 @@ class Lister {
   void add_foot(int f) {
     const Foot& foot = log_.feet[static_cast<size_t>(f)];
     const Where where{{"foot", foot.name}};
-    if (!foot.flat) {
+    // A force without its moment tells only how a flat sole sinks.
+    const bool whole = foot.sensor >= 0 && log_.sensors[static_cast<size_t>(foot.sensor)].has_wrench();
+    if (!foot.flat || !whole) {
       add(laws_.point_foot, where, f, {{{at_.foot(f, kSinkColumn), 1.0}}});
       return;
     }

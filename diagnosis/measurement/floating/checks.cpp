@@ -12,16 +12,15 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/imu_checks.h"
+#include "diagnosis/measurement/floating/landing_check.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
 constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
-constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
-constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
 constexpr double kSlip = 0.02;       // [m/s] a foot that is faster slides
@@ -47,99 +46,13 @@ class Checker {
   CheckResult run() {
     check_weight(log_, contacts_, channels_, at_, &out_);
     check_landings(log_, contacts_, channels_, &out_);
-    for (size_t i = 0; i < log_.imus.size(); ++i) {
-      if (log_.imus[i].accelerometer) check_gravity(i);
-    }
-    for (const ChannelRows& c : channels_) check_gyro(c);
+    check_imus(log_, contacts_, channels_, at_, &out_);
     if (log_.base_pose) check_heights();
     check_slip();
     return std::move(out_);
   }
 
  private:
-  std::map<int, std::vector<double>> split(const ChannelRows& c) const {
-    std::map<int, std::vector<double>> out;
-    for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
-    return out;
-  }
-
-  // Specific force at rest against gravity, by recording.
-  std::vector<double> list_rest(size_t imu) const {
-    const std::string signal = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
-    const double g = log_.experiment->scenario.gravity_W.norm();
-    std::vector<double> out;
-    for (const ChannelRows& c : channels_) {
-      if (c.info.kind != "gravity" || c.info.signal != signal) continue;
-      for (const auto& [r, y] : split(c)) {
-        double sum = 0;
-        for (double v : y) sum += v;
-        if (y.size() >= kQuietRows) out.push_back(1 + sum / static_cast<double>(y.size()) / g);
-      }
-    }
-    return out;
-  }
-
-  // Its mean over walks that are long enough.
-  std::vector<double> list_walks(size_t imu) const {
-    const double g = log_.experiment->scenario.gravity_W.norm();
-    std::vector<double> out;
-    for (const Clip& clip : log_.clips) {
-      if (clip.time.back() - clip.time.front() < kLong) continue;
-      BodyMotion motion(log_, clip);
-      double sum = 0, count = 0;
-      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 4) {
-        motion.update(k);
-        const Transform X = get_pose(motion.data(), log_.imus[imu].link);
-        Vector3d f;
-        for (int a = 0; a < 3; ++a) f(a) = clip.imus[imu].accelerometer[a].value[k];
-        sum += motion.find_up(k).dot(X.R * log_.imus[imu].R_LI * f), count += 1;
-      }
-      out.push_back(1 + (sum / count - g) / g);
-    }
-    return out;
-  }
-
-  // Equations that hold sample by sample tell an accelerometer's scale better than its mean over a walk, to which impacts
-  // that were sampled too slowly, and falls, add what they like.
-  bool is_weighed(size_t imu) const {
-    const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
-    return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
-      const bool dynamic = c.info.kind.rfind("balance", 0) == 0 || c.info.kind.rfind("accelerometer", 0) == 0 ||
-                           (c.info.kind == "weight" && !out_.raw_counts);
-      return dynamic && c.rows() > kQuietRows && std::find(c.columns.begin(), c.columns.end(), column) != c.columns.end();
-    });
-  }
-
-  void check_gravity(size_t imu) {
-    std::vector<double> values = list_rest(imu);
-    const bool at_rest = values.size() >= 2;
-    if (!at_rest && static_cast<int>(imu) == BodyMotion::find_main_imu(log_)) values = list_walks(imu);
-    const std::string name = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
-    if (values.size() < 2 || is_weighed(imu)) return;
-    const Consensus k = find_consensus(values, kGravity);
-    const double g = log_.experiment->scenario.gravity_W.norm();
-    const std::string when = at_rest ? ": at rest" : ": on average";
-    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kGravity)) {
-      out_.notes.push_back(name + when + format(" %.4f +- %.4f of gravity: they agree", k.mean, 2 * k.std));
-      return;
-    }
-    const EffectInfo &scale = get_laws().sensor_scale.info(), &bias = get_laws().sensor_bias.info();
-    Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, k.mean, k.std)});
-    f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
-    f.statement = name + when + format(" it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
-    const Estimate zero = make_value(bias, (k.mean - 1) * g, k.std * g, "m/s^2");
-    f.alternatives.push_back(make_alternative(bias, f.where, {zero}, "the IMU at rest in six attitudes"));
-    out_.findings.push_back(std::move(f));
-  }
-
-  void check_gyro(const ChannelRows& c) {
-    if (c.info.kind.rfind("gyroscope", 0) != 0 || c.rows() < kQuietRows || c.scale <= 0) return;
-    double sum = 0;
-    for (double y : c.y) sum += y * y;
-    const double left = std::sqrt(sum / static_cast<double>(c.rows())) / c.scale;
-    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) + c.info.kind + format(" differs from encoders and attitude by %.2f of its spread", left));
-  }
-
   // Where feet stand, by the base's pose: a level floor has one height.
   void check_heights() {
     std::vector<Stand> at;
@@ -207,10 +120,10 @@ class Checker {
   }
 
   // A plane through points, beside a height of each foot's own (encoders' zeros): its rise by x and y with errors, and
-  // how far a foot went up or down the rise from where it was on average [m].
+  // how far a foot went up or down the rise from where it was on average [m], and from its first to its last place [m].
   struct Plane {
     Vector3d slope, error;
-    double way = 0;
+    double way = 0, range = 0;
   };
 
   static Plane fit_plane(const std::vector<Stand>& at) {
@@ -227,7 +140,7 @@ class Checker {
     }
     // The ways that were walked, each for itself: across a way nothing is told.
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> ways(scatter);
-    Plane out{Vector3d::Zero(), Vector3d::Zero(), 0};
+    Plane out{Vector3d::Zero(), Vector3d::Zero(), 0, 0};
     for (long i = 0; i < 2; ++i) {
       const Eigen::Vector2d way = ways.eigenvectors().col(i);
       double far = 0, rise = 0, left = 0;
@@ -237,20 +150,34 @@ class Checker {
       for (const Vector3d& d : own) left += std::pow(d.z() - rise * way.dot(d.head<2>()), 2);
       const double freedom = std::max(1.0, static_cast<double>(at.size()) - static_cast<double>(sums.size()) - 1);
       out.slope.head<2>() += rise * way, out.way = std::max(out.way, far);
+      out.range = std::max(out.range, find_range(at, way));
       out.error.head<2>() += std::sqrt(left / freedom / ways.eigenvalues()(i)) * way.cwiseAbs();
     }
     return out;
   }
 
+  // [m] How far one foot's places lie apart along a way.
+  static double find_range(const std::vector<Stand>& at, const Eigen::Vector2d& way) {
+    std::map<size_t, std::pair<double, double>> ends;  // by foot
+    for (const Stand& s : at) {
+      const double x = way.dot(s.at.head<2>());
+      auto& [least, most] = ends.try_emplace(s.foot, x, x).first->second;
+      least = std::min(least, x), most = std::max(most, x);
+    }
+    double out = 0;
+    for (const auto& [foot, e] : ends) out = std::max(out, e.second - e.first);
+    return out;
+  }
+
   void add_heights(const Plane& plane) {
-    const auto& [slope, error, way] = plane;
+    const auto& [slope, error, way, range] = plane;
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
     Finding f = make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}},
                              {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
     f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
-    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * 2 * way, 2 * way);
+    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * range, range);
     const Estimate tilt = make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()));
     f.alternatives.push_back(make_alternative(get_laws().sensor_misalignment.info(), {{"sensor", "/base/pose"}}, {tilt},
                                               "a level, or an attitude by another sensor"));

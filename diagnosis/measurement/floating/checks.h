@@ -9,9 +9,10 @@
 
 namespace hrp::diagnosis::floating {
 
-// What scales and zeros of counts leave of the weight: mean squares [N^2], rows, by part (train, validate).
+// What scales and zeros of counts, or faults of sensors of vertical forces, leave of the weight: mean squares [N^2],
+// rows, by part (train, validate).
 struct UnitFit {
-  std::string signal;  // empty: forces are newtons
+  std::string signal;  // empty: nothing was corrected
   double before[2] = {0, 0}, after[2] = {0, 0}, rows[2] = {0, 0};
   double exact = 1;    // [N^2] of what no model of masses is more exact than
 };

@@ -5,17 +5,20 @@
 #include <cmath>
 #include <memory>
 
+#include "diagnosis/measurement/floating/air_zeros.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations/equations.h"
 #include "diagnosis/measurement/floating/landings.h"
+#include "diagnosis/measurement/floating/late_feet.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/report/report.h"
 #include "diagnosis/measurement/floating/report/series.h"
 #include "diagnosis/measurement/floating/search/search.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/measurement/floating/usable_rows.h"
+#include "diagnosis/measurement/floating/weight_check.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -91,22 +94,24 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
   const std::vector<Candidate> candidates = list_candidates(logs.even, layout);
   SearchResult out;
   out.fitter = std::make_unique<LeggedFitter>(std::move(channels), layout.count());
-  out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress);
   out.about = Eigen::VectorXd::Zero(layout.count());
+  out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, &out.about);
   for (int round = 0; round < kRounds; ++round) {
     const Eigen::VectorXd next = find_correction(layout, out.outcome.chosen);
     if (is_same_correction(out.about, next)) break;
     out.about = next;
     if (progress) progress("again, about the faults of sensors that were found");
     out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, raw_counts), layout.count());
-    out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress);
+    const bool last = round + 1 == kRounds;
+    out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, last ? nullptr : &out.about);
   }
   return out;
 }
 
 // The laws of soles that were found to give, by foot. Empty where none was, or where a joint gives, too: then the
 // height of a foot tells their sum.
-std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const SearchResult& found) {
+std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& layout, const Eigen::VectorXd& corrected,
+                                    const SearchResult& found) {
   const LawTable& laws = get_laws();
   std::vector<char> soft(static_cast<size_t>(layout.feet), 0);
   for (const FoundEffect& f : found.outcome.effects) {
@@ -116,8 +121,64 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
   }
   if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
   LeggedLog all = make_legged_log(e, Half::kAll);
-  correct_log(layout, found.about, &all);
+  correct_log(layout, corrected, &all), correct_log(layout, found.about, &all);
   return fit_landings(list_landings(all), soft);
+}
+
+std::vector<ChannelRows> make_channels(const Halves& logs) {
+  return join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+}
+
+// Faults of sensors of the vertical force alone, that the feet in turn tell.
+struct ForceFaults {
+  std::vector<AirZero> zeros;
+  LateFoot late;
+  bool any() const { return !zeros.empty() || late.sensor >= 0; }
+};
+
+ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
+  return {find_air_zeros(logs.even, logs.contacts), find_late_foot(logs.even, channels, layout)};
+}
+
+Eigen::VectorXd list_faults(const ColumnLayout& layout, const ForceFaults& faults) {
+  Eigen::VectorXd out = list_zeros(layout, faults.zeros);
+  if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
+  return out;
+}
+
+void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves* logs) {
+  correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
+  logs->contacts = find_contacts(logs->even);
+}
+
+// Mean squares of the weight's equation, by part (train, validate).
+void add_squares(const std::vector<ChannelRows>& channels, double* squares, double* rows) {
+  const ChannelRows* c = find_weight_equation(channels);
+  if (!c) return;
+  for (const int part : {0, 1}) {
+    double sum = 0, count = 0;
+    for (size_t i = 0; i < c->rows(); ++i) {
+      if (c->train[i] == (part == 0)) sum += c->y[i] * c->y[i], count += 1;
+    }
+    squares[part] = sum / std::max(1.0, count), rows[part] = count;
+  }
+}
+
+// What the correction takes away of the weight's mismatch: the equations that follow do not show it.
+UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& before,
+                          const std::vector<ChannelRows>& after) {
+  UnitFit out;
+  const ChannelRows* c = find_weight_equation(before);
+  if (!c) return out;
+  add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
+  out.signal = c->info.signal + " (weight, by faults of force sensors)";
+  out.exact = std::pow(kKnownWeight * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
+  return out;
+}
+
+void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckResult* checks) {
+  for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
+  if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
 }
 
 void say_equations(const std::vector<ChannelRows>& channels, bool walks, const Progress& progress) {
@@ -133,19 +194,29 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   Halves logs{make_legged_log(e, Half::kEven), make_legged_log(e, Half::kOdd), {}};
   logs.contacts = find_contacts(logs.even);
   if (only_walks && !logs.contacts.walks) return out;
-  std::vector<ChannelRows> channels =
-      join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+  std::vector<ChannelRows> channels = make_channels(logs);
   out.walks = logs.contacts.walks;
   out.judged =
       std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= kFewestRows; });
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  const CheckResult checks = check_recordings(e, logs, channels, layout);
+  CheckResult checks = check_recordings(e, logs, channels, layout);
+  ForceFaults faults;
+  if (!checks.raw_counts) faults = find_force_faults(logs, channels, layout);
+  const Eigen::VectorXd corrected = list_faults(layout, faults);
+  if (faults.any()) {
+    correct_faults(corrected, layout, &logs);
+    std::vector<ChannelRows> after = make_channels(logs);
+    checks = check_recordings(e, logs, after, layout);
+    checks.units = compare_corrected(logs.even, channels, after);
+    add_fault_findings(logs.even, faults, &checks);
+    channels = std::move(after);
+  }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);
   const SearchResult found = search_about_faults(logs, std::move(channels), layout, checks.raw_counts, progress);
-  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, found);
+  const std::vector<SoleLaw> soles = find_sole_laws(e, layout, corrected, found);
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
   return out;

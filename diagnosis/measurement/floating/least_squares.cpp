@@ -280,12 +280,14 @@ double LeggedFitter::calc_gain(Part part, const LeggedFit& a, const LeggedFit& b
   return sum;
 }
 
+double LeggedFitter::calc_gain_after(size_t c, const LeggedFit& a, const LeggedFit& b) const {
+  const double gain = calc_gain(Part::kTrain, c, a, b) + calc_gain(Part::kHeld, c, a, b);
+  return gain == 0 ? 0 : gain * memory_[c] / calc_memory(c, calc_residuals(b, c));
+}
+
 double LeggedFitter::calc_gain_after(const LeggedFit& a, const LeggedFit& b) const {
   double sum = 0;
-  for (size_t c = 0; c < channels().size(); ++c) {
-    const double gain = calc_gain(Part::kTrain, c, a, b) + calc_gain(Part::kHeld, c, a, b);
-    if (gain != 0) sum += gain * memory_[c] / calc_memory(c, calc_residuals(b, c));
-  }
+  for (size_t c = 0; c < channels().size(); ++c) sum += calc_gain_after(c, a, b);
   return sum;
 }
 

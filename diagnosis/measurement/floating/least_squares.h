@@ -59,6 +59,7 @@ class LeggedFitter {
   // The same over all rows, with as many independent rows as b's errors leave: what a lacks may be the same all the time,
   // as a weight is, and one long error counts once; where b is right, nothing is left that remembers.
   double calc_gain_after(const LeggedFit& a, const LeggedFit& b) const;
+  double calc_gain_after(size_t channel, const LeggedFit& a, const LeggedFit& b) const;
   // Of the coefficients: scatter of the scores of blocks (sandwich), of the fitted rows or of all.
   Eigen::MatrixXd calc_covariance(const LeggedFit& fit, bool all = false) const;
   // Of the coefficients: how far each moves where every equation errs by its exactness in line with that coefficient's

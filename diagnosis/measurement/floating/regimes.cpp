@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
 namespace hrp::diagnosis::floating {
@@ -155,7 +156,10 @@ class Splitter {
     std::map<size_t, double> exact;
     for (const Product& p : rows) exact[p.channel] += fitter_.get_weight(p.channel, p.row) * fitter_.find_exactness(p.channel) * p.size;
     for (const auto& [channel, score] : exact) scatter += score * score;
-    if (scores.size() > 3) out_.push_back({name, 1 + more, std::sqrt(scatter) / zz, least});
+    if (scores.size() <= 3) return;
+    // Of few blocks: a short walk has some steps of each foot.
+    const double few = std::sqrt(find_few(static_cast<double>(scores.size()))) * find_widening(scores.size());
+    out_.push_back({name, 1 + more, few * std::sqrt(scatter) / zz, least});
   }
 
   // A sole that carries much and presses near its middle lies flat for certain. A sole that gives turns there, too. A rigid one

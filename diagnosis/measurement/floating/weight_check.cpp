@@ -14,72 +14,21 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kWeight = 0.008;    // to which scales and models of masses are known
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
 constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
+constexpr double kMainPhase = 0.5;   // share of the time of a phase that may tell the weight alone
+constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
+constexpr double kAlike = 0.3;       // by which scales of sensors of one robot differ
+constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr size_t kQuarters = 4;
 constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
-constexpr double kSwing = 0.25;      // [s] in the air before a landing, as scripts/diagnosis/walk_figures.py has it
-constexpr double kImpact = 0.25;     // [s] after it
-constexpr size_t kFewestLandings = 3;
-constexpr double kRougher = 1.5;     // times what is left otherwise: then landings stand out
-constexpr double kPeak = 0.03;       // of the weight: four times what scales are known to
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
-// The equation along which the robot weighs; null: none.
-const ChannelRows* find_weight(const std::vector<ChannelRows>& channels) {
-  const ChannelRows* best = nullptr;
-  for (const ChannelRows& c : channels) {
-    const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
-    if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
-  }
-  return best;
-}
-
-struct Landing {
-  int recording = 0;
-  double time = 0;  // [s]
-};
-
-// Feet that come down after a swing.
-std::vector<Landing> list_landings(const LeggedLog& log, const Contacts& contacts) {
-  std::vector<Landing> out;
-  for (const Contact& spell : contacts.spells) {
-    const Clip& clip = log.clips[spell.clip];
-    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kSwing || spell.end >= clip.size()) continue;
-    out.push_back({static_cast<int>(clip.recording), clip.time[spell.end]});
-  }
-  return out;
-}
-
-// What is left in the quarter second after each landing, at most and at least [N]; and when no foot lands.
-struct LandingRows {
-  std::vector<double> most, least, landing, calm;
-};
-
-LandingRows split_landings(const ChannelRows& c, const std::vector<Landing>& landings) {
-  LandingRows out;
-  std::vector<char> lands(c.rows(), 0);
-  for (const Landing& l : landings) {
-    double most = -1e300, least = 1e300;
-    for (size_t i = 0; i < c.rows(); ++i) {
-      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kImpact) continue;
-      lands[i] = 1, most = std::max(most, c.y[i]), least = std::min(least, c.y[i]);
-    }
-    if (most > -1e300) out.most.push_back(most), out.least.push_back(least);
-  }
-  for (size_t i = 0; i < c.rows(); ++i) (lands[i] ? out.landing : out.calm).push_back(c.y[i]);
-  return out;
-}
-
-// Deviation about the middle.
-double calc_spread(const std::vector<double>& y) {
-  if (y.empty()) return 0;
-  const double middle = find_median(y);
+double find_rms(const std::vector<double>& y) {
   double sum = 0;
-  for (double v : y) sum += std::pow(v - middle, 2);
-  return std::sqrt(sum / static_cast<double>(y.size()));
+  for (double v : y) sum += v * v;
+  return std::sqrt(sum / std::max(1.0, static_cast<double>(y.size())));
 }
 
 class WeightChecker {
@@ -88,25 +37,24 @@ class WeightChecker {
       : log_(log), contacts_(contacts), channels_(channels), at_(layout), out_(*out) {}
 
   void run() {
-    const ChannelRows* c = find_weight(channels_);
+    const ChannelRows* c = find_weight_equation(channels_);
     if (!c) return;
     const double weight = (log_.mass - log_.mass_below) * get_gravity();
     std::vector<double> ratios;
     for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
     const double middle = find_median(ratios);
     if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
-    const Consensus k = find_consensus(ratios, kWeight);
-    const std::string odd = k.odd > 0 ? format("; %.0f ", static_cast<double>(k.odd)) + (count_recordings(*c) > 1 ? "recordings" : "quarters") + " differ (a sensor of theirs, or pushes)" : "";
+    const Consensus k = find_consensus(ratios, kKnownWeight);
+    const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
     const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
       out_.notes.push_back(carry + ", but not the same in all phases: no mass does that" + odd);
-      return;
+      return add_differing(*c, phases);
     }
-    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kWeight)) {
-      out_.notes.push_back(carry + ": they agree" + odd);
-      return;
-    }
-    add_weight(k, weight, odd);
+    if (is_off(k)) return add_weight(k, weight, phases + odd);
+    const Consensus main = weigh_main_phase(*c, weight);
+    if (is_off(main)) return add_weight(main, weight, phases + describe_odd(*c, main));
+    out_.notes.push_back(carry + ": they agree" + odd);
   }
 
  private:
@@ -116,6 +64,89 @@ class WeightChecker {
     std::map<int, std::vector<double>> out;
     for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
     return out;
+  }
+
+  // Whether it is a mismatch. Where a foot has no sensor, that foot may bear what the others lack.
+  bool is_off(const Consensus& k) const {
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kKnownWeight)) return false;
+    return k.mean > 1 || std::all_of(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) {
+      return f.sensor >= 0 && log_.sensors[static_cast<size_t>(f.sensor)].axis[2];
+    });
+  }
+
+  static std::string describe_odd(const ChannelRows& c, const Consensus& k) {
+    if (k.odd == 0) return "";
+    const std::string part = count_recordings(c) > 1 ? "recording" : "quarter";
+    return format("; %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") + " (a sensor of theirs, or pushes)";
+  }
+
+  // By phase: what the feet carry over what the model weighs, by blocks.
+  std::map<int, Consensus> weigh_phases(const ChannelRows& c, double weight) const {
+    std::map<int, std::map<int, std::pair<double, double>>> sums;  // by phase, by block: sum, count
+    for (size_t i = 0; i < c.rows(); ++i) {
+      auto& [sum, count] = sums[c.phase[i]][c.block[i]];
+      sum += c.y[i], count += 1;
+    }
+    std::map<int, Consensus> out;
+    for (const auto& [phase, blocks] : sums) {
+      std::vector<double> ratios;
+      for (const auto& [block, sum] : blocks) ratios.push_back(1 + sum.first / sum.second / weight);
+      const Consensus k = find_consensus(ratios, kKnownWeight);
+      if (k.kept >= kPhaseMeans && phase != 0) out[phase] = k;
+    }
+    return out;
+  }
+
+  std::string name_phase(int phase) const {
+    const int all = (1 << log_.feet.size()) - 1;
+    if (phase == all) return "all feet";
+    std::string names;
+    for (size_t f = 0; f < log_.feet.size(); ++f) {
+      if (phase >> f & 1) names += (names.empty() ? "" : " and ") + log_.feet[f].name;
+    }
+    return names + " alone";
+  }
+
+  // The phases, if two of them differ by more than chance and than masses do. Empty: they do not.
+  std::string describe_phases(const ChannelRows& c, double weight) const {
+    const std::map<int, Consensus> phases = weigh_phases(c, weight);
+    bool differ = false;
+    std::string text;
+    for (const auto& [phase, a] : phases) {
+      for (const auto& [other, b] : phases) {
+        differ = differ || std::abs(a.mean - b.mean) > std::max(kKnownWeight, 3 * std::hypot(a.std, b.std));
+      }
+      text += (text.empty() ? "on " : ", on ") + name_phase(phase) + format(" %.3f +- %.3f", a.mean, 2 * a.std);
+    }
+    if (!differ) return "";
+    return "; by phase they carry " + text + ": no mass differs by phase, but scales, zeros and cross-talk of force sensors do";
+  }
+
+  void add_differing(const ChannelRows& c, const std::string& phases) {
+    if (phases.empty()) return;
+    Remaining r;
+    r.where = {{"link", log_.tree.links[0].name}}, r.unit = "N", r.before = r.after = find_rms(c.y);
+    r.statement = "What the feet carry does not fit the model's weight" + phases + ".";
+    out_.remaining.push_back(std::move(r));
+  }
+
+  // By recording, while the robot is in the phase that it is in for most of the time. Steps shake the other phases.
+  Consensus weigh_main_phase(const ChannelRows& c, double weight) const {
+    std::map<int, size_t> rows;
+    for (int phase : c.phase) ++rows[phase];
+    int main = 0;
+    for (const auto& [phase, count] : rows) {
+      if (static_cast<double>(count) > kMainPhase * static_cast<double>(c.rows())) main = phase;
+    }
+    std::map<int, std::vector<double>> parts;
+    for (size_t i = 0; i < c.rows(); ++i) {
+      if (main != 0 && c.phase[i] == main) parts[c.recording[i]].push_back(c.y[i]);
+    }
+    std::vector<double> ratios;
+    for (const auto& [r, y] : parts) {
+      if (y.size() >= kQuietRows) ratios.push_back(1 + find_median(y) / weight);
+    }
+    return find_consensus(ratios, kKnownWeight);
   }
 
   static size_t count_recordings(const ChannelRows& c) { return split(c).size(); }
@@ -141,7 +172,7 @@ class WeightChecker {
       auto& [sum, count] = phases[c.phase[i]][c.block[i]];
       sum += c.y[i], count += 1;
     }
-    const double least = kWeight * log_.mass * get_gravity();
+    const double least = kKnownWeight * log_.mass * get_gravity();
     return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
       std::vector<double> means;
       for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
@@ -239,12 +270,26 @@ class WeightChecker {
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
     for (const auto& [r, one] : normal) {
       if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
-      each.push_back(one.first.ldlt().solve(one.second));
     }
-    const Eigen::VectorXd x = A.ldlt().solve(b);
+    const double common = b.sum() / A.sum(), prior = find_prior(readings, needed, common);
+    const auto solve = [&](const Eigen::MatrixXd& G, const Eigen::VectorXd& h) -> Eigen::VectorXd {
+      const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
+      return (G + prior * one).ldlt().solve(h + Eigen::VectorXd::Constant(n, prior * common));
+    };
+    for (const auto& [r, one] : normal) each.push_back(solve(one.first, one.second));
+    const Eigen::VectorXd x = solve(A, b);
     for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
     add_unit_fit(c, readings, needed, x);
     out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
+  }
+
+  // Weight of one scale for all sensors against what rows tell of each: feet of a trot bear in pairs, so that rows tell
+  // little of one foot. The errors of a block are one.
+  static double find_prior(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed, double common) {
+    double left = 0;
+    for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
+    left /= std::max(1.0, static_cast<double>(needed.size()));
+    return kRowsOfBlock * left / std::pow(kAlike * common, 2);
   }
 
   // What scales and zeros leave of the weight that the motion asks for.
@@ -258,7 +303,7 @@ class WeightChecker {
       fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
     }
     fit.signal = c.info.signal + " (weight)";
-    fit.exact = std::pow(kWeight * log_.mass * get_gravity(), 2);
+    fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 
   void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
@@ -301,20 +346,13 @@ class WeightChecker {
 
 }  // namespace
 
-void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, CheckResult* out) {
-  const ChannelRows* c = find_weight(channels);
-  if (!c || !contacts.walks || out->raw_counts) return;
-  const LandingRows rows = split_landings(*c, list_landings(log, contacts));
-  if (rows.most.size() < kFewestLandings || rows.calm.empty()) return;
-  const double weight = log.mass * log.experiment->scenario.gravity_W.norm(), middle = find_median(rows.calm);
-  const double calm = calc_spread(rows.calm), landing = calc_spread(rows.landing);
-  const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);
-  if (landing < kRougher * calm || std::max(peak, dip) < kPeak * weight) return;
-  Remaining r;
-  r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
-  r.statement = format("landings (%.0f): in the quarter second after a foot comes down the feet's force rises by %.0f N above what the motion takes and falls by %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +
-                format(", %.1f times as much as else. Soles, skin or ground that give or rebound do that; which one is not told.", landing / std::max(1e-9, calm));
-  out->remaining.push_back(std::move(r));
+const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels) {
+  const ChannelRows* best = nullptr;
+  for (const ChannelRows& c : channels) {
+    const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
+    if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
+  }
+  return best;
 }
 
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,

@@ -6,12 +6,14 @@
 
 namespace hrp::diagnosis::floating {
 
+// Share to which scales and models of masses are known.
+constexpr double kKnownWeight = 0.008;
+
 // Adds what it finds to `out`.
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
                   const ColumnLayout& layout, CheckResult* out);
 
-// What feet that are put down leave of the weight's equation: peaks and dips that a rigid foot on rigid ground, put down
-// softly, has not. Null channel: nothing weighs.
-void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, CheckResult* out);
+// The equation along which the robot weighs; null: none.
+const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels);
 
 }  // namespace hrp::diagnosis::floating

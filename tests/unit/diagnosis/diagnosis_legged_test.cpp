@@ -154,6 +154,30 @@ TEST(Legged, AnImuThatIsLateInAWalkIsNoLagOfTheDrives) {
   expect_delay_alone(e, "/imu/waist", 3);
 }
 
+// What a body that stands on all feet feels, less 0.5 m/s^2, and with an alternating part [m/s^2].
+bool is_gravity_off(double chatter) {
+  Recorded recorded;
+  recorded.effort = false, recorded.leans = true;
+  Experiment e = make_biped({}, recorded);
+  for (Recording& r : e.recordings) {
+    std::vector<double>& up = r.other.at("/imu/waist/linear_acceleration/z");
+    for (size_t k = 0; k < up.size(); ++k) up[k] += -0.5 + (k / 40 % 2 ? chatter : -chatter);
+  }
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  for (const std::string& note : found.warnings) {
+    if (note.find("of gravity") != std::string::npos) return true;
+  }
+  return std::any_of(found.findings.begin(), found.findings.end(), [](const Finding& f) {
+    return f.where.dump().find("linear_acceleration") != std::string::npos;
+  });
+}
+
+// The mean of feet that chatter and of falls has what was sampled too slowly.
+TEST(Legged, GravityIsComparedOnlyWhileTheBodyIsStill) {
+  EXPECT_TRUE(is_gravity_off(0));
+  EXPECT_FALSE(is_gravity_off(3));
+}
+
 // The weight rests on the one foot that is felt while the other swings.
 TEST(Legged, OneFootsForceTellsTheWeightWhileTheOtherSwings) {
   Recorded recorded;

@@ -77,6 +77,12 @@ TEST(Headline, ErrorsStandInRadiansAsRootMeanSquaresOverJoints) {
   EXPECT_THAT(join(make_leg()), HasSubstr("90 % of what the recordings allow to predict"));
 }
 
+TEST(Headline, OfLittleThatCanBePredictedTheShareOfAllIsTold) {
+  json report = make_leg();
+  report["ceiling"] = 0.02, report["explained"] = 0.018;
+  EXPECT_THAT(join(report), HasSubstr("2 % of all mismatch, and 90 % of what the recordings allow to predict"));
+}
+
 TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
   json report = make_leg();
   report["findings"].erase(report["findings"].begin() + 2, report["findings"].end());

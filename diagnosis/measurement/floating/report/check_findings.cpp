@@ -40,7 +40,8 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
   // Soles that give sink by what they carry, which looks like a slope.
   if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
-  return check.where.contains("sensor") && found.where == check.where && !raw_counts;
+  const bool alternatives = check.grade == Grade::kAmbiguous;
+  return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;
 }
 
 // Puts a mass into the model, where it explains something. What the feet carry too much is one number, so that the fit

@@ -13,6 +13,7 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr const char* kBends = "link_bending";  // an alternative that the table of effects does not hold
+constexpr double kAlike = 0.8;  // of the square of what an effect predicts: another law that predicts it is listed
 
 const LawTable& laws() { return get_laws(); }
 
@@ -139,6 +140,25 @@ void add_give_for_rate(const ReportState& state, const FoundEffect& f, Finding* 
       "the same motion, recorded by motion capture or an attitude", turned);
 }
 
+// A zero of an accelerometer along what it feels on average, the weight. A scale makes the same in a body that stays
+// upright.
+void add_scale_for_zero(const ReportState& state, const FoundEffect& f, Finding* zero) {
+  if (!is(f, laws().sensor_bias) || zero->where.dump().find("linear_acceleration") == std::string::npos) return;
+  Vector3d sum = Vector3d::Zero();
+  double samples = 0;
+  for (const Clip& clip : state.log.clips) {
+    const Track* reading = clip.imus[static_cast<size_t>(f.effect.place)].accelerometer;
+    for (size_t k = 0; k < clip.size(); ++k) sum += get_values(reading, k), samples += 1;
+  }
+  const Vector3d felt = sum / samples, along = felt.normalized(), value = f.x, std = f.std;
+  if (std::pow(along.dot(value), 2) < kAlike * value.squaredNorm()) return;
+  const EffectInfo& scale = laws().sensor_scale.info();
+  const double size = along.dot(value) / felt.norm(), error = along.cwiseProduct(std).norm() / felt.norm();
+  zero->alternatives.push_back(make_alternative(scale, zero->where, {make_value(scale, 1 + size, error)},
+                                                "the IMU at rest in six attitudes"));
+  zero->grade = Grade::kAmbiguous;
+}
+
 }  // namespace
 
 void add_lookalikes(const ReportState& state, const FoundEffect& found, Finding* finding) {
@@ -149,6 +169,7 @@ void add_lookalikes(const ReportState& state, const FoundEffect& found, Finding*
   add_load_at_centre(state, found, finding);
   add_give_for_lean(state, found, finding);
   add_give_for_rate(state, found, finding);
+  add_scale_for_zero(state, found, finding);
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -22,6 +22,15 @@ std::vector<Candidate> list_listed(const LeggedFit& fit) {
   return out;
 }
 
+// What checks have seen, but for sensors that a finding is of.
+void add_remaining(const std::vector<Remaining>& seen, Evidence* out) {
+  for (const Remaining& r : seen) {
+    const bool told = r.where.contains("sensor") &&
+                      std::any_of(out->findings.begin(), out->findings.end(), [&](const Finding& f) { return f.where == r.where; });
+    if (!told) out->remaining.push_back(r);
+  }
+}
+
 }  // namespace
 
 Evidence make_evidence(const LeggedLog& log, const Contacts& contacts, const LeggedFitter& fitter,
@@ -41,9 +50,7 @@ Evidence make_evidence(const LeggedLog& log, const Contacts& contacts, const Leg
   add_unexplained(&state);
   add_mismatches(&state);
   out.verdict = find_verdict(state);
-  if (out.verdict != Verdict::kNoMismatch) {
-    out.remaining.insert(out.remaining.end(), checks.remaining.begin(), checks.remaining.end());
-  }
+  if (out.verdict != Verdict::kNoMismatch) add_remaining(checks.remaining, &out);
   if (out.findings.empty()) out.summary = make_summary(state);
   return std::move(state.evidence);
 }

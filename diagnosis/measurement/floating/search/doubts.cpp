@@ -14,6 +14,8 @@ namespace {
 constexpr double kSure = 2.0;  // standard errors, differences between recordings included, that a value must exceed
 // Share of an equation's mismatch: an effect that leaves more than this and takes less may stand in for another cause.
 constexpr double kHalf = 0.5;
+constexpr double kUndone = 0.1;  // of the smaller square: what two effects that undo each other leave together
+constexpr double kNear = 0.2;  // of its value: equations made so near it hold for a delay or a turn
 constexpr double kStandsOut = 3;  // times noise and exactness that a force on the body exceeds to be a real one
 
 // Bans a chosen effect, notes the equations that lack something without it, and settles the others.
@@ -58,6 +60,20 @@ bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
+// Whether the equations were made far from the value of a delay or a turn, so that its columns leave errors of second
+// order.
+bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
+  if (!state.about || !f.effect.law->linearized) return false;
+  double away = 0, size = 0;
+  for (size_t k = 0; k < f.effect.terms.size(); ++k) {
+    for (const auto& [column, factor] : f.effect.terms[k]) {
+      const double value = factor * f.x(static_cast<long>(k));
+      away += std::pow(value - (*state.about)(column), 2), size += value * value;
+    }
+  }
+  return away > kNear * kNear * size;
+}
+
 // An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
 // cause of all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside
 // another cause.
@@ -66,13 +82,46 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   double least = kHalf;
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
-    if (!f.effect.is_listed() || is_expected(f.effect.info())) continue;
+    if (!f.effect.is_listed() || is_expected(f.effect.info()) || is_linearized_elsewhere(*state, f)) continue;
     const double left = get_left(*state, f.channel), exact = std::pow(state->fitter.find_exactness(f.channel), 2);
     if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) least = f.share, worst = i;
   }
   if (worst == found.size()) return false;
   drop(worst, "most is left:", {found[worst].channel}, state);
   return true;
+}
+
+// Weighted squares of what two effects predict, each and both together, over all rows.
+struct PairSquares {
+  double first = 0, second = 0, sum = 0;
+};
+
+PairSquares calc_pair(const SearchState& state, size_t i, size_t k) {
+  const std::vector<Candidate> one{state.chosen.effects[i]}, other{state.chosen.effects[k]};
+  PairSquares out;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const Eigen::VectorXd a = state.fitter.calc_columns(c, one, false) * state.chosen.get(i);
+    const Eigen::VectorXd b = state.fitter.calc_columns(c, other, false) * state.chosen.get(k);
+    for (long r = 0; r < a.size(); ++r) {
+      const double w = state.fitter.get_weight(c, static_cast<size_t>(r));
+      out.first += w * a(r) * a(r), out.second += w * b(r) * b(r), out.sum += w * (a(r) + b(r)) * (a(r) + b(r));
+    }
+  }
+  return out;
+}
+
+// Two effects that undo each other, such as a scale and a zero of an accelerometer that always feels the same weight,
+// have no values of their own. The less certain one goes.
+bool drop_undone(const std::vector<FoundEffect>& found, SearchState* state) {
+  for (size_t i = 0; i < found.size(); ++i) {
+    for (size_t k = i + 1; k < found.size(); ++k) {
+      const PairSquares s = calc_pair(*state, i, k);
+      if (s.sum > kUndone * std::min(s.first, s.second)) continue;
+      drop(calc_certainty(found[i]) < calc_certainty(found[k]) ? i : k, "undone by another:", {}, state);
+      return true;
+    }
+  }
+  return false;
 }
 
 // An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are
@@ -138,7 +187,7 @@ bool drop_unsteady(SearchState* state) {
 }
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
-  return drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
+  return drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
          drop_forced(found, state);
 }
 

@@ -16,9 +16,8 @@ constexpr double kStay = 0.6;  // share of its cost and of the least held-out ga
 // Adds the first of these candidates, best first, that takes a share of its equation's mismatch and is not chance.
 bool add_best(const std::vector<LeggedTrial>& trials, double least_share, SearchState* state) {
   for (const LeggedTrial& t : trials) {
-    const size_t channel = find_main_channel(*state, state->chosen, t.fit);
-    if (calc_share(*state, state->chosen, t.fit, channel) < least_share) continue;
-    if (!is_significant(*state, t.fit, t.at()) || !is_large_enough(*state, state->chosen, t.fit, channel)) continue;
+    if (calc_share(*state, state->chosen, t.fit, t.channel) < least_share) continue;
+    if (!is_significant(*state, t.fit, t.at()) || !is_large_enough(*state, state->chosen, t.fit, t.channel)) continue;
     say_of(*state, "gain " + std::to_string(std::lround(t.gain + t.held)) + " by", t.added());
     settle(t.fit.effects, state);
     return true;

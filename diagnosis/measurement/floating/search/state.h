@@ -15,6 +15,7 @@ struct SearchState {
   const ColumnLayout& layout;
   double reach;  // [m] the farthest place of a load from the origin of its link
   const Say& say;
+  const Eigen::VectorXd* about;  // search_legged()
   LeggedFit nominal;  // without effects
   LeggedFit chosen;
   std::vector<Candidate> banned;  // were chosen and did not hold; they are not tried again

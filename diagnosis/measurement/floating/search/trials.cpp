@@ -47,9 +47,22 @@ std::vector<LeggedTrial> try_each(const SearchState& state, const LeggedFit& bas
     if (!is_sensible(t.added(), t.fit.get(t.at()), state.reach)) continue;
     t.gain = state.fitter.calc_gain(Part::kTrain, base, t.fit) - calc_cost(c);
     t.held = state.fitter.calc_gain(Part::kHeld, base, t.fit);
+    t.channel = find_main_channel(state, base, t.fit);
     out.push_back(std::move(t));
   }
   return out;
+}
+
+// The equation that gains most by the errors after the step. Before it, a constant error of another equation counts as
+// one.
+size_t find_lasting_channel(const SearchState& state, const LeggedFit& with) {
+  size_t best = 0;
+  double most = -1e300;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const double gain = state.fitter.calc_gain_after(c, state.chosen, with);
+    if (gain > most) most = gain, best = c;
+  }
+  return best;
 }
 
 }  // namespace
@@ -76,7 +89,7 @@ std::vector<LeggedTrial> list_confirmed(const SearchState& state, const LeggedFi
 std::vector<LeggedTrial> list_lasting(const SearchState& state) {
   std::vector<LeggedTrial> out;
   for (LeggedTrial& t : try_each(state, state.chosen, Pool::kListed)) {
-    const size_t channel = find_main_channel(state, state.chosen, t.fit);
+    const size_t channel = t.channel = find_lasting_channel(state, t.fit);
     // Where a dropped effect helped an equation, all others would be tried there in turn. Soles lie a little askew all
     // the time, which is no effect.
     const bool tried = std::find(state.unsteady.begin(), state.unsteady.end(), channel) != state.unsteady.end();

@@ -13,6 +13,7 @@ struct LeggedTrial {
   LeggedFit fit;
   double gain = 0;  // [n log] on fitted rows, less the candidate's cost
   double held = 0;  // [n log] on held-out rows
+  size_t channel = 0;  // the equation that gains most
   const Candidate& added() const { return fit.effects.back(); }
   size_t at() const { return fit.effects.size() - 1; }  // of the candidate among the effects
 };

@@ -64,5 +64,37 @@ TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
   EXPECT_TRUE(is_alike({{"calm", 0.6, 0.45, 0.5}, {"rough", 1.8, 0.45, 0.5}}));  // by chance
 }
 
+// Deviation of an effect's size in the second phase, which has so many blocks of half a second.
+double find_deviation(int blocks) {
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  std::mt19937 random(47);
+  std::normal_distribution<double> normal;
+  RowTable even(layout.count()), odd(layout.count());
+  for (RowTable* half : {&even, &odd}) half->add_channel(kWeight, {0});
+  double of_block = 0;
+  for (int i = 0; i < 960; ++i) {
+    if (i % 12 == 0) of_block = normal(random);
+    for (RowTable* half : {&even, &odd}) {
+      half->begin_cell({0.04 * i, 0, i / 12, i / 12 < blocks ? 2 : 1, true, 1, get_mixed_roughness(i)});
+      half->begin_row(0, 10 + of_block, 100), half->add(0, 0, 1);
+      half->end_cell();
+    }
+  }
+  even.finish(), odd.finish();
+  LeggedFitter fitter(merge_halves(even, odd), layout.count());
+  const Candidate constant = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}});
+  for (const Regime& r : list_regimes(fitter, fitter.fit({constant}), 0, layout)) {
+    if (r.name == "phase 2") return r.std;
+  }
+  return 0;
+}
+
+// The scatter of the same five blocks, with Student's quantile for four degrees of freedom.
+TEST(LeggedRegimes, APhaseOfAFewBlocksTellsLess) {
+  const double few = find_deviation(5);
+  EXPECT_GT(few * std::sqrt(5) / 0.1, 1.4);  // errors of 0.1 of the size, by block; 1.6 times more by Student
+  EXPECT_LT(find_deviation(60) * std::sqrt(60) / 0.1, 1.3);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating

@@ -13,10 +13,11 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vector<Candidate>& candidates) {
+LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vector<Candidate>& candidates,
+                     const Eigen::VectorXd* about = nullptr) {
   LeggedFitter fitter(std::move(rows), columns);
   const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
-  return search_legged(&fitter, candidates, layout, 1.0, nullptr);
+  return search_legged(&fitter, candidates, layout, 1.0, nullptr, about);
 }
 
 // Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
@@ -99,6 +100,83 @@ size_t count_frictions(double coefficient, double known) {
 TEST(LeggedSearch, WhatADelayFarBelowOneSampleExplainsAsWellIsNotNamed) {
   EXPECT_EQ(count_frictions(0.2, 250e-6), 0u);
   EXPECT_EQ(count_frictions(0.2, 0.1e-6), 1u);
+}
+
+// A constant of 0.05 rad/s in one axis of a gyroscope. Another axis has a slow error of 0.2 rad/s, of which the same
+// zero takes a little: its many independent rows gain more than the constant, which counts as one error.
+TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
+  std::mt19937 random(37);
+  std::normal_distribution<double> normal;
+  const auto name = [](const char* kind) {
+    return ChannelInfo{kind, "/imu/waist/angular_velocity", "rad/s", "sensor", "/imu/waist/angular_velocity"};
+  };
+  RowHalves rows(2, 900, {{name("gyroscope x"), {0}}, {name("gyroscope z"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double x = 0.05 + 0.03 * normal(random), z = 0.06 + 0.2 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, x + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(0, 0, 1);
+      half->begin_row(1, z + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(1, 1, 1);
+    });
+  }
+  Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}});
+  zero.vector = true;
+  const LeggedOutcome out = search(rows.merge(), 2, {zero});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_NEAR(out.effects[0].x(0), 0.05, 0.004);  // four standard errors of 600 rows
+}
+
+// A delay whose column is of first order leaves two thirds of the mismatch. Where the equations are made about its
+// value, they are exact, and what is left then counts.
+TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
+  std::mt19937 random(41);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 900, {{make_joint_channel("A"), {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double rate = normal(random), beyond = normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 3 * rate + 4.2 * beyond + 0.02 * normal(random), 10 * rate), half->add(0, 0, 100 * rate);
+    });
+  }
+  Candidate delay = make_candidate(EffectId::kDelay, "A", {{{0, 1.0}}});
+  delay.law = &get_laws().delay;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(1), there = Eigen::VectorXd::Constant(1, 0.03);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}, &none).effects.size(), 1u);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}, &there).effects.size(), 0u);
+  EXPECT_EQ(search(rows.merge(), 1, {delay}).effects.size(), 0u);
+}
+
+// An accelerometer that always feels the same weight: a scale and a zero make the same constant, and with large values
+// that undo each other, any small line.
+TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
+  std::mt19937 random(43);
+  std::normal_distribution<double> normal;
+  const ChannelInfo info{"accelerometer y", "/imu/waist/linear_acceleration", "m/s^2", "sensor", "/imu/waist/linear_acceleration"};
+  RowHalves rows(2, 900, {{info, {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double feels = 9.8 + 0.05 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 0.05 - 0.6 * (feels - 9.8) + 0.005 * normal(random), feels);
+      half->add(0, 0, feels), half->add(0, 1, 1);
+    });
+  }
+  const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
+                                                     make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}})});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_LT(std::abs(out.effects[0].x(0)), 0.1);  // 0.05 m/s^2, or 0.005 of the weight; both together: 6 and -0.6
+}
+
+TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
+  Recorded recorded;
+  recorded.six_axes = false;
+  const LeggedLog log = make_legged_log(make_biped({}, recorded), Half::kEven);
+  const ColumnLayout layout(log);
+  size_t soles = 0;
+  for (const Candidate& c : list_candidates(log, layout)) {
+    if (c.law->effect != EffectId::kFootCompliance) continue;
+    ++soles;
+    EXPECT_EQ(c.terms.size(), 1u) << "no equation has columns of moments";
+  }
+  EXPECT_EQ(soles, 2u);
 }
 
 }  // namespace
