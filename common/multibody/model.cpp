@@ -169,12 +169,10 @@ Data::Data(const Model& model) {
   motion.assign(n, LinkMotion{});
   articulated.assign(n, LinkArticulated{});
   composite.assign(n, LinkComposite{});
-  batch.assign(n, LinkBatch{});
   for (LinkKinematics& k : kinematics) k.R = small::from_eigen(Matrix3d(Matrix3d::Identity()));
   M = Eigen::MatrixXd::Zero(model.nv(), model.nv());
   qd = Eigen::VectorXd::Zero(model.num_joints());
   scratch = response = Eigen::VectorXd::Zero(model.nv());
-  marks.assign(n, 0);
   sine = cosine = Eigen::VectorXd::Zero(model.num_joints());
 }
 
