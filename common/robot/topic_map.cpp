@@ -85,7 +85,6 @@ class TopicReader {
       } else if (key == "stamps") {
         spec->stamps = read_word(value, field + ".stamps", {"header", "receive"}) == "header" ? StampSource::kHeader
                                                                                               : StampSource::kReceive;
-        spec->stamps_stated = true;
       } else {
         fail(item.first, field + "." + key, "unknown key; expected topic, joints, fields, quantity or stamps");
       }

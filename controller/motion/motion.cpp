@@ -91,15 +91,4 @@ void MotionPlayer::sample(double t, Eigen::VectorXd* q, Eigen::VectorXd* qd) con
   }
 }
 
-double MotionPlayer::find_start_gap(std::string* joint) const {
-  double gap = 0.0;
-  for (size_t j = 0; j < robot_index_.size() && motion_.positions.cols() > 0; ++j) {
-    const double distance = std::abs(motion_.positions(Eigen::Index(j), 0) - rest_[robot_index_[j]]);
-    if (distance <= gap) continue;
-    gap = distance;
-    if (joint != nullptr) *joint = motion_.joints[j];
-  }
-  return gap;
-}
-
 }  // namespace hrp

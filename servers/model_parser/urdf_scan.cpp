@@ -179,8 +179,6 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
   if (const Element* limit = element.FirstChildElement("limit")) {
     const auto lower = read_numbers(*limit, owner, "lower", 1, false);
     const auto upper = read_numbers(*limit, owner, "upper", 1, false);
-    joint->has_lower = !lower.empty();
-    joint->has_upper = !upper.empty();
     for (const char* name : {"effort", "velocity"}) {
       const auto value = read_numbers(*limit, owner, name, 1, joint->type != "fixed");
       if (!value.empty() && value[0] < 0.0) error(*limit, owner, std::string(name) + " is negative, expected a limit >= 0 (0: not known)");
