@@ -13,7 +13,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
+constexpr double kDegrees = 180.0 / M_PI;
 // A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
 constexpr double kSlopeRoom = 0.1;
 
@@ -256,7 +256,7 @@ double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), 
 // True beyond three times the joint's limits and beyond a whole turn.
 bool is_far_beyond(const JointSpec& spec, double angle) {
   const double reach = get_reach(spec);
-  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * kPi);
+  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * M_PI);
 }
 
 void check_limits(const Experiment& e, const Recording& r, int j) {
