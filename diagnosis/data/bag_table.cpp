@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
 
@@ -14,14 +13,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-[[noreturn]] void fail(const std::string& bag, const std::string& topic, const std::string& text) {
-  Diagnostic d;
-  d.file = bag, d.field = topic, d.message = text;
-  throw InputError(d);
-}
 
 // Samples of the same columns: in the order of the bag, later sorted by time.
 struct Track {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -18,15 +17,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
-                       const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
-  throw InputError(d);
-}
 
 std::ifstream open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

@@ -4,7 +4,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 namespace hrp::diagnosis::html {
 
@@ -86,7 +85,7 @@ std::vector<double> get_numbers(const json& object, const char* key) {
   const json& list = get(object, key);
   if (!list.is_array()) return out;
   for (const json& item : list) {
-    out.push_back(item.is_number() ? item.get<double>() : std::numeric_limits<double>::quiet_NaN());
+    out.push_back(item.is_number() ? item.get<double>() : kNone);
   }
   return out;
 }
