@@ -16,7 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeast = 0.03;     // of a scale: friction that follows neither speed nor direction
-constexpr double kWorth = 0.9;      // of the missing torque's squares that zeros must leave at most, to be looked into
 constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
 constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
@@ -244,7 +243,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return {};
   JointZeros found = find_joint_zeros(data);
-  if (found.joints.empty() || found.left > kWorth) return {};
+  if (found.joints.empty() || found.left > kZerosWorth) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
   const Explanation without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
@@ -267,7 +266,7 @@ void check_gravity(const Experiment& e, int jobs) {
   const FoundGravity found = find_gravity(data);
   const double g = e.scenario.gravity_W.norm(), size = found.g_W.norm() / g;
   const double angle = std::atan2(found.g_W.cross(e.scenario.gravity_W).norm(), found.g_W.dot(e.scenario.gravity_W));
-  if (found.left > kWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
+  if (found.left > kZerosWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
   Experiment turned = e;
   turned.scenario.gravity_W = g * found.g_W.normalized();
   if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;
