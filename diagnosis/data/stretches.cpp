@@ -13,7 +13,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPiece = 10.0;    // [s]
-constexpr double kHeldOut = 1.0 / 3.0;
+constexpr double kHeldOut = 1.0 / 3.0;  // of the time that is used, for held-out recordings
 
 template <typename Value>
 std::vector<Value> cut(const std::vector<Value>& values, size_t begin, size_t end) {

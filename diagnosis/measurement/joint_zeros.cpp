@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kLeast = 0.1;     // [rad] smaller offsets are linear to half a percent
 constexpr long kSamples = 600;     // from all recordings, at equal distances
-constexpr int kSweeps = 3;
+constexpr int kSweeps = 3;         // over all joints, as each zero depends on the others
 constexpr int kHalvings = 12;      // of a step of a quarter radian: down to 6e-5 rad
 constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
 constexpr long kNuisance = 4;      // v, direction, a, constant

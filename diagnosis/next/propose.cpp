@@ -19,7 +19,7 @@ namespace {
 
 constexpr unsigned kSeeds = 2;          // of each family
 constexpr double kSmaller = 0.8;        // factor on a size that is not safe
-constexpr double kLeastSize = 0.2;
+constexpr double kLeastSize = 0.2;      // smallest one that is tried
 constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
 constexpr double kSameFamily = 0.9;     // factor on a second motion of the same family, which may miss the same effects
 constexpr double kByHand = 0.9;         // factor on a motion that needs a load hung on by hand
