@@ -174,13 +174,9 @@ bool merge(const Json& finding, Json* list) {
 
 [[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
   const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
-  const Recording& recording = e.recordings.front();
-  const auto at = recording.column_of.find(column);
-  Diagnostic d;
-  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second, d.field = column;
-  d.message = "with its effort fits the model with the other sign only: is the axis of " +
-              e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?";
-  throw InputError(d);
+  refuse_input(e.recordings.front().find_place(column),
+               "with its effort fits the model with the other sign only: is the axis of " +
+                   e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
 }
 
 // What explains: all effects on the list, or only those of joints and their drives.

@@ -90,9 +90,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 }
 
 [[noreturn]] void fail(const std::string& field, const std::string& message) {
-  Diagnostic fault;
-  fault.field = "--limit " + field, fault.message = message;
-  throw InputError(fault);
+  refuse_input({"", "--limit " + field}, message);
 }
 
 [[noreturn]] void refuse(const std::string& what) {
