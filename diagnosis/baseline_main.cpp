@@ -24,11 +24,7 @@ using namespace hrp::diagnosis;
 // An experiment whose robot has the effects that a file states: that file's text from `effects:` to the next key.
 std::string read_effects(const std::string& path) {
   std::ifstream file(path);
-  if (!file) {
-    Diagnostic d;
-    d.file = path, d.message = "cannot be read";
-    throw InputError(d);
-  }
+  if (!file) refuse_input(path, "cannot be read");
   std::string text, line;
   bool inside = false;
   while (std::getline(file, line)) {

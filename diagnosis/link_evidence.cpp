@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/evidence/gear_deflection.h"
 #include "diagnosis/evidence/link_findings.h"
 #include "diagnosis/evidence/torque_findings.h"

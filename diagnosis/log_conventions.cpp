@@ -16,7 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeast = 0.03;     // of a scale: friction that follows neither speed nor direction
-constexpr double kWorth = 0.9;      // of the missing torque's squares that zeros must leave at most, to be looked into
 constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
 constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
@@ -175,13 +174,9 @@ bool merge(const Json& finding, Json* list) {
 
 [[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
   const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
-  const Recording& recording = e.recordings.front();
-  const auto at = recording.column_of.find(column);
-  Diagnostic d;
-  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second, d.field = column;
-  d.message = "with its effort fits the model with the other sign only: is the axis of " +
-              e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?";
-  throw InputError(d);
+  refuse_input(e.recordings.front().find_place(column),
+               "with its effort fits the model with the other sign only: is the axis of " +
+                   e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
 }
 
 // What explains: all effects on the list, or only those of joints and their drives.
@@ -244,7 +239,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return {};
   JointZeros found = find_joint_zeros(data);
-  if (found.joints.empty() || found.left > kWorth) return {};
+  if (found.joints.empty() || found.left > kZerosWorth) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
   const Explanation without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
@@ -267,7 +262,7 @@ void check_gravity(const Experiment& e, int jobs) {
   const FoundGravity found = find_gravity(data);
   const double g = e.scenario.gravity_W.norm(), size = found.g_W.norm() / g;
   const double angle = std::atan2(found.g_W.cross(e.scenario.gravity_W).norm(), found.g_W.dot(e.scenario.gravity_W));
-  if (found.left > kWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
+  if (found.left > kZerosWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
   Experiment turned = e;
   turned.scenario.gravity_W = g * found.g_W.normalized();
   if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/effects/units.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
@@ -15,7 +15,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSure = 4.0;       // standard deviations
 constexpr double kTooMuch = 0.25;   // of what is stated that is not there
 constexpr double kVisible = 0.03;   // of the spread of the joint's effort
 
@@ -76,7 +75,7 @@ class Refuter {
     const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
     const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
     out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
-    return -more > std::max(kSure * std, kTooMuch * stated) && size > kVisible * joint.spread;
+    return -more > std::max(kSignificantInJoint * std, kTooMuch * stated) && size > kVisible * joint.spread;
   }
 
   const TorqueDesign& design_;

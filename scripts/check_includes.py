@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Checks who includes whom (CONTRIBUTING.md), SPDX lines, that no file names a folder of somebody's machine, and that no two
-headers define a type of one name.
+headers declare a type or a function of one name.
 
 scripts/check_includes.py [ROOT]     prints every violation as file:line and ends with status 1 when there is one
 """
@@ -191,8 +191,18 @@ def check_source(path, lines):
                 yield number, problem
 
 
-def find_types(path, lines, types):
-    """Types that a header defines, by their whole names: two with one name are one to the linker, whatever they hold."""
+FUNCTION = re.compile(r"(?!template|friend|using|static|return)[A-Za-z_][\w:<>,&* ]*[ &*](\w+)\(([^()]*)\)(?: noexcept)?(?:;| \{)")
+
+
+def find_parameter_types(text):
+    """"const Bag& bag, int n = 3" -> "const Bag&, int"."""
+    parameters = [re.sub(r"\s*=.*", "", each).strip() for each in re.sub(r"<[^<>]*>", lambda part: part.group().replace(",", ";"), text).split(",")]
+    return ", ".join(re.sub(r"(?<=[\w>&*]) ?(?<![:\w])\w+$", "", each).strip() for each in parameters)
+
+
+def find_names(path, lines, names):
+    """Types and functions that a header declares, by their whole names: two with one name are one to the linker, whatever
+    they hold or do."""
     spaces = []
     for line in lines:
         space = re.match(r"(?:inline )?namespace ([\w:]+) \{", line)
@@ -202,7 +212,10 @@ def find_types(path, lines, types):
             spaces.pop()
         found = re.match(r"(?:struct|class|union|enum(?: class)?) (\w+)(?: final)?(?: : [^:].*)? \{", line)
         if found:
-            types.setdefault("::".join(spaces + [found.group(1)]), set()).add(path)
+            names.setdefault("::".join(spaces + [found.group(1)]), set()).add(path)
+        found = FUNCTION.match(line)
+        if found:
+            names.setdefault(f"{'::'.join(spaces + [found.group(1)])}({find_parameter_types(found.group(2))})", set()).add(path)
 
 
 def find_files(root):
@@ -219,7 +232,7 @@ def main():
         print(__doc__.strip())
         return 0
     root = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).resolve().parent.parent)
-    problems, count, edges, types = [], 0, {}, {}
+    problems, count, edges, names = [], 0, {}, {}
     for path in sorted(find_files(str(root))):
         file = root / path
         if file.suffix not in TEXT_FILES or not file.is_file():
@@ -230,11 +243,11 @@ def main():
             problems += [f"{path}:{number}: {text}" for number, text in check_source(path, lines)]
             find_diagnosis_edges(path, lines, edges)
         if file.suffix == ".h":
-            find_types(path, lines, types)
+            find_names(path, lines, names)
         for number, line in enumerate(lines, 1):
             if MACHINE_PATH.search(line):
                 problems.append(f"{path}:{number}: a path of somebody's machine")
-    problems += [f"{' and '.join(sorted(places))}: both define {name}" for name, places in types.items() if len(places) > 1]
+    problems += [f"{' and '.join(sorted(places))}: both declare {name}" for name, places in names.items() if len(places) > 1]
     cycle = find_cycle(edges)
     if cycle:
         problems.append("diagnosis: folders include each other in a circle: " + " -> ".join(cycle))

@@ -20,6 +20,12 @@ std::string join_errors(const std::vector<Diagnostic>& all) {
   return text;
 }
 
+Diagnostic make_diagnostic(const InputPlace& place, const std::string& message) {
+  Diagnostic d;
+  d.file = place.file, d.line = place.line, d.column = place.column, d.field = place.field, d.message = message;
+  return d;
+}
+
 // Levenshtein distance.
 size_t calc_edit_distance(const std::string& a, const std::string& b) {
   std::vector<size_t> row(b.size() + 1);
@@ -48,14 +54,23 @@ std::string Diagnostic::text() const {
   return out + make_printable(message);
 }
 
+void Diagnostics::add(Diagnostic diagnostic) { all_.push_back(std::move(diagnostic)); }
+
 void Diagnostics::add_error(Diagnostic diagnostic) {
   diagnostic.severity = Diagnostic::Severity::kError;
-  all_.push_back(std::move(diagnostic));
+  add(std::move(diagnostic));
 }
 
 void Diagnostics::add_warning(Diagnostic diagnostic) {
   diagnostic.severity = Diagnostic::Severity::kWarning;
-  all_.push_back(std::move(diagnostic));
+  add(std::move(diagnostic));
+}
+
+void Diagnostics::add_error(const InputPlace& place, const std::string& message) {
+  add_error(make_diagnostic(place, message));
+}
+void Diagnostics::add_warning(const InputPlace& place, const std::string& message) {
+  add_warning(make_diagnostic(place, message));
 }
 
 bool Diagnostics::has_errors() const {
@@ -78,6 +93,10 @@ InputError::InputError(const Diagnostics& diagnostics)
 
 InputError::InputError(const Diagnostic& diagnostic)
     : std::runtime_error(diagnostic.text()), diagnostics_{diagnostic} {}
+
+void refuse_input(const InputPlace& place, const std::string& message) {
+  throw InputError(make_diagnostic(place, message));
+}
 
 std::string find_nearest(const std::string& word, const std::vector<std::string>& candidates) {
   // Only upper and lower case differ: nothing is nearer ("kP" is kp, not kd).

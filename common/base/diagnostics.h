@@ -4,6 +4,7 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hrp {
@@ -20,11 +21,23 @@ struct Diagnostic {
   std::string text() const;
 };
 
+// Where in the input something is wrong; what is not known stays at its default. See Diagnostic.
+struct InputPlace {
+  // Not explicit: a whole file is a place.
+  InputPlace(std::string file_in, std::string field_in = "", int line_in = 0, int column_in = 0)
+      : file(std::move(file_in)), field(std::move(field_in)), line(line_in), column(column_in) {}
+  std::string file, field;
+  int line, column;
+};
+
 // Collects everything that is wrong, so that people see it at once.
 class Diagnostics {
  public:
+  void add(Diagnostic diagnostic);  // with its own severity
   void add_error(Diagnostic diagnostic);
+  void add_error(const InputPlace& place, const std::string& message);
   void add_warning(Diagnostic diagnostic);
+  void add_warning(const InputPlace& place, const std::string& message);
   bool has_errors() const;
   const std::vector<Diagnostic>& all() const { return all_; }
   std::vector<std::string> warning_texts() const;
@@ -45,6 +58,9 @@ class InputError : public std::runtime_error {
  private:
   std::vector<Diagnostic> diagnostics_;
 };
+
+// Throws InputError of this one error.
+[[noreturn]] void refuse_input(const InputPlace& place, const std::string& message);
 
 // The candidate nearest to a mistyped word, empty when none is near.
 std::string find_nearest(const std::string& word, const std::vector<std::string>& candidates);

@@ -22,7 +22,7 @@ double make_uniform(unsigned long long bits) { return (static_cast<double>(bits 
 double calc_noise(unsigned long long seed, unsigned long long channel, unsigned long long step) {
   const unsigned long long key = mix_bits(mix_bits(mix_bits(seed) ^ channel) ^ step);
   const double u = make_uniform(key), w = make_uniform(mix_bits(key));
-  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * 3.14159265358979323846 * w);  // Box-Muller
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * M_PI * w);  // Box-Muller
 }
 
 }  // namespace hrp

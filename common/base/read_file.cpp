@@ -16,11 +16,7 @@ std::string read_rest(std::istream& file, const std::string& path) {
 }
 
 void check_end(const std::istream& file, const std::string& path) {
-  if (!file.bad()) return;
-  Diagnostic d;
-  d.file = path;
-  d.message = "cannot be read to its end: the disk reports an error";
-  throw InputError(d);
+  if (file.bad()) refuse_input(path, "cannot be read to its end: the disk reports an error");
 }
 
 }  // namespace hrp

@@ -15,12 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void refuse(const std::string& folder, const std::string& text) {
-  Diagnostic d;
-  d.file = folder, d.message = text;
-  throw InputError(d);
-}
-
 }  // namespace
 
 void write_file(const std::string& path, const std::string& text) {
@@ -38,12 +32,12 @@ void write_file(const std::string& path, const std::string& text) {
 void prepare_folder(const std::string& folder, size_t bytes) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) refuse(folder, "cannot be made: " + error.message() + "; expected a folder for results");
+  if (error) refuse_input(folder, "cannot be made: " + error.message() + "; expected a folder for results");
   const std::string trial = (fs::path(folder) / ".trial").string();
   try {
     write_file(trial, std::string(bytes, '\0'));
   } catch (const std::runtime_error& failure) {
-    refuse(folder, std::string("nothing can be written in it: ") + failure.what());
+    refuse_input(folder, std::string("nothing can be written in it: ") + failure.what());
   }
   std::remove(trial.c_str());
 }

@@ -17,14 +17,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void refuse(const std::string& file, const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.file = file;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 // IPv4 addresses of this machine's interfaces.
 std::vector<std::string> find_addresses() {
   std::vector<std::string> addresses;
@@ -43,7 +35,8 @@ std::vector<std::string> find_addresses() {
 void check_peer(const std::string& address) {
   in_addr number{};
   if (inet_pton(AF_INET, address.c_str(), &number) == 1) return;
-  refuse("", "network-interface", "'" + address + "' is no IPv4 address of a machine: expected ADDRESS or ADDRESS,PEER,...");
+  refuse_input({"", "network-interface"},
+               "'" + address + "' is no IPv4 address of a machine: expected ADDRESS or ADDRESS,PEER,...");
 }
 
 void check_interface(const std::string& address) {
@@ -53,22 +46,23 @@ void check_interface(const std::string& address) {
     if (here == address) return;
     known += " " + here;
   }
-  refuse("", "network-interface", "'" + address + "' is no IPv4 address of this machine; it has" + known);
+  refuse_input({"", "network-interface"}, "'" + address + "' is no IPv4 address of this machine; it has" + known);
 }
 
 void check_options(const BusOptions& options) {
   // Ports are 7400 + 250 domain + ..., and end at 65535.
   if (options.domain < 0 || options.domain > 230) {
-    refuse("", "domain", std::to_string(options.domain) + " is no DDS domain: expected 0 to 230");
+    refuse_input({"", "domain"}, std::to_string(options.domain) + " is no DDS domain: expected 0 to 230");
   }
   if (!options.config_file.empty() && !std::ifstream(options.config_file)) {
-    refuse(options.config_file, "", "cannot read this DDS configuration file");
+    refuse_input(options.config_file, "cannot read this DDS configuration file");
   }
   const NetworkChoice network = split_network(options.network_interface);
   for (const std::string& peer : network.peers) check_peer(peer);
   if (!options.network_interface.empty()) check_interface(network.address);
   if (options.secure.empty()) return;
-  if (!options.config_file.empty()) refuse("", "secure", "excludes dds-config: that file has the settings of DDS Security, too");
+  if (!options.config_file.empty())
+    refuse_input({"", "secure"}, "excludes dds-config: that file has the settings of DDS Security, too");
   find_secure_files(options.secure, options.only_looks);
 }
 
@@ -82,8 +76,8 @@ std::unique_ptr<Bus> make_bus(const BusOptions& options) {
   if (options.vendor == "fast") return std::make_unique<FastBus>(options);
   if (options.vendor == "memory") return std::make_unique<MemoryBus>();
   const std::string nearest = find_nearest(options.vendor, find_bus_vendors());
-  refuse("", "dds", "'" + options.vendor + "' is no bus: expected cyclone, fast or memory" +
-                        (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+  refuse_input({"", "dds"}, "'" + options.vendor + "' is no bus: expected cyclone, fast or memory" +
+                                (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
 }
 
 }  // namespace hrp

@@ -26,6 +26,7 @@ enum class EffectId : int {
   kAirDrag,      // never reported: what slows a tossed body beside the ground
   kNamed         // count of the above
 };
+constexpr EffectId kNoEffect = EffectId::kNamed;  // where an effect may be absent
 
 enum class PlaceKind {
   kJoint,
@@ -113,13 +114,13 @@ struct ReadingChange {
 
 // A simpler effect that another one contains: for each of its parameters the index in the other; -1: its default.
 struct EffectPart {
-  EffectId id = EffectId::kNamed;
+  EffectId id = kNoEffect;
   std::vector<int> from;
 };
 
-// Which simpler effect one has become by its values; kNamed: none.
+// Which simpler effect one has become by its values.
 struct SpecialCase {
-  EffectId id = EffectId::kNamed;
+  EffectId id = kNoEffect;
   std::vector<double> p;
 };
 

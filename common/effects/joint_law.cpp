@@ -76,12 +76,6 @@ double calc_hysteresis_rate_factor(double z, double v) {
   return 1.0 - 0.5 * std::abs(z) * (1.0 + along);
 }
 
-double calc_stop_effort(const JointLaws& laws, double q, double v) {
-  if (q < laws.lower) return std::max(0.0, laws.stop_stiffness * (laws.lower - q) - laws.stop_damping * v);
-  if (q > laws.upper) return std::min(0.0, laws.stop_stiffness * (laws.upper - q) - laws.stop_damping * v);
-  return 0.0;
-}
-
 const char* find_law_fault(const JointLaws& laws) {
   if (!(laws.kp >= 0) || !(laws.kd >= 0)) return "servo gains must not be negative";
   if (!(laws.effort_limit >= 0)) return "the effort limit must not be negative";

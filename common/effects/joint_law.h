@@ -107,9 +107,6 @@ double calc_backlash_twist(double gap, double twist);
 // Bouc-Wen with n = 1, beta = gamma = 1/2: zd = (v / yield) (1 - |z| (1 + sgn(v z)) / 2), effort = -stiffness yield z.
 double calc_hysteresis_rate_factor(double z, double v);  // zd = factor v / yield
 
-// One-sided stop beyond a limit: spring and damper, never pulling. Effort now.
-double calc_stop_effort(const JointLaws& laws, double q, double v);
-
 // Parameter checks: empty when the laws can be simulated, else what is wrong with which parameter.
 const char* find_law_fault(const JointLaws& laws);
 

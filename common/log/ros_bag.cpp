@@ -20,12 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void fail(const std::string& file, const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.message = text;
-  throw InputError(d);
-}
-
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
@@ -126,7 +120,7 @@ std::unique_ptr<BagFile> open_file(const std::string& path) {
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    fail(path, std::string("cannot be read as a ROS bag: ") + error.what());
+    refuse_input(path, std::string("cannot be read as a ROS bag: ") + error.what());
   }
 }
 
@@ -140,7 +134,7 @@ std::vector<std::string> list_files(const fs::path& folder) {
       if (ends_with(name, end)) files.push_back(entry.path().string());
     }
   }
-  if (error) fail(folder.string(), "cannot be read: " + error.message());
+  if (error) refuse_input(folder.string(), "cannot be read: " + error.message());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -159,12 +153,12 @@ RosBag::RosBag(const std::string& path) : path_(path) {
     for (const std::string& file : metadata.files) files_.push_back((folder / file).string());
   } else {
     files_ = list_files(folder);
-    if (files_.empty()) fail(folder.string(), "is no ROS bag: no metadata.yaml, no .mcap and no .db3 in it");
+    if (files_.empty()) refuse_input(folder.string(), "is no ROS bag: no metadata.yaml, no .mcap and no .db3 in it");
   }
   if (!message_compression_.empty() && message_compression_ != "zstd")
-    fail(path, "messages are compressed with '" + message_compression_ + "', expected zstd");
+    refuse_input(path, "messages are compressed with '" + message_compression_ + "', expected zstd");
   for (const std::string& file : files_) {
-    if (!fs::is_regular_file(file, error)) fail(file, "is named in metadata.yaml and is not there");
+    if (!fs::is_regular_file(file, error)) refuse_input(file, "is named in metadata.yaml and is not there");
     const std::unique_ptr<BagFile> open = open_file(file);
     for (const BagTopic& topic : open->topics()) {
       const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
@@ -198,7 +192,7 @@ std::string RosBag::read(const std::set<std::string>& topics, const std::functio
       });
     } catch (const std::runtime_error& error) {
       if (dynamic_cast<const InputError*>(&error) != nullptr) throw;
-      fail(file, error.what());
+      refuse_input(file, error.what());
     }
     if (!open->damage().empty()) damage += file + ": the bag is cut short: " + open->damage();
   }

@@ -33,7 +33,6 @@ enum class Opcode : uint8_t {
 };
 
 constexpr size_t kRecordHead = 9;                  // opcode and length
-constexpr size_t kMessageHead = 2 + 4 + 8 + 8;     // channel, sequence, log time, publish time
 constexpr size_t kFooterSize = kRecordHead + 20;   // with its head
 
 // A file that cannot be written or read. The text names the file and, where known, the offset.

@@ -133,11 +133,7 @@ void set_surface(const Surface& surface, msg::SurfaceDescription* m) {
 }
 
 [[noreturn]] void refuse(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.file = "robot_description";
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
+  refuse_input({"robot_description", field}, message);
 }
 
 void check_references(const RobotDescription& robot) {

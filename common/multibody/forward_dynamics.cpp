@@ -62,27 +62,17 @@ using small::V3;
 
 bool slides(const LinkConstants& L) { return L.code == JointCode::kSlide; }
 
-inline void start_inertia(const LinkKinematics& k, V3 h, const small::S3& I, double mass, LinkArticulated* A) {
-  (void)k;
+inline void start_inertia(V3 h, const small::S3& I, double mass, LinkArticulated* A) {
   A->J = I;
   A->H = {{0, h.z, -h.y}, {-h.z, 0, h.x}, {h.y, -h.x, 0}};  // [h]x by columns
   A->M = {mass, 0, 0, mass, 0, mass};
-}
-
-// Rigid-body inertias in world axes, without any force.
-void start_inertias(const Model& model, Data* data) {
-  for (size_t i = 0; i < model.links().size(); ++i) {
-    const LinkConstants& L = model.links()[i];
-    const LinkKinematics& k = data->kinematics[i];
-    start_inertia(k, k.R * L.h, calc_turned_inertia(L, k.R), L.mass, &data->articulated[i]);
-  }
 }
 
 inline void start_link(const LinkConstants& L, const LinkKinematics& k, LinkMotion* m, LinkArticulated* A) {
   const V3 h = k.R * L.h;
   const small::S3 I = calc_turned_inertia(L, k.R);
   motion_pass::load_link(k, h, I, L.mass, m);
-  start_inertia(k, h, I, L.mass, A);
+  start_inertia(h, I, L.mass, A);
   A->n = m->n;
   A->f = m->f;
 }
@@ -111,7 +101,7 @@ void restart_links(const Model& model, const std::vector<char>& marks, Data* dat
     const LinkConstants& L = model.links()[i];
     const LinkKinematics& k = data->kinematics[i];
     LinkArticulated* A = &data->articulated[i];
-    start_inertia(k, k.R * L.h, calc_turned_inertia(L, k.R), L.mass, A);
+    start_inertia(k.R * L.h, calc_turned_inertia(L, k.R), L.mass, A);
     A->n = data->motion[i].n;
     A->f = data->motion[i].f;
   }
@@ -168,9 +158,9 @@ inline double calc_joint_inertia(const LinkConstants& L, const double* extra, in
 // added in the same order.
 enum class Reach { kAll, kMarked };
 
-// Inward with or without forces. `marks`: by link, of Reach::kMarked only. Returns false when some joint or the base cannot
+// Inward. `marks`: by link, of Reach::kMarked only. Returns false when some joint or the base cannot
 // be accelerated.
-template <bool with_forces, Reach reach = Reach::kAll>
+template <Reach reach = Reach::kAll>
 bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data, const char* marks = nullptr) {
   const LinkConstants* links = model.links().data();
   const LinkKinematics* k = data->kinematics.data();
@@ -186,7 +176,7 @@ bool gather(const Model& model, const ImplicitTerms& implicit, const double* eff
     const bool slide = slides(links[i]);
     if (is_gathered(i)) positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
     if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
-    if (with_forces) articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
+    articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
   }
   return (!floating || articulated::factor_base(A[0], &data->base_factor)) && positive;
 }
@@ -223,12 +213,25 @@ Status finish_solve(const Model& model, bool positive, Data* data, Eigen::Vector
   return positive ? Status::kOk : Status::kSingular;
 }
 
-void load_right_side(const Model& model, const Eigen::VectorXd* tau, const LinkWrenches* wrenches, Data* data) {
+void load_right_side(const Model& model, const Eigen::VectorXd& tau, Data* data) {
   for (LinkArticulated& A : data->articulated) A.n = A.f = {0, 0, 0};
-  subtract_wrenches(model, wrenches, data);
-  if (tau == nullptr || !model.floating()) return;
-  data->articulated[0].n -= small::load(tau->data());
-  data->articulated[0].f -= small::load(tau->data() + 3);
+  if (!model.floating()) return;
+  data->articulated[0].n -= small::load(tau.data());
+  data->articulated[0].f -= small::load(tau.data() + 3);
+}
+
+// x = (M + ...)^-1 tau.
+void calc_response(const Model& model, const Eigen::VectorXd& tau, Data* data, Eigen::VectorXd* x) {
+  const LinkConstants* links = model.links().data();
+  const LinkKinematics* k = data->kinematics.data();
+  LinkArticulated* A = data->articulated.data();
+  load_right_side(model, tau, data);
+  const double* effort = tau.data() + model.num_base();
+  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
+    const int i = *it;
+    articulated::pass_force(slides(links[i]), k[i].axis, k[i].r, effort[i - 1], A + i, A + links[i].parent);
+  }
+  spread(model, data, x->data());
 }
 
 }  // namespace
@@ -241,7 +244,7 @@ Status calc_forward_dynamics(const Model& model, const Eigen::VectorXd& effort, 
   subtract_wrenches(model, wrenches, data);
   add_impedance_inertia(model, implicit.impedances, data);
   add_impedance_force(model, implicit.impedances, data);
-  return finish_solve(model, gather<true>(model, implicit, effort.data(), data), data, vdot);
+  return finish_solve(model, gather<>(model, implicit, effort.data(), data), data, vdot);
 }
 
 void mark_path(const Model& model, int link, std::vector<char>* marks) {
@@ -259,37 +262,14 @@ Status recalc_forward_dynamics(const Model& model, const std::vector<char>& mark
   subtract_wrenches(model, wrenches, data, &marks);
   add_impedance_inertia(model, implicit.impedances, data);
   add_impedance_force(model, implicit.impedances, data);
-  return finish_solve(model, gather<true, Reach::kMarked>(model, implicit, effort.data(), data, marks.data()), data, vdot);
-}
-
-Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data) {
-  check_terms(model, implicit);
-  start_inertias(model, data);
-  add_impedance_inertia(model, implicit.impedances, data);
-  return gather<false>(model, implicit, nullptr, data) ? Status::kOk : Status::kSingular;
-}
-
-void calc_response(const Model& model, const Eigen::VectorXd* tau, const LinkWrenches* wrenches, Data* data,
-                   Eigen::VectorXd* x) {
-  HRP_CHECK(x->size() == model.nv() && (tau == nullptr || tau->size() == model.nv()), "x has " << x->size());
-  const LinkConstants* links = model.links().data();
-  const LinkKinematics* k = data->kinematics.data();
-  LinkArticulated* A = data->articulated.data();
-  load_right_side(model, tau, wrenches, data);
-  const double* effort = tau != nullptr ? tau->data() + model.num_base() : nullptr;
-  for (auto it = model.order().rbegin(); it != model.order().rend(); ++it) {
-    const int i = *it;
-    const double e = effort != nullptr ? effort[i - 1] : 0.0;
-    articulated::pass_force(slides(links[i]), k[i].axis, k[i].r, e, A + i, A + links[i].parent);
-  }
-  spread(model, data, x->data());
+  return finish_solve(model, gather<Reach::kMarked>(model, implicit, effort.data(), data, marks.data()), data, vdot);
 }
 
 void calc_responses(const Model& model, const Eigen::MatrixXd& B, Data* data, Eigen::MatrixXd* X) {
   HRP_CHECK(B.rows() == model.nv() && X->rows() == B.rows() && X->cols() == B.cols(), "B has " << B.rows() << " rows");
   for (Eigen::Index c = 0; c < B.cols(); ++c) {
     data->scratch = B.col(c);
-    calc_response(model, &data->scratch, nullptr, data, &data->response);
+    calc_response(model, data->scratch, data, &data->response);
     X->col(c) = data->response;
   }
 }

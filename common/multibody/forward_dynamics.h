@@ -40,22 +40,8 @@ Status recalc_forward_dynamics(const Model& model, const std::vector<char>& mark
                                const LinkWrenches* wrenches, const ImplicitTerms& implicit, Data* data,
                                Eigen::VectorXd* vdot);
 
-// Only the factorisation, which does not depend on velocities. Needs update_kinematics.
-Status update_articulated_inertia(const Model& model, const ImplicitTerms& implicit, Data* data);
-
-// The following three need a factorisation (by one of the above) of the current positions.
-
-// x = (M + ...)^-1 (tau + J^T F), no velocity or gravity terms: with impulses instead of forces, the jump of v.
-// tau (size nv) and wrenches may be nullptr.
-void calc_response(const Model& model, const Eigen::VectorXd* tau, const LinkWrenches* wrenches, Data* data,
-                   Eigen::VectorXd* x);
-
-// X = (M + ...)^-1 B, column by column; X may not be B.
+// X = (M + ...)^-1 B, column by column, no velocity or gravity terms; X may not be B. Needs a factorisation (by one of
+// the above) of the current positions.
 void calc_responses(const Model& model, const Eigen::MatrixXd& B, Data* data, Eigen::MatrixXd* X);
-
-// G (6k x 6k), symmetric: block (a, b) is the acceleration of links[a] per wrench on links[b], each [angular; linear]
-// about the links' origins in world axes. Only the paths from these links to the base are visited. The Delassus matrix
-// of contact points on these links is J_c G J_c^T with each point's J_c = [-skew(p_LC), 1]. A link may appear once.
-void calc_link_mobility(const Model& model, const std::vector<int>& links, Data* data, Eigen::MatrixXd* G);
 
 }  // namespace hrp

@@ -9,32 +9,25 @@
 namespace hrp {
 namespace {
 
-void add_error(const std::string& field, const std::string& message, Diagnostics* diagnostics) {
-  Diagnostic diagnostic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  diagnostics->add_error(diagnostic);
-}
-
 void check_inertia(const LinkSpec& link, Diagnostics* diagnostics) {
   const std::string field = "link '" + link.name + "'";
   const LinkInertia& inertia = link.inertia;
   if (!std::isfinite(inertia.mass) || inertia.mass < 0) {
-    add_error(field, "mass " + std::to_string(inertia.mass) + " kg: expected a finite number >= 0", diagnostics);
+    diagnostics->add_error({"", field}, "mass " + std::to_string(inertia.mass) + " kg: expected a finite number >= 0");
     return;
   }
   if (!inertia.p_LLcm_L.allFinite() || !inertia.I_LLcm_L.allFinite()) {
-    add_error(field, "centre of mass or inertia is not finite", diagnostics);
+    diagnostics->add_error({"", field}, "centre of mass or inertia is not finite");
     return;
   }
   const Matrix3d& I = inertia.I_LLcm_L;
   const double scale = I.cwiseAbs().maxCoeff();
   // 1e-9: inertias are written with few digits; anything above is a wrong matrix, not rounding.
   if ((I - I.transpose()).cwiseAbs().maxCoeff() > 1e-9 * scale) {
-    add_error(field, "inertia is not symmetric", diagnostics);
+    diagnostics->add_error({"", field}, "inertia is not symmetric");
   } else if (scale > 0 &&
              Eigen::SelfAdjointEigenSolver<Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues()(0) < -1e-9 * scale) {
-    add_error(field, "inertia has a negative eigenvalue", diagnostics);
+    diagnostics->add_error({"", field}, "inertia has a negative eigenvalue");
   }
 }
 
@@ -42,15 +35,15 @@ void check_joint(const LinkSpec& link, Diagnostics* diagnostics) {
   const JointSpec& joint = link.joint;
   const std::string field = "joint '" + joint.name + "'";
   if (!joint.X_PF.R.allFinite() || !joint.X_PF.p.allFinite()) {
-    add_error(field, "origin is not finite", diagnostics);
+    diagnostics->add_error({"", field}, "origin is not finite");
   } else if ((joint.X_PF.R * joint.X_PF.R.transpose() - Matrix3d::Identity()).norm() > 1e-9 ||
              joint.X_PF.R.determinant() < 0) {
-    add_error(field, "origin's rotation is not a rotation", diagnostics);
+    diagnostics->add_error({"", field}, "origin's rotation is not a rotation");
   }
-  if (!(std::abs(joint.axis_F.norm() - 1) < 1e-9)) add_error(field, "axis is not a unit vector", diagnostics);
+  if (!(std::abs(joint.axis_F.norm() - 1) < 1e-9)) diagnostics->add_error({"", field}, "axis is not a unit vector");
   if (!std::isfinite(joint.rotor_inertia) || joint.rotor_inertia < 0) {
-    add_error(field, "rotor inertia " + std::to_string(joint.rotor_inertia) + ": expected a finite number >= 0",
-              diagnostics);
+    diagnostics->add_error({"", field},
+                           "rotor inertia " + std::to_string(joint.rotor_inertia) + ": expected a finite number >= 0");
   }
 }
 
@@ -64,25 +57,25 @@ void check_masses(const TreeSpec& spec, Diagnostics* diagnostics) {
   for (size_t i = 0; i < spec.links.size(); ++i) {
     if (mass[i] > 0 || (i == 0 && !spec.floating_base)) continue;
     if (i > 0 && spec.links[i].joint.rotor_inertia > 0) continue;
-    add_error("link '" + spec.links[i].name + "'", "neither this link nor what hangs on it has mass", diagnostics);
+    diagnostics->add_error({"", "link '" + spec.links[i].name + "'"}, "neither this link nor what hangs on it has mass");
   }
 }
 
 void check(const TreeSpec& spec) {
   Diagnostics diagnostics;
-  if (spec.links.empty()) add_error("tree '" + spec.name + "'", "has no links", &diagnostics);
+  if (spec.links.empty()) diagnostics.add_error({"", "tree '" + spec.name + "'"}, "has no links");
   for (size_t i = 0; i < spec.links.size(); ++i) {
     const LinkSpec& link = spec.links[i];
     check_inertia(link, &diagnostics);
     if (i == 0) continue;
     if (link.parent < 0 || link.parent >= static_cast<int>(i)) {
-      add_error("link '" + link.name + "'", "its parent must come before it in the tree", &diagnostics);
+      diagnostics.add_error({"", "link '" + link.name + "'"}, "its parent must come before it in the tree");
     }
     check_joint(link, &diagnostics);
   }
   for (const FrameSpec& frame : spec.frames) {
     if (frame.link < 0 || frame.link >= static_cast<int>(spec.links.size())) {
-      add_error("frame '" + frame.name + "'", "is fixed to a link that does not exist", &diagnostics);
+      diagnostics.add_error({"", "frame '" + frame.name + "'"}, "is fixed to a link that does not exist");
     }
   }
   if (!diagnostics.has_errors()) check_masses(spec, &diagnostics);
@@ -169,12 +162,10 @@ Data::Data(const Model& model) {
   motion.assign(n, LinkMotion{});
   articulated.assign(n, LinkArticulated{});
   composite.assign(n, LinkComposite{});
-  batch.assign(n, LinkBatch{});
   for (LinkKinematics& k : kinematics) k.R = small::from_eigen(Matrix3d(Matrix3d::Identity()));
   M = Eigen::MatrixXd::Zero(model.nv(), model.nv());
   qd = Eigen::VectorXd::Zero(model.num_joints());
   scratch = response = Eigen::VectorXd::Zero(model.nv());
-  marks.assign(n, 0);
   sine = cosine = Eigen::VectorXd::Zero(model.num_joints());
 }
 

@@ -122,27 +122,18 @@ struct LinkComposite {
   small::S3 I;
 };
 
-// Responses of a link to six unit wrenches at once.
-struct LinkBatch {
-  static constexpr int kWide = 6;
-  double u[kWide];
-  double alpha[3][kWide], acc[3][kWide];
-};
-
 // Working memory of one model; every vector has its size from construction on. Which function fills what is said there.
 struct Data {
   explicit Data(const Model& model);
 
   std::vector<LinkKinematics> kinematics;    // update_kinematics
   std::vector<LinkMotion> motion;            // calc_inverse_dynamics, calc_bias, calc_forward_dynamics
-  std::vector<LinkArticulated> articulated;  // calc_forward_dynamics, update_articulated_inertia
+  std::vector<LinkArticulated> articulated;  // calc_forward_dynamics
   std::vector<LinkComposite> composite;      // update_mass_matrix
-  std::vector<LinkBatch> batch;              // calc_link_mobility
   Eigen::MatrixXd M;                         // nv x nv, update_mass_matrix
   Matrix6d base_factor = Matrix6d::Zero();   // L D L^T of the base's articulated inertia, lower triangle
   Eigen::VectorXd qd;                        // copy of the state's joint velocities, update_kinematics
   Eigen::VectorXd scratch, response;         // nv
-  std::vector<char> marks;                   // by link
   Eigen::VectorXd sine, cosine;              // of joint positions
 };
 

@@ -35,8 +35,6 @@ class CommandGate {
 
   // The answer to the last question is there, or the last good one is held in its place.
   bool has_answer() const { return answered_; }
-  // A controller has answered at least once since this server started.
-  bool has_met_controller() const { return met_; }
   const JointCommand& command() const { return command_; }
   // Why take() or check_silence() said no.
   const std::string& fault() const { return fault_; }

@@ -58,6 +58,16 @@ bool is_same_text(const std::string& a, const std::string& b) {
   return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
+const char* get_phase_text(msg::RunPhase phase) {
+  switch (phase) {
+    case msg::RUN_RUNNING: return "running";
+    case msg::RUN_PAUSED: return "paused";
+    case msg::RUN_FINISHED: return "finished";
+    case msg::RUN_FAILED: return "failed";
+    default: return "waiting";
+  }
+}
+
 bool is_over(const msg::RunStatus& status) {
   return status.phase() == msg::RUN_FINISHED || status.phase() == msg::RUN_FAILED;
 }

@@ -44,6 +44,7 @@ bool is_signed(const std::string& token, const std::string& type, const Message&
   return token.empty() || is_same_text(find_signature(token, type, message), message.signature());
 }
 
+const char* get_phase_text(msg::RunPhase phase);  // "running"
 bool is_over(const msg::RunStatus& status);
 // Of those who hold the token nobody believes an end or a refusal without its signature.
 bool must_be_signed(const msg::RunStatus& status);

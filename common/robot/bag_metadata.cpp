@@ -4,9 +4,7 @@
 #include <algorithm>
 #include <cctype>
 
-#include <yaml-cpp/yaml.h>
-
-#include "common/base/diagnostics.h"
+#include "common/robot/yaml_map.h"
 
 namespace hrp {
 namespace {
@@ -18,13 +16,6 @@ std::string read_word(const YAML::Node& node) {
   return word == "none" ? "" : word;
 }
 
-[[noreturn]] void fail(const std::string& path, const YAML::Mark& mark, const std::string& field, const std::string& text) {
-  Diagnostic d;
-  d.file = path, d.field = field, d.message = text;
-  if (!mark.is_null()) d.line = mark.line + 1, d.column = mark.column + 1;
-  throw InputError(d);
-}
-
 }  // namespace
 
 BagMetadata read_bag_metadata(const std::string& path) {
@@ -32,16 +23,18 @@ BagMetadata read_bag_metadata(const std::string& path) {
   try {
     const YAML::Node root = YAML::LoadFile(path);
     const YAML::Node info = root["rosbag2_bagfile_information"];
-    if (!info || !info.IsMap()) fail(path, root.Mark(), "rosbag2_bagfile_information", "is missing: no metadata of a ROS 2 bag");
+    if (!info || !info.IsMap())
+      refuse_input(make_place(path, root.Mark(), "rosbag2_bagfile_information"),
+                   "is missing: no metadata of a ROS 2 bag");
     out.storage = read_word(info["storage_identifier"]);
     out.compression_mode = read_word(info["compression_mode"]);
     out.compression_format = read_word(info["compression_format"]);
     const YAML::Node files = info["relative_file_paths"];
     if (!files || !files.IsSequence() || files.size() == 0)
-      fail(path, info.Mark(), "relative_file_paths", "is missing: expected the bag's files");
+      refuse_input(make_place(path, info.Mark(), "relative_file_paths"), "is missing: expected the bag's files");
     for (const YAML::Node& file : files) out.files.push_back(file.as<std::string>());
   } catch (const YAML::Exception& error) {
-    fail(path, error.mark, "", "not usable YAML: " + error.msg);
+    refuse_input(make_place(path, error.mark), "not usable YAML: " + error.msg);
   }
   return out;
 }

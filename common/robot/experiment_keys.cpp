@@ -16,20 +16,13 @@ namespace fs = std::filesystem;
 // Squares of what a rollout misses, in units of the noise, must stay finite.
 constexpr double kLeastNoise = 1e-15;
 
-[[noreturn]] void fail(const std::string& path, const YAML::Node& node, const std::string& field, const std::string& text) {
-  Diagnostic d;
-  d.file = path, d.field = field, d.message = text;
-  if (node.IsDefined() && !node.Mark().is_null()) d.line = node.Mark().line + 1, d.column = node.Mark().column + 1;
-  throw InputError(d);
-}
-
 std::vector<std::string> read_names(const std::string& path, const YAML::Node& node, const std::string& field) {
   std::vector<std::string> names;
   if (!node) return names;
   if (node.IsScalar()) return {node.as<std::string>()};
-  if (!node.IsSequence()) fail(path, node, field, "expected a list of names");
+  if (!node.IsSequence()) refuse_input(make_place(path, node, field), "expected a list of names");
   for (const YAML::Node& item : node) {
-    if (!item.IsScalar()) fail(path, item, field, "expected a name");
+    if (!item.IsScalar()) refuse_input(make_place(path, item, field), "expected a name");
     names.push_back(item.as<std::string>());
   }
   return names;
@@ -70,16 +63,18 @@ void read_by_hand(const std::string& path, const YAML::Node& node, const std::st
 }
 
 RecordingSpec read_recording(const std::string& path, const YAML::Node& node, const std::string& field) {
-  if (!node.IsMap()) fail(path, node, field, "expected {file: ..., role: train or validate}");
+  if (!node.IsMap()) refuse_input(make_place(path, node, field), "expected {file: ..., role: train or validate}");
   RecordingSpec recording;
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     if (key != "file" && key != "role" && key != "feet_attached" && key != "unknown_force" && key != "loads" &&
         key != "pushes" && key != "notes") {
-      fail(path, item.first, field + "." + key, "unknown key; expected file, role, loads, pushes, feet_attached or unknown_force");
+      refuse_input(make_place(path, item.first, field + "." + key),
+                   "unknown key; expected file, role, loads, pushes, feet_attached or unknown_force");
     }
   }
-  if (!node["file"] || !node["file"].IsScalar()) fail(path, node, field + ".file", "is missing: the recording's file");
+  if (!node["file"] || !node["file"].IsScalar())
+    refuse_input(make_place(path, node, field + ".file"), "is missing: the recording's file");
   recording.name = node["file"].as<std::string>();
   recording.line = node.Mark().line + 1;
   const fs::path file(recording.name);
@@ -87,11 +82,12 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
   // A folder is a ROS bag.
   std::error_code error;  // a name that is too long for a file, links in a circle
   if (!fs::is_regular_file(recording.file, error) && !fs::is_directory(recording.file, error)) {
-    fail(path, node["file"], field + ".file", "there is no file or bag folder '" + recording.file + "'");
+    refuse_input(make_place(path, node["file"], field + ".file"),
+                 "there is no file or bag folder '" + recording.file + "'");
   }
   const std::string role = node["role"] && node["role"].IsScalar() ? node["role"].as<std::string>() : "train";
   if (role != "train" && role != "validate") {
-    fail(path, node["role"], field + ".role", "is '" + role + "', expected train or validate");
+    refuse_input(make_place(path, node["role"], field + ".role"), "is '" + role + "', expected train or validate");
   }
   recording.train = role == "train";
   recording.feet_attached = read_names(path, node["feet_attached"], field + ".feet_attached");
@@ -102,14 +98,15 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
 
 void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys* keys) {
   if (!node) return;
-  if (!node.IsMap()) fail(path, node, "noise", "expected standard deviations by quantity");
+  if (!node.IsMap()) refuse_input(make_place(path, node, "noise"), "expected standard deviations by quantity");
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     double value = 0.0;
     if (key != "position" && key != "velocity" && key != "effort" && key.rfind('/', 0) != 0)
-      fail(path, item.first, "noise." + key, "expected position, velocity, effort, or a sensor or column such as /imu/waist");
+      refuse_input(make_place(path, item.first, "noise." + key),
+                   "expected position, velocity, effort, or a sensor or column such as /imu/waist");
     if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kLargestNumber)) {
-      fail(path, item.second, "noise." + key, "expected a standard deviation from 1e-15 to 1e12");
+      refuse_input(make_place(path, item.second, "noise." + key), "expected a standard deviation from 1e-15 to 1e12");
     }
     keys->noise[key] = value;
   }
@@ -119,7 +116,7 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
 void check_sample_rate(const std::string& path, const YAML::Node& node) {
   double value = 0.0;
   if (!node || (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber)) return;
-  fail(path, node, "sample_rate", "expected a rate of more than 0 Hz, at most 1e12 Hz");
+  refuse_input(make_place(path, node, "sample_rate"), "expected a rate of more than 0 Hz, at most 1e12 Hz");
 }
 
 }  // namespace
@@ -130,7 +127,8 @@ ExperimentKeys parse_experiment_keys(const std::string& text, const std::string&
     const YAML::Node root = YAML::Load(text);
     const YAML::Node list = root["recordings"];
     if (!list || !list.IsSequence() || list.size() == 0) {
-      fail(path, list ? list : root, "recordings", "expected a list of {file: ..., role: train or validate}");
+      refuse_input(make_place(path, list ? list : root, "recordings"),
+                   "expected a list of {file: ..., role: train or validate}");
     }
     for (size_t i = 0; i < list.size(); ++i) {
       keys.recordings.push_back(read_recording(path, list[i], "recordings[" + std::to_string(i) + "]"));
@@ -145,10 +143,7 @@ ExperimentKeys parse_experiment_keys(const std::string& text, const std::string&
       }
     }
   } catch (const YAML::Exception& error) {
-    Diagnostic d;
-    d.file = path, d.message = "not usable YAML: " + error.msg;
-    if (!error.mark.is_null()) d.line = error.mark.line + 1, d.column = error.mark.column + 1;
-    throw InputError(d);
+    refuse_input(make_place(path, error.mark), "not usable YAML: " + error.msg);
   }
   return keys;
 }

@@ -8,10 +8,7 @@ namespace hrp {
 namespace {
 
 [[noreturn]] void fail(const std::string& foot, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = "foot_bush." + foot;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
+  refuse_input({"", "foot_bush." + foot}, message);
 }
 
 int find_foot_link(const std::string& foot, const TreeSpec& tree) {

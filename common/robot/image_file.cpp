@@ -16,10 +16,7 @@ void write(const std::string& path, int width, int height, png_uint_32 format, c
   image.height = static_cast<png_uint_32>(height);
   image.format = format;
   if (png_image_write_to_file(&image, path.c_str(), 0, pixels, 0, nullptr) != 0) return;
-  Diagnostic d;
-  d.file = path;
-  d.message = std::string("cannot be written: ") + image.message;
-  throw InputError(d);
+  refuse_input(path, std::string("cannot be written: ") + image.message);
 }
 
 }  // namespace

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/link_sensor_keys.h"
 
-#include <yaml-cpp/yaml.h>
-
-#include "common/base/diagnostics.h"
+#include "common/robot/yaml_map.h"
 
 namespace hrp {
 namespace {
@@ -12,10 +10,7 @@ std::vector<DeclaredJoint> read_joints(const std::string& path, const YAML::Node
   std::vector<DeclaredJoint> list;
   if (!node) return list;
   const auto fail = [&](const YAML::Node& at) {
-    Diagnostic d;
-    d.file = path, d.field = field, d.message = "expected a list of joints, such as [shoulder, elbow]";
-    if (!at.Mark().is_null()) d.line = at.Mark().line + 1, d.column = at.Mark().column + 1;
-    throw InputError(d);
+    refuse_input(make_place(path, at, field), "expected a list of joints, such as [shoulder, elbow]");
   };
   if (!node.IsSequence()) fail(node);
   for (const YAML::Node& item : node) {

@@ -11,13 +11,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
-  Diagnostic d;
-  d.file = path;
-  d.message = reason;
-  throw InputError(d);
-}
-
 void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const Vector3d& scale, Mesh* mesh) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
@@ -43,13 +36,14 @@ Mesh load_mesh(const std::string& path, const Vector3d& scale) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);
-  if (scene == nullptr || scene->mRootNode == nullptr) refuse(path, std::string("is no mesh: ") + importer.GetErrorString());
+  if (scene == nullptr || scene->mRootNode == nullptr)
+    refuse_input(path, std::string("is no mesh: ") + importer.GetErrorString());
   Mesh mesh;
   append_node(*scene, *scene->mRootNode, aiMatrix4x4(), scale, &mesh);
   for (const Vector3d& vertex : mesh.vertices) {
-    if (!vertex.allFinite()) refuse(path, "has a vertex that is not finite");
+    if (!vertex.allFinite()) refuse_input(path, "has a vertex that is not finite");
   }
-  if (mesh.triangles.empty()) refuse(path, "has no triangles");
+  if (mesh.triangles.empty()) refuse_input(path, "has no triangles");
   return mesh;
 }
 

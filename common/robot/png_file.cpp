@@ -10,13 +10,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason) {
-  Diagnostic d;
-  d.file = path;
-  d.message = reason;
-  throw InputError(d);
-}
-
 void ignore_warning(png_structp, png_const_charp) {}
 
 // libpng reports an error by longjmp: functions that call it hold nothing that needs a destructor.
@@ -59,18 +52,20 @@ struct PngReader {
 
 HeightTable read_png(const std::string& path) {
   PngReader reader(path);
-  if (!reader.read_header()) refuse(path, "is no PNG image");
+  if (!reader.read_header()) refuse_input(path, "is no PNG image");
   const size_t columns = png_get_image_width(reader.png, reader.info), rows = png_get_image_height(reader.png, reader.info);
   const int bits = png_get_bit_depth(reader.png, reader.info), colour = png_get_color_type(reader.png, reader.info);
-  if (colour != PNG_COLOR_TYPE_GRAY && colour != PNG_COLOR_TYPE_GRAY_ALPHA) refuse(path, "is a coloured image, expected grey");
+  if (colour != PNG_COLOR_TYPE_GRAY && colour != PNG_COLOR_TYPE_GRAY_ALPHA)
+    refuse_input(path, "is a coloured image, expected grey");
   if (columns * rows > static_cast<size_t>(kMostHeights)) {
-    refuse(path, "has " + std::to_string(columns * rows) + " pixels, expected " + std::to_string(kMostHeights) + " at most");
+    refuse_input(path, "has " + std::to_string(columns * rows) + " pixels, expected " + std::to_string(kMostHeights) +
+                           " at most");
   }
   const size_t bytes = bits > 8 ? 2 : 1;
   std::vector<png_byte> pixels(columns * rows * bytes * 2);  // twice: alpha goes while rows are read
   std::vector<png_bytep> starts;
   for (size_t i = 0; i < rows; ++i) starts.push_back(pixels.data() + i * columns * bytes * 2);
-  if (!reader.read_rows(starts.data())) refuse(path, "is a damaged PNG image");
+  if (!reader.read_rows(starts.data())) refuse_input(path, "is a damaged PNG image");
   HeightTable table;
   table.columns = static_cast<int>(columns);
   table.rows = static_cast<int>(rows);

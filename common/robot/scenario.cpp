@@ -104,22 +104,15 @@ void check_file(const Scenario& scenario, const std::string& key, const std::str
 }
 
 YAML::Node parse_yaml(const std::string& text, const std::string& path) {
-  Diagnostic d;
-  d.file = path;
   try {
     return YAML::Load(text);
   } catch (const YAML::Exception& error) {
-    if (!error.mark.is_null()) {
-      d.line = error.mark.line + 1;
-      d.column = error.mark.column + 1;
-    }
-    d.message = "not valid YAML: " + error.msg;
+    refuse_input(make_place(path, error.mark), "not valid YAML: " + error.msg);
   } catch (const std::bad_alloc&) {
     throw;  // not the file's fault
   } catch (const std::exception& error) {  // yaml-cpp lets a few std exceptions through on malformed text
-    d.message = std::string("not valid YAML: ") + error.what();
+    refuse_input(path, std::string("not valid YAML: ") + error.what());
   }
-  throw InputError(d);
 }
 
 // YAML is UTF-8. Names in another encoding would not be those of the robot, and no report could say them.
@@ -127,12 +120,9 @@ void check_encoding(const std::string& text, const std::string& path) {
   const size_t at = find_strange_byte(text);
   if (at == std::string::npos) return;
   const size_t begin = at == 0 ? std::string::npos : text.rfind('\n', at - 1);
-  Diagnostic d;
-  d.file = path;
-  d.line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
-  d.column = static_cast<int>(begin == std::string::npos ? at + 1 : at - begin);
-  d.message = describe_strange_byte(text, at);
-  throw InputError(d);
+  const int line = 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
+  const int column = static_cast<int>(begin == std::string::npos ? at + 1 : at - begin);
+  refuse_input({path, "", line, column}, describe_strange_byte(text, at));
 }
 
 Scenario parse_unchecked(const std::string& text, const std::string& path, Diagnostics* diagnostics) {
@@ -147,11 +137,7 @@ Scenario parse_unchecked(const std::string& text, const std::string& path, Diagn
     read_all(map, &scenario);
     check_look_rates(scenario, diagnostics);
   } catch (const YAML::Exception& error) {
-    Diagnostic d;
-    d.file = path;
-    d.line = error.mark.is_null() ? 0 : error.mark.line + 1;
-    d.message = "not usable YAML: " + error.msg;
-    diagnostics->add_error(d);
+    diagnostics->add_error({path, "", error.mark.is_null() ? 0 : error.mark.line + 1}, "not usable YAML: " + error.msg);
   }
   resolve_paths(&scenario);
   return scenario;
@@ -187,12 +173,8 @@ Diagnostic Scenario::make_diagnostic(const std::string& key_path, const std::str
 Scenario load_scenario(const std::string& path) {
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
-  if (!file || !fs::is_regular_file(path, error)) {
-    Diagnostic d;
-    d.file = path;
-    d.message = "cannot be read: there is no such file, or no permission";
-    throw InputError(d);
-  }
+  if (!file || !fs::is_regular_file(path, error))
+    refuse_input(path, "cannot be read: there is no such file, or no permission");
   Diagnostics diagnostics;
   Scenario scenario = parse_unchecked(read_rest(file, path), make_absolute(path, fs::current_path(error)), &diagnostics);
   check_file(scenario, "robot", scenario.robot, &diagnostics);

@@ -16,21 +16,14 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void refuse(const std::string& path, const std::string& reason, int line = 0) {
-  Diagnostic d;
-  d.file = path;
-  d.line = line;
-  d.message = reason;
-  throw InputError(d);
-}
-
 constexpr uintmax_t kLargestFile = 64u << 20;  // [bytes]
 
 std::string read_file(const std::string& path) {
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
-  if (!file || !std::filesystem::is_regular_file(path, error)) refuse(path, "cannot be read: there is no such file, or no permission");
-  if (std::filesystem::file_size(path, error) > kLargestFile) refuse(path, "is larger than 64 MB");
+  if (!file || !std::filesystem::is_regular_file(path, error))
+    refuse_input(path, "cannot be read: there is no such file, or no permission");
+  if (std::filesystem::file_size(path, error) > kLargestFile) refuse_input(path, "is larger than 64 MB");
   return read_rest(file, path);
 }
 
@@ -45,7 +38,8 @@ int parse_row(const char* at, const char* end, int line, const std::string& path
     double value = 0.0;
     const auto [next, error] = std::from_chars(at, end, value);
     if (error != std::errc() || (next != end && !is_separator(*next))) {
-      refuse(path, "'" + std::string(at, std::min(at + 12, end)) + "' is no number, expected heights in metres", line);
+      refuse_input({path, "", line},
+                   "'" + std::string(at, std::min(at + 12, end)) + "' is no number, expected heights in metres");
     }
     values->push_back(value);
     ++count;
@@ -72,7 +66,8 @@ int take_number(const std::string& text, size_t* at, const std::string& path) {
   const std::string word = take_word(text, at);
   int value = -1;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || value < 0) refuse(path, "is no PGM image: '" + word + "' where a number should be");
+  if (error != std::errc() || end != word.data() + word.size() || value < 0)
+    refuse_input(path, "is no PGM image: '" + word + "' where a number should be");
   return value;
 }
 
@@ -87,7 +82,7 @@ HeightTable load_heights(const std::string& path) {
   if (ending == ".png") return read_png(path);
   if (ending == ".pgm") return parse_pgm(read_file(path), path);
   if (ending == ".csv" || ending == ".txt") return parse_height_text(read_file(path), path);
-  refuse(path, "heights are read from .csv, .txt, .png and .pgm files");
+  refuse_input(path, "heights are read from .csv, .txt, .png and .pgm files");
 }
 
 // [m^3] that a mesh without border holds; 0 when it has a border.
@@ -111,10 +106,13 @@ double calc_volume(const Mesh& mesh) {
 
 void load_grid(const ObstacleSpec& obstacle, Surface* surface) {
   HeightTable table = load_heights(obstacle.file);
-  if (table.rows < 2 || table.columns < 2) refuse(obstacle.file, "a height field needs two rows and two columns at least");
+  if (table.rows < 2 || table.columns < 2)
+    refuse_input(obstacle.file, "a height field needs two rows and two columns at least");
   const bool image = table.white > 0.0;
-  if (image && obstacle.low == obstacle.high) refuse(obstacle.file, "is an image: the obstacle needs 'low' and 'high', the heights of black and white [m]");
-  if (!image && obstacle.low != obstacle.high) refuse(obstacle.file, "has heights in metres: 'low' and 'high' are for images");
+  if (image && obstacle.low == obstacle.high)
+    refuse_input(obstacle.file, "is an image: the obstacle needs 'low' and 'high', the heights of black and white [m]");
+  if (!image && obstacle.low != obstacle.high)
+    refuse_input(obstacle.file, "has heights in metres: 'low' and 'high' are for images");
   for (double& value : table.values) {
     if (image) value = obstacle.low + (obstacle.high - obstacle.low) * (value / table.white);
   }
@@ -136,9 +134,11 @@ HeightTable parse_height_text(const std::string& text, const std::string& path) 
     if (count == 0) continue;
     if (table.rows++ == 0) table.columns = count;
     if (count != table.columns) {
-      refuse(path, "has " + std::to_string(count) + " heights, the lines above have " + std::to_string(table.columns), line + 1);
+      refuse_input({path, "", line + 1},
+                   "has " + std::to_string(count) + " heights, the lines above have " + std::to_string(table.columns));
     }
-    if (table.values.size() > static_cast<size_t>(kMostHeights)) refuse(path, "has more than " + std::to_string(kMostHeights) + " heights");
+    if (table.values.size() > static_cast<size_t>(kMostHeights))
+      refuse_input(path, "has more than " + std::to_string(kMostHeights) + " heights");
   }
   return table;
 }
@@ -146,18 +146,23 @@ HeightTable parse_height_text(const std::string& text, const std::string& path) 
 HeightTable parse_pgm(const std::string& text, const std::string& path) {
   size_t at = 0;
   const std::string kind = take_word(text, &at);
-  if (kind != "P2" && kind != "P5") refuse(path, "is no PGM image: it begins with '" + kind + "', expected P2 or P5");
+  if (kind != "P2" && kind != "P5")
+    refuse_input(path, "is no PGM image: it begins with '" + kind + "', expected P2 or P5");
   HeightTable table;
   table.columns = take_number(text, &at, path);
   table.rows = take_number(text, &at, path);
   const int white = take_number(text, &at, path);
-  if (white < 1 || white > 65535) refuse(path, "has the largest value " + std::to_string(white) + ", expected 1 to 65535");
+  if (white < 1 || white > 65535)
+    refuse_input(path, "has the largest value " + std::to_string(white) + ", expected 1 to 65535");
   table.white = white;
   const auto count = static_cast<size_t>(table.columns) * static_cast<size_t>(table.rows);
-  if (count > static_cast<size_t>(kMostHeights)) refuse(path, "has " + std::to_string(count) + " pixels, expected " + std::to_string(kMostHeights) + " at most");
+  if (count > static_cast<size_t>(kMostHeights))
+    refuse_input(path,
+                 "has " + std::to_string(count) + " pixels, expected " + std::to_string(kMostHeights) + " at most");
   const size_t bytes = white > 255 ? 2 : 1;
   ++at;  // one blank after the header
-  if (kind == "P5" && (at > text.size() || text.size() - at < count * bytes)) refuse(path, "ends within its pixels");
+  if (kind == "P5" && (at > text.size() || text.size() - at < count * bytes))
+    refuse_input(path, "ends within its pixels");
   for (size_t i = 0; i < count; ++i) {
     int value = 0;
     if (kind == "P2") value = take_number(text, &at, path);
@@ -189,12 +194,13 @@ std::shared_ptr<const Surface> load_surface(const ObstacleSpec& obstacle) {
   surface->obstacle = obstacle.name;
   if (obstacle.shape == "mesh") {
     surface->mesh = weld(load_mesh(obstacle.file, obstacle.scale));
-    if (calc_volume(surface->mesh) < 0.0) refuse(obstacle.file, "faces inward: triangles must be counter-clockwise seen from outside");
+    if (calc_volume(surface->mesh) < 0.0)
+      refuse_input(obstacle.file, "faces inward: triangles must be counter-clockwise seen from outside");
   } else {
     load_grid(obstacle, surface.get());
   }
   const std::string fault = find_surface_fault(*surface);
-  if (!fault.empty()) refuse(obstacle.file, fault);
+  if (!fault.empty()) refuse_input(obstacle.file, fault);
   return surface;
 }
 

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/topic_map.h"
 
-#include <yaml-cpp/yaml.h>
-
-#include "common/base/diagnostics.h"
+#include "common/robot/yaml_map.h"
 
 namespace hrp {
 namespace {
@@ -22,10 +20,7 @@ class TopicReader {
 
  private:
   [[noreturn]] void fail(const YAML::Node& node, const std::string& field, const std::string& text) const {
-    Diagnostic d;
-    d.file = path_, d.field = field, d.message = text;
-    if (node.IsDefined() && !node.Mark().is_null()) d.line = node.Mark().line + 1, d.column = node.Mark().column + 1;
-    throw InputError(d);
+    refuse_input(make_place(path_, node, field), text);
   }
 
   void check_signal(const YAML::Node& node, const std::string& signal) const {
@@ -85,7 +80,6 @@ class TopicReader {
       } else if (key == "stamps") {
         spec->stamps = read_word(value, field + ".stamps", {"header", "receive"}) == "header" ? StampSource::kHeader
                                                                                               : StampSource::kReceive;
-        spec->stamps_stated = true;
       } else {
         fail(item.first, field + "." + key, "unknown key; expected topic, joints, fields, quantity or stamps");
       }
@@ -122,10 +116,7 @@ TopicMap parse_topic_map(const std::string& text, const std::string& path) {
   try {
     return TopicReader(path).read(YAML::Load(text)["topics"]);
   } catch (const YAML::Exception& error) {
-    Diagnostic d;
-    d.file = path, d.message = "not usable YAML: " + error.msg;
-    if (!error.mark.is_null()) d.line = error.mark.line + 1, d.column = error.mark.column + 1;
-    throw InputError(d);
+    refuse_input(make_place(path, error.mark), "not usable YAML: " + error.msg);
   }
 }
 

@@ -20,7 +20,6 @@ struct SignalTopic {
   std::map<std::string, std::string> fields;  // "position" -> "motor_state[].q"; for types that the tool does not know
   std::string quantity = "position";          // what a plain list of numbers is
   StampSource stamps = StampSource::kHeader;
-  bool stamps_stated = false;
   int line = 0, column = 0;  // in the experiment
 };
 

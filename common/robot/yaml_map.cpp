@@ -52,6 +52,14 @@ std::string join(const std::vector<std::string>& words) {
 
 }  // namespace
 
+InputPlace make_place(const std::string& file, const YAML::Mark& mark, const std::string& field) {
+  return mark.is_null() ? InputPlace(file, field) : InputPlace(file, field, mark.line + 1, mark.column + 1);
+}
+
+InputPlace make_place(const std::string& file, const YAML::Node& node, const std::string& field) {
+  return make_place(file, node.IsDefined() ? node.Mark() : YAML::Mark::null_mark(), field);
+}
+
 YamlMap::YamlMap(const YAML::Node& node, std::string path, YamlContext* context)
     : node_(node), path_(std::move(path)), context_(context) {
   if (!node.IsDefined() || node.IsNull()) return;  // an empty section: all defaults
@@ -91,17 +99,9 @@ YAML::Node YamlMap::find(const std::string& key) {
 }
 
 void YamlMap::complain(const YAML::Node& node, const std::string& path, const std::string& message) {
-  Diagnostic d;
-  d.file = context_->file;
-  d.field = path;
-  d.message = message;
   YAML::Mark mark = node.IsDefined() ? node.Mark() : YAML::Mark::null_mark();
   if (mark.is_null() && node_.IsDefined()) mark = node_.Mark();
-  if (!mark.is_null()) {
-    d.line = mark.line + 1;
-    d.column = mark.column + 1;
-  }
-  context_->diagnostics->add_error(d);
+  context_->diagnostics->add_error(make_place(context_->file, mark, path), message);
 }
 
 void YamlMap::error(const std::string& key, const std::string& message) {

@@ -24,6 +24,10 @@ struct YamlContext {
   std::map<std::string, std::pair<int, int>>* marks = nullptr;  // key path -> line, column of its value
 };
 
+// Where a node, or an error of yaml-cpp, stands.
+InputPlace make_place(const std::string& file, const YAML::Mark& mark, const std::string& field = "");
+InputPlace make_place(const std::string& file, const YAML::Node& node, const std::string& field = "");
+
 // Numbers beyond this are no quantity of a robot in SI units; their squares and products still have to be finite.
 constexpr double kLargestNumber = 1e12;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <set>
 
+#include "common/base/diagnostics.h"
 #include "controller/motion/motion.h"
 #include "controller/motion/motion_text.h"
 
@@ -42,18 +43,18 @@ std::vector<Column> read_header(const std::string& line, const std::string& path
   const std::vector<std::string> words = split(line);
   *width = words.size();
   if (words[0] != "time") {
-    refuse_motion(path, number, "the first column is '" + words[0] + "', expected a header 'time,JOINT,JOINT,...'");
+    refuse_input({path, "", number}, "the first column is '" + words[0] + "', expected a header 'time,JOINT,JOINT,...'");
   }
   std::vector<Column> columns;
   std::set<std::string> seen;
   for (size_t i = 1; i < words.size(); ++i) {
-    if (words[i].empty()) refuse_motion(path, number, "column " + std::to_string(i + 1) + " has no name");
+    if (words[i].empty()) refuse_input({path, "", number}, "column " + std::to_string(i + 1) + " has no name");
     const std::string joint = read_joint_name(words[i]);
     if (joint.empty()) continue;
-    if (!seen.insert(joint).second) refuse_motion(path, number, "joint '" + joint + "' has two columns");
+    if (!seen.insert(joint).second) refuse_input({path, "", number}, "joint '" + joint + "' has two columns");
     columns.push_back({i, joint});
   }
-  if (columns.empty()) refuse_motion(path, number, "has no column of joint positions");
+  if (columns.empty()) refuse_input({path, "", number}, "has no column of joint positions");
   return columns;
 }
 
@@ -65,17 +66,18 @@ std::vector<double> read_row(const std::string& line, const std::string& path, i
     double value = 0.0;
     const char* start = at;
     if (!read_number(&at, end, &value)) {
-      refuse_motion(path, number, "column " + std::to_string(values.size() + 1) + " is " + show_word(start, end) +
-                                      ", expected a finite number");
+      refuse_input({path, "", number}, "column " + std::to_string(values.size() + 1) + " is " + show_word(start, end) +
+                                           ", expected a finite number");
     }
     values.push_back(value);
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
     if (at == end) break;
-    if (*at != ',') refuse_motion(path, number, "has " + show_word(at, end) + " behind a number, expected a comma");
+    if (*at != ',') refuse_input({path, "", number}, "has " + show_word(at, end) + " behind a number, expected a comma");
     ++at;
   }
   if (values.size() != width) {
-    refuse_motion(path, number, "has " + std::to_string(values.size()) + " columns, expected " + std::to_string(width));
+    refuse_input({path, "", number},
+                 "has " + std::to_string(values.size()) + " columns, expected " + std::to_string(width));
   }
   return values;
 }
@@ -100,12 +102,12 @@ Motion parse_csv_motion(const std::string& text, const std::string& path) {
     }
     const std::vector<double> row = read_row(line, path, number, width);
     if (!motion.times.empty() && row[0] <= motion.times.back()) {
-      refuse_motion(path, number, "time " + std::to_string(row[0]) + " s does not rise");
+      refuse_input({path, "", number}, "time " + std::to_string(row[0]) + " s does not rise");
     }
     motion.times.push_back(row[0]);
     for (const Column& column : columns) values.push_back(row[column.index]);
   }
-  if (motion.times.empty()) refuse_motion(path, number, "has no frames");
+  if (motion.times.empty()) refuse_input({path, "", number}, "has no frames");
   const double start = motion.times.front();
   for (double& time : motion.times) time -= start;
   for (const Column& column : columns) motion.joints.push_back(column.joint);

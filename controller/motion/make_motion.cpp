@@ -10,7 +10,6 @@
 
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 const hrp::LegGeometry kLeft{0.3, 0.3, 0.035};
 const hrp::LegGeometry kRight{0.3, 0.3, -0.035};
 
@@ -21,12 +20,12 @@ double calc_ramp(double t, double t0, double t1) { return hrp::calc_minimum_jerk
 Eigen::Vector3d calc_pelvis(double t) {
   const double depth = 0.08 * (calc_ramp(t, 0.5, 2.5) - calc_ramp(t, 2.5, 4.5));
   const double amplitude = 0.04 * (calc_ramp(t, 4.5, 5.75) - calc_ramp(t, 8.25, 9.5));
-  return {0.0, amplitude * std::sin(2.0 * kPi * (t - 4.5) / 2.5), -depth};
+  return {0.0, amplitude * std::sin(2.0 * M_PI * (t - 4.5) / 2.5), -depth};
 }
 
 // Half-sitting (hip -26, knee 50, ankle -24 degrees): ankle from hip.
 Eigen::Vector3d calc_rest(double offset) {
-  const double hip = -26.0 * kPi / 180.0, shank = 24.0 * kPi / 180.0;
+  const double hip = -26.0 * M_PI / 180.0, shank = 24.0 * M_PI / 180.0;
   return {-0.3 * std::sin(hip) - 0.3 * std::sin(shank), offset, -0.3 * std::cos(hip) - 0.3 * std::cos(shank)};
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
 #include "controller/motion/motion_text.h"
 
@@ -37,11 +38,11 @@ Eigen::MatrixXd calc_slopes(const Motion& motion) {
 
 Motion load_motion(const std::string& path, const std::vector<std::string>& joint_order) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) refuse_motion(path, 0, "cannot be read: there is no such file, or no permission");
+  if (!file) refuse_input(path, "cannot be read: there is no such file, or no permission");
   const std::string text = read_rest(file, path);
   if (ends_with(path, ".seq")) return parse_seq_motion(text, path, joint_order);
-  if (!ends_with(path, ".csv")) refuse_motion(path, 0, "is of no known kind, expected a name ending in .csv or .seq");
-  if (!joint_order.empty()) refuse_motion(path, 0, "names its joints itself; leave out controller.joint_order");
+  if (!ends_with(path, ".csv")) refuse_input(path, "is of no known kind, expected a name ending in .csv or .seq");
+  if (!joint_order.empty()) refuse_input(path, "names its joints itself; leave out controller.joint_order");
   return parse_csv_motion(text, path);
 }
 
@@ -52,8 +53,8 @@ MotionPlayer::MotionPlayer(Motion motion, const std::vector<std::string>& robot_
     const auto it = std::find(robot_joints.begin(), robot_joints.end(), joint);
     if (it == robot_joints.end()) {
       const std::string nearest = find_nearest(joint, robot_joints);
-      refuse_motion(path, 0, "moves joint '" + joint + "', which the robot does not have" +
-                                 (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+      refuse_input(path, "moves joint '" + joint + "', which the robot does not have" +
+                             (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
     }
     robot_index_.push_back(static_cast<int>(it - robot_joints.begin()));
   }
@@ -89,17 +90,6 @@ void MotionPlayer::sample(double t, Eigen::VectorXd* q, Eigen::VectorXd* qd) con
     (*q)[robot_index_[j]] = h00 * p0 + h10 * h * m0 + h01 * p1 + h11 * h * m1;
     (*qd)[robot_index_[j]] = d00 * (p0 - p1) / h + d10 * m0 + d11 * m1;
   }
-}
-
-double MotionPlayer::find_start_gap(std::string* joint) const {
-  double gap = 0.0;
-  for (size_t j = 0; j < robot_index_.size() && motion_.positions.cols() > 0; ++j) {
-    const double distance = std::abs(motion_.positions(Eigen::Index(j), 0) - rest_[robot_index_[j]]);
-    if (distance <= gap) continue;
-    gap = distance;
-    if (joint != nullptr) *joint = motion_.joints[j];
-  }
-  return gap;
 }
 
 }  // namespace hrp

@@ -41,8 +41,6 @@ class MotionPlayer {
   // Reference at time t [s]; q and qd are resized to the robot's joints. A pure function of t.
   void sample(double t, Eigen::VectorXd* q, Eigen::VectorXd* qd) const;
   double duration() const { return motion_.duration(); }
-  // Largest distance of `rest` from the first frame [rad or m] over the joints that the motion has, and its joint.
-  double find_start_gap(std::string* joint) const;
 
  private:
   size_t find_interval(double t) const;

@@ -4,17 +4,7 @@
 
 #include <string>
 
-#include "common/base/diagnostics.h"
-
 namespace hrp {
-
-[[noreturn]] inline void refuse_motion(const std::string& path, int line, const std::string& message) {
-  Diagnostic d;
-  d.file = path;
-  d.line = line;
-  d.message = message;
-  throw InputError(d);
-}
 
 // Reads a finite number at *at (leading blanks allowed) and moves *at behind it; false when there is none before `end`.
 bool read_number(const char** at, const char* end, double* value);

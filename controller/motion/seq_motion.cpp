@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/diagnostics.h"
 #include "controller/motion/motion.h"
 #include "controller/motion/motion_text.h"
 
@@ -48,7 +49,7 @@ double SeqReader::read_value(const std::string& value, const std::string& key) {
   const char* at = value.data();
   double number = 0.0;
   if (!read_number(&at, value.data() + value.size(), &number) || number <= 0.0) {
-    refuse_motion(path_, line_, key + " is '" + value + "', expected a number > 0");
+    refuse_input({path_, "", line_}, key + " is '" + value + "', expected a number > 0");
   }
   return number;
 }
@@ -65,8 +66,8 @@ void SeqReader::start_component() {
 
 void SeqReader::finish_component() {
   if (content_ != "JointDisplacement" && content_ != "JointPosition") return;
-  if (found_) refuse_motion(path_, component_line_, "is a second component of joint displacements");
-  if (frames_ == 0) refuse_motion(path_, component_line_, "JointDisplacement has no frames");
+  if (found_) refuse_input({path_, "", component_line_}, "is a second component of joint displacements");
+  if (frames_ == 0) refuse_input({path_, "", component_line_}, "JointDisplacement has no frames");
   found_ = true;
   found_parts_ = parts_;
   found_rate_ = rate_;
@@ -84,7 +85,8 @@ void SeqReader::read_key(const std::string& line) {
   const size_t start = text.find_first_not_of(" \r");
   if (start == std::string::npos) return;
   const size_t colon = text.find(':', start);
-  if (colon == std::string::npos) refuse_motion(path_, line_, "is " + show_word(&text[start], &text[text.size()]) + ", expected 'key: value'");
+  if (colon == std::string::npos)
+    refuse_input({path_, "", line_}, "is " + show_word(&text[start], &text[text.size()]) + ", expected 'key: value'");
   const std::string key = text.substr(start, colon - start);
   std::string value = text.substr(colon + 1);
   const size_t last = value.find_last_not_of(" \r\"'");
@@ -106,19 +108,20 @@ void SeqReader::read_frame() {
   ++at_;
   while (true) {
     while (at_ < end_ && (*at_ == ' ' || *at_ == ',' || *at_ == '\r' || *at_ == '\n')) line_ += *at_++ == '\n' ? 1 : 0;
-    if (at_ >= end_) refuse_motion(path_, first_line, "the frame that begins here has no ']': the file is cut off");
+    if (at_ >= end_) refuse_input({path_, "", first_line}, "the frame that begins here has no ']': the file is cut off");
     if (*at_ == ']') break;
     double value = 0.0;
     if (!read_number(&at_, end_, &value)) {
-      refuse_motion(path_, line_, "value " + std::to_string(count + 1) + " of the frame is " + show_word(at_, end_) +
-                                      ", expected a finite number");
+      refuse_input({path_, "", line_}, "value " + std::to_string(count + 1) + " of the frame is " +
+                                           show_word(at_, end_) + ", expected a finite number");
     }
     if (wanted) values_.push_back(value);
     ++count;
   }
   while (at_ < end_ && *at_ != '\n') ++at_;
   if (wanted && parts_ > 0 && count != parts_) {
-    refuse_motion(path_, first_line, "has " + std::to_string(count) + " values, expected numParts = " + std::to_string(parts_));
+    refuse_input({path_, "", first_line},
+                 "has " + std::to_string(count) + " values, expected numParts = " + std::to_string(parts_));
   }
   ++frames_;
 }
@@ -140,14 +143,14 @@ Motion SeqReader::read(const std::vector<std::string>& joint_order) {
     if (at_ < end_) ++at_;
   }
   finish_component();
-  if (!is_composite_) refuse_motion(path_, 1, "is no Choreonoid motion, expected 'type: CompositeSeq'");
-  if (!found_) refuse_motion(path_, line_, "has no component with content JointDisplacement");
+  if (!is_composite_) refuse_input({path_, "", 1}, "is no Choreonoid motion, expected 'type: CompositeSeq'");
+  if (!found_) refuse_input({path_, "", line_}, "has no component with content JointDisplacement");
   const double rate = found_rate_ > 0.0 ? found_rate_ : file_rate_;
-  if (rate <= 0.0) refuse_motion(path_, line_, "has no frameRate");
-  if (found_parts_ == 0) refuse_motion(path_, line_, "has no numParts");
+  if (rate <= 0.0) refuse_input({path_, "", line_}, "has no frameRate");
+  if (found_parts_ == 0) refuse_input({path_, "", line_}, "has no numParts");
   if (joint_order.size() != found_parts_) {
-    refuse_motion(path_, 0, "has " + std::to_string(found_parts_) + " joints without names; controller.joint_order names " +
-                                std::to_string(joint_order.size()));
+    refuse_input(path_, "has " + std::to_string(found_parts_) + " joints without names; controller.joint_order names " +
+                            std::to_string(joint_order.size()));
   }
   const size_t frames = found_values_.size() / found_parts_;
   Motion motion;

@@ -25,17 +25,9 @@ std::string print(double value) {
 
 std::string print_index(const std::string& list, size_t i) { return list + "[" + std::to_string(i) + "]"; }
 
-[[noreturn]] void refuse(const std::string& topic, const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.file = topic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 void check_count(const std::string& topic, const std::string& field, size_t count, size_t expected, const std::string& why) {
   if (count == expected) return;
-  refuse(topic, field, std::to_string(count) + " values; expected " + std::to_string(expected) + why);
+  refuse_input({topic, field}, std::to_string(count) + " values; expected " + std::to_string(expected) + why);
 }
 
 const JointSpec& get_joint(const Robot& robot, int joint) { return robot.description->tree.joint(joint); }
@@ -46,11 +38,13 @@ std::string find_unit(const Robot& robot, int joint) { return get_joint(robot, j
 void check_range(const std::string& topic, const std::string& field, const std::string& what, double value, double lower, double upper,
                  const std::string& unit) {
   if (value >= lower - kRounding && value <= upper + kRounding) return;
-  refuse(topic, field, what + " " + print(value) + unit + "; expected " + print(lower) + " to " + print(upper) + unit + ", the joint's limits");
+  refuse_input({topic, field}, what + " " + print(value) + unit + "; expected " + print(lower) + " to " + print(upper) +
+                                   unit + ", the joint's limits");
 }
 
 void check_finite(const std::string& topic, const std::string& field, const std::string& joint, double value) {
-  if (!std::isfinite(value)) refuse(topic, field, "joint '" + joint + "' is told " + print(value) + "; expected a finite number");
+  if (!std::isfinite(value))
+    refuse_input({topic, field}, "joint '" + joint + "' is told " + print(value) + "; expected a finite number");
 }
 
 void check_position(const std::string& topic, const std::string& field, const Robot& robot, int joint, double value) {
@@ -76,7 +70,9 @@ class TrajectoryReader {
   }
 
  private:
-  [[noreturn]] void refuse_here(const std::string& field, const std::string& message) const { refuse(topic_, field, message); }
+  [[noreturn]] void refuse_here(const std::string& field, const std::string& message) const {
+    refuse_input({topic_, field}, message);
+  }
 
   void find_joints() {
     std::vector<bool> named(robot_.joints.size(), false);
@@ -207,7 +203,7 @@ Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot
 
 Trajectory make_trajectory(const RosPositions& message, const Robot& robot, const std::string& topic) {
   if (message.layout().data_offset() != 0) {
-    refuse(topic, "layout.data_offset", std::to_string(message.layout().data_offset()) + "; expected 0");
+    refuse_input({topic, "layout.data_offset"}, std::to_string(message.layout().data_offset()) + "; expected 0");
   }
   const std::vector<double>& data = message.data();
   check_count(topic, "data", data.size(), robot.joints.size(), ", one a joint in the order of joint_states");

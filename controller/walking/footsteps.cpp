@@ -13,10 +13,7 @@ namespace {
 const char* get_name(Side side) { return side == kLeft ? "left" : "right"; }
 
 [[noreturn]] void refuse(size_t number, Side side, const std::string& reason) {
-  Diagnostic diagnostic;
-  diagnostic.field = "controller.walk";
-  diagnostic.message = "step " + std::to_string(number) + " (" + get_name(side) + "): " + reason;
-  throw InputError(diagnostic);
+  refuse_input({"", "controller.walk"}, "step " + std::to_string(number) + " (" + get_name(side) + "): " + reason);
 }
 
 std::string format(const char* text, double a, double b) {

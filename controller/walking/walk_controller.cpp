@@ -14,13 +14,6 @@ namespace {
 
 using namespace walking;
 
-[[noreturn]] void refuse(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 Matrix3d turn_z(double yaw) { return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(); }
 
 // Small turns about world x and y.
@@ -35,7 +28,8 @@ class WalkController : public Controller {
     for (size_t i = 0; i < robot.imus.size() && imu_ < 0; ++i) {
       if (spec_.imu.empty() || spec_.imu == robot.imus[i]) imu_ = static_cast<int>(i);
     }
-    if (imu_ < 0) refuse("sensors.imu", "walking needs an IMU" + (spec_.imu.empty() ? "" : " '" + spec_.imu + "'"));
+    if (imu_ < 0)
+      refuse_input({"", "sensors.imu"}, "walking needs an IMU" + (spec_.imu.empty() ? "" : " '" + spec_.imu + "'"));
     imu_frame_ = body_.find_frame(robot.sensors.imus[static_cast<size_t>(imu_)].link);
     for (int side : {kLeft, kRight}) {
       sensor_frame_[side] = body_.find_frame(robot.sensors.wrenches[static_cast<size_t>(sensor_[side])].link);
@@ -98,7 +92,7 @@ class WalkController : public Controller {
     for (size_t i = 0; i < robot.wrenches.size(); ++i) {
       if (robot.wrenches[i] == name) return static_cast<int>(i);
     }
-    refuse("sensors.wrench", "walking needs a force sensor '" + name + "'");
+    refuse_input({"", "sensors.wrench"}, "walking needs a force sensor '" + name + "'");
   }
 
   Matrix3d find_attitude(const ImuSample& imu) {

@@ -12,10 +12,7 @@ namespace hrp::walking {
 namespace {
 
 [[noreturn]] void refuse(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = "controller.walk." + field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
+  refuse_input({"", "controller.walk." + field}, message);
 }
 
 bool is_near(const Vector3d& a, const Vector3d& b) { return (a - b).cwiseAbs().maxCoeff() < 1e-9; }

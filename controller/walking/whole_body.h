@@ -30,7 +30,6 @@ class WholeBody {
   int find_frame(const std::string& name) const { return model_.spec().find_frame(name); }
   // Sole in the axes of the foot's link.
   const Transform& sole_in_foot(Side side) const { return legs_[side].X_LS; }
-  int foot_link(Side side) const { return legs_[side].foot; }
 
   // Joint angles for a centre of mass (world), base attitude and soles (world). The centre of mass is that of all links:
   // found by iteration, to 1e-6 m. False when a leg does not reach; *q then has the last angles that did.

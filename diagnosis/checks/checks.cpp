@@ -5,9 +5,9 @@
 #include <cmath>
 #include <map>
 
+#include "common/base/rounding.h"
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/measurement/velocity_log.h"
 
 namespace hrp::diagnosis {
@@ -19,7 +19,7 @@ constexpr double kStill = 0.02;    // [rad] travel below which a joint hardly mo
 constexpr double kJitter = 0.5;    // share of a period
 
 std::string join(const std::vector<std::string>& names) {
-  constexpr size_t kMost = 4;
+  constexpr size_t kMost = 4;  // names; the others are counted
   std::string text;
   for (size_t i = 0; i < std::min(kMost, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
   return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;

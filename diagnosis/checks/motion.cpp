@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/series.h"
 
 namespace hrp::diagnosis {
@@ -15,9 +15,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kClear = 0.1, kWeak = 0.3;  // share of the effort's spread
-constexpr double kDeviations = 3.0;
+constexpr double kDeviations = 3.0;          // standard errors at which an effect would be seen
 constexpr double kHigh = 0.95;               // quantile that counts as the largest speed and acceleration
-constexpr double kFewestRows = 50;
+constexpr double kFewestRows = 50;           // below which nothing is said
 
 // Terms that every drive has, its gain and a constant torque; friction first.
 std::vector<const TermRow*> make_columns() {

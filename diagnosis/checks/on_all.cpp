@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/checks/found_terms.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {

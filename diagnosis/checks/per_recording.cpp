@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/rounding.h"
 #include "diagnosis/checks/found_terms.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kFewestRows = 30;
+constexpr double kFewestRows = 30;  // of one recording, below which it has no value of its own
 constexpr double kApart = 3.0, kDetail = 0.1;  // standard deviations; share of the larger value
 constexpr double kTold = 0.7;  // a value is shown if its standard deviation is below this share of the pooled value
 

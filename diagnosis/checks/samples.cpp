@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -16,7 +16,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kHeld = 0.25;       // share of repeated samples of a moving joint, above which a signal is held
 constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
-constexpr size_t kMostGaps = 5;
+constexpr size_t kMostGaps = 5;   // in a report, the first ones
 
 // Share of samples that repeat the previous one while the joint moves.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {

@@ -3,25 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/data/topic_clock.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-[[noreturn]] void fail(const std::string& bag, const std::string& topic, const std::string& text) {
-  Diagnostic d;
-  d.file = bag, d.field = topic, d.message = text;
-  throw InputError(d);
-}
 
 // Samples of the same columns: in the order of the bag, later sorted by time.
 struct Track {
@@ -74,7 +65,7 @@ class BagReader {
     std::vector<BagTable> out;
     const std::vector<std::pair<size_t, size_t>> stretches = find_stretches(master);
     for (const auto& [begin, end] : stretches) out.push_back(make_table(master, begin, end, stretches.size() > 1));
-    if (out.empty()) fail(bag_.path(), master.topic->spec.topic, "has no second of samples without a gap");
+    if (out.empty()) refuse_input({bag_.path(), master.topic->spec.topic}, "has no second of samples without a gap");
     return out;
   }
 
@@ -96,7 +87,9 @@ class BagReader {
     });
     if (!damage.empty()) notes_->push_back(damage);
     for (size_t i = 0; i < topics_.size(); ++i) {
-      if (count_[i] == 0) fail(bag_.path(), topics_[i].spec.topic, "has no messages, expected " + topics_[i].spec.signal + (damage.empty() ? "" : " (" + damage + ")"));
+      if (count_[i] == 0)
+        refuse_input({bag_.path(), topics_[i].spec.topic}, "has no messages, expected " + topics_[i].spec.signal +
+                                                               (damage.empty() ? "" : " (" + damage + ")"));
     }
   }
 
@@ -107,7 +100,8 @@ class BagReader {
     try {
       values.read(topic.type, message.data);
     } catch (const DecodeError& error) {
-      fail(bag_.path(), topic.spec.topic, "message " + std::to_string(count_[i]) + " is no " + topic.type.name() + ": " + error.what());
+      refuse_input({bag_.path(), topic.spec.topic},
+                   "message " + std::to_string(count_[i]) + " is no " + topic.type.name() + ": " + error.what());
     }
     Track& track = topic.by_joint ? find_joint_track(i) : find_track(i, topic.columns);
     const double receive = 1e-9 * static_cast<double>(message.received - origin_);
@@ -131,10 +125,13 @@ class BagReader {
       const size_t size = values_[i].numbers(topic.paths[p]).size();
       if (size == 0) continue;
       if (size < names.size() || (size > names.size() && topic.spec.fields.empty()))
-        fail(bag_.path(), topic.spec.topic,
-             "message " + std::to_string(count_[i]) + ": field '" + topic.paths[p] + "' has " + std::to_string(size) +
-                 " elements, expected " + std::to_string(names.size()) + ", one for each joint" +
-                 (topic.paths[p].rfind("points", 0) == 0 ? " (trajectories of one point are commands, longer ones are plans)" : ""));
+        refuse_input({bag_.path(), topic.spec.topic},
+                     "message " + std::to_string(count_[i]) + ": field '" + topic.paths[p] + "' has " +
+                         std::to_string(size) + " elements, expected " + std::to_string(names.size()) +
+                         ", one for each joint" +
+                         (topic.paths[p].rfind("points", 0) == 0
+                              ? " (trajectories of one point are commands, longer ones are plans)"
+                              : ""));
       for (const std::string& name : names) columns.push_back("/" + topic.spec.signal + "/" + find_model_name(topic, name) + "/" + topic.columns[p]);
     }
     return find_track(i, columns);
@@ -202,9 +199,10 @@ class BagReader {
     for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
     if (!strangers.empty() && !any) {
       const std::string near = find_nearest(*strangers.begin(), robot_.joints);
-      fail(bag_.path(), tracks_[0].topic->spec.topic,
-           "the robot has no joint of the bag (" + list + ")" + (near.empty() ? "" : "; did you mean '" + near + "'?") +
-               "; names are mapped with 'joints: {name in the bag: name in the model}' under topics");
+      refuse_input({bag_.path(), tracks_[0].topic->spec.topic},
+                   "the robot has no joint of the bag (" + list + ")" +
+                       (near.empty() ? "" : "; did you mean '" + near + "'?") +
+                       "; names are mapped with 'joints: {name in the bag: name in the model}' under topics");
     }
     if (!strangers.empty()) notes_->push_back("joints that the model does not have were left out: " + list);
   }
@@ -219,7 +217,7 @@ class BagReader {
       }
       if (best) return *best;
     }
-    fail(bag_.path(), topics_[0].spec.topic, "has fewer than two samples");
+    refuse_input({bag_.path(), topics_[0].spec.topic}, "has fewer than two samples");
   }
 
   // Rows [begin, end) of the master in which all topics of joint states send and every command was given at least once.

@@ -9,13 +9,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-[[noreturn]] void fail(const std::string& file, const std::string& field, const std::string& text, int line = 0,
-                       int column = 0) {
-  Diagnostic d;
-  d.file = file, d.field = field, d.message = text, d.line = line, d.column = column;
-  throw InputError(d);
-}
-
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 std::string list_topics(const RosBag& bag) {
@@ -99,26 +92,27 @@ class Binder {
       names.push_back(bag_.topics()[i].name);
     }
     const std::string near = find_nearest(spec.topic, names);
-    fail(experiment_, "topics." + spec.signal,
-         "the bag " + bag_.path() + " has no topic '" + spec.topic + "'; it has " + list_topics(bag_) +
-             (near.empty() ? "" : "; did you mean '" + near + "'?"),
-         spec.line, spec.column);
+    refuse_input({experiment_, "topics." + spec.signal, spec.line, spec.column},
+                 "the bag " + bag_.path() + " has no topic '" + spec.topic + "'; it has " + list_topics(bag_) +
+                     (near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
 
   RosType make_type(const SignalTopic& spec, const BagTopic& topic) const {
     try {
       return RosType(topic.type, topic.encoding, topic.definition);
     } catch (const std::runtime_error& error) {
-      fail(bag_.path(), spec.topic, std::string(error.what()) +
-                                        ": the bag says nothing of its fields (storage sqlite3 before ROS 2 Iron, or ros2idl); "
-                                        "convert the bag to mcap");
+      refuse_input({bag_.path(), spec.topic},
+                   std::string(error.what()) +
+                       ": the bag says nothing of its fields (storage sqlite3 before ROS 2 Iron, or ros2idl); "
+                       "convert the bag to mcap");
     }
   }
 
   void add(const BoundTopic& bound, const std::string& column, const std::string& path, std::vector<std::string>* columns,
            std::vector<std::string>* paths) const {
     if (!bound.type.has(path))
-      fail(bag_.path(), bound.spec.topic, "type " + bound.type.name() + " has no field '" + path + "', expected for " + column);
+      refuse_input({bag_.path(), bound.spec.topic},
+                   "type " + bound.type.name() + " has no field '" + path + "', expected for " + column);
     columns->push_back(column), paths->push_back(path);
   }
 
@@ -142,9 +136,11 @@ class Binder {
       return check_names(topic, bound);
     }
     if (!bound->type.has("data"))
-      fail(bag_.path(), spec.topic,
-           "type " + topic.type + " holds no joints that the tool knows; expected sensor_msgs/msg/JointState, a trajectory "
-           "or std_msgs/msg/Float64MultiArray, or 'fields: {position: path, ...}' under topics." + spec.signal);
+      refuse_input({bag_.path(), spec.topic},
+                   "type " + topic.type +
+                       " holds no joints that the tool knows; expected sensor_msgs/msg/JointState, a trajectory "
+                       "or std_msgs/msg/Float64MultiArray, or 'fields: {position: path, ...}' under topics." +
+                       spec.signal);
     add(*bound, spec.quantity, "data", &bound->columns, &bound->paths);
     check_names(topic, bound);
   }
@@ -156,8 +152,9 @@ class Binder {
         continue;
       }
       if (quantity != "position" && quantity != "velocity" && quantity != "effort")
-        fail(experiment_, "topics." + bound->spec.signal + ".fields." + quantity,
-             "is no quantity; expected name, position, velocity or effort", bound->spec.line, bound->spec.column);
+        refuse_input(
+            {experiment_, "topics." + bound->spec.signal + ".fields." + quantity, bound->spec.line, bound->spec.column},
+            "is no quantity; expected name, position, velocity or effort");
       add(*bound, quantity, path, &bound->columns, &bound->paths);
     }
     check_names(bag_.topics()[bound->index], bound);
@@ -166,10 +163,11 @@ class Binder {
   void check_names(const BagTopic& topic, BoundTopic* bound) const {
     if (!bound->spec.joints.empty()) bound->names.clear();  // stated names hold
     if (!bound->names.empty() || !bound->spec.joints.empty()) return;
-    fail(experiment_, "topics." + bound->spec.signal + ".joints",
-         "is missing: messages of " + topic.name + " (" + topic.type + ") have no names of joints; expected them in the order "
-         "of the message, such as {topic: " + topic.name + ", joints: [" + (robot_.joints.empty() ? "" : robot_.joints[0]) + ", ...]}",
-         bound->spec.line, bound->spec.column);
+    refuse_input({experiment_, "topics." + bound->spec.signal + ".joints", bound->spec.line, bound->spec.column},
+                 "is missing: messages of " + topic.name + " (" + topic.type +
+                     ") have no names of joints; expected them in the order "
+                     "of the message, such as {topic: " +
+                     topic.name + ", joints: [" + (robot_.joints.empty() ? "" : robot_.joints[0]) + ", ...]}");
   }
 
   void add_axes(const BoundTopic& bound, const std::string& column, const std::string& path, const char* axes,
@@ -194,12 +192,12 @@ class Binder {
       add_axes(*bound, "/base/pose/position", begin + "position", "xyz", bound);
       add_axes(*bound, "/base/pose/orientation", begin + "orientation", "xyzw", bound);
     } else {
-      fail(bag_.path(), topic.name,
-           "is of type " + topic.type + ", expected " +
-               (signal == "base"                     ? "nav_msgs/msg/Odometry or geometry_msgs/msg/PoseStamped"
-                : signal.rfind("imu/", 0) == 0 ? "sensor_msgs/msg/Imu"
-                                                     : "geometry_msgs/msg/WrenchStamped") +
-               " for topics." + signal);
+      refuse_input({bag_.path(), topic.name},
+                   "is of type " + topic.type + ", expected " +
+                       (signal == "base"               ? "nav_msgs/msg/Odometry or geometry_msgs/msg/PoseStamped"
+                        : signal.rfind("imu/", 0) == 0 ? "sensor_msgs/msg/Imu"
+                                                       : "geometry_msgs/msg/WrenchStamped") +
+                       " for topics." + signal);
     }
   }
 
@@ -214,8 +212,10 @@ std::vector<BoundTopic> bind_topics(const RosBag& bag, const TopicMap& map, cons
                                     const std::string& experiment, std::vector<std::string>* notes) {
   const TopicMap topics = map.topics.empty() ? Guess(bag, robot, notes).find() : map;
   if (topics.topics.empty())
-    fail(bag.path(), "topics", "no topic was recognised; name them under 'topics:' of the experiment, such as "
-                               "'joint_states: /joint_states'; the bag has " + list_topics(bag));
+    refuse_input({bag.path(), "topics"},
+                 "no topic was recognised; name them under 'topics:' of the experiment, such as "
+                 "'joint_states: /joint_states'; the bag has " +
+                     list_topics(bag));
   std::vector<BoundTopic> bound;
   const Binder binder(bag, robot, experiment);
   for (const SignalTopic& spec : topics.topics) bound.push_back(binder.bind(spec));

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/data/stretches.h"
 
 namespace hrp::diagnosis {
@@ -14,9 +14,7 @@ constexpr double kHand = 0.3;       // [s] uncertainty of the times at which a f
 constexpr double kShortest = 1.5;   // [s] shortest piece; filters need both ends
 
 [[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what, const std::string& text) {
-  Diagnostic d;
-  d.file = e.path, d.line = spec.line, d.field = spec.name + "." + what, d.message = text;
-  throw InputError(d);
+  refuse_input({e.path, spec.name + "." + what, spec.line}, text);
 }
 
 // Converts a link name and a point in its frame to the moving link.

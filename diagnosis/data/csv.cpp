@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -19,18 +18,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
-                       const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
-  throw InputError(d);
-}
-
 std::ifstream open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) fail(path, 0, 0, "", "cannot be read: there is no such file, or no permission");
+  if (!file) refuse_input(path, "cannot be read: there is no such file, or no permission");
   return file;
 }
 
@@ -62,14 +52,17 @@ void check_header(const char* begin, const char* end, const Table& table) {
   const auto is_control = [](unsigned char c) { return c < 0x20 && c != '\t'; };
   const char* stop = end > begin && end[-1] == '\r' ? end - 1 : end;
   const char* bad = std::find_if(begin, stop, is_control);
-  if (bad != stop && *bad == '\r') fail(table.file, 1, 0, "", "its lines end with CR alone: expected LF or CR LF");
+  if (bad != stop && *bad == '\r')
+    refuse_input({table.file, "", 1, 0}, "its lines end with CR alone: expected LF or CR LF");
   if (bad != stop) {
-    fail(table.file, 1, 0, "", "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) + " at place " +
-                                   std::to_string(bad - begin + 1) + " of its header; expected comma-separated values in UTF-8");
+    refuse_input({table.file, "", 1, 0}, "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) +
+                                             " at place " + std::to_string(bad - begin + 1) +
+                                             " of its header; expected comma-separated values in UTF-8");
   }
   const char* other = table.names.size() > 1 ? stop : std::find_if(begin, stop, [](char c) { return c == ';' || c == '\t'; });
   if (other != stop) {
-    fail(table.file, 1, 0, "", std::string("its header has ") + (*other == ';' ? "semicolons" : "tabs") + " and no comma: expected commas between cells");
+    refuse_input({table.file, "", 1, 0}, std::string("its header has ") + (*other == ';' ? "semicolons" : "tabs") +
+                                             " and no comma: expected commas between cells");
   }
 }
 
@@ -77,11 +70,12 @@ void check_names(const Table& table) {
   double value = 0.0;
   const std::string& first = table.names[0];
   if (parse_cell(first.data(), first.data() + first.size(), &value) && !std::isnan(value))
-    fail(table.file, 1, 1, "", "'" + first + "' stands where a header is expected: the names of the columns, such as time");
+    refuse_input({table.file, "", 1, 1},
+                 "'" + first + "' stands where a header is expected: the names of the columns, such as time");
   std::set<std::string> seen;
   for (size_t i = 0; i < table.names.size(); ++i) {
     if (table.names[i].empty() || seen.insert(table.names[i]).second) continue;
-    fail(table.file, 1, static_cast<int>(i) + 1, table.names[i], "this column stands twice in the header");
+    refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1}, "this column stands twice in the header");
   }
 }
 
@@ -106,12 +100,12 @@ bool read_row(const char* begin, const char* end, int line, std::vector<double>*
     const char* stop = static_cast<const char*>(std::memchr(cell, ',', static_cast<size_t>(end - cell)));
     const char* cell_end = stop ? stop : end;
     if (column >= table.names.size()) {
-      fail(table.file, line, static_cast<int>(column) + 1, "",
-           "more cells than the header's " + std::to_string(table.names.size()) + " columns");
+      refuse_input({table.file, "", line, static_cast<int>(column) + 1},
+                   "more cells than the header's " + std::to_string(table.names.size()) + " columns");
     }
     if (!parse_cell(cell, cell_end, &(*row)[column])) {
-      fail(table.file, line, static_cast<int>(column) + 1, table.names[column],
-           "'" + trim(cell, cell_end).substr(0, 40) + "' is no number");
+      refuse_input({table.file, table.names[column], line, static_cast<int>(column) + 1},
+                   "'" + trim(cell, cell_end).substr(0, 40) + "' is no number");
     }
     ++column;
     if (!stop) break;
@@ -241,14 +235,15 @@ Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::
     } else if (file.peek() == std::ifstream::traits_type::eof()) {
       warnings->push_back(path + ":" + std::to_string(line) + ": warning: the last line is cut off and was dropped");
     } else {
-      fail(path, line, 0, "", "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
+      refuse_input({path, "", line, 0},
+                   "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
     }
   }
   check_end(file, path);
-  if (table.names.empty()) fail(path, 0, 0, "", "is empty: expected a header line");
+  if (table.names.empty()) refuse_input(path, "is empty: expected a header line");
   rows->close();
   note_empty_cells(table, warnings);
-  if (table.rows() < 2) fail(path, 1, 0, "", "holds no samples");
+  if (table.rows() < 2) refuse_input({path, "", 1, 0}, "holds no samples");
   return table;
 }
 

@@ -2,15 +2,18 @@
 // Recordings as tables: comma-separated values (a header line, one line per sample) or the log of a run (MCAP).
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
 namespace hrp::diagnosis {
 
+constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();  // where a table has no number
+
 struct Table {
   std::string file;
   std::vector<std::string> names;              // of the columns, as in the header
-  std::vector<std::vector<double>> columns;    // by column; NaN where a cell is empty or says nan
+  std::vector<std::vector<double>> columns;    // by column; kMissing where a cell is empty or says nan
   // Line of the file that each row came from, 1 = header; of a log the number of the sample, counted likewise.
   std::vector<int> lines;
   int find(const std::string& name) const;     // -1 when there is no such column

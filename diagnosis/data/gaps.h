@@ -13,10 +13,12 @@ constexpr double kGapPeriods = 5.0;  // longest normal step, in periods
 constexpr double kGapTime = 0.1;     // [s] shortest gap that cuts a recording or a bag
 constexpr double kShortestPart = 1.0;  // [s] shortest part between gaps that is used
 
-// Median step of stamps [s]; 0 for fewer than two.
+// Median step of stamps [s], without repeated ones; 0 for fewer than two.
 inline double find_period(const std::vector<double>& time) {
   std::vector<double> steps;
-  for (size_t k = 1; k < time.size(); ++k) steps.push_back(time[k] - time[k - 1]);
+  for (size_t k = 1; k < time.size(); ++k) {
+    if (time[k] > time[k - 1]) steps.push_back(time[k] - time[k - 1]);
+  }
   return find_median(std::move(steps));
 }
 

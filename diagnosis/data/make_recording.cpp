@@ -7,10 +7,10 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -20,13 +20,6 @@ constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
 // SI units. No sensor reads more, and its square stays finite.
 constexpr double kLargestReading = 1e12;
 constexpr double kShort = 0.5;  // [s] in which a joint hardly moves
-
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field,
-                       const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
-  throw InputError(d);
-}
 
 // Stamps since 1970 (1.7e9 s) have a resolution of a quarter of a microsecond in a double, too coarse for second
 // differences. They are converted to whole microseconds since the recording's first whole second.
@@ -44,10 +37,10 @@ std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) 
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<size_t> rows;
   for (size_t k = 0; k < t.size(); ++k) {
-    if (!std::isfinite(t[k])) fail(table.file, table.lines[k], column + 1, "time", "is empty");
+    if (!std::isfinite(t[k])) refuse_input({table.file, "time", table.lines[k], column + 1}, "is empty");
     if (!rows.empty() && t[k] < t[rows.back()]) {
-      fail(table.file, table.lines[k], column + 1, "time",
-           "goes back from " + number(t[rows.back()], 13) + " to " + number(t[k], 13) + " s");
+      refuse_input({table.file, "time", table.lines[k], column + 1},
+                   "goes back from " + number(t[rows.back()], 13) + " to " + number(t[k], 13) + " s");
     }
     if (!rows.empty() && t[k] == t[rows.back()]) {
       ++*repeated;
@@ -66,28 +59,29 @@ void check_steps(const Table& table, int column, const std::vector<size_t>& rows
   const size_t longest = static_cast<size_t>(std::max_element(steps.begin(), steps.end()) - steps.begin());
   const double mean = (t[rows.back()] - t[rows.front()]) / static_cast<double>(steps.size()), usual = find_median(steps);
   if (usual <= kLongestStep && mean > kLongestStep) {
-    fail(table.file, table.lines[rows[longest + 1]], column + 1, "time",
-         "jumps from " + number(t[rows[longest]], 13) + " to " + number(t[rows[longest + 1]], 13) +
-             " s: expected pauses that are short against the recording; make two recordings of it");
+    refuse_input({table.file, "time", table.lines[rows[longest + 1]], column + 1},
+                 "jumps from " + number(t[rows[longest]], 13) + " to " + number(t[rows[longest + 1]], 13) +
+                     " s: expected pauses that are short against the recording; make two recordings of it");
   }
   if (mean <= kLongestStep && mean >= kShortestStep) return;
-  fail(table.file, table.lines[rows[1]], column + 1, "time",
-       "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
-           number(kLongestStep) + " s apart; " +
-           (mean > 1e5              ? "are these nanoseconds?"
-            : mean > 100.0          ? "are these microseconds?"
-            : mean >= kShortestStep ? "are these milliseconds?"
-                                    : "in which unit is this column?"));
+  refuse_input({table.file, "time", table.lines[rows[1]], column + 1},
+               "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
+                   number(kLongestStep) + " s apart; " +
+                   (mean > 1e5              ? "are these nanoseconds?"
+                    : mean > 100.0          ? "are these microseconds?"
+                    : mean >= kShortestStep ? "are these milliseconds?"
+                                            : "in which unit is this column?"));
 }
 
 // Reads the time stamps: finite, increasing, in seconds. Drops rows with repeated stamps.
 std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
   const int column = table.find("time");
-  if (column < 0) fail(table.file, 1, 1, "time", "is missing: expected a column 'time' [s]");
+  if (column < 0) refuse_input({table.file, "time", 1, 1}, "is missing: expected a column 'time' [s]");
   size_t repeated = 0;
   std::vector<size_t> rows = find_rows(table, column, &repeated);
   if (rows.size() < 8) {
-    fail(table.file, 1, column + 1, "time", "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
+    refuse_input({table.file, "time", 1, column + 1},
+                 "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
   }
   check_steps(table, column, rows);
   for (size_t k : rows) recording->time.push_back(table.columns[static_cast<size_t>(column)][k]);
@@ -177,7 +171,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     used->insert(key);
     *values = take(table, index, rows);
     const size_t bad = find_absurd(*values);
-    if (bad < rows.size()) fail(table.file, table.lines[rows[bad]], index + 1, key, describe_absurd((*values)[bad]));
+    if (bad < rows.size())
+      refuse_input({table.file, key, table.lines[rows[bad]], index + 1}, describe_absurd((*values)[bad]));
     if (any_finite(*values)) return;
     warnings->push_back(file + ": column " + key + " is empty");
     values->clear();
@@ -212,8 +207,8 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
     if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
     const std::string near = find_nearest(joint, missing);
     if (!near.empty() || known.empty())
-      fail(table.file, 1, static_cast<int>(i) + 1, table.names[i],
-           "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+      refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1},
+                   "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
     strangers.insert(joint), used->insert(table.names[i]);
   }
   std::string list;

@@ -8,12 +8,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-[[noreturn]] void fail(const std::string& file, const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.message = text;
-  throw InputError(d);
-}
-
 LogTable read_log(const std::string& path, std::vector<std::string>* warnings) {
   try {
     mcap::Reader reader(path);
@@ -23,7 +17,7 @@ LogTable read_log(const std::string& path, std::vector<std::string>* warnings) {
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    fail(path, std::string("cannot be read as a log: ") + error.what());
+    refuse_input(path, std::string("cannot be read as a log: ") + error.what());
   }
 }
 
@@ -31,7 +25,7 @@ LogTable read_log(const std::string& path, std::vector<std::string>* warnings) {
 
 Table read_mcap(const std::string& path, std::vector<std::string>* warnings) {
   const LogTable log = read_log(path, warnings);
-  if (log.rows.size() < 2) fail(path, "holds no samples");
+  if (log.rows.size() < 2) refuse_input(path, "holds no samples");
   Table table;
   table.file = path;
   table.names = log.names;

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {

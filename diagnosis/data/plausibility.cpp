@@ -7,23 +7,15 @@
 #include <functional>
 
 #include "common/base/diagnostics.h"
+#include "common/base/rounding.h"
 #include "diagnosis/data/range.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846, kDegrees = 180.0 / kPi;
+constexpr double kDegrees = 180.0 / M_PI;
 // A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
 constexpr double kSlopeRoom = 0.1;
-
-[[noreturn]] void fail(const Recording& recording, const std::string& column, const std::string& text) {
-  Diagnostic d;
-  const auto at = recording.column_of.find(column);
-  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second;
-  d.field = column, d.message = text;
-  throw InputError(d);
-}
 
 ServoGains get_gains(const Experiment& e, int joint) {
   const auto at = e.scenario.servo_joints.find(e.robot.tree.joint(joint).name);
@@ -159,9 +151,9 @@ void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs,
       const bool astray = own_a > 0.5 * calc_rms(pairs[a].expected) && own_b > 0.5 * calc_rms(pairs[b].expected);
       if (!astray || cross_a > 0.3 * own_a || cross_b > 0.3 * own_b) continue;
       if (!varies_with(pairs[a].reading, pairs[b].expected) || !varies_with(pairs[b].reading, pairs[a].expected)) continue;
-      fail(r, e.signal_name(static_cast<int>(a), q),
-           std::string("is ") + expected + " of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
-               " rather than its own, and the other way round: are the columns of these two joints exchanged?");
+      refuse_input(r.find_place(e.signal_name(static_cast<int>(a), q)),
+                   std::string("is ") + expected + " of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
+                       " rather than its own, and the other way round: are the columns of these two joints exchanged?");
     }
   }
 }
@@ -174,11 +166,11 @@ void check_units_of(const Experiment& e, const Recording& r, const Pairs& pairs,
     if (std::abs(line.fit) < 0.9 || sound[j]) continue;
     const char* fault = get_unit_fault(line.slope);
     if (fault == nullptr) continue;
-    fail(r, e.signal_name(static_cast<int>(j), q),
-         "is " + text_of(line.slope) + " times " + expected + ": " +
-             (fault[0] == 'd'   ? "degrees instead of rad?"
-              : fault[0] == 't' ? std::string("is ") + expected + " in degrees instead of rad?"
-                                : "is its sign turned?"));
+    refuse_input(r.find_place(e.signal_name(static_cast<int>(j), q)),
+                 "is " + text_of(line.slope) + " times " + expected + ": " +
+                     (fault[0] == 'd'   ? "degrees instead of rad?"
+                      : fault[0] == 't' ? std::string("is ") + expected + " in degrees instead of rad?"
+                                        : "is its sign turned?"));
   }
 }
 
@@ -195,14 +187,15 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
     const int joint = static_cast<int>(j);
     if (std::abs(line.fit) < 0.95) continue;
     if (is_near(line.slope * kDegrees, 1.0)) {
-      fail(r, e.signal_name(joint, Quantity::kPosition),
-           "and its command are too large for the logged effort by " + text_of(1 / line.slope) +
-               " times: degrees instead of rad (or servo gains per degree)?");
+      refuse_input(r.find_place(e.signal_name(joint, Quantity::kPosition)),
+                   "and its command are too large for the logged effort by " + text_of(1 / line.slope) +
+                       " times: degrees instead of rad (or servo gains per degree)?");
     }
     if (is_near(line.slope, -1.0) && is_turned(pairs[j]))
-      fail(r, e.signal_name(joint, Quantity::kEffort), "is the servo's effort with its sign turned");
+      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)), "is the servo's effort with its sign turned");
     if (is_near(line.slope, 1000.0))
-      fail(r, e.signal_name(joint, Quantity::kEffort), "is 1000 times the servo's effort: mN m instead of N m?");
+      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)),
+                   "is 1000 times the servo's effort: mN m instead of N m?");
   }
 }
 
@@ -218,9 +211,9 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
       // reciprocal error.
       const bool clear = la.fit > 0.99 && lb.fit > 0.99 && std::abs(std::log(ratio)) > 0.2;
       if (!clear || std::abs(la.slope / ratio - 1) > 0.05 || std::abs(lb.slope * ratio - 1) > 0.05) continue;
-      fail(r, e.signal_name(static_cast<int>(a), Quantity::kEffort),
-           "obeys the servo gains of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
-               ", and the other way round: are the columns of these two joints exchanged?");
+      refuse_input(r.find_place(e.signal_name(static_cast<int>(a), Quantity::kEffort)),
+                   "obeys the servo gains of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
+                       ", and the other way round: are the columns of these two joints exchanged?");
     }
   }
 }
@@ -239,8 +232,9 @@ void check_still(Experiment* e, Recording* r, int j) {
   JointColumns& joint = r->joints[static_cast<size_t>(j)];
   const bool moves = calc_range(joint.command) > 0.02;
   if (moves && is_still(joint.signal[0])) {
-    fail(*r, e->signal_name(j, Quantity::kPosition),
-         "is " + text_of(joint.signal[0].front()) + " throughout although its command moves: was the encoder read?");
+    refuse_input(
+        r->find_place(e->signal_name(j, Quantity::kPosition)),
+        "is " + text_of(joint.signal[0].front()) + " throughout although its command moves: was the encoder read?");
   }
   for (Quantity q : {Quantity::kVelocity, Quantity::kEffort}) {
     std::vector<double>& signal = joint.signal[static_cast<int>(q)];
@@ -256,7 +250,7 @@ double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), 
 // True beyond three times the joint's limits and beyond a whole turn.
 bool is_far_beyond(const JointSpec& spec, double angle) {
   const double reach = get_reach(spec);
-  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * kPi);
+  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * M_PI);
 }
 
 void check_limits(const Experiment& e, const Recording& r, int j) {
@@ -268,9 +262,9 @@ void check_limits(const Experiment& e, const Recording& r, int j) {
     if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
   }
   if (!is_far_beyond(spec, largest)) return;
-  fail(r, e.signal_name(j, Quantity::kPosition),
-       "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) +
-           " rad: degrees instead of rad?");
+  refuse_input(r.find_place(e.signal_name(j, Quantity::kPosition)),
+               "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) +
+                   " rad: degrees instead of rad?");
 }
 
 // Warns of commands far beyond the limits: a damaged sample, or a drive that receives torques as positions.
@@ -288,8 +282,8 @@ void check_commands(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
   if (get_gains(e, j).kp <= 0.0 || !r.joints[static_cast<size_t>(j)].command.empty()) return;
-  fail(r, "/joint_commands/" + spec.name + "/position",
-       "is missing: the servo of this joint follows it (is the drive 'effort' or 'motion'?)");
+  refuse_input(r.find_place("/joint_commands/" + spec.name + "/position"),
+               "is missing: the servo of this joint follows it (is the drive 'effort' or 'motion'?)");
 }
 
 }  // namespace

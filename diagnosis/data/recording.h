@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/diagnostics.h"
 #include "common/robot/experiment_keys.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
@@ -33,6 +34,11 @@ struct Recording {
   std::map<std::string, std::vector<double>> other;  // all other columns by name
   std::map<std::string, int> column_of;              // number of each column in the file, from 1, for messages
   bool has(const std::string& name) const { return other.count(name) > 0; }
+  // Where a column's name stands in the file.
+  InputPlace find_place(const std::string& column) const {
+    const auto at = column_of.find(column);
+    return {spec.file, column, 1, at == column_of.end() ? 0 : at->second};
+  }
   size_t size() const { return time.size(); }
   double duration() const { return time.back() - time.front(); }
 };

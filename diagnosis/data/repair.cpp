@@ -10,8 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846, kTurn = 2.0 * kPi;
-constexpr double kJump = 1.5 * kPi;    // [rad] no joint moves so far between two samples
+constexpr double kJump = 1.5 * M_PI;    // [rad] no joint moves so far between two samples
 constexpr double kSpike = 10.0;        // times the 95 % quantile of second differences
 constexpr double kSteps = 8.0;         // times the smallest change of a quantised signal
 constexpr double kReturn = 0.1;        // share of the jump by which the neighbours may differ
@@ -50,7 +49,7 @@ void align_turns(const std::vector<double>& angle, std::vector<double>* command)
     if (std::isfinite(angle[k]) && std::isfinite((*command)[k])) apart.push_back((*command)[k] - angle[k]);
   }
   if (apart.empty()) return;
-  const double turns = kTurn * std::round(find_median(std::move(apart)) / kTurn);
+  const double turns = 2.0 * M_PI * std::round(find_median(std::move(apart)) / (2.0 * M_PI));
   for (double& v : *command) v -= turns;
 }
 
@@ -62,7 +61,7 @@ int unwrap_angle(std::vector<double>* angle) {
   for (double& v : *angle) {
     if (!std::isfinite(v)) continue;
     const double step = v + turns - last;
-    if (std::abs(step) > kJump) turns -= kTurn * std::round(step / kTurn), ++jumps;
+    if (std::abs(step) > kJump) turns -= 2.0 * M_PI * std::round(step / (2.0 * M_PI)), ++jumps;
     v += turns, last = v;
   }
   return jumps;

@@ -6,14 +6,14 @@
 #include <limits>
 #include <map>
 
+#include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPiece = 10.0;    // [s]
-constexpr double kHeldOut = 1.0 / 3.0;
+constexpr double kHeldOut = 1.0 / 3.0;  // of the time that is used, for held-out recordings
 
 template <typename Value>
 std::vector<Value> cut(const std::vector<Value>& values, size_t begin, size_t end) {

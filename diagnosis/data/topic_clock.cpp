@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -54,14 +55,6 @@ TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<
   for (double level : levels) rest.push_back(std::abs(level - clock.level));
   clock.scatter = find_median(rest);
   return clock;
-}
-
-double find_period(const std::vector<double>& time) {
-  std::vector<double> steps;
-  for (size_t k = 1; k < time.size(); ++k) {
-    if (time[k] > time[k - 1]) steps.push_back(time[k] - time[k - 1]);
-  }
-  return find_median(steps);
 }
 
 std::vector<double> place_stamps(const std::vector<double>& stamp, const std::vector<double>& receive,

@@ -39,7 +39,4 @@ std::vector<double> place_stamps(const std::vector<double>& stamp, const std::ve
 // "200 Hz; its clock is 3.21 s ahead of that of /joint_states and gains 41 us in a second: moved there".
 std::string describe_clock(const PlacedClock& clock, const std::string& reference);
 
-// Median time between samples [s].
-double find_period(const std::vector<double>& time);
-
 }  // namespace hrp::diagnosis

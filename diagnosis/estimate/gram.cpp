@@ -6,7 +6,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRidge = 1e-9;
+constexpr double kRidge = 1e-9;  // of each column's own sum of squares
 
 struct Part {
   Eigen::MatrixXd G;

@@ -10,6 +10,9 @@ namespace hrp::diagnosis {
 
 using Columns = std::vector<long>;
 
+// Stretches of all samples as folds: long enough that errors of one say nothing of the next.
+constexpr int kFolds = 16;
+
 struct Gram {
   Eigen::MatrixXd G;  // lower triangle
   Eigen::VectorXd b;

@@ -13,6 +13,9 @@ constexpr double kNoiseLeft = 1.2;
 // Deviations of a normal distribution within which 95 % are: half the width of every interval that a report says.
 constexpr double kNinetyFive = 1.96;
 
+// Relative: how well two implementations of a law, two integrators, or a log and the law that made it agree at best.
+constexpr double kAgreement = 1e-3;
+
 // [nats] of odds of 20 to 1: what one more term must add beyond its cost, and within which two models do as well.
 constexpr double kOdds = 3.0;
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/data/low_pass.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/effects/units.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/rounding.h"
 #include "common/effects/units.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/evidence/torque_possible.h"
-#include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_words.h"
 #include "diagnosis/search/relation.h"
 

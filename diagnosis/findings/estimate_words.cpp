@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/findings/estimate_words.h"
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {

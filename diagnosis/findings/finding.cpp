@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {

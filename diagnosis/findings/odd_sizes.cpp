@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/findings/simpler_law.h"
 
+#include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 

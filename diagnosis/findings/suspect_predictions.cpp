@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/findings/suspect_predictions.h"
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {

@@ -7,7 +7,6 @@
 namespace hrp::cases {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 
 enum class ArmKind { serial, planar, scara };
 
@@ -51,7 +50,7 @@ void draw_arm_link(RobotPlan& robot, ArmKind kind, int i, double mass, double le
   LinkPlan& link = robot.links.back();
   if (i == 1 && random.chance(0.4)) link.joint.rpy = {random.uniform(-1.2, 1.2), random.uniform(-1.2, 1.2), 0};
   if (kind == ArmKind::serial && i > 1 && random.chance(0.3))
-    link.joint.rpy[2] = random.pick(std::vector<double>{kPi / 2, -kPi / 2, 0.3});
+    link.joint.rpy[2] = random.pick(std::vector<double>{M_PI / 2, -M_PI / 2, 0.3});
   const double w = random.uniform(0.22, 0.4) * length, h = w * random.uniform(0.8, 1.2);
   const double a = random.uniform(-0.03, 0.03), b = random.uniform(-0.02, 0.02), c = length * random.uniform(0.35, 0.6);
   if (kind == ArmKind::scara)

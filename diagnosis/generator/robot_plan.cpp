@@ -46,11 +46,4 @@ int find_role(const RobotPlan& robot, const std::string& role) {
   return -1;
 }
 
-int find_link(const RobotPlan& robot, const std::string& name) {
-  for (std::size_t i = 0; i < robot.links.size(); ++i) {
-    if (robot.links[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
-}
-
 }  // namespace hrp::cases

@@ -70,7 +70,6 @@ inline const JointPlan& joint(const RobotPlan& robot, int j) {
   return robot.links[static_cast<std::size_t>(j) + 1].joint;
 }
 int find_joint(const RobotPlan& robot, const std::string& name);  // -1: none
-int find_link(const RobotPlan& robot, const std::string& name);   // -1: none
 int find_role(const RobotPlan& robot, const std::string& role);   // joint; -1: none
 
 // A text with the names that the robot's parts have outside the generator.

@@ -15,7 +15,6 @@
 namespace hrp::identification {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kFade = 2.0;        // [s]
 constexpr double kFrame = 0.01;      // [s] of the motion file
 constexpr double kPushSlice = 0.05;  // [s] a hand's force is constant this long
@@ -34,7 +33,7 @@ const char* const kLegJoints[6] = {"HIP_Y", "HIP_R", "HIP_P", "KNEE", "ANKLE_P",
 double sum_waves(const Waves& waves, double t, double duration) {
   const double fade = calc_minimum_jerk(t / kFade) * calc_minimum_jerk((duration - t) / kFade);
   double sum = 0.0;
-  for (const Wave& w : waves) sum += w.amplitude * std::sin(2.0 * kPi * w.frequency * t + w.phase);
+  for (const Wave& w : waves) sum += w.amplitude * std::sin(2.0 * M_PI * w.frequency * t + w.phase);
   return fade * sum;
 }
 
@@ -47,7 +46,7 @@ double calc_shift(const MotionPlan& plan) {
 
 // Half-sitting (hip -26, knee 50, ankle -24 degrees): pelvis over the ankles, forward and up.
 Vector3d calc_half_sitting() {
-  const double hip = -26.0 * kPi / 180.0, shank = 24.0 * kPi / 180.0;
+  const double hip = -26.0 * M_PI / 180.0, shank = 24.0 * M_PI / 180.0;
   return {0.3 * std::sin(hip) + 0.3 * std::sin(shank), 0.0, 0.3 * std::cos(hip) + 0.3 * std::cos(shank)};
 }
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/findings/schema2.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/free_play.h"
-#include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/search.h"
+#include "diagnosis/torque_report.h"
 
 namespace hrp::diagnosis::standing {
 namespace {

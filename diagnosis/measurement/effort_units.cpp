@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 
@@ -103,12 +103,8 @@ bool are_far(const std::vector<EffortUnit>& units) {
 [[noreturn]] void fail_turned(const TorqueData& data, const EffortUnit& unit) {
   const Recording& recording = data.experiment->recordings[data.recordings.front().index];
   const std::string column = data.experiment->signal_name(unit.joint, Quantity::kEffort);
-  const auto at = recording.column_of.find(column);
-  Diagnostic d;
-  d.file = recording.spec.file, d.line = 1, d.column = at == recording.column_of.end() ? 0 : at->second;
-  d.field = column;
-  d.message = "is " + number(1.0 / unit.scale, 3) + " times the torque that the motion takes: is its sign turned?";
-  throw InputError(d);
+  refuse_input(recording.find_place(column),
+               "is " + number(1.0 / unit.scale, 3) + " times the torque that the motion takes: is its sign turned?");
 }
 
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kWide; }

@@ -11,9 +11,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeast = 0.1;     // [rad] smaller offsets are linear to half a percent
-constexpr double kWorth = 0.9;     // ratio of squares that a joint's zero or sense must reach
 constexpr long kSamples = 600;     // from all recordings, at equal distances
-constexpr int kSweeps = 3;
+constexpr int kSweeps = 3;         // over all joints, as each zero depends on the others
 constexpr int kHalvings = 12;      // of a step of a quarter radian: down to 6e-5 rad
 constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
 constexpr long kNuisance = 4;      // v, direction, a, constant
@@ -114,7 +113,7 @@ class Fitter {
     const double old_zero = zero[joint], old_sense = sense[joint], before = least;
     zero[joint] = zero_then, sense[joint] = sense_then;
     const double left = calc_left();
-    if (left * kWorth < before)
+    if (left * kZerosWorth < before)
       least = left;
     else
       zero[joint] = old_zero, sense[joint] = old_sense;

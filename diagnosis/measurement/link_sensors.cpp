@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/base/diagnostics.h"
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
@@ -12,12 +13,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-[[noreturn]] void fail(const std::string& file, int line, int column, const std::string& field, const std::string& text) {
-  Diagnostic d;
-  d.file = file, d.line = line, d.column = column, d.field = field, d.message = text;
-  throw InputError(d);
-}
 
 std::vector<std::string> list_joints(const Experiment& e) {
   std::vector<std::string> names;
@@ -60,25 +55,21 @@ class Finder {
         if (column.first.rfind(kLinkSide, 0) != 0) continue;
         const std::string joint = column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
         if (std::find(joints_.begin(), joints_.end(), joint) != joints_.end()) continue;
-        fail(r.spec.file, 1, find_column(r, column.first), column.first,
-             "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
+        refuse_input(r.find_place(column.first), "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
       }
     }
-  }
-
-  static int find_column(const Recording& r, const std::string& name) {
-    const auto at = r.column_of.find(name);
-    return at == r.column_of.end() ? 0 : at->second;
   }
 
   void check_declared(const std::vector<DeclaredJoint>& list, const std::string& key, const char* quantity) const {
     for (const DeclaredJoint& d : list) {
       if (std::find(joints_.begin(), joints_.end(), d.joint) == joints_.end())
-        fail(e_.path, d.line, d.column, "sensors." + key, "the robot has no joint '" + d.joint + "'" + suggest(d.joint, joints_));
+        refuse_input({e_.path, "sensors." + key, d.line, d.column},
+                     "the robot has no joint '" + d.joint + "'" + suggest(d.joint, joints_));
       for (const Recording& r : e_.recordings) {
         const std::string column = kLinkSide + d.joint + "/" + quantity;
         if (!r.has(column))
-          fail(r.spec.file, 1, 0, column, "is missing: sensors." + key + " of the experiment names joint '" + d.joint + "'");
+          refuse_input(r.find_place(column),
+                       "is missing: sensors." + key + " of the experiment names joint '" + d.joint + "'");
       }
     }
   }
@@ -287,9 +278,9 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
       if (group.unit != k.unit || std::abs(ratio.factor / k.factor - 1.0) > kSame) continue;
       if (std::abs(ratio.correlation) < kCorrelated) continue;
       const Recording& r = data.experiment->recordings[data.recordings[0].index];
-      const std::string column = group.size == 1 ? group.name : group.name + "/x";
-      const auto at = r.column_of.find(column);
-      fail(r.spec.file, 1, at == r.column_of.end() ? 0 : at->second, group.name, std::string("reads ") + k.words);
+      InputPlace place = r.find_place(group.size == 1 ? group.name : group.name + "/x");
+      place.field = group.name;
+      refuse_input(place, std::string("reads ") + k.words);
     }
   }
 }

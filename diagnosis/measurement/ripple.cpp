@@ -6,6 +6,7 @@
 #include <complex>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 
 namespace hrp::diagnosis {
@@ -19,7 +20,6 @@ constexpr double kStep = 0.25;         // periods per step within the travel: fo
 constexpr double kLeastShare = 0.25;
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000;
-constexpr long kStretches = 16;  // of all samples: a ripple has the same phase in all of them
 constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
 
 // Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
@@ -52,7 +52,7 @@ Rest find_rest(const TorqueData& data, int joint) {
 }
 
 // Share of the residual that a ripple explains, and the agreement of its phase between stretches. The latter is the
-// squared sum of the stretches over the sum of their squares (Rayleigh's test), from 1 by chance to kStretches.
+// squared sum of the stretches over the sum of their squares (Rayleigh's test), from 1 by chance to kFolds.
 struct Peak {
   double share = 0.0, coherence = 0.0, periods = 0.0;
 };
@@ -64,7 +64,7 @@ Peak calc_peak(const Rest& rest, double periods, double fastest) {
   const long rows = rest.q.size();
   for (long k = 0; k < rows; ++k) {
     if (rest.speed[k] * periods <= fastest) stretch += std::polar(rest.torque[k], periods * rest.q[k]), n += 1.0;
-    if (k + 1 < rows && k * kStretches / rows == (k + 1) * kStretches / rows) continue;
+    if (k + 1 < rows && k * kFolds / rows == (k + 1) * kFolds / rows) continue;
     sum += stretch, squares += std::norm(stretch), stretch = 0.0;
   }
   if (!(n > 0.0) || !(squares > 0.0)) return {};

@@ -11,21 +11,18 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLongest = 0.1;    // [s] longest delay of commands
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 constexpr double kFollows = 0.3;    // share of the effort's spread: largest residual of a servo with this law
 
-constexpr int kStretches = 16;      // of all training samples
 constexpr size_t kLeastSamples = 100;
-constexpr double kCertain = 4.0;    // standard deviations between a fault and none
 constexpr double kLeast = 0.01;     // of a scale from one; of a bias, relative to the effort's spread
-constexpr double kExact = 1e-3;     // best agreement of a log and a law: of a scale; of a bias, relative to the spread
 constexpr size_t kLater = 3;        // [samples] lag at which noise is uncorrelated
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
 constexpr size_t kCells = 24;       // parts of a joint's travel, shorter than half a ripple's period
@@ -175,9 +172,9 @@ struct Line {
 };
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
-  std::vector<Gram> folds(kStretches, Gram(2));
+  std::vector<Gram> folds(kFolds, Gram(2));
   for (size_t k = 0; k < x.size(); ++k)
-    folds[k * kStretches / x.size()].add_row(Eigen::Vector2d(x[k], 1.0), y[k]);
+    folds[k * kFolds / x.size()].add_row(Eigen::Vector2d(x[k], 1.0), y[k]);
   const Gram total = sum(folds, 2);
   Line line{solve(total, {0, 1}), {}};
   line.std = calc_covariance(folds, total, {0, 1}, line.theta).diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -216,9 +213,9 @@ Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
   const std::vector<double> earlier = centre({pairs.law.begin(), pairs.law.end() - kLater}, cells);
   const std::vector<double> law = centre({pairs.law.begin() + kLater, pairs.law.end()}, cells);
   const std::vector<double> effort = centre({pairs.effort.begin() + kLater, pairs.effort.end()}, cells);
-  std::vector<double> top(kStretches, 0.0), bottom(kStretches, 0.0);
+  std::vector<double> top(kFolds, 0.0), bottom(kFolds, 0.0);
   for (size_t k = 0; k < law.size(); ++k) {
-    const size_t stretch = k * kStretches / law.size();
+    const size_t stretch = k * kFolds / law.size();
     top[stretch] += earlier[k] * effort[k], bottom[stretch] += earlier[k] * law[k];
   }
   const double sum = std::accumulate(bottom.begin(), bottom.end(), 0.0);
@@ -227,7 +224,7 @@ Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
   slope.value = std::accumulate(top.begin(), top.end(), 0.0) / sum;
   double square = 0.0;
   for (size_t s = 0; s < top.size(); ++s) square += std::pow(top[s] - slope.value * bottom[s], 2);
-  slope.std = std::sqrt(square * kStretches / (kStretches - 1)) / sum;
+  slope.std = std::sqrt(square * kFolds / (kFolds - 1)) / sum;
   return slope;
 }
 
@@ -276,12 +273,12 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   out.wavers = calc_wavers(pairs, slope.value, offset);
   if (!(out.after < kFollows * spread) || !(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
-  if (std::abs(off) > std::max(kLeast, kCertain * slope.std))
-    out.scale = slope.value, out.scale_std = std::hypot(slope.std, kExact);
+  if (std::abs(off) > std::max(kLeast, kSignificantInJoint * slope.std))
+    out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);
   // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
-  if (std::abs(bias) > std::max(kLeast * spread, kCertain * line.std[1]))
-    out.bias = bias, out.bias_std = std::hypot(line.std[1], kExact * spread);
+  if (std::abs(bias) > std::max(kLeast * spread, kSignificantInJoint * line.std[1]))
+    out.bias = bias, out.bias_std = std::hypot(line.std[1], kAgreement * spread);
   return out;
 }
 

@@ -23,14 +23,14 @@ using R = TorqueRecording;
 
 constexpr double kMostLoss = 0.6;    // share of the load; no transmission loses more
 constexpr double kMostHeld = 0.8;    // share of the load; a gear that holds more would hardly be driven backwards
-constexpr double kLeastGain = 0.5, kMostGain = 2.0;
+constexpr double kLeastGain = 0.5, kMostGain = 2.0;  // of a torque constant; beyond, it is the unit (effort_units.h)
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
 constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
 // Yield angles [rad] by factors of kYieldStep up to a fifth of the joint's range; the uncertainty is half a step. Below
 // the smallest one, pre-sliding of dry friction looks the same.
 constexpr double kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
-constexpr double kFast = 0.9;
+constexpr double kFast = 0.9;  // quantile of a joint's speeds
 // [s] Delays near which the torque is linearised. With r'' of 10 rad/s^2 and 200 N m/rad, the quadratic term of 12 ms
 // is 0.14 N m.
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};

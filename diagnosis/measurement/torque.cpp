@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/data/rounding.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/measurement/torque_flags.h"
 #include "diagnosis/simulation/bodies.h"

@@ -7,6 +7,7 @@
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
@@ -16,13 +17,9 @@ constexpr double kCutoff = 8.0;         // [Hz] cutoff of both columns
 constexpr double kTrim = 0.3;           // [s] left out at both ends, where derivatives are one-sided
 constexpr double kShortest = 1.0;       // [s]
 constexpr double kFollows = 0.1;  // share of the velocity's spread: largest residual, as a rate of noise says nothing
-constexpr int kStretches = 16;          // of all samples
-constexpr double kCertain = 4.0;        // standard deviations between a fault and none
 constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
-constexpr double kMostLate = 0.1;       // [s]
 constexpr double kLeastBias = 0.02;     // share of the velocity's root mean square
-constexpr double kExact = 1e-3;         // relative agreement of differences over samples with a rate
-constexpr double kExactTime = 0.05;     // the same for a delay, in sampling times
+constexpr double kExactTime = 0.05;     // [sampling times] agreement of a delay
 constexpr int kRounds = 3;              // of linear steps towards the delay
 
 // Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
@@ -66,13 +63,13 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
 std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late) {
   long samples = 0;
   for (const Motion& motion : motions) samples += motion.count(late);
-  std::vector<Gram> folds(kStretches, Gram(kColumns));
+  std::vector<Gram> folds(kFolds, Gram(kColumns));
   long k = 0;
   for (const Motion& motion : motions) {
     const Eigen::VectorXd velocity = read(motion, motion.recording->joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)], late);
     const long trim = motion.count_trimmed(late);
     for (long row = trim; row < trim + motion.count(late); ++row, ++k)
-      folds[static_cast<size_t>(k * kStretches / samples)].add_row(motion.columns.row(row).transpose(), velocity[row]);
+      folds[static_cast<size_t>(k * kFolds / samples)].add_row(motion.columns.row(row).transpose(), velocity[row]);
   }
   return folds;
 }
@@ -90,18 +87,18 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
     const double left = calc_rest(total, kAll, theta) / total.c;
     if (!(left < kFollows * kFollows) || !(theta[0] > 0.0)) return {};
     late -= theta[1] / theta[0];
-    if (!(std::abs(late) < kMostLate)) return {};
+    if (!(std::abs(late) < kLongest)) return {};
     const Eigen::VectorXd std = calc_covariance(folds, total, kAll, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
     // Noise of the rate reduces the slope by at most the relative squared residual.
-    out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kExact);
+    out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kAgreement);
     out.ratio = out.scale, out.ratio_std = out.scale_std;
     out.late = late, out.late_std = std::hypot(std[1] / theta[0], kExactTime * e.sample_time);
-    out.bias = theta[kRates], out.bias_std = std::hypot(std[kRates], kExact * std::sqrt(total.c / total.n));
-    if (std::abs(out.bias) < std::max(kLeastBias * std::sqrt(total.c / total.n), kCertain * out.bias_std)) out.bias = 0.0;
+    out.bias = theta[kRates], out.bias_std = std::hypot(std[kRates], kAgreement * std::sqrt(total.c / total.n));
+    if (std::abs(out.bias) < std::max(kLeastBias * std::sqrt(total.c / total.n), kSignificantInJoint * out.bias_std)) out.bias = 0.0;
     out.before = std::sqrt(before), out.after = std::sqrt(left * total.c / total.n);
   }
-  if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kCertain * out.scale_std)) out.scale = 1.0;
-  const double least = std::max({e.sample_time, kCertain * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
+  if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kSignificantInJoint * out.scale_std)) out.scale = 1.0;
+  const double least = std::max({e.sample_time, kSignificantInJoint * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
   if (std::abs(out.late) < least) out.late = 0.0;
   return out;
 }
@@ -122,7 +119,7 @@ std::vector<VelocityReading> find_velocity_readings(const Experiment& e) {
 
 bool may_be_clock(const std::vector<VelocityReading>& readings, const VelocityReading& scaled) {
   return std::all_of(readings.begin(), readings.end(), [&](const VelocityReading& r) {
-    return r.ratio == 0.0 || std::abs(r.ratio - scaled.scale) < kCertain * std::hypot(r.ratio_std, scaled.scale_std);
+    return r.ratio == 0.0 || std::abs(r.ratio - scaled.scale) < kSignificantInJoint * std::hypot(r.ratio_std, scaled.scale_std);
   });
 }
 

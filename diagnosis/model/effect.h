@@ -60,7 +60,7 @@ struct Effect {
   // At the joint or link of that number, of which the row is; a reading of a sensor has to be said.
   Effect(EffectId row, int index, std::vector<double> values);
 
-  EffectId id = EffectId::kNamed;
+  EffectId id = kNoEffect;
   Place place;
   std::vector<double> p;
 };

@@ -15,15 +15,6 @@ double calc_normal_share(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0))
 
 }  // namespace
 
-void Comparison::add(const Comparison& other) {
-  if (fisher.size() == 0 && other.fisher.size() != 0) {
-    along = Eigen::VectorXd::Zero(other.along.size());
-    fisher = Eigen::MatrixXd::Zero(other.fisher.rows(), other.fisher.cols());
-  }
-  power += other.power, count += other.count;
-  along += other.along, fisher += other.fisher;
-}
-
 double calc_projected_power(const Comparison& comparison, const Eigen::MatrixXd& known) {
   if (comparison.fisher.size() == 0) return comparison.power;
   Eigen::MatrixXd A = comparison.fisher + known;

@@ -16,7 +16,6 @@ struct Comparison {
   Eigen::VectorXd along;    // J^T r
   Eigen::MatrixXd fisher;   // J^T J, Fisher information
   double count = 0.0;       // samples of all signals
-  void add(const Comparison& other);
 };
 
 // r^T r - (J^T r)^T A^-1 (J^T r), A = J^T J + `known`: the difference that remains if the explanation's parameters are

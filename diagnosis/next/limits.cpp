@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -90,9 +90,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 }
 
 [[noreturn]] void fail(const std::string& field, const std::string& message) {
-  Diagnostic fault;
-  fault.field = "--limit " + field, fault.message = message;
-  throw InputError(fault);
+  refuse_input({"", "--limit " + field}, message);
 }
 
 [[noreturn]] void refuse(const std::string& what) {

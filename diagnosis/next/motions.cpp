@@ -9,7 +9,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kTwoPi = 6.28318530717958647692;
 constexpr double kRest = 0.3;  // [s] at rest at both ends
 constexpr double kFade = 1.0;  // [s] in which a motion grows and fades
 
@@ -38,7 +37,7 @@ Curve make_sines(Draw& draw) {
   double total = 0.0;
   for (int i = 0; i < 6; ++i) {
     const double f = draw.log_uniform(0.12, 3.0);
-    terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / 0.12), kTwoPi * f, draw.uniform(0.0, kTwoPi)});
+    terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / 0.12), 2.0 * M_PI * f, draw.uniform(0.0, 2.0 * M_PI)});
     total += terms.back().a;
   }
   return [terms, total](double t) {
@@ -91,23 +90,23 @@ Curve make_targets(Draw& draw, double seconds, double shortest, double longest, 
 
 // From low to high frequency, with decreasing amplitude to limit the speed.
 Curve make_chirp(Draw& draw, double seconds) {
-  const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds, p = draw.uniform(0.0, kTwoPi);
+  const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds, p = draw.uniform(0.0, 2.0 * M_PI);
   return [=](double t) {
-    const double f = low * std::exp(k * t), phase = kTwoPi * low * (std::exp(k * t) - 1.0) / k;
+    const double f = low * std::exp(k * t), phase = 2.0 * M_PI * low * (std::exp(k * t) - 1.0) / k;
     return std::sin(phase + p) * std::min(1.0, std::pow(low / f, 0.8) * 1.2);
   };
 }
 
 // So slow that joints with friction stick visibly, with reversals of many sizes.
 Curve make_creep(Draw& draw) {
-  const double f = draw.uniform(0.1, 0.2), g = draw.uniform(0.45, 0.7), p = draw.uniform(0.0, kTwoPi);
-  return [=](double t) { return 0.75 * std::sin(kTwoPi * f * t + p) + 0.25 * std::sin(kTwoPi * g * t); };
+  const double f = draw.uniform(0.1, 0.2), g = draw.uniform(0.45, 0.7), p = draw.uniform(0.0, 2.0 * M_PI);
+  return [=](double t) { return 0.75 * std::sin(2.0 * M_PI * f * t + p) + 0.25 * std::sin(2.0 * M_PI * g * t); };
 }
 
 // A slow sweep plus a fast small motion.
 Curve make_ripple(Draw& draw) {
-  const double f = draw.uniform(0.1, 0.18), g = draw.uniform(2.5, 5.0), p = draw.uniform(0.0, kTwoPi);
-  return [=](double t) { return 0.9 * std::sin(kTwoPi * f * t + p) + 0.1 * std::sin(kTwoPi * g * t); };
+  const double f = draw.uniform(0.1, 0.18), g = draw.uniform(2.5, 5.0), p = draw.uniform(0.0, 2.0 * M_PI);
+  return [=](double t) { return 0.9 * std::sin(2.0 * M_PI * f * t + p) + 0.1 * std::sin(2.0 * M_PI * g * t); };
 }
 
 Curve make_curve(Family family, double seconds, Draw& draw) {

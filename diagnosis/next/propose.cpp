@@ -19,9 +19,8 @@ namespace {
 
 constexpr unsigned kSeeds = 2;          // of each family
 constexpr double kSmaller = 0.8;        // factor on a size that is not safe
-constexpr double kLeastSize = 0.2;
+constexpr double kLeastSize = 0.2;      // smallest one that is tried
 constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
-constexpr double kLeastSpread = 1e-3;   // relative: agreement of two implementations of a law
 constexpr double kSameFamily = 0.9;     // factor on a second motion of the same family, which may miss the same effects
 constexpr double kByHand = 0.9;         // factor on a motion that needs a load hung on by hand
 constexpr double kSettled = 0.02;       // relative half width of an interval that needs no further motion
@@ -193,7 +192,7 @@ class Proposer {
         if (infos[i].scanned) continue;
         const long k = at++;
         if (infos[i].nuisance) continue;
-        const double floor = kLeastSpread * effect.p[i];
+        const double floor = kAgreement * effect.p[i];
         std::string unit = infos[i].unit;
         if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
         list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor)});

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] amplitude of the body: forward, sideways, vertical
 constexpr double kBodySpeed = 0.25;               // [m/s]
-constexpr int kIterations = 6;
+constexpr int kIterations = 6;                    // of inverse kinematics, from the last pose
 constexpr double kClose = 1e-5;    // [m and rad] tolerance of a foot's pose
 constexpr double kDamping = 1e-8;  // regularisation of the inverted squares
 

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "common/robot/sole.h"
 #include "common/scene/ground_contact.h"
-#include "diagnosis/data/rounding.h"
 #include "servers/console/trial/trial.h"
 
 namespace hrp::diagnosis {

@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
 
@@ -26,8 +23,8 @@ std::string make_recordings(const json& checks) {
   for (const json& r : get_list(checks, "recordings")) {
     const std::size_t gaps = get_list(r, "gaps").size(), held = get_list(r, "held").size();
     rows += "<tr>" + cell(escape(get_text(r, "file"))) + cell(get_text(r, "role") == "validate" ? "held out" : "used for fitting") +
-            cell(format_number(get_number(r, "duration", kNone), 4) + " s") + cell(format_number(get_number(r, "rate", kNone), 4) + " Hz") +
-            cell(gaps == 0 ? "none" : format_number(get_number(r, "lost", kNone), 3) + " s") +
+            cell(format_number(get_number(r, "duration"), 4) + " s") + cell(format_number(get_number(r, "rate"), 4) + " Hz") +
+            cell(gaps == 0 ? "none" : format_number(get_number(r, "lost"), 3) + " s") +
             cell(held == 0 ? "none" : std::to_string(held) + " signals") + "</tr>";
   }
   return table({"recording", "role", "length", "rate", "gaps", "held samples"}, rows);
@@ -36,7 +33,7 @@ std::string make_recordings(const json& checks) {
 // "0.12 N m", "weak: from 0.4 N m on", "hidden by rotor inertia".
 std::string describe_tell(const json& tell) {
   const std::string verdict = get_text(tell, "verdict"), unit = get_text(tell, "unit");
-  const std::string least = format_number(get_number(tell, "least", kNone), 2) + (unit == "1" ? "" : " " + escape(typeset(unit)));
+  const std::string least = format_number(get_number(tell, "least"), 2) + (unit == "1" ? "" : " " + escape(typeset(unit)));
   if (verdict == "clear") return least;
   if (verdict == "weak") return least + " <span class='small'>(weak)</span>";
   std::string by = get_text(tell, "hidden_by");
@@ -50,9 +47,9 @@ std::string make_joints(const json& checks) {
   for (const json& j : get_list(checks, "joints")) {
     const std::vector<double> load = get_numbers(j, "load");
     const std::string unit = escape(get_text(j, "unit", "rad"));
-    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "travel", kNone), 3) + " " + unit) +
-            cell(format_number(get_number(j, "speed", kNone), 3) + " " + unit + "/s") +
-            cell(format_number(get_number(j, "acceleration", kNone), 3) + " " + unit + "/s²") +
+    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "travel"), 3) + " " + unit) +
+            cell(format_number(get_number(j, "speed"), 3) + " " + unit + "/s") +
+            cell(format_number(get_number(j, "acceleration"), 3) + " " + unit + "/s²") +
             cell(load.size() == 2 ? format_number(load[0], 3) + " to " + format_number(load[1], 3) + (unit == "m" ? " N" : " N m") : "-");
     for (const json& t : get_list(j, "tells")) {
       if (head.size() < 5 + get_list(j, "tells").size()) head.push_back("least " + escape(describe_effect(get_text(t, "effect"))));
@@ -75,7 +72,7 @@ std::vector<Step> find_steps(const json& report) {
   constexpr std::size_t kMost = 12;
   std::vector<Step> steps;
   for (const json& f : get_list(report, "findings")) {
-    const double weight = get_number(f, "weight", kNone);
+    const double weight = get_number(f, "weight");
     if (std::isfinite(weight) && weight > 0.0)
       steps.push_back({describe_effect(get_text(f, "effect")) + ", " + describe_place(get(f, "where")), weight});
   }
@@ -104,7 +101,7 @@ std::string make_dots(const json& item) {
   const json& each = get_list(item, "each");
   for (const json& r : each) {
     const std::vector<double> ci = get_numbers(r, "ci95");
-    const double value = get_number(r, "value", kNone);
+    const double value = get_number(r, "value");
     for (double v : {value, ci.size() == 2 ? std::clamp(ci[0], value - 3.0 * std::abs(value), value) : value,
                      ci.size() == 2 ? std::clamp(ci[1], value, value + 3.0 * std::abs(value)) : value}) {
       if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
@@ -119,7 +116,7 @@ std::string make_dots(const json& item) {
   double y = 9.0;
   for (const json& r : each) {
     const std::vector<double> ci = get_numbers(r, "ci95");
-    const double value = get_number(r, "value", kNone);
+    const double value = get_number(r, "value");
     if (!std::isfinite(value)) continue;
     if (ci.size() == 2)
       out += "<line class='span' x1='" + format_number(x(ci[0]), 5) + "' x2='" + format_number(x(ci[1]), 5) + "' y1='" +
@@ -145,11 +142,11 @@ std::string make_on_all(const json& report) {
   std::string rows;
   for (const json& j : get_list(all, "joints")) {
     const std::string unit = " " + escape(get_text(j, "unit"));
-    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "before", kNone), 3) + unit) +
-            cell(format_number(get_number(j, "after", kNone), 3) + unit) + "</tr>";
+    rows += "<tr>" + cell(escape(get_text(j, "joint"))) + cell(format_number(get_number(j, "before"), 3) + unit) +
+            cell(format_number(get_number(j, "after"), 3) + unit) + "</tr>";
   }
-  return rows.empty() ? "" : "<h3>On all recordings</h3><p>The search worked on " + format_number(get_number(all, "searched", kNone), 4) +
-                                 " s; this is the missing torque over all " + format_number(get_number(all, "seconds", kNone), 5) +
+  return rows.empty() ? "" : "<h3>On all recordings</h3><p>The search worked on " + format_number(get_number(all, "searched"), 4) +
+                                 " s; this is the missing torque over all " + format_number(get_number(all, "seconds"), 5) +
                                  " s.</p>" + table({"joint", "before", "after"}, rows);
 }
 
@@ -158,7 +155,7 @@ std::string make_per_recording(const json& report) {
   for (const json& item : get_list(report, "per_recording")) {
     std::string values;
     for (const json& r : get_list(item, "each"))
-      values += (values.empty() ? "" : ", ") + escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value", kNone), 3);
+      values += (values.empty() ? "" : ", ") + escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value"), 3);
     rows += "<tr>" + cell(escape(describe_effect(get_text(item, "effect")))) + cell(escape(describe_place(get(item, "where")))) +
             cell(escape(get_text(item, "parameter")) + " [" + escape(get_text(item, "unit")) + "]") +
             cell(make_dots(item) + "<span class='small'>" + values + "</span>") +

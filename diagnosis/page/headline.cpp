@@ -11,7 +11,6 @@
 namespace hrp::diagnosis::html {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
 constexpr double kLittle = 0.5;      // of the mismatch: where less can be predicted, the share of all of it is told, too
 constexpr size_t kMostGroups = 5;   // effects that are told with their values
@@ -49,7 +48,7 @@ std::vector<Group> group_by_effect(const json& report) {
 // The first number of the first parameter.
 double get_value(const json& finding) {
   const auto parameters = list_parameters(finding);
-  return parameters.empty() ? kNone : get_number(parameters[0].second, "value", kNone);
+  return parameters.empty() ? kNone : get_number(parameters[0].second, "value");
 }
 
 // "level 0.14 to 1.3 N m, most at joint elbow"; of one place or one value for all: with its interval.
@@ -128,7 +127,7 @@ std::string make_fit_sentence(const json& report) {
   for (const auto& [suffix, word] : kinds) {
     std::map<std::string, Squares> by_unit;
     for (const auto& [name, fit] : get_object(get(report, "fit"), "per_signal").items()) {
-      const double before = get_number(fit, "rms_before", kNone), after = get_number(fit, "rms_after", kNone);
+      const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
       const std::string end = suffix;
       if (!std::isfinite(before + after) || name.size() < end.size() || name.compare(name.size() - end.size(), end.size(), end) != 0)
         continue;

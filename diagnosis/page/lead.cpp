@@ -12,11 +12,9 @@
 namespace hrp::diagnosis::html {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 std::string make_fit_sentence(const json& report) {
   const json &fit = get(report, "fit"), &held = get(fit, "validate");
-  const double before = get_number(held, "before", kNone), after = get_number(held, "after", kNone);
+  const double before = get_number(held, "before"), after = get_number(held, "after");
   if (!std::isfinite(before) || !std::isfinite(after)) return "";
   if (get_text(report, "verdict") == "no_mismatch") {
     return "On the held-out recordings the prediction error is " + format_number(after, 3) +

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 #include <vector>
@@ -19,8 +18,6 @@ namespace hrp::diagnosis {
 namespace {
 
 using namespace html;
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-
 std::string make_section(const char* id, const std::string& title, const std::string& body) {
   if (body.empty()) return "";
   return "<section aria-labelledby='" + std::string(id) + "'><h2 id='" + id + "'>" + title + "</h2>" + body +
@@ -74,7 +71,7 @@ std::string make_parameter_rows(const std::string& effect, const std::string& pl
     return out;
   }
   const std::vector<double> ci = get_numbers(p, "ci95");
-  const double v = get_number(p, "value", kNone), low = ci.size() == 2 ? ci[0] : kNone,
+  const double v = get_number(p, "value"), low = ci.size() == 2 ? ci[0] : kNone,
                high = ci.size() == 2 ? ci[1] : kNone;
   return make_row(
       {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b> " + escape(typeset(get_text(p, "unit"))),
@@ -87,7 +84,7 @@ std::string make_finding_card(const json& f, const std::string& effect, const st
                     escape(effect) + "<span class='place'>" + escape(place) + "</span></h3><p>" +
                     escape(typeset(get_text(f, "statement"))) + "</p><p class='small'>" +
                     (grade.empty() ? "" : "<b>" + escape(grade) + "</b>, ") + "probability " +
-                    format_probability(get_number(f, "probability", kNone)) + "</p>";
+                    format_probability(get_number(f, "probability")) + "</p>";
   std::string others;
   for (const json& a : get_list(f, "alternatives")) {
     others += "<li>" + escape(describe_effect(get_text(a, "effect"))) + ", " +
@@ -102,7 +99,7 @@ std::string make_finding_card(const json& f, const std::string& effect, const st
 std::string make_shares(const json& report) {
   std::string rows;
   for (const json& f : get_list(report, "findings")) {
-    const double share = get_number(f, "share", kNone);
+    const double share = get_number(f, "share");
     if (!std::isfinite(share)) continue;
     rows += make_row({escape(describe_effect(get_text(f, "effect"))), escape(describe_place(get(f, "where"))),
                       escape(get_text(f, "grade")), format_probability(share)});
@@ -116,12 +113,12 @@ std::string make_remaining(const json& report) {
     std::string on;
     for (const json& d : get_list(r, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
     const std::string unit = " " + escape(get_text(r, "unit"));
-    rows += make_row({escape(describe_place(get(r, "where"))), format_number(get_number(r, "before", kNone), 3) + unit,
-                      format_number(get_number(r, "after", kNone), 3) + unit,
-                      format_probability(get_number(r, "share", kNone)), on.empty() ? "-" : on});
+    rows += make_row({escape(describe_place(get(r, "where"))), format_number(get_number(r, "before"), 3) + unit,
+                      format_number(get_number(r, "after"), 3) + unit,
+                      format_probability(get_number(r, "share")), on.empty() ? "-" : on});
   }
   if (rows.empty()) return "";
-  const double ceiling = get_number(report, "ceiling", kNone), explained = get_number(report, "explained", kNone);
+  const double ceiling = get_number(report, "ceiling"), explained = get_number(report, "explained");
   return "<p>The findings take away " + format_number(100.0 * explained, 3) + " % of the mismatch on held-out recordings. At most " +
          format_number(100.0 * ceiling, 3) + " % can be predicted from what was recorded.</p>" +
          make_table({"where", "before", "after", "left", "follows"}, rows);
@@ -184,7 +181,7 @@ std::string make_mismatch_table(const json& report) {
     const json& m = *worst[i];
     const std::string signal = get_text(m, "signal");
     (i < 12 ? first : rest) +=
-        make_row({"<code>" + escape(signal) + "</code>", format_number(get_number(m, "score", kNone), 3),
+        make_row({"<code>" + escape(signal) + "</code>", format_number(get_number(m, "score"), 3),
                   escape(get_text(m, "recording")), format_intervals(get(m, "intervals")),
                   escape(get_text(m, "regime")), std::to_string(recordings[signal].size())});
   }
@@ -230,23 +227,23 @@ std::string make_rivals(const json& series) {
     const bool won = chosen.is_boolean() && chosen.get<bool>();
     rows += std::string(won ? "<tr class='won'>" : "<tr>") + "<td>" + escape(describe_effect(get_text(r, "effect"))) +
             (won ? " <b>chosen</b>" : "") + "</td><td>" + escape(describe_place(get(r, "where"))) + "</td><td>" +
-            format_probability(get_number(r, "probability", kNone)) + "</td><td>" +
-            format_number(get_number(r, "validate_score", kNone), 4) + "</td><td>" + escape(get_text(r, "why")) +
+            format_probability(get_number(r, "probability")) + "</td><td>" +
+            format_number(get_number(r, "validate_score"), 4) + "</td><td>" + escape(get_text(r, "why")) +
             "</td></tr>";
   }
   return make_table({"explanation", "where", "probability", "held-out error [noise]", "why"}, rows);
 }
 
 std::string format_si(const json& signal, const char* key) {
-  const double value = get_number(signal, key, kNone);
+  const double value = get_number(signal, key);
   return std::isfinite(value) ? format_number(value, 3) + " " + escape(get_text(signal, "unit")) : "-";
 }
 
 std::string make_per_signal(const json& fit) {
   std::string rows;
   for (const auto& [name, s] : get_object(fit, "per_signal").items()) {
-    rows += make_row({"<code>" + escape(name) + "</code>", format_number(get_number(s, "before", kNone), 3),
-                      format_number(get_number(s, "after", kNone), 3), format_si(s, "rms_before"), format_si(s, "rms_after")});
+    rows += make_row({"<code>" + escape(name) + "</code>", format_number(get_number(s, "before"), 3),
+                      format_number(get_number(s, "after"), 3), format_si(s, "rms_before"), format_si(s, "rms_after")});
   }
   const std::string table = make_table({"signal", "before", "after", "rms before", "rms after"}, rows);
   return table.empty()
@@ -259,7 +256,7 @@ std::string make_prediction_note(const json& report, const json& series) {
   const json& p = get(report, "prediction").is_object() ? get(report, "prediction") : get(series, "prediction");
   const std::string method = get_text(p, "method");
   if (method.empty()) return "";
-  const double horizon = get_number(p, "horizon", kNone);
+  const double horizon = get_number(p, "horizon");
   return "<p class='small'>Predicted: " + escape(method) +
          (std::isfinite(horizon) ? ", horizon " + format_number(horizon) + " s" : "") + ".</p>";
 }
@@ -289,7 +286,7 @@ std::string make_show(const json& report, const json& series) {
   std::string out;
   for (const auto& [key, words] : {std::pair{"validate", "Held-out recordings, never used for fitting"},
                                    std::pair{"train", "Recordings used for fitting"}}) {
-    const double before = get_number(get(fit, key), "before", kNone), after = get_number(get(fit, key), "after", kNone);
+    const double before = get_number(get(fit, key), "before"), after = get_number(get(fit, key), "after");
     if (std::isfinite(before) || std::isfinite(after))
       out += "<h3>" + std::string(words) + "</h3><div class='bars'>" + make_fit_svg(before, after, words) + "</div>";
   }

@@ -3,9 +3,8 @@
 
 #include <cctype>
 #include <cmath>
-#include <limits>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 
 namespace hrp::diagnosis::html {
 
@@ -91,7 +90,7 @@ std::vector<double> get_numbers(const json& object, const char* key) {
   const json& list = get(object, key);
   if (!list.is_array()) return out;
   for (const json& item : list) {
-    out.push_back(item.is_number() ? item.get<double>() : std::numeric_limits<double>::quiet_NaN());
+    out.push_back(item.is_number() ? item.get<double>() : kNone);
   }
   return out;
 }

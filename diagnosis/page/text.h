@@ -2,6 +2,7 @@
 // Small tools of the HTML report: escaping, numbers, safe reading of JSON.
 #pragma once
 
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -9,6 +10,8 @@
 namespace hrp::diagnosis::html {
 
 using nlohmann::json;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // where a report has no number
 
 std::string escape(const std::string& text);
 // "3 +- 1 kg m^2" -> "3 ± 1 kg m²".
@@ -21,7 +24,7 @@ const json& get(const json& object, const char* key);
 const json& get_list(const json& object, const char* key);    // an empty list
 const json& get_object(const json& object, const char* key);  // an empty object
 std::string get_text(const json& object, const char* key, const std::string& fallback = "");
-double get_number(const json& object, const char* key, double fallback);
+double get_number(const json& object, const char* key, double fallback = kNone);
 std::vector<double> get_numbers(const json& object, const char* key);  // null becomes NaN
 
 // "rotor_inertia" -> "Rotor inertia", or "rotor inertia" where no sentence begins; names of people keep their capital.

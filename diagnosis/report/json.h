@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {

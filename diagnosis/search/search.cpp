@@ -10,8 +10,8 @@
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/format.h"
+#include "diagnosis/search/outcome.h"
 #include "diagnosis/search/significance.h"
-#include "diagnosis/search/trials.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -29,7 +29,6 @@ constexpr double kAskedTwin = 0.9;   // the same if the best one leaves only noi
 constexpr double kAlike = 1.5;       // ratio of costs that counts as similar
 constexpr double kIndistinguishable = 1.02;         // ratio of costs that paths cannot distinguish
 constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
-constexpr double kLeastSpread = 1e-3;  // relative: least standard deviation of a value
 constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
 constexpr double kQuietShare = 0.005;  // share of the residual above the noise
 constexpr double kAlmost = 0.01;       // share of the nominal cost below which only one effect of a set may be wrong
@@ -38,19 +37,6 @@ constexpr double kLeastGain = 0.95;    // ratio of costs above which a larger si
 constexpr double kLeastDrop = 0.7;     // ratio of residuals above which one more effect is no gain
 constexpr double kClosely = 0.6;       // share of the work for score tests
 constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
-
-// Adds the systematic parts to the intervals. The residual above the noise may be correlated with a parameter in every
-// stretch. Integrators and details of laws agree to kLeastSpread at best.
-void widen(size_t recordings, Trial* trial) {
-  const double above = std::max(0.0, 1.0 - trial->train.count / std::max(1.0, trial->train.chi2));
-  const double shift = above * trial->train.count / static_cast<double>(kIndependent * std::max<size_t>(1, recordings));
-  for (size_t i = 0; i < std::min(trial->std.size(), trial->hypothesis.size()); ++i) {
-    for (size_t k = 0; k < trial->hypothesis[i].p.size(); ++k) {
-      double& spread = trial->std[i][k];
-      spread = std::hypot(spread * std::sqrt(1.0 + shift), kLeastSpread * trial->hypothesis[i].p[k]);
-    }
-  }
-}
 
 // Counts work from zero; copies of the problem share the counter.
 Problem count_work(Problem problem) {
@@ -78,13 +64,7 @@ class Search {
     progress_(format("sets of effects took %.0f %% of the work allowed", 100.0 * calc_share()));
     try_special_cases();
     try_parts();
-    outcome.best = trials_.best().hypothesis;
-    decide(&outcome);
-    trials_.finish(&outcome.chosen);
-    drop_insignificant(&outcome);
-    outcome.explained = is_explained(outcome.chosen, nominal_);
-    widen(prepared_.train.size(), &outcome.chosen);
-    normalise(&outcome.chosen.hypothesis);
+    choose_outcome({e_, prepared_, passed_over_, progress_}, &trials_, &outcome);
     return outcome;
   }
 
@@ -390,63 +370,6 @@ class Search {
   // Converts a cost to an rms in units of noise.
   double scale(double cost) const {
     return std::sqrt(cost / std::max(1.0, nominal_.train.count + nominal_.validate.count));
-  }
-
-  // Takes the next best explanation if the chosen one is not significant.
-  void take_next(Outcome* outcome) {
-    const EffectSet worthless = make_set(outcome->chosen.hypothesis);
-    outcome->chosen = nominal_, outcome->explained = false;
-    for (const Trial* t : trials_.sort()) {
-      if (t->hypothesis.empty() || make_set(t->hypothesis) == worthless || !is_explained(*t, nominal_)) continue;
-      outcome->chosen = *t, outcome->explained = true;
-      outcome->chosen.probability = 0.5;  // it fits worse than the removed one
-      trials_.finish(&outcome->chosen);
-      return;
-    }
-  }
-
-  // Removes effects that are not significant. They only fit details of the others.
-  void drop_insignificant(Outcome* outcome) {
-    Trial& chosen = outcome->chosen;
-    if (chosen.hypothesis.empty() || chosen.std.size() < chosen.hypothesis.size()) return;
-    Hypothesis kept;
-    bool changed = false;
-    for (size_t i = 0; i < chosen.hypothesis.size(); ++i) {
-      const Effect& effect = chosen.hypothesis[i];
-      const bool significant = is_significant(effect, chosen.std[i], chosen.distance[i]);
-      changed = changed || !significant;
-      if (significant)
-        kept.push_back(effect);
-      else if (moves_link(effect) && get_rotor(effect) > 0.0)
-        kept.push_back(make_part(effect, get_effect(effect.id).parts.front()));
-    }
-    if (!changed) return;
-    if (kept.empty()) return take_next(outcome);
-    Trial trial = trials_.fit_aside(kept);
-    progress_("  without what is no more than nothing: " + get_label(e_, kept) + describe(trial));
-    // Without it, details of laws may exceed the noise; then nothing is named.
-    trial.probability = chosen.probability;
-    trials_.finish(&trial);
-    outcome->rivals.insert(outcome->rivals.begin(), trial);
-    chosen = trial;
-    outcome->explained = is_explained(chosen, nominal_);
-  }
-
-  // Chooses the simplest set among those that held-out recordings cannot distinguish from the best.
-  void decide(Outcome* outcome) {
-    std::vector<Trial> list;
-    for (const Trial* t : trials_.sort()) list.push_back(*t);
-    if (list.empty()) list.push_back(nominal_);
-    sort_by_preference(nominal_, &list);
-    outcome->chosen = list.front();
-    outcome->rivals = list;
-    for (const Trial& t : passed_over_) {
-      if (!trials_.has(t.hypothesis) && outcome->rivals.size() < 14) outcome->rivals.push_back(t);
-    }
-    outcome->explained = is_explained(outcome->chosen, nominal_);
-    for (size_t i = 1; i < list.size(); ++i) {
-      if (list[i].probability > kListed) outcome->indistinguishable.push_back(list[i]);
-    }
   }
 
   const Experiment& e_;

@@ -8,6 +8,8 @@
 
 namespace hrp::diagnosis {
 
+constexpr size_t kRivals = 14;  // in the list of an outcome
+
 struct Outcome {
   Trial nominal;  // without effects
   Trial chosen;   // best model; of a partial explanation, the effects of the explained subtrees

@@ -10,8 +10,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kRivals = 14;  // in the list
-
 // Index of the robot's joint in the subtree; -1 if it belongs to another one.
 int find_place(const Subtree& subtree, int joint) {
   const auto it = std::find(subtree.joints.begin(), subtree.joints.end(), joint);

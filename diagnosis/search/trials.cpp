@@ -19,7 +19,7 @@ constexpr int kRounds = 2;              // rounds of start states and parameters
 constexpr double kNear = 2.0;           // [noise] residual of a set that is polished before it is grown
 constexpr double kFar = 4.0;            // [noise] residual that polishing cannot reduce to noise
 constexpr double kVague = 5.0;          // [noise] residual at which pre-sliding displacements are scanned coarsely
-constexpr double kVagueFactor = 1.5;
+constexpr double kVagueFactor = 1.5;    // finest factor of such a scan
 
 bool is_better(const Trial& a, const Trial& b) {
   return a.train.ok && b.train.ok ? calc_cost(a) < calc_cost(b) : a.train.ok && !b.train.ok;

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kAgreement = 1e-3;  // share of an acceleration: difference of integrators, or law and robot
 constexpr double kAtLimit = 0.99;    // share of the limit, in the log or by the servo law
 constexpr double kSettled = 3.0;     // time constants until a servo has settled again
 

@@ -12,7 +12,7 @@ namespace hrp::diagnosis {
 
 // [s] Length of a window: longer than a reversal, shorter than the time in which a small error grows large.
 constexpr double kWindow = 0.5;
-constexpr int kMostWindows = 400;
+constexpr int kMostWindows = 400;  // evenly chosen, as each costs a simulation
 
 struct WindowErrors {
   int windows = 0;           // whose simulation stayed finite

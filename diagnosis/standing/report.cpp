@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"

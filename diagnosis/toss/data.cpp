@@ -136,14 +136,10 @@ void find_slow_errors(TossProblem* problem) {
   problem->slow_R = std::max(problem->sigma_R, 0.5 * (spread(&RestPlane::slope_x) + spread(&RestPlane::slope_y)));
 }
 
-// Finds whether a twist is in the axes of the body or of the world, by agreement with the poses.
-struct TwistCheck {
-  double body = 0.0, world = 0.0;  // median distance from the central difference
-  double derived = 0.0;            // smallest median distance from a difference quotient, in units of its noise
-};
-
-TwistCheck check_twist(const TossProblem& problem, bool angular) {
-  std::vector<double> body, world, quotient[3];
+// Smallest median distance of a twist, in the axes of the body or of the world, from a difference quotient of the poses,
+// in units of its noise.
+double calc_distance_from_quotients(const TossProblem& problem, bool angular) {
+  std::vector<double> quotient[3];
   const double sigma = (angular ? problem.sigma_R : problem.sigma_p) * std::sqrt(2.0);
   for (const Toss& t : problem.tosses) {
     const std::vector<Vector3d>& read = angular ? t.w : t.v;
@@ -154,7 +150,6 @@ TwistCheck check_twist(const TossProblem& problem, bool angular) {
         return angular ? Vector3d(calc_turn(t.R[a], t.R[b]) / dt) : Vector3d((t.p[b] - t.p[a]) / dt);
       };
       const Vector3d turned = t.R[k] * read[k];
-      body.push_back((turned - rate(k - 1, k + 1)).norm()), world.push_back((read[k] - rate(k - 1, k + 1)).norm());
       const size_t ends[3][2] = {{k - 1, k}, {k - 1, k + 1}, {k, k + 1}};
       for (int i = 0; i < 3; ++i) {
         const Vector3d d = rate(ends[i][0], ends[i][1]);
@@ -163,9 +158,7 @@ TwistCheck check_twist(const TossProblem& problem, bool angular) {
       }
     }
   }
-  TwistCheck out{find_median(body), find_median(world), 1e9};
-  for (const auto& q : quotient) out.derived = std::min(out.derived, find_median(q));
-  return out;
+  return std::min({find_median(quotient[0]), find_median(quotient[1]), find_median(quotient[2])});
 }
 
 void judge_twist(TossProblem* problem) {
@@ -173,11 +166,9 @@ void judge_twist(TossProblem* problem) {
     bool everywhere = true;
     for (const Toss& t : problem->tosses) everywhere = everywhere && !(angular ? t.w : t.v).empty();
     if (!everywhere) continue;
-    const TwistCheck check = check_twist(*problem, angular);
     const std::string name = angular ? "/base/twist/angular" : "/base/twist/linear";
-    (angular ? problem->angular_in_body : problem->linear_in_body) = check.body < check.world;
     // 1.54 is the median length of a vector of three unit normal errors.
-    const bool own = check.derived > kDerived * 1.54;
+    const bool own = calc_distance_from_quotients(*problem, angular) > kDerived * 1.54;
     (angular ? problem->has_angular : problem->has_linear) = own;
     if (!own) {
       problem->notes.push_back(

@@ -44,7 +44,6 @@ struct TossProblem {
   std::vector<double> rest_heights;     // [m] above the model's ground: heights of bodies at rest, per toss
   std::optional<Measured> fall, inertia, rest_height;  // see strikes.h; empty if undetermined
   bool stated = false;                  // the experiment states the noise
-  bool linear_in_body = false, angular_in_body = true;  // axes of the twist, as the poses show them
   bool has_linear = false, has_angular = false;         // the twist exists and is an independent measurement
   std::vector<std::string> notes;
   std::vector<Window> windows;

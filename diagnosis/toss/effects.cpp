@@ -16,14 +16,27 @@ const Place kGround{PlaceKind::kGround, 0, Reading::kAll}, kBody = at_link(0), k
                                                            kAttitude = at_sensor(0, Reading::kOrientation);
 
 // The parameters [first, first + count) of the table, all with the same step and bounds.
-std::vector<TossParameter> take(EffectId id, size_t first, size_t count, double step, double low, double high) {
-  std::vector<TossParameter> out;
-  for (size_t i = first; i < first + count; ++i) out.push_back({&get_effect(id).parameters.at(i), step, low, high});
-  return out;
+struct Fitted {
+  size_t first, count;
+  double step, low, high;
+};
+
+TossRow make_row(EffectId id, const Place& place, const Fitted& fitted) {
+  TossRow row{id, place, {}};
+  for (size_t i = fitted.first; i < fitted.first + fitted.count; ++i) {
+    row.parameters.push_back({&get_effect(id).parameters.at(i), fitted.step, fitted.low, fitted.high});
+  }
+  return row;
+}
+
+TossRow make_flying(EffectId id, const Place& place, const Fitted& fitted) {
+  TossRow row = make_row(id, place, fitted);
+  row.flies = true;
+  return row;
 }
 
 TossRow make_friction() {
-  TossRow row{EffectId::kGroundFriction, kGround, take(EffectId::kGroundFriction, 0, 1, 0.01, 0, 3)};
+  TossRow row = make_row(EffectId::kGroundFriction, kGround, {0, 1, 0.01, 0, 3});
   row.find_nominal = [](const World& world, size_t) { return world.ground.friction; };
   row.jumps = true;
   // Sticking contacts do not depend on friction, so a slope may be zero. Tries less and more.
@@ -36,7 +49,7 @@ TossRow make_friction() {
 }
 
 TossRow make_restitution() {
-  TossRow row{EffectId::kRestitution, kGround, take(EffectId::kRestitution, 0, 1, 0.01, 0, 1)};
+  TossRow row = make_row(EffectId::kRestitution, kGround, {0, 1, 0.01, 0, 1});
   row.find_nominal = [](const World& world, size_t) { return world.restitution; };
   row.jumps = true;
   // Nothing bounces below a threshold speed, so a slope may be zero.
@@ -49,13 +62,13 @@ TossRow make_restitution() {
 }
 
 TossRow make_slope() {
-  TossRow row{EffectId::kGroundSlope, kGround, take(EffectId::kGroundSlope, 0, 2, 1e-3, -0.5, 0.5)};
+  TossRow row = make_row(EffectId::kGroundSlope, kGround, {0, 2, 1e-3, -0.5, 0.5});
   row.find_nominal = [](const World& world, size_t i) { return i == 0 ? world.ground.roll : world.ground.pitch; };
   return row;
 }
 
 TossRow make_payload() {
-  TossRow row{EffectId::kPayload, kBody, take(EffectId::kPayload, 0, 4, 1e-3, -1, 1)};
+  TossRow row = make_row(EffectId::kPayload, kBody, {0, 4, 1e-3, -1, 1});
   row.parameters[0].low = 0, row.parameters[0].high = 1e3;
   row.inside = EffectId::kComError;
   // Starts with a tenth of the body's mass, at the place that gives the fitted offset of the centre of mass.
@@ -71,7 +84,7 @@ TossRow make_payload() {
 }
 
 TossRow make_inertia() {
-  TossRow row{EffectId::kInertiaError, kBody, take(EffectId::kInertiaError, 0, 1, 0.01, 0.1, 10)};
+  TossRow row = make_row(EffectId::kInertiaError, kBody, {0, 1, 0.01, 0.1, 10});
   row.refused = "only impacts speak of it, and their law is not known well enough";
   row.get_measured = [](const TossProblem& problem) { return problem.inertia; };
   // Another inertia may lead to other contacts in a window, so a small step may show nothing.
@@ -84,27 +97,21 @@ TossRow make_inertia() {
 }
 
 TossRow make_height() {
-  TossRow row{EffectId::kSensorBias, kPosition, take(EffectId::kSensorBias, 2, 1, 1e-4, -1, 1)};
+  TossRow row = make_row(EffectId::kSensorBias, kPosition, {2, 1, 1e-4, -1, 1});
   row.unit = "m";
   row.get_measured = [](const TossProblem& problem) { return problem.rest_height; };
   return row;
 }
 
-TossRow make_flying(EffectId id, const Place& place, std::vector<TossParameter> parameters) {
-  TossRow row{id, place, std::move(parameters)};
-  row.flies = true;
-  return row;
-}
-
 // Positions with a scale that is too large, or a slow clock, make the body seem to fall faster.
 TossRow make_scale() {
-  TossRow row = make_flying(EffectId::kSensorScale, kPosition, take(EffectId::kSensorScale, 0, 1, 1e-3, 0.5, 2));
+  TossRow row = make_flying(EffectId::kSensorScale, kPosition, {0, 1, 1e-3, 0.5, 2});
   row.get_measured = [](const TossProblem& problem) { return problem.fall; };
   return row;
 }
 
 TossRow make_skew() {
-  TossRow row = make_flying(EffectId::kClockSkew, kPose, take(EffectId::kClockSkew, 0, 1, 1e-3, -0.2, 0.2));
+  TossRow row = make_flying(EffectId::kClockSkew, kPose, {0, 1, 1e-3, -0.2, 0.2});
   row.get_measured = [](const TossProblem& problem) {
     std::optional<Measured> skew = problem.fall;
     if (!skew) return skew;
@@ -116,21 +123,19 @@ TossRow make_skew() {
 }
 
 std::vector<TossRow> make_rows() {
-  constexpr auto kOffset = EffectId::kComError, kDelay = EffectId::kSensorDelay, kDrag = EffectId::kAirDrag,
-                 kTurn = EffectId::kSensorMisalignment;
   return {make_friction(),
           make_restitution(),
           make_slope(),
-          make_flying(kOffset, kBody, take(kOffset, 0, 3, 1e-4, -1, 1)),
+          make_flying(EffectId::kComError, kBody, {0, 3, 1e-4, -1, 1}),
           make_payload(),
           make_inertia(),
           make_height(),
           make_scale(),
-          {kTurn, kAttitude, take(kTurn, 0, 3, 1e-3, -1, 1)},
+          make_row(EffectId::kSensorMisalignment, kAttitude, {0, 3, 1e-3, -1, 1}),
           // relative to positions, so it may be negative
-          make_flying(kDelay, kAttitude, take(kDelay, 0, 1, 2e-4, -0.1, 0.1)),
+          make_flying(EffectId::kSensorDelay, kAttitude, {0, 1, 2e-4, -0.1, 0.1}),
           make_skew(),
-          make_flying(kDrag, kBody, take(kDrag, 0, 1, 0.01, -10, 10))};
+          make_flying(EffectId::kAirDrag, kBody, {0, 1, 0.01, -10, 10})};
 }
 
 // All parameters in the table's order; NaN (no change) for those that poses do not determine.

@@ -24,7 +24,7 @@ struct TossRow {
   double (*find_nominal)(const World&, size_t parameter) = nullptr;  // if the effect replaces a value of the model
   bool flies = false;             // visible in windows without contact
   bool jumps = false;             // no small change shows: friction while all sticks, restitution while nothing bounces
-  EffectId inside = EffectId::kNamed;  // an effect that this one contains and replaces
+  EffectId inside = kNoEffect;  // an effect that this one contains and replaces
   const char* refused = nullptr;  // why it is only ambiguous without an independent measurement
   // First parameter from the poses without a law of contact (strikes.h). Null: only a fit determines it.
   std::optional<Measured> (*get_measured)(const TossProblem&) = nullptr;

@@ -234,7 +234,7 @@ class Search {
     std::vector<EffectId> candidates, wanted;
     int others = 0;
     const Hypothesis& found = out_.chosen.hypothesis;
-    const auto is_whole = [](const TossRow& row) { return row.inside == EffectId::kNamed; };
+    const auto is_whole = [](const TossRow& row) { return row.inside == kNoEffect; };
     for (const TossRow& row : list_toss_rows()) {
       if (is_whole(row) && !has_effect(found, row.id)) candidates.push_back(row.id);
     }

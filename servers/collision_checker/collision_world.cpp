@@ -46,7 +46,7 @@ CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& sc
   if (scenario.ground.present) add_soles();
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
   update_kinematics(model_, start_, &data_);
-  surfaces_.leave_out_start(robot, data_, &in_ground_);
+  surfaces_.leave_out_start(robot, data_);
   if (scenario.self_collision || has_solids(scenario) || !movers_.empty()) add_bodies();
   if (scenario.self_collision) add_self_pairs();
   add_movers();
@@ -68,11 +68,8 @@ void CollisionWorld::add_falling_links() {
   for (const FallingLink& link : make_falling_links(robot_)) {
     const int index = link.others.link;
     if (!filter_.may_touch(index, kGround)) continue;
-    if (is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance) {
-      in_ground_.push_back(robot_.tree.links[size_t(index)].name);
-    } else {
-      falling_links_.push_back(link);
-    }
+    const bool stands = is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance;
+    if (!stands) falling_links_.push_back(link);
   }
   fallen_.reserve(falling_links_.size());
 }

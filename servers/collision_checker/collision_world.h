@@ -36,8 +36,6 @@ class CollisionWorld {
 
   // Links that never collide although they are no neighbours, because they overlap in the initial pose; by name.
   const std::vector<std::pair<std::string, std::string>>& excluded_pairs() const { return excluded_; }
-  // Links that never touch the ground although their shapes could, because they reach into it at the start; by name.
-  const std::vector<std::string>& links_in_ground() const { return in_ground_; }
   const std::vector<Mover>& movers() const { return movers_; }
   // The state at step 0 (sole.h).
   const State& start_state() const { return start_; }
@@ -82,7 +80,6 @@ class CollisionWorld {
   std::vector<Sole> soles_;
   std::vector<FallingLink> falling_links_;
   std::vector<const Sole*> fallen_;  // what else touches the ground in this state
-  std::vector<std::string> in_ground_;
   std::vector<Mover> movers_;
   ContactFilter filter_;
   SurfaceWorld surfaces_;

@@ -74,7 +74,7 @@ void SurfaceWorld::calc_part(const Couple& couple, const Part& part, const Data&
   if (!faces_.empty()) calc_surface_contact(*place.mesh, faces_, part.shape, X_GL, &points_);
 }
 
-void SurfaceWorld::leave_out_start(const RobotDescription& robot, const Data& start, std::vector<std::string>* names) {
+void SurfaceWorld::leave_out_start(const RobotDescription& robot, const Data& start) {
   const std::vector<Sole> soles = couples_.empty() ? std::vector<Sole>() : make_soles(robot);
   for (Couple& couple : couples_) {
     if (!is_beside_foot(robot.tree, soles, couple.link)) continue;
@@ -83,9 +83,7 @@ void SurfaceWorld::leave_out_start(const RobotDescription& robot, const Data& st
       if (!part.sole) calc_part(couple, part, start);
       return !points_.empty();
     };
-    const auto rest = std::remove_if(couple.parts.begin(), couple.parts.end(), reaches_in);
-    if (rest != couple.parts.end()) names->push_back(robot.tree.links[size_t(couple.link)].name);
-    couple.parts.erase(rest, couple.parts.end());
+    couple.parts.erase(std::remove_if(couple.parts.begin(), couple.parts.end(), reaches_in), couple.parts.end());
   }
 }
 

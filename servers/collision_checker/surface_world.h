@@ -19,8 +19,8 @@ class SurfaceWorld {
   SurfaceWorld(const RobotDescription& robot, const Scenario& scenario, const ContactFilter& filter);
 
   // Shapes of feet and their neighbours that are no soles and reach into a surface at the start never touch it, as with the
-  // ground. Appends the names of their links.
-  void leave_out_start(const RobotDescription& robot, const Data& start, std::vector<std::string>* names);
+  // ground.
+  void leave_out_start(const RobotDescription& robot, const Data& start);
 
   // Couples of a link and a surface, by link.
   size_t size() const { return couples_.size(); }

@@ -8,7 +8,7 @@
 namespace hrp {
 namespace {
 
-constexpr double kTurn = 2.0 * 3.14159265358979323846;
+constexpr double kTurn = 2.0 * M_PI;
 
 // From point to point, at rest in each.
 void add_path(const HandSpec& hand, double time, HandPlace* place) {

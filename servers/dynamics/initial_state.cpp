@@ -29,12 +29,7 @@ State make_state_on_origin(const RobotDescription& robot, const Scenario& scenar
   state.R_WB = Eigen::Quaterniond(make_rotation_from_rpy(scenario.initial_rpy));
   for (const auto& [name, value] : scenario.initial_joints) {
     const int joint = tree.find_joint(name);
-    if (joint < 0) {
-      Diagnostic diagnostic;
-      diagnostic.field = "initial.joints." + name;
-      diagnostic.message = "the robot has no such joint";
-      throw InputError(diagnostic);
-    }
+    if (joint < 0) refuse_input({"", "initial.joints." + name}, "the robot has no such joint");
     state.q[joint] = value;
   }
   for (int i = 0; i < tree.num_joints(); ++i) {

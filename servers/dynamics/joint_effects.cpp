@@ -10,13 +10,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void fail(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 ServoGains find_gains(const Scenario& scenario, const JointSpec& joint) {
   const auto at = scenario.servo_joints.find(joint.name);
   ServoGains gains = at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
@@ -63,10 +56,10 @@ JointLaws make_nominal_laws(const Scenario& scenario, const JointSpec& joint) {
 void apply_stated_joint_effect(const std::string& joint, const StatedEffect& stated, JointLaws* laws) {
   const EffectInfo* effect = find_effect(stated.effect);
   const std::string field = "joint_laws." + joint + "." + stated.effect;
-  if (!effect || effect->place != PlaceKind::kJoint || !effect->reported) fail(field, "unknown effect");
+  if (!effect || effect->place != PlaceKind::kJoint || !effect->reported) refuse_input({"", field}, "unknown effect");
   std::vector<double> values;
   const ValueFault fault = find_values(*effect, stated.parameters, &values);
-  if (!fault.message.empty()) fail(field + "." + fault.parameter, fault.message);
+  if (!fault.message.empty()) refuse_input({"", field + "." + fault.parameter}, fault.message);
   EffectTarget target;
   target.joint = laws;
   effect->apply(values.data(), target);
@@ -74,7 +67,7 @@ void apply_stated_joint_effect(const std::string& joint, const StatedEffect& sta
 
 std::vector<JointLaws> make_joint_laws(const Scenario& scenario, TreeSpec* tree) {
   for (const auto& [name, specs] : scenario.joint_laws) {
-    if (tree->find_joint(name) < 0) fail("joint_laws." + name, "the robot has no such joint");
+    if (tree->find_joint(name) < 0) refuse_input({"", "joint_laws." + name}, "the robot has no such joint");
   }
   std::vector<JointLaws> all;
   for (int i = 0; i < tree->num_joints(); ++i) {
@@ -85,7 +78,7 @@ std::vector<JointLaws> make_joint_laws(const Scenario& scenario, TreeSpec* tree)
       for (const StatedEffect& stated : at->second) apply_stated_joint_effect(joint.name, stated, &laws);
     }
     joint.rotor_inertia = laws.elastic ? 0.0 : laws.motor_inertia;
-    if (const char* fault = find_law_fault(laws)) fail("joint '" + joint.name + "'", fault);
+    if (const char* fault = find_law_fault(laws)) refuse_input({"", "joint '" + joint.name + "'"}, fault);
     all.push_back(laws);
   }
   return all;

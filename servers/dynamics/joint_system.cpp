@@ -14,7 +14,7 @@ namespace {
 // zero, and the holding effort keeps seven digits.
 constexpr double kHoldFactor = 1e9;
 // A mimic joint follows as an oscillator of this frequency, critically damped.
-constexpr double kMimicRate = 2.0 * 3.14159265358979323846 * 20.0;  // [1/s]
+constexpr double kMimicRate = 2.0 * M_PI * 20.0;  // [1/s]
 
 }  // namespace
 
@@ -46,7 +46,7 @@ JointSystem::JointSystem(const Model& model, const Scenario& scenario, const std
 void JointSystem::reset(const Model& model, const State& state, Data* data) {
   update_kinematics(model, state, data);
   const Eigen::MatrixXd& M = update_mass_matrix(model, data);
-  constexpr double kStopRate = 2.0 * 3.14159265358979323846 * 10.0;  // [1/s] of a stop with the joint's own inertia
+  constexpr double kStopRate = 2.0 * M_PI * 10.0;  // [1/s] of a stop with the joint's own inertia
   for (size_t i = 0; i < laws_.size(); ++i) {
     const int k = model.num_base() + static_cast<int>(i);
     const double inertia = std::max(M(k, k) + laws_[i].motor_inertia, 1e-9);

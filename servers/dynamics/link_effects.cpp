@@ -7,13 +7,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void fail(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 int find_moving_link(const TreeSpec& tree, const std::string& name, Transform* X_LF) {
   const int frame = tree.find_frame(name);
   if (frame < 0) return tree.find_link(name);
@@ -39,7 +32,8 @@ EffectTarget find_target(const EffectInfo& effect, const std::string& field, con
   target.link.push_back(&tree->links[static_cast<size_t>(link)].inertia);
   if (!effect.of_whole_link) return target;
   target.link = find_parts(name, tree);
-  if (target.link.empty()) fail(field, "'" + name + "' is fixed to another link and has no mass of its own here");
+  if (target.link.empty())
+    refuse_input({"", field}, "'" + name + "' is fixed to another link and has no mass of its own here");
   return target;
 }
 
@@ -47,10 +41,10 @@ void apply_stated(const std::string& name, const StatedEffect& stated, TreeSpec*
                   std::vector<SteadyForce>* forces) {
   const std::string field = "link_laws." + name + "." + stated.effect;
   const EffectInfo* effect = find_effect(stated.effect);
-  if (!effect || effect->place != PlaceKind::kLink || !effect->reported) fail(field, "unknown effect");
+  if (!effect || effect->place != PlaceKind::kLink || !effect->reported) refuse_input({"", field}, "unknown effect");
   std::vector<double> values;
   const ValueFault fault = find_values(*effect, stated.parameters, &values);
-  if (!fault.message.empty()) fail(field + "." + fault.parameter, fault.message);
+  if (!fault.message.empty()) refuse_input({"", field + "." + fault.parameter}, fault.message);
   EffectTarget target = find_target(*effect, field, name, tree);
   Vector3d force_W = Vector3d::Zero();
   target.force_W = &force_W;
@@ -65,7 +59,7 @@ std::vector<SteadyForce> apply_link_laws(const Scenario& scenario, TreeSpec* tre
   std::vector<SteadyForce> forces;
   for (const auto& [name, laws] : scenario.link_laws) {
     Transform X_LF;
-    if (find_moving_link(*tree, name, &X_LF) < 0) fail("link_laws." + name, "the robot has no such link");
+    if (find_moving_link(*tree, name, &X_LF) < 0) refuse_input({"", "link_laws." + name}, "the robot has no such link");
     for (const StatedEffect& law : laws) apply_stated(name, law, tree, &forces);
   }
   // After every change of mass: the force acts at the centre of mass as it is.

@@ -62,10 +62,7 @@ Sensors::Mounted Sensors::find_mount(const Model& model, const std::string& link
     mounted.link = moving;
     mounted.X_LS.p = p;
   } else {
-    Diagnostic diagnostic;
-    diagnostic.field = "sensors";
-    diagnostic.message = "the robot has no link '" + link + "'";
-    throw InputError(diagnostic);
+    refuse_input({"", "sensors"}, "the robot has no link '" + link + "'");
   }
   return mounted;
 }

@@ -35,29 +35,24 @@ ImpulseOptions make_impulse_options(const ContactSpec& contact) {
   return options;
 }
 
-[[noreturn]] void fail_input(const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = field;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 void check_scenario(const Scenario& scenario) {
-  if (!(scenario.time_step > 0.0) || !(scenario.time_step <= 0.1)) fail_input("time_step", "must be in (0, 0.1] s");
-  if (scenario.control_period < 1) fail_input("control_period", "must be at least 1 step");
-  if (scenario.contact.shared_points < 1) fail_input("contact.shared_points", "must be at least 1");
-  if (!(scenario.contact.stiffness > 0.0)) fail_input("contact.stiffness", "must be positive");
-  if (!(scenario.contact.exponent >= 1.0)) fail_input("contact.exponent", "must be at least 1");
-  if (!(scenario.contact.alpha >= 0.0)) fail_input("contact.alpha", "must not be negative");
+  if (!(scenario.time_step > 0.0) || !(scenario.time_step <= 0.1))
+    refuse_input({"", "time_step"}, "must be in (0, 0.1] s");
+  if (scenario.control_period < 1) refuse_input({"", "control_period"}, "must be at least 1 step");
+  if (scenario.contact.shared_points < 1) refuse_input({"", "contact.shared_points"}, "must be at least 1");
+  if (!(scenario.contact.stiffness > 0.0)) refuse_input({"", "contact.stiffness"}, "must be positive");
+  if (!(scenario.contact.exponent >= 1.0)) refuse_input({"", "contact.exponent"}, "must be at least 1");
+  if (!(scenario.contact.alpha >= 0.0)) refuse_input({"", "contact.alpha"}, "must not be negative");
   if (scenario.contact.model == "impulse" && scenario.integrator != "implicit") {
-    fail_input("integrator", "impulse contacts go with the implicit step only");
+    refuse_input({"", "integrator"}, "impulse contacts go with the implicit step only");
   }
   if (scenario.contact.model == "wrench" && scenario.integrator != "implicit") {
-    fail_input("integrator", "contacts by wrenches of pairs go with the implicit step only");
+    refuse_input({"", "integrator"}, "contacts by wrenches of pairs go with the implicit step only");
   }
   for (const auto& [foot, bush] : scenario.foot_bush) {
     const bool positive = bush.kz > 0.0 && bush.k_roll > 0.0 && bush.k_pitch > 0.0;
-    if (scenario.contact.model == "wrench" && !positive) fail_input("foot_bush." + foot, "kz, k_roll and k_pitch must be positive");
+    if (scenario.contact.model == "wrench" && !positive)
+      refuse_input({"", "foot_bush." + foot}, "kz, k_roll and k_pitch must be positive");
   }
 }
 
@@ -67,7 +62,7 @@ std::vector<int> find_feet(const TreeSpec& tree, const std::vector<std::string>&
   for (size_t i = 0; i < feet.size(); ++i) {
     const int frame = tree.find_frame(feet[i]);
     const int link = frame >= 0 ? tree.frames[static_cast<size_t>(frame)].link : tree.find_link(feet[i]);
-    if (link < 0) fail_input("feet", "the robot has no link '" + feet[i] + "'");
+    if (link < 0) refuse_input({"", "feet"}, "the robot has no link '" + feet[i] + "'");
     foot_of_link[static_cast<size_t>(link)] = static_cast<int>(i);
   }
   for (size_t i = 1; i < tree.links.size(); ++i) {

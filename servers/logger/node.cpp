@@ -75,9 +75,7 @@ LogWriter make_log(const LoggerOptions& options) {
     if (!options.compression.empty()) mcap::parse_compression(options.compression);
     return LogWriter(make_log_options(options));
   } catch (const mcap::McapError& error) {
-    Diagnostic problem;
-    problem.message = std::string("the log cannot be written: ") + error.what();
-    throw InputError(problem);
+    refuse_input({""}, std::string("the log cannot be written: ") + error.what());
   }
 }
 

@@ -6,7 +6,6 @@
 
 #include <tinyxml2.h>
 
-#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/xml_values.h"
 
@@ -45,7 +44,7 @@ class LoopScanner {
 
 void LoopScanner::error(const Element& at, const std::string& message) {
   const std::string part = std::string(at.Name()) == "loop" ? "" : " <" + std::string(at.Name()) + ">";
-  add_error(scan_.file, at.GetLineNum(), owner_ + part, message, diagnostics_);
+  diagnostics_->add_error({scan_.file, owner_ + part, at.GetLineNum()}, message);
 }
 
 void LoopScanner::read_name(const Element& element, LoopScan* loop) {

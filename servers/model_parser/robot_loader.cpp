@@ -26,18 +26,12 @@ namespace {
 constexpr size_t kLargestFile = 64u << 20;  // [bytes]
 
 std::string read_file(const std::string& path) {
-  Diagnostic d;
-  d.file = path;
   std::error_code error;
   std::ifstream file(path, std::ios::binary);
-  if (!file || !std::filesystem::is_regular_file(path, error)) {
-    d.message = "cannot be read: there is no such file, or no permission";
-    throw InputError(d);
-  }
-  if (std::filesystem::file_size(path, error) > kLargestFile) {
-    d.message = "is larger than 64 MB: neither a robot nor a world";
-    throw InputError(d);
-  }
+  if (!file || !std::filesystem::is_regular_file(path, error))
+    refuse_input(path, "cannot be read: there is no such file, or no permission");
+  if (std::filesystem::file_size(path, error) > kLargestFile)
+    refuse_input(path, "is larger than 64 MB: neither a robot nor a world");
   return read_rest(file, path);
 }
 
@@ -90,11 +84,7 @@ void add_with_source_lines(const Diagnostics& found, const UrdfText& urdf, const
     const size_t line = static_cast<size_t>(d.line);
     const bool made = !urdf.source_lines.empty() && d.file == file && line > 0;
     if (made) d.line = line <= urdf.source_lines.size() ? urdf.source_lines[line - 1] : 0;
-    if (d.severity == Diagnostic::Severity::kError) {
-      diagnostics->add_error(d);
-    } else {
-      diagnostics->add_warning(d);
-    }
+    diagnostics->add(d);
   }
 }
 

@@ -8,7 +8,6 @@
 #include <tinyxml2.h>
 
 #include "common/base/printable.h"
-#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/xml_values.h"
 
 namespace hrp {
@@ -45,13 +44,14 @@ class Scanner {
 };
 
 void Scanner::error(const Element& at, const std::string& owner, const std::string& message) {
-  Diagnostic d;
-  d.file = scan_->file;
-  d.line = at.GetLineNum();
-  d.field = owner.empty() ? "<" + std::string(at.Name()) + ">" : owner + " <" + at.Name() + ">";
-  if (std::string(at.Name()) == "link" || std::string(at.Name()) == "joint") d.field = owner.empty() ? d.field : owner;
-  d.message = message;
-  diagnostics_->add_error(d);
+  const std::string name = at.Name(), tag = "<" + name + ">";
+  const bool owns = name == "link" || name == "joint";
+  diagnostics_->add_error({scan_->file,
+                           owner.empty() ? tag
+                           : owns        ? owner
+                                         : owner + " " + tag,
+                           at.GetLineNum()},
+                          message);
 }
 
 std::string Scanner::read_name(const Element& element, const std::string& kind) {
@@ -179,8 +179,6 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
   if (const Element* limit = element.FirstChildElement("limit")) {
     const auto lower = read_numbers(*limit, owner, "lower", 1, false);
     const auto upper = read_numbers(*limit, owner, "upper", 1, false);
-    joint->has_lower = !lower.empty();
-    joint->has_upper = !upper.empty();
     for (const char* name : {"effort", "velocity"}) {
       const auto value = read_numbers(*limit, owner, name, 1, joint->type != "fixed");
       if (!value.empty() && value[0] < 0.0) error(*limit, owner, std::string(name) + " is negative, expected a limit >= 0 (0: not known)");
@@ -263,8 +261,8 @@ void check_cycles(const UrdfScan& scan, const std::map<std::string, const JointS
     const bool cycle = joint != joint_of_child.end() && walked.count(at) == 0;
     walked.insert(seen.begin(), seen.end());
     if (!cycle) continue;
-    add_error(scan.file, joint->second->line, "joint '" + joint->second->name + "'", "is part of a cycle of parents and children",
-              diagnostics);
+    diagnostics->add_error({scan.file, "joint '" + joint->second->name + "'", joint->second->line},
+                           "is part of a cycle of parents and children");
   }
 }
 
@@ -274,18 +272,20 @@ void check_tree(UrdfScan* scan, Diagnostics* diagnostics) {
   for (const JointScan& joint : scan->joints) {
     const auto [it, fresh] = joint_of_child.emplace(joint.child, &joint);
     if (fresh) continue;
-    add_error(scan->file, joint.line, "joint '" + joint.name + "'",
-              "moves link '" + joint.child + "', which joint '" + it->second->name + "' (line " +
-                  std::to_string(it->second->line) + ") moves already: a link has one parent; close the chain with a <loop> (docs/scenario.md)", diagnostics);
+    diagnostics->add_error(
+        {scan->file, "joint '" + joint.name + "'", joint.line},
+        "moves link '" + joint.child + "', which joint '" + it->second->name + "' (line " +
+            std::to_string(it->second->line) +
+            ") moves already: a link has one parent; close the chain with a <loop> (docs/scenario.md)");
   }
   std::vector<const LinkScan*> roots;
   for (const LinkScan& link : scan->links) {
     if (joint_of_child.count(link.name) == 0) roots.push_back(&link);
   }
   for (size_t i = 1; i < roots.size(); ++i) {
-    add_error(scan->file, roots[i]->line, "link '" + roots[i]->name + "'",
-              "has no parent joint, and neither has '" + roots[0]->name + "' (line " + std::to_string(roots[0]->line) +
-                  "): a robot has one root", diagnostics);
+    diagnostics->add_error({scan->file, "link '" + roots[i]->name + "'", roots[i]->line},
+                           "has no parent joint, and neither has '" + roots[0]->name + "' (line " +
+                               std::to_string(roots[0]->line) + "): a robot has one root");
   }
   if (!roots.empty()) scan->root = roots[0]->name;
   check_cycles(*scan, joint_of_child, diagnostics);
@@ -344,7 +344,7 @@ UrdfScan scan_urdf(const std::string& text, const std::string& file, Diagnostics
   }
   Element* robot = document.FirstChildElement("robot");
   if (robot == nullptr) {
-    add_error(file, 0, "", "has no <robot>, <mujoco> or <sdf> element: neither URDF, MJCF nor SDF", diagnostics);
+    diagnostics->add_error(file, "has no <robot>, <mujoco> or <sdf> element: neither URDF, MJCF nor SDF");
     return scan;
   }
   Scanner scanner(&scan, diagnostics);

@@ -28,7 +28,6 @@ struct JointScan {
   double rotor_inertia = 0.0;          // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
   JointSpring spring;                  // <spring stiffness="..." rest="..."/>
   bool unactuated = false;             // <unactuated/>: nothing drives it
-  bool has_lower = false, has_upper = false;
 };
 
 struct UrdfScan {

@@ -94,16 +94,8 @@ class TreeBuilder {
 };
 
 void TreeBuilder::add(int line, const std::string& field, const std::string& message, bool is_error) {
-  Diagnostic d;
-  d.file = scan_.file;
-  d.line = line;
-  d.field = field;
-  d.message = message;
-  if (is_error) {
-    diagnostics_->add_error(d);
-  } else {
-    diagnostics_->add_warning(d);
-  }
+  const InputPlace place(scan_.file, field, line);
+  is_error ? diagnostics_->add_error(place, message) : diagnostics_->add_warning(place, message);
 }
 
 bool TreeBuilder::is_foot(const std::string& link) const {
@@ -397,13 +389,11 @@ void build_tree(const UrdfScan& scan, const Scenario& scenario, RobotDescription
     console_bridge::restorePreviousOutputHandler();
   }
   if (!model || !agrees(*model, scan) || !catcher.text().empty()) {
-    Diagnostic d;
-    d.file = scan.file;
-    d.message = "urdfdom refuses it: " + (thrown.empty() ? catcher.text() : thrown);
+    int line = 0;
     for (const LinkScan& link : scan.links) {
-      if (d.line == 0 && catcher.text().find("[" + link.name + "]") != std::string::npos) d.line = link.line;
+      if (line == 0 && catcher.text().find("[" + link.name + "]") != std::string::npos) line = link.line;
     }
-    diagnostics->add_error(d);
+    diagnostics->add_error({scan.file, "", line}, "urdfdom refuses it: " + (thrown.empty() ? catcher.text() : thrown));
     return;
   }
   TreeBuilder(*model, scan, scenario, robot, diagnostics).build();

@@ -9,8 +9,8 @@
 
 #include <tinyxml2.h>
 
+#include "common/base/diagnostics.h"
 #include "common/base/printable.h"
-#include "servers/model_parser/add_error.h"
 
 namespace hrp {
 
@@ -37,14 +37,15 @@ void add_xml_error(const tinyxml2::XMLDocument& document, const std::string& tex
   const size_t at = find_strange_byte(text);
   if (at != std::string::npos) {
     const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<long>(at), '\n');
-    return add_error(file, static_cast<int>(line), "", "not valid XML: " + describe_strange_byte(text, at), diagnostics);
+    return diagnostics->add_error({file, "", static_cast<int>(line)},
+                                  "not valid XML: " + describe_strange_byte(text, at));
   }
   std::string reason = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
   const size_t cut = reason.find("ErrorID=");
   if (cut != std::string::npos && reason.find(": ", cut) != std::string::npos) {
     reason = reason.substr(reason.rfind("XML_") == std::string::npos ? 0 : reason.find("XML_"));
   }
-  add_error(file, document.ErrorLineNum(), "", "not valid XML: " + reason, diagnostics);
+  diagnostics->add_error({file, "", document.ErrorLineNum()}, "not valid XML: " + reason);
 }
 
 }  // namespace hrp

@@ -63,7 +63,6 @@ class SchedulerNode : public NodeBase {
   Publisher<msg::StepGrant> grant_publisher_;
   Publisher<msg::RunStatus> status_publisher_;
   Grant granted_;
-  bool any_granted_ = false;
   msg::RunStatus status_;
   Clock::time_point last_status_;
   std::deque<std::pair<Clock::time_point, uint64_t>> progress_;  // of the last second

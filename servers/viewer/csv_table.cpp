@@ -12,20 +12,6 @@
 namespace hrp {
 namespace {
 
-struct Place {
-  std::string file;
-  int line = 0;
-};
-
-[[noreturn]] void refuse(const Place& place, int column, const std::string& message) {
-  Diagnostic problem;
-  problem.file = place.file;
-  problem.line = place.line;
-  problem.column = column;
-  problem.message = message;
-  throw InputError(problem);
-}
-
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells(1);
   for (const char c : line) {
@@ -42,11 +28,13 @@ std::vector<std::string> split(const std::string& line) {
   return cells;
 }
 
-double read_number(const std::string& cell, const Place& place, size_t column) {
+double read_number(const std::string& cell, const InputPlace& place, size_t column) {
   if (cell.empty()) return std::numeric_limits<double>::quiet_NaN();
   char* end = nullptr;
   const double value = std::strtod(cell.c_str(), &end);
-  if (*end != '\0') refuse(place, static_cast<int>(column) + 1, "'" + cell + "' is no number (columns count cells)");
+  if (*end != '\0')
+    refuse_input({place.file, "", place.line, static_cast<int>(column) + 1},
+                 "'" + cell + "' is no number (columns count cells)");
   return value;
 }
 
@@ -61,8 +49,8 @@ const std::vector<double>* CsvTable::find(const std::string& name) const {
 
 CsvTable read_csv_table(const std::string& path) {
   std::ifstream file(path);
-  Place place{path, 0};
-  if (!file) refuse(place, 0, "cannot be read");
+  InputPlace place(path);
+  if (!file) refuse_input(place, "cannot be read");
   CsvTable table;
   std::string line;
   while (std::getline(file, line)) {
@@ -72,7 +60,7 @@ CsvTable read_csv_table(const std::string& path) {
     if (table.names.empty()) {
       table.names = cells;
       table.columns.resize(cells.size());
-      if (!table.find("time")) refuse(place, 0, "expected a header line with a column 'time'");
+      if (!table.find("time")) refuse_input(place, "expected a header line with a column 'time'");
       continue;
     }
     if (cells.size() != table.names.size()) {
@@ -83,8 +71,8 @@ CsvTable read_csv_table(const std::string& path) {
     for (size_t i = 0; i < cells.size(); ++i) table.columns[i].push_back(read_number(cells[i], place, i));
   }
   check_end(file, path);
-  if (table.names.empty()) refuse(place, 0, "is empty");
-  if (table.columns[0].empty()) refuse(place, 0, "has a header and no row");
+  if (table.names.empty()) refuse_input(place, "is empty");
+  if (table.columns[0].empty()) refuse_input(place, "has a header and no row");
   return table;
 }
 

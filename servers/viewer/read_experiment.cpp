@@ -217,11 +217,8 @@ std::vector<std::unique_ptr<Recording>> read_experiment(const std::string& path)
     }
   }
   if (!recordings.empty()) return recordings;
-  Diagnostic problem;
-  problem.file = file;
-  problem.field = "recordings";
-  problem.message = "names no recording, so there is nothing to show; simulate it with scripts/simulate.sh";
-  throw InputError(problem);
+  refuse_input({file, "recordings"},
+               "names no recording, so there is nothing to show; simulate it with scripts/simulate.sh");
 }
 
 }  // namespace hrp

@@ -153,12 +153,7 @@ double Recording::find_step(double time, int count) const {
 Series Recording::find_series(const std::string& signal) const {
   const SignalName name = split_signal(signal);
   const auto found = topics_.find(name.topic);
-  if (found == topics_.end()) {
-    Diagnostic problem;
-    problem.field = signal;
-    problem.message = name_ + " has no topic " + name.topic;
-    throw InputError(problem);
-  }
+  if (found == topics_.end()) refuse_input({"", signal}, name_ + " has no topic " + name.topic);
   const Signal reader(*found->second.type, name.path, scene_.joints, scene_.ground_height);
   Series series;
   series.unit = reader.unit();

@@ -13,13 +13,6 @@
 namespace hrp {
 namespace {
 
-[[noreturn]] void refuse(const std::string& path, const std::string& message) {
-  Diagnostic problem;
-  problem.field = path;
-  problem.message = message;
-  throw InputError(problem);
-}
-
 std::vector<Signal::Step> split_path(const std::string& path) {
   std::vector<Signal::Step> steps;
   for (size_t at = 0; at < path.size();) {
@@ -30,7 +23,7 @@ std::vector<Signal::Step> split_path(const std::string& path) {
     at = name_end == std::string::npos ? path.size() : name_end;
     if (at < path.size() && path[at] == '[') {
       const size_t close = path.find(']', at);
-      if (close == std::string::npos) refuse(path, "a '[' without a ']'");
+      if (close == std::string::npos) refuse_input({"", path}, "a '[' without a ']'");
       step.has_index = true;
       step.name = path.substr(at + 1, close - at - 1);
       at = close + 1;
@@ -38,10 +31,10 @@ std::vector<Signal::Step> split_path(const std::string& path) {
                           step.name.find_first_not_of("0123456789") == std::string::npos;
       if (number) step.index = std::stoul(std::exchange(step.name, ""));
     }
-    if (at < path.size() && path[at++] != '.') refuse(path, "expected a '.' behind ']'");
+    if (at < path.size() && path[at++] != '.') refuse_input({"", path}, "expected a '.' behind ']'");
     steps.push_back(step);
   }
-  if (steps.empty()) refuse(path, "is empty");
+  if (steps.empty()) refuse_input({"", path}, "is empty");
   return steps;
 }
 
@@ -164,7 +157,7 @@ double find_zmp(Bytes sample, const std::string& robot, int axis, double height)
 
 SignalName split_signal(const std::string& text) {
   const size_t colon = text.find(':');
-  if (colon == std::string::npos) refuse(text, "expected topic:path");
+  if (colon == std::string::npos) refuse_input({"", text}, "expected topic:path");
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
@@ -192,17 +185,21 @@ void Signal::resolve(const std::vector<std::string>& joints) {
     for (size_t k = 0; k < names.size(); ++k) {
       if (names[k] == step.field) field = &structure->fields[k];
     }
-    if (!field) refuse(path_, "there is no '" + step.field + "'; nearest: '" + find_nearest(step.field, names) + "'");
-    if (field->type.is_list() != step.has_index) refuse(path_, "'" + step.field + "' needs " + (step.has_index ? "no" : "an") + " index");
+    if (!field)
+      refuse_input({"", path_}, "there is no '" + step.field + "'; nearest: '" + find_nearest(step.field, names) + "'");
+    if (field->type.is_list() != step.has_index)
+      refuse_input({"", path_}, "'" + step.field + "' needs " + (step.has_index ? "no" : "an") + " index");
     structure = field->type.structure;
     if (!structure && !step.name.empty()) {
       const auto found = std::find(joints.begin(), joints.end(), step.name);
-      if (found == joints.end()) refuse(path_, "no joint '" + step.name + "'; nearest: '" + find_nearest(step.name, joints) + "'");
+      if (found == joints.end())
+        refuse_input({"", path_}, "no joint '" + step.name + "'; nearest: '" + find_nearest(step.name, joints) + "'");
       step.index = static_cast<size_t>(found - joints.begin());
       step.name.clear();
     }
     unit_ = field->unit;
-    if (i + 1 == steps_.size() && (structure || field->type.kind == ValueKind::kString)) refuse(path_, "is not a number");
+    if (i + 1 == steps_.size() && (structure || field->type.kind == ValueKind::kString))
+      refuse_input({"", path_}, "is not a number");
   }
 }
 

@@ -23,54 +23,19 @@ namespace {
 // - watermarks off: a writer never waits for a reader, its KEEP_LAST depth bounds its memory.
 // - short discovery period: a process that missed the first packet is found soon.
 // - short linger: a writer that goes waits for nobody's acknowledgement for long, a hung reader's least of all.
-std::string find_loopback_config(const std::string& security) {
-  return "<CycloneDDS><Domain>" + security + R"(
-  <General>
-    <Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>
-    <MaxMessageSize>65500B</MaxMessageSize>
-    <FragmentSize>65000B</FragmentSize>
-  </General>
-  <Discovery>
-    <Peers><Peer Address="127.0.0.1"/></Peers>
-    <ParticipantIndex>auto</ParticipantIndex>
-    <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
-    <SPDPInterval>200ms</SPDPInterval>
-    <LeaseDuration>20s</LeaseDuration>
-  </Discovery>
-  <Internal>
-    <SocketReceiveBufferSize max="4MB"/>
-    <WriterLingerDuration>100ms</WriterLingerDuration>
-    <GenerateKeyhash>true</GenerateKeyhash>
-    <NackDelay>1ms</NackDelay>
-    <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
-    <Watermarks>
-      <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
-    </Watermarks>
-  </Internal>
-</Domain></CycloneDDS>)";
-}
-
-std::string find_interface_config(const std::string& address, const std::string& security) {
-  return "<CycloneDDS><Domain>" + security + R"(
-  <General><Interfaces><NetworkInterface address=")" + address + R"("/></Interfaces></General>
-  <Internal>
+const char kBuffers[] = R"(
     <SocketReceiveBufferSize max="4MB"/>
     <Watermarks>
       <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
-    </Watermarks>
-  </Internal>
-</Domain></CycloneDDS>)";
-}
+    </Watermarks>)";
 
-// Other machines without multicast: discovery as on loopback, packets as large as the vendor thinks fit for a network.
-std::string find_peers_config(const NetworkChoice& network, const std::string& security) {
-  std::string peers;
-  for (const std::string& peer : network.peers) peers += "<Peer Address=\"" + peer + "\"/>";
+// Without multicast, among `peers`; `general`: what else the interface needs.
+std::string find_unicast_config(const std::string& interface, const std::string& general, const std::string& peers,
+                                const std::string& security) {
   return "<CycloneDDS><Domain>" + security + R"(
   <General>
-    <Interfaces><NetworkInterface address=")" + network.address + R"(" multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>
+    <Interfaces><NetworkInterface )" + interface + R"( multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>)" + general + R"(
   </General>
   <Discovery>
     <Peers>)" + peers + R"(</Peers>
@@ -79,17 +44,33 @@ std::string find_peers_config(const NetworkChoice& network, const std::string& s
     <SPDPInterval>200ms</SPDPInterval>
     <LeaseDuration>20s</LeaseDuration>
   </Discovery>
-  <Internal>
-    <SocketReceiveBufferSize max="4MB"/>
+  <Internal>)" + kBuffers + R"(
     <WriterLingerDuration>100ms</WriterLingerDuration>
     <GenerateKeyhash>true</GenerateKeyhash>
     <NackDelay>1ms</NackDelay>
     <HeartbeatInterval min="2ms" minsched="5ms" max="8s">20ms</HeartbeatInterval>
-    <Watermarks>
-      <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
-    </Watermarks>
   </Internal>
 </Domain></CycloneDDS>)";
+}
+
+std::string find_loopback_config(const std::string& security) {
+  return find_unicast_config("name=\"lo\"", "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>",
+                             "<Peer Address=\"127.0.0.1\"/>", security);
+}
+
+std::string find_interface_config(const std::string& address, const std::string& security) {
+  return "<CycloneDDS><Domain>" + security + R"(
+  <General><Interfaces><NetworkInterface address=")" + address + R"("/></Interfaces></General>
+  <Internal>)" + kBuffers + R"(
+  </Internal>
+</Domain></CycloneDDS>)";
+}
+
+// Other machines without multicast: discovery as on loopback, packets as large as the vendor thinks fit for a network.
+std::string find_peers_config(const NetworkChoice& network, const std::string& security) {
+  std::string peers;
+  for (const std::string& peer : network.peers) peers += "<Peer Address=\"" + peer + "\"/>";
+  return find_unicast_config("address=\"" + network.address + "\"", "", peers, security);
 }
 
 std::string find_config(const BusOptions& options) {

@@ -49,10 +49,7 @@ dds::DomainParticipantQos load_profile(const std::string& file) {
   dds::DomainParticipantQos qos;
   if (factory->load_XML_profiles_file(file) != ReturnCode_t::RETCODE_OK ||
       factory->get_participant_qos_from_profile(kProfile, qos) != ReturnCode_t::RETCODE_OK) {
-    Diagnostic diagnostic;
-    diagnostic.file = file;
-    diagnostic.message = std::string("not a Fast DDS XML file with a participant profile named ") + kProfile;
-    throw InputError(diagnostic);
+    refuse_input(file, std::string("not a Fast DDS XML file with a participant profile named ") + kProfile);
   }
   return qos;
 }

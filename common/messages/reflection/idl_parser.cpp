@@ -102,13 +102,8 @@ class IdlParser {
 
  private:
   [[noreturn]] void fail(const std::string& message) const {
-    Diagnostic diagnostic;
-    diagnostic.file = file_.name;
-    if (!lexer_.tokens.empty()) {
-      diagnostic.line = lexer_.tokens[std::min(next_, lexer_.tokens.size() - 1)].line;
-    }
-    diagnostic.message = message;
-    throw InputError(diagnostic);
+    const auto& tokens = lexer_.tokens;
+    refuse_input({file_.name, "", tokens.empty() ? 0 : tokens[std::min(next_, tokens.size() - 1)].line}, message);
   }
 
   const Token& peek() const {

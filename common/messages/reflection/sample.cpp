@@ -153,13 +153,6 @@ bool visit_field(const StructType& type, Bytes sample, const FieldPath& path, Sa
 
 namespace {
 
-[[noreturn]] void refuse_path(const std::string& path, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.field = path;
-  diagnostic.message = message;
-  throw InputError(diagnostic);
-}
-
 const Field& find_path_field(const StructType& type, const std::string& name, const std::string& path) {
   std::vector<std::string> names;
   for (const Field& field : type.fields) {
@@ -169,8 +162,8 @@ const Field& find_path_field(const StructType& type, const std::string& name, co
   std::string list;
   for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
   const std::string nearest = find_nearest(name, names);
-  refuse_path(path, type.name + " has no field '" + name + "'" +
-                        (nearest.empty() ? "; it has " + list : "; did you mean '" + nearest + "'?"));
+  refuse_input({"", path}, type.name + " has no field '" + name + "'" +
+                               (nearest.empty() ? "; it has " + list : "; did you mean '" + nearest + "'?"));
 }
 
 // "pairs[2]" -> field pairs, index 2
@@ -179,12 +172,12 @@ FieldPath::Step find_step(const StructType& type, const std::string& part, const
   const size_t bracket = part.find('[');
   step.field = &find_path_field(type, part.substr(0, bracket), path);
   if (bracket == std::string::npos) return step;
-  if (!step.field->type.is_list()) refuse_path(path, "'" + step.field->name + "' is not a list");
+  if (!step.field->type.is_list()) refuse_input({"", path}, "'" + step.field->name + "' is not a list");
   char* end = nullptr;
   step.has_index = true;
   step.index = std::strtoul(part.c_str() + bracket + 1, &end, 10);
   if (end == part.c_str() + bracket + 1 || std::string(end) != "]") {
-    refuse_path(path, "'" + part + "': expected a number in the brackets");
+    refuse_input({"", path}, "'" + part + "': expected a number in the brackets");
   }
   return step;
 }
@@ -194,9 +187,10 @@ FieldPath::Step find_step(const StructType& type, const std::string& part, const
 FieldPath::FieldPath(const StructType& type, const std::string& text) : text_(text) {
   const StructType* at = &type;
   for (size_t begin = 0; begin <= text.size();) {
-    if (!at) refuse_path(text, "'" + steps_.back().field->name + "' has no fields");
+    if (!at) refuse_input({"", text}, "'" + steps_.back().field->name + "' has no fields");
     if (!steps_.empty() && steps_.back().field->type.is_list() && !steps_.back().has_index) {
-      refuse_path(text, "'" + steps_.back().field->name + "' is a list: say which, as in " + steps_.back().field->name + "[0]");
+      refuse_input({"", text}, "'" + steps_.back().field->name + "' is a list: say which, as in " +
+                                   steps_.back().field->name + "[0]");
     }
     const size_t end = std::min(text.find('.', begin), text.size());
     steps_.push_back(find_step(*at, text.substr(begin, end - begin), text));

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
-#include "diagnosis/data/rounding.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

@@ -24,12 +24,7 @@ const std::vector<std::string> kMovable{"dynamics", "collision_checker", "contro
 const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 
 [[noreturn]] void refuse(const std::string& file, int line, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.file = file;
-  diagnostic.line = line;
-  diagnostic.field = file.empty() ? "--on" : "";
-  diagnostic.message = message;
-  throw InputError(diagnostic);
+  refuse_input({file, file.empty() ? "--on" : "", line}, message);
 }
 
 void check_role(const std::string& role, const std::string& file, int line) {

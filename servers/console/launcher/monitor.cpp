@@ -10,20 +10,6 @@
 #include "common/node/run_token.h"
 
 namespace hrp {
-namespace {
-
-const char* get_phase_text(msg::RunPhase phase) {
-  switch (phase) {
-    case msg::RUN_RUNNING: return "running";
-    case msg::RUN_PAUSED: return "paused";
-    case msg::RUN_FINISHED: return "finished";
-    case msg::RUN_FAILED: return "failed";
-    default: return "waiting";
-  }
-}
-
-}  // namespace
-
 RunMonitor::RunMonitor(Bus& bus, std::string token, const std::vector<std::string>& robots)
     : bus_(bus), token_(std::move(token)), control_(bus, topics::kRunControl) {
   readers_.push_back(subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,

@@ -93,9 +93,7 @@ std::string make_time_stamp() {
 }
 
 [[noreturn]] void refuse_log(const std::string& reason) {
-  Diagnostic problem;
-  problem.message = "the log cannot be written: " + reason;
-  throw InputError(problem);
+  refuse_input({""}, "the log cannot be written: " + reason);
 }
 
 // A name that nobody has: "run.mcap", else "run-2.mcap", "run-3.mcap", ... The file, without a step, keeps it for us.

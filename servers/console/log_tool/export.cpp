@@ -25,11 +25,8 @@ void append_number(double value, std::string* line) {
 PlotSeries find_column(const LogTable& table, const std::string& name, const std::string& file) {
   const auto found = std::find(table.names.begin(), table.names.end(), name);
   if (found == table.names.end()) {
-    Diagnostic problem;
-    problem.file = file;
     const std::string nearest = find_nearest(name, table.names);
-    problem.message = "no signal '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?");
-    throw InputError(problem);
+    refuse_input(file, "no signal '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
   }
   const auto column = static_cast<size_t>(found - table.names.begin());
   PlotSeries series{name, {}, {}};

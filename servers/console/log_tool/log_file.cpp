@@ -22,16 +22,8 @@ bool is_log(const std::string& path) {
 }  // namespace
 
 void check_output(const std::string& in, const std::string& out, bool force) {
-  Diagnostic problem;
-  problem.file = out;
-  if (mcap::is_same_file(in, out)) {
-    problem.message = "is the log that is read; give the output another name";
-  } else if (!force && is_log(out)) {
-    problem.message = "is a log; choose another name, or --force to overwrite it";
-  } else {
-    return;
-  }
-  throw InputError(problem);
+  if (mcap::is_same_file(in, out)) refuse_input(out, "is the log that is read; give the output another name");
+  if (!force && is_log(out)) refuse_input(out, "is a log; choose another name, or --force to overwrite it");
 }
 
 LogFile::LogFile(const std::string& path) : reader_(path) {
@@ -58,11 +50,9 @@ const LogTopicType& LogFile::find_topic(const std::string& name) const {
   for (const auto& [id, topic] : topics_) {
     if (meant.size() == 1 && topic.topic == meant[0]) return topic;
   }
-  Diagnostic problem;
-  problem.file = reader_.path();
-  problem.message = meant.empty() ? "no topic '" + name + "'; it has:" : "'" + name + "' may be:";
-  for (const std::string& topic : meant.empty() ? names : meant) problem.message += " " + topic;
-  throw InputError(problem);
+  std::string problem = meant.empty() ? "no topic '" + name + "'; it has:" : "'" + name + "' may be:";
+  for (const std::string& topic : meant.empty() ? names : meant) problem += " " + topic;
+  refuse_input(reader_.path(), problem);
 }
 
 }  // namespace hrp

@@ -20,18 +20,8 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::seconds(5);
 const char kScheduler[] = "the scheduler";
 
-const char* get_text(msg::RunPhase phase) {
-  switch (phase) {
-    case msg::RUN_RUNNING: return "running";
-    case msg::RUN_PAUSED: return "paused";
-    case msg::RUN_FINISHED: return "finished";
-    case msg::RUN_FAILED: return "failed";
-    default: return "waiting";
-  }
-}
-
 void print(const msg::RunStatus& status) {
-  std::printf("%s epoch %llu step %llu t = %.3f s, %.1f x real time%s%s%s%s\n", get_text(status.phase()),
+  std::printf("%s epoch %llu step %llu t = %.3f s, %.1f x real time%s%s%s%s\n", get_phase_text(status.phase()),
               static_cast<unsigned long long>(status.epoch()), static_cast<unsigned long long>(status.step()),
               status.time(), status.real_time_factor(), status.late().empty() ? "" : ", waits for ",
               make_printable_line(status.late()).c_str(), status.message().empty() ? "" : ": ",

@@ -11,15 +11,8 @@ namespace hrp {
 namespace {
 
 [[noreturn]] void refuse(const YAML::Node& node, const std::string& field, const std::string& message) {
-  Diagnostic diagnostic;
-  diagnostic.file = "message";
-  diagnostic.field = field;
-  diagnostic.message = message;
-  if (node.IsDefined() && node.Mark().line >= 0) {
-    diagnostic.line = node.Mark().line + 1;
-    diagnostic.column = node.Mark().column + 1;
-  }
-  throw InputError(diagnostic);
+  const YAML::Mark mark = node.IsDefined() ? node.Mark() : YAML::Mark::null_mark();
+  refuse_input({"message", field, mark.line + 1, mark.column + 1}, message);
 }
 
 // Plain CDR, little endian: each number begins at a multiple of its size, counted behind the header of 4 bytes.
@@ -122,12 +115,7 @@ std::vector<uint8_t> encode_text(const StructType& type, const std::string& text
   try {
     return TextEncoder().encode(type, YAML::Load(text));
   } catch (const YAML::Exception& error) {
-    Diagnostic diagnostic;
-    diagnostic.file = "message";
-    diagnostic.line = error.mark.line + 1;
-    diagnostic.column = error.mark.column + 1;
-    diagnostic.message = error.msg;
-    throw InputError(diagnostic);
+    refuse_input({"message", "", error.mark.line + 1, error.mark.column + 1}, error.msg);
   }
 }
 

@@ -49,16 +49,8 @@ class Converter {
   }
 
   void add(const std::string& kind, const std::string& name, const std::string& message, bool is_error) {
-    Diagnostic d;
-    d.file = file_;
-    d.line = text_.find_line(kind, name);
-    d.field = "<" + kind + " name=\"" + name + "\">";
-    d.message = message;
-    if (is_error) {
-      diagnostics_->add_error(d);
-    } else {
-      diagnostics_->add_warning(d);
-    }
+    const InputPlace place(file_, "<" + kind + " name=\"" + name + "\">", text_.find_line(kind, name));
+    is_error ? diagnostics_->add_error(place, message) : diagnostics_->add_warning(place, message);
   }
   void error(const std::string& kind, const std::string& name, const std::string& message) { add(kind, name, message, true); }
 
@@ -124,12 +116,8 @@ class Converter {
 
   void warn_of_world(bool other_bodies) {
     if (m_.body_geomnum[0] == 0 && !other_bodies) return;
-    Diagnostic d;
-    d.file = file_;
-    d.line = 0;
-    d.field = "<worldbody>";
-    d.message = "what stands in the world is left out: ground and obstacles are the scenario's";
-    diagnostics_->add_warning(d);
+    diagnostics_->add_warning({file_, "<worldbody>"},
+                              "what stands in the world is left out: ground and obstacles are the scenario's");
   }
 
   void add_world() {
@@ -241,11 +229,8 @@ class Converter {
   }
 
   void warn_of_laws() {
-    Diagnostic d;
-    d.file = file_;
-    d.field = "<actuator>";
-    d.message = "gains and dynamics of actuators are left out: the scenario's 'servo' drives the joints";
-    diagnostics_->add_warning(d);
+    diagnostics_->add_warning({file_, "<actuator>"},
+                              "gains and dynamics of actuators are left out: the scenario's 'servo' drives the joints");
   }
 
   void add_sites(int b, Body* body) {

@@ -74,8 +74,6 @@ sdf::Errors load(const std::string& text, const std::string& path, sdf::Root* ro
 }  // namespace
 
 bool load_sdf(const std::string& text, const std::string& path, sdf::Root* root, Diagnostics* diagnostics) {
-  Diagnostic d;
-  d.file = path;
   tinyxml2::XMLDocument document;  // what is no XML it refuses without a reason
   if (document.Parse(text.c_str(), text.size()) != tinyxml2::XML_SUCCESS) {
     add_xml_error(document, text, path, diagnostics);
@@ -83,13 +81,10 @@ bool load_sdf(const std::string& text, const std::string& path, sdf::Root* root,
   }
   try {
     for (const sdf::Error& e : load(text, path, root)) {
-      d.line = e.LineNumber().value_or(0);
-      d.message = "libsdformat refuses it: " + e.Message();
-      diagnostics->add_error(d);
+      diagnostics->add_error({path, "", e.LineNumber().value_or(0)}, "libsdformat refuses it: " + e.Message());
     }
   } catch (const std::exception& error) {
-    d.message = std::string("libsdformat refuses it: ") + error.what();
-    diagnostics->add_error(d);
+    diagnostics->add_error(path, std::string("libsdformat refuses it: ") + error.what());
   }
   return !diagnostics->has_errors();
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 
-#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/sdf/load_sdf.h"
 
 namespace hrp {
@@ -50,7 +49,7 @@ class Converter {
   };
 
   void error(int line, const std::string& field, const std::string& message) {
-    add_error(file_, line, field, message, diagnostics_);
+    diagnostics_->add_error({file_, field, line}, message);
   }
   void take(const sdf::Errors& errors, int line, const std::string& field) {
     for (const sdf::Error& e : errors) error(line, field, e.Message());
@@ -220,10 +219,10 @@ BodyTree read_sdf(const std::string& text, const std::string& path, bool floatin
   sdf::Root root;
   if (!load_sdf(text, path, &root, diagnostics)) return {};
   if (root.Model() != nullptr) return Converter(*root.Model(), path, diagnostics).convert(floating_base);
-  add_error(path, 0, "",
-            root.WorldCount() > 0 ? "has a <world>, expected a <model> right below <sdf>; worlds go into the scenario's 'world'"
-                                  : "has no <model> right below <sdf>",
-            diagnostics);
+  diagnostics->add_error(
+      path, root.WorldCount() > 0
+                ? "has a <world>, expected a <model> right below <sdf>; worlds go into the scenario's 'world'"
+                : "has no <model> right below <sdf>");
   return {};
 }
 

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "servers/model_parser/add_error.h"
 #include "servers/model_parser/mesh_path.h"
 #include "servers/model_parser/sdf/load_sdf.h"
 
@@ -26,7 +25,7 @@ class Reader {
 
  private:
   void error(int line, const std::string& field, const std::string& message) {
-    add_error(scenario_.world, line, field, message, diagnostics_);
+    diagnostics_->add_error({scenario_.world, field, line}, message);
   }
   Transform resolve(const sdf::SemanticPose& pose, const std::string& to, int line, const std::string& field) {
     ignition::math::Pose3d X;
@@ -138,8 +137,8 @@ WorldSpec read_sdf_world(const std::string& text, const Scenario& scenario, Diag
   sdf::Root root;
   if (!load_sdf(text, scenario.world, &root, diagnostics)) return {};
   if (root.WorldCount() == 1) return Reader(scenario, diagnostics).read(*root.WorldByIndex(0));
-  add_error(scenario.world, 0, "", "has " + std::to_string(root.WorldCount()) + " <world> elements, expected one right below <sdf>",
-            diagnostics);
+  diagnostics->add_error(
+      scenario.world, "has " + std::to_string(root.WorldCount()) + " <world> elements, expected one right below <sdf>");
   return {};
 }
 

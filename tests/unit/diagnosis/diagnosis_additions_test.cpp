@@ -13,7 +13,7 @@ namespace {
 const Effect kLoad{EffectId::kPayload, kFore, {0.8, 0.25, 0.0, 0.05, 0.0}};
 
 std::vector<Addition> rank_beside_load(const std::string& name, const Hypothesis& hidden, Score* left) {
-  const Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, hidden);
+  const Experiment e = simulate_arm(name, hidden);
   Problem problem = make_problem(e, 1);
   std::vector<int> all(e.recordings.size());
   for (size_t r = 0; r < all.size(); ++r) all[r] = static_cast<int>(r);
@@ -44,8 +44,7 @@ TEST(DiagnosisAdditions, NoiseAsksForNothing) {
 
 TEST(DiagnosisAdditions, ALoadBesideAShiftedEffortReadingIsFoundWithItsPlace) {
   const Place reading = at_sensor(kShoulder, Reading::kEffort);
-  const Experiment e = make_simulated_experiment("additions_bias", kArm, {"shoulder", "elbow"},
-                                                 {kLoad, {EffectId::kSensorBias, reading, {3.0}}});
+  const Experiment e = simulate_arm("additions_bias", {kLoad, {EffectId::kSensorBias, reading, {3.0}}});
   const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;
   EXPECT_EQ(report["verdict"], "explained");
   ASSERT_EQ(report["findings"].size(), 2u) << report["findings"].dump(1);

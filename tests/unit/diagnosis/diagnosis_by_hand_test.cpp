@@ -16,7 +16,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
 const Progress kQuietly = [](const std::string&) {};
 
 // A single link that turns about y: its weight and its drive's constant are one number.
@@ -49,7 +48,7 @@ Eigen::VectorXd calc_holding(const Plant& plant, const Eigen::VectorXd& q) {
 }
 
 TEST(ByHand, AHungLoadIsAPayloadOfThatRecordingOnly) {
-  const Experiment e = make_simulated_experiment("by_hand_payload", kArm, kJoints, {});
+  const Experiment e = simulate_arm("by_hand_payload", {});
   const Plant with = make_plant(e, {}, make_spec({make_load("fore", 1.0, {0.25, 0, 0})}, {}));
   const Plant payload = make_plant(e, {{EffectId::kPayload, kFore, {1.0, 0.25, 0.0, 0.0, 0.0}}});
   const Eigen::VectorXd q = Eigen::Vector2d(0.4, -0.7);
@@ -62,7 +61,7 @@ TEST(ByHand, AHungLoadIsAPayloadOfThatRecordingOnly) {
 
 // What hangs on a link that is 20 % heavier than stated is not 20 % heavier.
 TEST(ByHand, AWrongMassOfTheLinkLeavesTheLoadAsItIs) {
-  const Experiment e = make_simulated_experiment("by_hand_mass", kArm, kJoints, {});
+  const Experiment e = simulate_arm("by_hand_mass", {});
   const Hypothesis heavy{{EffectId::kMassError, kFore, {1.2}}};
   const RecordingSpec spec = make_spec({make_load("fore", 1.0, {0.25, 0, 0})}, {});
   const Eigen::VectorXd q = Eigen::Vector2d(0.3, 0.2);
@@ -72,7 +71,7 @@ TEST(ByHand, AWrongMassOfTheLinkLeavesTheLoadAsItIs) {
 }
 
 TEST(ByHand, APullTurnsAJointByForceTimesLever) {
-  const Experiment e = make_simulated_experiment("by_hand_pull", kArm, kJoints, {});
+  const Experiment e = simulate_arm("by_hand_pull", {});
   // 10 N upwards, 0.3 m beyond the elbow, 0.7 m beyond the shoulder: the drives hold less of the weight.
   const Plant pulled = make_plant(e, {}, make_spec({}, {make_pull("fore", {0, 0, 10}, {0.3, 0, 0})}));
   const Eigen::VectorXd less = calc_holding(pulled, Eigen::Vector2d::Zero()) - calc_holding(make_plant(e, {}), Eigen::Vector2d::Zero());
@@ -141,7 +140,7 @@ TEST(ByHand, AHungKilogramDecidesBetweenAMassAndATorqueConstant) {
 }
 
 TEST(ByHand, AStretchWithAnUnknownForceIsLeftOut) {
-  Experiment e = make_simulated_experiment("by_hand_unknown", kArm, kJoints, {});
+  Experiment e = simulate_arm("by_hand_unknown", {});
   HandPush push;
   push.start = 2.0, push.end = 3.0;
   e.recordings[0].spec.pushes = {push};
@@ -155,7 +154,7 @@ TEST(ByHand, AStretchWithAnUnknownForceIsLeftOut) {
 }
 
 TEST(ByHand, AKnownForceActsInItsOwnPieceOnly) {
-  Experiment e = make_simulated_experiment("by_hand_known", kArm, kJoints, {});
+  Experiment e = simulate_arm("by_hand_known", {});
   HandPush pull = make_pull("fore", {0, 5, 0}, {0.3, 0, 0});
   pull.start = 3.0;
   e.recordings[0].spec.pushes = {pull};
@@ -212,7 +211,7 @@ TEST(ByHand, TheProposalAsksForALoadWhereOnlyAKnownWeightDecides) {
 }
 
 TEST(ByHand, LoadsAreMassesThatPeopleHaveAndAQuarterOfWhatMovesAtMost) {
-  const Experiment e = make_simulated_experiment("by_hand_masses", kArm, kJoints, {});
+  const Experiment e = simulate_arm("by_hand_masses", {});
   const std::vector<LoadSpec> loads = list_hung_loads(e.robot.tree, 100.0);
   ASSERT_EQ(loads.size(), 1u);
   EXPECT_EQ(loads[0].link, "fore");

@@ -9,6 +9,7 @@
 
 #include "diagnosis/fixed_base.h"
 #include "test_places.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -72,21 +73,9 @@ Experiment make_experiment(const std::string& name, int joints, int recordings =
   return load_experiment((folder / "experiment.yaml").string());
 }
 
-class Noise {
- public:
-  double operator()() {  // sum of uniforms, standard deviation 1
-    double s = -6.0;
-    for (int i = 0; i < 12; ++i) s += static_cast<double>((state_ = state_ * 1664525u + 1013904223u) >> 8) / 16777216.0;
-    return s;
-  }
-
- private:
-  unsigned state_ = 12345;
-};
-
 // Readings from the tool's own simulation.
 void simulate(const Hypothesis& hidden, Experiment* e) {
-  Noise noise;
+  TestNoise noise;
   const size_t width = static_cast<size_t>(e->num_joints()) * kQuantities;
   for (size_t r = 0; r < e->recordings.size(); ++r) {
     Recording& recording = e->recordings[r];
@@ -106,14 +95,14 @@ void simulate(const Hypothesis& hidden, Experiment* e) {
     for (size_t k = 0; k < recording.size(); ++k) {
       for (size_t c = 0; c < width; ++c)
         recording.joints[c / kQuantities].signal[c % kQuantities][k] =
-            y[k * width + c] + kSigma[c % kQuantities] * noise();
+            y[k * width + c] + kSigma[c % kQuantities] * noise.draw();
     }
   }
 }
 
 // Readings of one pendulum with any law of braking torque(t, q, v), integrated here.
 void simulate(const std::function<double(double, double, double)>& brake, Experiment* e) {
-  Noise noise;
+  TestNoise noise;
   constexpr int kParts = 20;
   constexpr double kInertia = 0.02 + 2.0 * 0.2 * 0.2, kWeight = 2.0 * 9.81 * 0.2;
   for (size_t r = 0; r < e->recordings.size(); ++r) {
@@ -125,7 +114,7 @@ void simulate(const std::function<double(double, double, double)>& brake, Experi
     double q = 0.0, v = 0.0;
     for (size_t k = 0; k < recording.size(); ++k) {
       const double t = kStep * static_cast<double>(k), out[] = {q, v, servo(t, q, v)};
-      for (int i = 0; i < kQuantities; ++i) recording.joints[0].signal[i][k] = out[i] + kSigma[i] * noise();
+      for (int i = 0; i < kQuantities; ++i) recording.joints[0].signal[i][k] = out[i] + kSigma[i] * noise.draw();
       for (int i = 0; i < kParts; ++i) {
         const double h = kStep / kParts, now = t + h * i;
         v += h * (servo(now, q, v) - kWeight * std::sin(q) - brake(now, q, v)) / kInertia;

@@ -18,7 +18,7 @@ struct Proposal {
 };
 
 Proposal find_play(const std::string& name, const Effect& hidden) {
-  const Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {hidden});
+  const Experiment e = simulate_arm(name, {hidden});
   Problem problem = make_problem(e, 1);
   prepare_paths(&problem);
   Explorer explorer(problem);
@@ -46,7 +46,7 @@ TEST(DiagnosisExplore, PlayOfASmallJointIsProposed) {
 // Every rattle comes at another time: a gap that is a third off lies behind many minima.
 TEST(DiagnosisExplore, AGapIsFoundFromAThirdOff) {
   const Effect hidden{EffectId::kBacklash, kShoulder, {0.03, 2e4, 8.0, 0.4}};
-  const Experiment e = make_simulated_experiment("nearby_gap", kArm, {"shoulder", "elbow"}, {hidden});
+  const Experiment e = simulate_arm("nearby_gap", {hidden});
   const Problem problem = make_problem(e, 1);
   Effect start = hidden;
   start.p[0] *= 0.67;
@@ -57,7 +57,7 @@ TEST(DiagnosisExplore, AGapIsFoundFromAThirdOff) {
 // Of play in a joint where a rotor was fitted that leaves much, the gaps and stiffnesses are scanned.
 TEST(DiagnosisExplore, PlayIsFoundFromARotorThatLeavesMuch) {
   const Effect hidden{EffectId::kBacklash, kShoulder, {0.01, 4e4, 16.0, 0.4}};
-  const Experiment e = make_simulated_experiment("loosen_play", kArm, {"shoulder", "elbow"}, {hidden});
+  const Experiment e = simulate_arm("loosen_play", {hidden});
   Trials trials(make_problem(e, 1), [](const std::string&) {});
   trials.add({{EffectId::kRotorInertia, kShoulder, {0.2}}});
   const Trial rotor = trials.best();
@@ -73,8 +73,7 @@ TEST(DiagnosisExplore, PlayIsFoundFromARotorThatLeavesMuch) {
 // others; 80 us at 1 rad/s are four deviations of the encoder's noise.
 TEST(DiagnosisExplore, ADriveBehindAShaftThatGivesHasItsOwnTiming) {
   const Effect shaft{EffectId::kElasticity, kElbow, {600.0, 1.0, 0.05}};
-  const Experiment e = make_simulated_experiment("own_timing", kArm, {"shoulder", "elbow"},
-                                                 {shaft, {EffectId::kDriveTiming, kElbow, {8e-5}}});
+  const Experiment e = simulate_arm("own_timing", {shaft, {EffectId::kDriveTiming, kElbow, {8e-5}}});
   Trials trials(make_problem(e, 1), [](const std::string&) {});
   const Trial fitted = trials.fit_aside({shaft});
   EXPECT_LT(fitted.rms, 1.1);
@@ -85,8 +84,7 @@ TEST(DiagnosisExplore, ADriveBehindAShaftThatGivesHasItsOwnTiming) {
 }
 
 TEST(DiagnosisExplore, ASearchWithoutWorkLeftSaysSoAndNamesNothing) {
-  const Experiment e = make_simulated_experiment("explore_spent", kArm, {"shoulder", "elbow"},
-                                                 {{EffectId::kBacklash, kShoulder, {0.03, 2e4, 8.0, 0.4}}});
+  const Experiment e = simulate_arm("explore_spent", {{EffectId::kBacklash, kShoulder, {0.03, 2e4, 8.0, 0.4}}});
   Problem problem = make_problem(e, 1);
   problem.most_work = 1.0;
   const Outcome outcome = search(problem, [](const std::string&) {});

@@ -16,13 +16,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
 const Progress kQuietly = [](const std::string&) {};
 
 // One speed there and back: what grows with speed and what does not look the same but where the joint turns around.
 // The recordings are those of a robot with `hidden`.
 Experiment make_poor_experiment(const std::string& name, const std::string& urdf, const Hypothesis& hidden) {
-  Experiment e = make_simulated_experiment(name, urdf, kJoints, {});
+  Experiment e = make_simulated_experiment(name, urdf, kArmJoints, {});
   TestNoise noise;
   const double sigma[] = {2e-5, 0.002, 0.02};
   for (Recording& r : e.recordings) {
@@ -97,7 +96,7 @@ TEST(NextExperiment, EndsOfIntervalsAreThoseOfTheInformation) {
 
 // The recordings do not show what the drive gives beyond twice their largest effort.
 TEST(NextExperiment, EffortsGrowInSteps) {
-  Experiment e = make_simulated_experiment("next_steps", kArm, kJoints, {});
+  Experiment e = simulate_arm("next_steps", {});
   for (Recording& r : e.recordings) {
     for (double& effort : r.joints[kElbow].signal[2]) effort = std::clamp(effort, -1.0, 1.0);
   }
@@ -108,7 +107,7 @@ TEST(NextExperiment, EffortsGrowInSteps) {
 }
 
 TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds) {
-  const Experiment e = make_simulated_experiment("next_motions", kArm, kJoints, {});
+  const Experiment e = simulate_arm("next_motions", {});
   const Limits limits = make_limits(e, {"speed=0.7", "elbow.upper=0.4"});
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     MotionPlan plan;
@@ -204,7 +203,7 @@ TEST(NextExperiment, TheExpectedIntervalIsThatOfTheRepeatedExperiment) {
 }
 
 TEST(NextExperiment, WithoutAMismatchNothingIsProposed) {
-  const Experiment e = make_simulated_experiment("next_nothing", kArm, kJoints, {});
+  const Experiment e = simulate_arm("next_nothing", {});
   const Next next = propose(e, {{"verdict", "no_mismatch"}, {"findings", Json::array()}}, make_options(), kQuietly);
   EXPECT_TRUE(next.proposals.empty());
   EXPECT_NE(next.nothing.find("nothing is ambiguous"), std::string::npos) << next.nothing;
@@ -215,14 +214,14 @@ TEST(NextExperiment, WithoutPositionLimitsMotionsStayWithinWhatWasRecorded) {
   const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
   urdf.replace(urdf.find(limit), limit.size(), R"(<axis xyz="0 1 0"/></joint></robot>)");
   urdf.replace(urdf.rfind("revolute"), 8, "continuous");
-  const Experiment e = make_simulated_experiment("next_unlimited", urdf, kJoints, {});
+  const Experiment e = make_simulated_experiment("next_unlimited", urdf, kArmJoints, {});
   const Limits limits = make_limits(e, {});
   EXPECT_LE(limits.joints[kElbow].upper, 0.6);  // the commands' amplitude
   EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(), [](const std::string& r) { return r.find("elbow has no position limits") == 0; }));
 }
 
 TEST(NextExperiment, ALimitThatCannotBeReadIsRefusedByName) {
-  const Experiment e = make_simulated_experiment("next_words", kArm, kJoints, {});
+  const Experiment e = simulate_arm("next_words", {});
   for (const char* word : {"speed", "speed=fast", "wrist.speed=1", "colour=3", "elbow.lower=0.5"}) {
     try {
       make_limits(e, {word});
@@ -234,7 +233,7 @@ TEST(NextExperiment, ALimitThatCannotBeReadIsRefusedByName) {
 }
 
 TEST(NextExperiment, LimitsOnlyTighten) {
-  const Experiment e = make_simulated_experiment("next_tighten", kArm, kJoints, {});
+  const Experiment e = simulate_arm("next_tighten", {});
   const Limits usual = make_limits(e, {}), wide = make_limits(e, {"speed=1000", "effort=1000", "reach=50"});
   EXPECT_DOUBLE_EQ(wide.joints[0].speed, usual.joints[0].speed);
   EXPECT_DOUBLE_EQ(wide.joints[0].effort, usual.joints[0].effort);

@@ -13,7 +13,7 @@ const StatedEffect kStatedPayload{"payload", {{"mass", 0.5}, {"com_x", 0.3}, {"c
 Experiment make_stating() {
   const Hypothesis hidden{{EffectId::kCoulomb, kElbow, {2.0, 0.1, kPresliding}},
                           {EffectId::kPayload, kFore, {0.5, 0.3, 0.0, 0.0, 0.0}}};
-  Experiment e = make_simulated_experiment("nominal", kArm, {"shoulder", "elbow"}, hidden);
+  Experiment e = simulate_arm("nominal", hidden);
   e.scenario.joint_laws["elbow"] = {kStatedFriction};
   e.scenario.link_laws["fore"] = {kStatedPayload};
   return e;

@@ -102,7 +102,7 @@ TEST(StepCheck, FindingsAtASuspectJointAreAmbiguousAndThoseElsewhereStand) {
 
 // The elbow's readings as a log has them that meets a hum in the same phase every time.
 TEST(StepCheck, BesideAServoThatHumsTheOtherJointIsJudgedAndTheHumIsNoPhysics) {
-  Experiment e = make_simulated_experiment("hum", kArm, {"shoulder", "elbow"}, {{EffectId::kRotorInertia, kShoulder, {0.5}}});
+  Experiment e = simulate_arm("hum", {{EffectId::kRotorInertia, kShoulder, {0.5}}});
   EXPECT_TRUE(find_hum(e).humming.empty());
   for (Recording& r : e.recordings) {
     for (size_t k = 0; k < r.size(); ++k) r.joints[kElbow].signal[1][k] -= 10.0, r.joints[kElbow].signal[2][k] = 50.0;

@@ -10,8 +10,7 @@ namespace {
 TEST(VelocityLimit, IsFoundWhereItIsWithItsStallTorqueAndItsSpeed) {
   const EffectInfo* row = find_effect("velocity_limit");
   ASSERT_NE(row, nullptr);
-  const Experiment e = make_simulated_experiment("velocity_limit", kArm, {"shoulder", "elbow"},
-                                                 {{row->id, kElbow, {2.2, 4.0}}});
+  const Experiment e = simulate_arm("velocity_limit", {{row->id, kElbow, {2.2, 4.0}}});
   const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;
   ASSERT_EQ(report["findings"].size(), 1u) << report.dump(1);
   const auto& finding = report["findings"][0];

@@ -11,16 +11,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
-
-Hypothesis make_drives() {
-  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
-          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
-}
-
 Experiment make_logged(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
-  Experiment e = make_simulated_experiment(name, kArm, kJoints, hidden);
+  Experiment e = simulate_arm(name, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
@@ -34,7 +26,7 @@ std::vector<EffortUnit> find_units(const Experiment& e) { return find_effort_uni
 
 TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueConstants) {
   const std::vector<double> torque_of_unit{8.0, 5.0};
-  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes", make_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) {
     // A tenth: the two regressions are biased by what dry friction leaves near rest.
@@ -83,7 +75,7 @@ TEST(EffortUnits, AJointWhoseMotionHardlyTellsItTakesTheUnitOfItsNeighbours) {
 }
 
 TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
-  Experiment e = make_logged("units_passive", make_drives(), {8.0, 8.0});
+  Experiment e = make_logged("units_passive", make_arm_drives(), {8.0, 8.0});
   for (LinkSpec& link : e.robot.tree.links) link.joint.actuated = link.joint.actuated && link.joint.name != "elbow";
   const std::vector<EffortUnit> units = find_units(e);
   ASSERT_EQ(units.size(), 1u);
@@ -91,33 +83,33 @@ TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
 }
 
 TEST(EffortUnits, EffortsInNewtonMetresHaveNoUnitToFind) {
-  EXPECT_TRUE(find_units(make_logged("units_torque", make_drives(), {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_torque", make_arm_drives(), {1.0, 1.0})).empty());
 }
 
 TEST(EffortUnits, AGainOfOneHalfIsAWrongTorqueConstantAndNoUnit) {
-  EXPECT_TRUE(find_units(make_logged("units_gain", make_drives(), {2.0, 2.0})).empty());
+  EXPECT_TRUE(find_units(make_logged("units_gain", make_arm_drives(), {2.0, 2.0})).empty());
 }
 
 // Two kilograms in the hand: the elbow's torques are five times those of the model, the shoulder's three times.
 TEST(EffortUnits, AHeavyLoadIsNoUnit) {
-  Hypothesis hidden = make_drives();
+  Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, 0.3, 0.0, 0.0, 0.0}});
   EXPECT_TRUE(find_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
 }
 
 // A joint without a motor takes no unit from its neighbours.
 TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
-  Experiment e = make_logged("units_passive", make_drives(), {8.0, 1.0});
+  Experiment e = make_logged("units_passive", make_arm_drives(), {8.0, 1.0});
   e.robot.tree.links[static_cast<size_t>(kFore)].joint.actuated = false;
   for (const EffortUnit& u : find_units(e)) EXPECT_EQ(u.joint, kShoulder);
 }
 
 TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
-  EXPECT_EQ(find_units(make_logged("units_count", make_drives(), {0.1, 0.1})).size(), 2u);
+  EXPECT_EQ(find_units(make_logged("units_count", make_arm_drives(), {0.1, 0.1})).size(), 2u);
 }
 
 TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
-  const Experiment e = make_logged("units_turned", make_drives(), {1.0, -1.0});
+  const Experiment e = make_logged("units_turned", make_arm_drives(), {1.0, -1.0});
   try {
     find_units(e);
     FAIL() << "the turned sign was not seen";
@@ -157,7 +149,7 @@ TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
 }
 
 TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
-  Experiment e = make_simulated_experiment("units_gains", kArm, kJoints, make_drives());
+  Experiment e = simulate_arm("units_gains", make_arm_drives());
   EXPECT_TRUE(find_units(e).empty());
   e.scenario.servo_default.kp *= 0.1, e.scenario.servo_default.kd *= 0.1;
   for (Recording& r : e.recordings) {
@@ -172,7 +164,7 @@ TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
 }
 
 TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
-  const Experiment e = make_logged("units_report", make_drives(), {8.0, 8.0});
+  const Experiment e = make_logged("units_report", make_arm_drives(), {8.0, 8.0});
   const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
   bool unit = false, friction = false;
   for (const Json& f : reports.report["findings"]) {

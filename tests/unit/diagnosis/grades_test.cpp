@@ -2,7 +2,7 @@
 // Grades that hold for every engine: what may not be there is never more than ambiguous.
 #include <gtest/gtest.h>
 
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"

@@ -12,11 +12,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
-
 LinkSensor make_torque(int joint) {
   LinkSensor s;
-  s.kind = LinkSensorKind::kTorque, s.name = "/joint_states_link/" + kJoints[static_cast<size_t>(joint)] + "/effort";
+  s.kind = LinkSensorKind::kTorque, s.name = "/joint_states_link/" + kArmJoints[static_cast<size_t>(joint)] + "/effort";
   s.joint = joint, s.link = joint + 1;
   return s;
 }
@@ -29,7 +27,7 @@ LinkSensor make_at(const Experiment& e, LinkSensorKind kind, const std::string& 
 }
 
 Experiment make_arm(const std::string& name, const Hypothesis& hidden = {}) {
-  return make_simulated_experiment("link_" + name, kArm, kJoints, hidden);
+  return simulate_arm("link_" + name, hidden);
 }
 
 // Joint torque sensors, a wrench and an IMU at the forearm, a second encoder at the elbow.

@@ -10,17 +10,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
-
-Hypothesis make_drives() {
-  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
-          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
-}
-
 // Logs of an arm with friction and rotors, driven by its efforts, as another driver would write them.
-Experiment make_logged(const std::string& name, int joint, double offset, double sign, Hypothesis hidden = make_drives()) {
-  Experiment e = make_simulated_experiment(name, kArm, kJoints, hidden);
+Experiment make_logged(const std::string& name, int joint, double offset, double sign, Hypothesis hidden = make_arm_drives()) {
+  Experiment e = simulate_arm(name, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
     JointColumns& columns = r.joints[static_cast<size_t>(joint)];
@@ -85,7 +77,7 @@ TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
 }
 
 TEST(LogConventions, ALoadInTheHandIsNoOtherZero) {
-  Hypothesis hidden = make_drives();
+  Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}});
   EXPECT_FALSE(find_conventions(make_logged("load_no_zero", kShoulder, 0.0, 1.0, hidden), 1).any());
 }
@@ -98,7 +90,7 @@ TEST(LogConventions, ALoadBesideTheForearmIsNoOtherZero) {
 }
 
 TEST(LogConventions, ASidewaysForceIsNoOtherZero) {
-  Hypothesis hidden = make_drives();
+  Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kExternalForce, kFore, {6.0, 0.0, 0.0}});
   EXPECT_FALSE(find_conventions(make_logged("force_no_zero", kShoulder, 0.0, 1.0, hidden), 1).any());
 }

@@ -8,7 +8,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
 constexpr double kAmplitude = 1.2, kPeriods = 36.6, kPhase = 1.0;  // [N m], [1/rad] as of no number of poles, [rad]
 
 Experiment make_arm(const std::string& name, bool ripples) {
@@ -16,7 +15,7 @@ Experiment make_arm(const std::string& name, bool ripples) {
                     {EffectId::kViscous, kElbow, {0.4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
                     {EffectId::kRotorInertia, kElbow, {0.3}}};
   if (ripples) hidden.push_back({EffectId::kCogging, kElbow, {kAmplitude, kPeriods, kPhase}});
-  return make_simulated_experiment(name, kArm, kJoints, hidden);
+  return simulate_arm(name, hidden);
 }
 
 TEST(Ripples, HaveThePeriodsThatTheMissingTorqueShows) {

@@ -24,7 +24,15 @@ constexpr const char* kArm = R"(<robot name="arm"><link name="base"/>
     <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
   <joint name="elbow" type="revolute"><parent link="upper"/><child link="fore"/><origin xyz="0.4 0 0"/>
     <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+inline const std::vector<std::string> kArmJoints{"shoulder", "elbow"};
 constexpr int kShoulder = 0, kElbow = 1, kFore = 2;  // joints; a link
+
+// Friction and rotors of its drives.
+inline Hypothesis make_arm_drives() {
+  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
+          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
+}
 
 // Normally distributed enough: a sum of twelve uniforms, standard deviation 1.
 class TestNoise {
@@ -96,6 +104,10 @@ inline Experiment make_simulated_experiment(const std::string& name, const std::
     }
   }
   return e;
+}
+
+inline Experiment simulate_arm(const std::string& name, const Hypothesis& hidden) {
+  return make_simulated_experiment(name, kArm, kArmJoints, hidden);
 }
 
 }  // namespace hrp::diagnosis

@@ -13,8 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-const std::vector<std::string> kJoints{"shoulder", "elbow"};
-
 void state_friction(double viscous, double dry, Experiment* e) {
   for (int j = 0; j < e->num_joints(); ++j)
     e->robot.tree.joint(j).viscous_friction = viscous, e->robot.tree.joint(j).coulomb_friction = dry;
@@ -27,7 +25,7 @@ Hypothesis make_friction(double viscous, double dry) {
 }
 
 TEST(StatedFriction, OfAPlaceholderIsRefutedWithWhatIsThere) {
-  Experiment e = make_simulated_experiment("placeholder", kArm, kJoints, make_friction(0.2, 0.3));
+  Experiment e = simulate_arm("placeholder", make_friction(0.2, 0.3));
   state_friction(1.0, 0.0, &e);
   const std::vector<RefutedFriction> refuted = find_refuted_friction(e);
   ASSERT_EQ(refuted.size(), 2u);
@@ -41,17 +39,17 @@ TEST(StatedFriction, OfAPlaceholderIsRefutedWithWhatIsThere) {
 
 TEST(StatedFriction, ThatIsThereStaysAndADriveThatGivesMoreDoesNotRefuteIt) {
   Hypothesis reality = make_friction(0.5, 0.6);
-  Experiment same = make_simulated_experiment("stated_right", kArm, kJoints, reality);
+  Experiment same = simulate_arm("stated_right", reality);
   state_friction(0.5, 0.6, &same);
   EXPECT_TRUE(find_refuted_friction(same).empty());
   reality.push_back({EffectId::kTorqueConstant, kShoulder, {1.4}});
-  Experiment strong = make_simulated_experiment("stated_gain", kArm, kJoints, reality);
+  Experiment strong = simulate_arm("stated_gain", reality);
   state_friction(0.5, 0.6, &strong);
   EXPECT_TRUE(find_refuted_friction(strong).empty());
 }
 
 TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
-  Experiment e = make_simulated_experiment("nothing_there", kArm, kJoints, {});
+  Experiment e = simulate_arm("nothing_there", {});
   state_friction(0.5, 0.0, &e);
   const Reports reports = diagnose_recordings(e, {1, 1.0}, [](const std::string&) {}, [](const Reports&) {});
   ASSERT_EQ(reports.report["findings"].size(), 2u) << reports.report["findings"].dump(1);

@@ -2,19 +2,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """foxglove_test.py BIN SOURCE: what Foxglove is given of a run (`hrp-log foxglove`), decoded and compared with the run."""
 import json
-import pathlib
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 
 import plain_mcap
 import urdf_kinematics as kinematics
-from programs import run
+from programs import BIN, SOURCE, LoggedRun, run
 from urdf_kinematics import pose_of, xyz
 
-BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 POSE_TOLERANCE = 2e-8   # nine digits of metres and of quaternions, along ten joints
 ARROW_LENGTH, GRAVITY = 0.5, 9.81  # [m] of the robot's weight, [m/s^2]: docs/tutorials/foxglove.md
 POLYGON_TOLERANCE = 1e-6  # [m] nine digits of the corners
@@ -42,28 +39,18 @@ def is_inside(polygon, p):
     return True
 
 
-class FoxgloveTest(unittest.TestCase):
+class FoxgloveTest(LoggedRun):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix="hrp-foxglove-")
-        cls.log, out = pathlib.Path(cls.folder.name) / "run.mcap", pathlib.Path(cls.folder.name) / "foxglove.mcap"
         # The first two steps of the walk: both feet, one foot, the other one.
-        run(BIN / "hrp-simulate", SOURCE / "models/scenarios/default.yaml", "--in-process", "--duration", 3, "--quiet", "--no-plot",
-            "--log", cls.log)
+        cls.log_run("default.yaml", 3)
+        out = cls.folder / "foxglove.mcap"
         run(BIN / "hrp-log", "foxglove", cls.log, "--out", out, "--rate", 20)
         cls.out, cls.file = out, plain_mcap.File(out)
         cls.urdf = cls.file.attachments["robot.urdf"].decode()
         cls.robot = cls.cat("robot_description")[0]
         cls.states = {message["header"]["step"]: message for message in cls.cat("robot_state")}
         cls.forces = {message["header"]["step"]: message for message in cls.cat("contact_forces")}
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def cat(cls, topic):
-        return [json.loads(line)["message"] for line in run(BIN / "hrp-log", "cat", cls.log, topic, "--json").splitlines()]
 
     def json(self, topic):
         return [(round(time * 1000), json.loads(data)) for time, data in self.file.topic(topic)]
@@ -168,7 +155,7 @@ class FoxgloveTest(unittest.TestCase):
         self.assertEqual(leaves(layout["layout"]), set(panels))
 
     def test_zmp_and_support_polygon_are_there_on_terrain(self):
-        log, out = (pathlib.Path(self.folder.name) / name for name in ("waves.mcap", "waves_foxglove.mcap"))
+        log, out = (self.folder / name for name in ("waves.mcap", "waves_foxglove.mcap"))
         run(BIN / "hrp-simulate", SOURCE / "models/scenarios/terrain.yaml", "--in-process", "--duration", 0.5, "--quiet", "--no-plot",
             "--log", log)
         run(BIN / "hrp-log", "foxglove", log, "--out", out)
@@ -180,7 +167,7 @@ class FoxgloveTest(unittest.TestCase):
         self.assertLess(abs(zmp[2]), 1e-3)  # [m] the field is level at the start; soles sink in by less
 
     def test_surfaces_stand_where_the_scenario_puts_them(self):
-        scenario, log, out = (pathlib.Path(self.folder.name) / name for name in ("world.yaml", "world.mcap", "world_foxglove.mcap"))
+        scenario, log, out = (self.folder / name for name in ("world.yaml", "world.mcap", "world_foxglove.mcap"))
         terrain = SOURCE / "models/terrain"
         scenario.write_text(
             f"robot: {SOURCE}/models/test_robots/box.urdf\nfeet: [box]\ninitial: {{position: [0, 0, 2]}}\nobstacles:\n"

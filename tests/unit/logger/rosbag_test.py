@@ -1,11 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """rosbag_test.py BIN SOURCE: the bag of ROS 2 that `hrp-log rosbag` makes of a run, by the files and the CDR in it."""
-import json
-import pathlib
 import subprocess
 import sys
-import tempfile
 import unittest
 
 import numpy as np
@@ -13,10 +10,9 @@ import yaml
 
 import plain_mcap
 import urdf_kinematics as kinematics
-from programs import run
+from programs import BIN, LoggedRun, run
 from urdf_kinematics import pose_of, xyz
 
-BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 POSE_TOLERANCE = 1e-12  # doubles all the way: rounding of some ten products
 
 
@@ -24,25 +20,15 @@ def seconds(stamp):
     return stamp["sec"] + 1e-9 * stamp["nanosec"]
 
 
-class RosbagTest(unittest.TestCase):
+class RosbagTest(LoggedRun):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix="hrp-rosbag-")
-        cls.log, cls.bag = pathlib.Path(cls.folder.name) / "run.mcap", pathlib.Path(cls.folder.name) / "bag"
-        run(BIN / "hrp-simulate", SOURCE / "models/scenarios/default.yaml", "--in-process", "--duration", 2, "--quiet", "--no-plot",
-            "--log", cls.log)
+        cls.log_run("default.yaml", 2)
+        cls.bag = cls.folder / "bag"
         run(BIN / "hrp-log", "rosbag", cls.log, "--out", cls.bag, "--rate", 50)
         cls.metadata = yaml.safe_load((cls.bag / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
         cls.file = plain_mcap.File(cls.bag / cls.metadata["relative_file_paths"][0])
         cls.robot = cls.cat("robot_description")[0]
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def cat(cls, topic):
-        return [json.loads(line)["message"] for line in run(BIN / "hrp-log", "cat", cls.log, topic, "--json").splitlines()]
 
     def read(self, topic):
         decoder = plain_mcap.Decoder(self.file.find_channel(topic)["schema"])

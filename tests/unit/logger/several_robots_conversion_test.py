@@ -3,46 +3,33 @@
 """several_robots_conversion_test.py BIN SOURCE: what Foxglove and ROS 2 are given of a run with three robots, decoded and compared
 with the run. Each robot has a namespace and a prefix of its frames; the first one has none."""
 import json
-import pathlib
 import sys
-import tempfile
 import unittest
 
 import numpy as np
 
 import plain_mcap
 import urdf_kinematics as kinematics
-from programs import run
+from programs import BIN, SOURCE, LoggedRun, run
 from urdf_kinematics import pose_of, xyz
 
-BIN, SOURCE = (pathlib.Path(p).resolve() for p in sys.argv[1:3])
 ROBOTS = ("", "walker/", "partner/")
 POSE_TOLERANCE = {"json": 2e-8, "cdr": 1e-12}  # nine digits of metres and of quaternions along ten joints; rounding
 FORCE_TOLERANCE = 1e-5  # [N] of 600: nine digits
 ARROW_LENGTH, GRAVITY = 0.5, 9.81  # [m] of the first robot's weight, [m/s^2]: docs/tutorials/foxglove.md
 
 
-class SeveralRobots(unittest.TestCase):
+class SeveralRobots(LoggedRun):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory(prefix="hrp-robots-")
-        cls.log, out, bag = (pathlib.Path(cls.folder.name) / name for name in ("run.mcap", "foxglove.mcap", "bag"))
-        run(BIN / "hrp-simulate", SOURCE / "models/scenarios/several_robots.yaml", "--in-process", "--duration", 0.3, "--quiet", "--no-plot",
-            "--log", cls.log)
+        cls.log_run("several_robots.yaml", 0.3)
+        out, bag = cls.folder / "foxglove.mcap", cls.folder / "bag"
         run(BIN / "hrp-log", "foxglove", cls.log, "--out", out, "--rate", 20)
         run(BIN / "hrp-log", "rosbag", cls.log, "--out", bag, "--rate", 20)
         cls.foxglove, cls.bag = plain_mcap.File(out), plain_mcap.File(bag / "bag_0.mcap")
         cls.states = {message["header"]["step"]: message for message in cls.cat("robot_state")}
         cls.forces = {message["header"]["step"]: message for message in cls.cat("contact_forces")}
         cls.urdfs = {robot: cls.read_bag(f"/{robot}robot_description")[0][1]["data"] for robot in ROBOTS}
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
-
-    @classmethod
-    def cat(cls, topic):
-        return [json.loads(line)["message"] for line in run(BIN / "hrp-log", "cat", cls.log, topic, "--json").splitlines()]
 
     @classmethod
     def read_bag(cls, topic):

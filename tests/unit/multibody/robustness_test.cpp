@@ -53,10 +53,8 @@ struct Everything {
         J_com(3, model.nv()),
         B(Eigen::MatrixXd::Random(model.nv(), 4)),
         X(model.nv(), 4),
-        G(12, 12),
         wrenches(static_cast<size_t>(model.num_links()), Vector6d::Ones()),
         impedances(1),
-        links{1, model.num_links() - 1},
         state(testing::make_random_state(model, &random)) {
     impedances[0].link = 1;
     impedances[0].Z.setIdentity();
@@ -80,7 +78,6 @@ struct Everything {
     const Status closed = loops.calc_forward_dynamics(model, state, effort, &wrenches, {}, &data, &out);
     const Status open = calc_forward_dynamics(model, effort, &wrenches, {&extra, &impedances}, &data, &out);
     calc_responses(model, B, &data, &X);
-    calc_link_mobility(model, links, &data, &G);
     return closed == Status::kOk ? open : closed;
   }
   Random random;
@@ -89,10 +86,9 @@ struct Everything {
   Regressor regressor;
   Loops loops;
   Eigen::VectorXd effort, extra, vdot, out;
-  Eigen::MatrixXd J, J_com, B, X, G;
+  Eigen::MatrixXd J, J_com, B, X;
   LinkWrenches wrenches;
   LinkImpedances impedances;
-  std::vector<int> links;
   State state;
   double sum = 0;
 };

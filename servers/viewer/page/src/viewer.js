@@ -3,7 +3,8 @@
 import { CameraPanel } from "./cameras.js";
 import { Chart } from "./charts.js";
 import { ServerConnection } from "./connection.js";
-import { norm } from "./forces.js";
+import { listenTo } from "./controls.js";
+import { showFall, showNumbers, showRun, showServers } from "./numbers.js";
 import { Player } from "./player.js";
 import { PoseEditor } from "./pose.js";
 import { Recorder, saveAs } from "./recorder.js";
@@ -13,7 +14,6 @@ import { isScan } from "./scans.js";
 import { Stage } from "./stage.js";
 
 const $ = (id) => document.getElementById(id);
-const phases = { RUN_WAITING: "waiting for servers", RUN_RUNNING: "running", RUN_PAUSED: "paused", RUN_FINISHED: "finished", RUN_FAILED: "failed" };
 const drawPeriod = 66;  // [ms] between drawings of the charts
 
 class Page {
@@ -36,7 +36,7 @@ class Page {
     this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
     this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
     this.cameras = new CameraPanel(() => this.askPictures());
-    this.listen();
+    listenTo(this);
     this.connection = new ServerConnection((message) => this.take(message), () => this.lose());
     this.lastDraw = 0;
     this.pictures = 0;  // that came
@@ -237,7 +237,7 @@ class Page {
       this.time = header.time;
     }
     this.stage.setFrame(0, topics);
-    this.showNumbers(topics);
+    showNumbers(topics, this.stage);
     this.dialog.refresh();
   }
 
@@ -246,8 +246,8 @@ class Page {
     frames.forEach((frame, slot) => this.stage.setFrame(slot, frame.topics));
     if (frames[0]) {
       this.latest = frames[0].topics;
-      this.showNumbers(this.latest);
-      this.showFall(this.latest["hrp/events"]);
+      showNumbers(this.latest, this.stage);
+      showFall(this.latest["hrp/events"]);
     }
     for (const chart of this.charts) chart.redrawNow();
     this.showTransport();
@@ -264,24 +264,9 @@ class Page {
   takeStatus({ run, servers, servers_now: current }) {
     if (run) {
       this.run = run;
-      $("factor").textContent = `${run.real_time_factor.toFixed(2)} ×`;
-      $("late").hidden = run.late === "";
-      $("late").textContent = run.late ? `waits for ${run.late}` : "";
-      $("phase").textContent = phases[run.phase] + (run.message ? `: ${run.message}` : "");
-      const over = run.phase === "RUN_FINISHED" || run.phase === "RUN_FAILED";
-      for (const id of ["pause", "resume", "step", "reset"]) $(id).disabled = !this.control || over;
-      $("pause").classList.toggle("primary", run.phase === "RUN_RUNNING");
-      $("resume").classList.toggle("primary", run.phase === "RUN_PAUSED");
+      showRun(run, this.control);
     }
-    $("servers").classList.toggle("old", !current);
-    $("servers-note").hidden = current;
-    $("servers").tBodies[0].replaceChildren(...Object.values(servers).map((server) => {
-      const row = document.createElement("tr");
-      for (const text of [server.server, server.program, server.phase.replace("SERVER_", "").toLowerCase(), server.step, server.waiting_for]) {
-        row.insertCell().textContent = text;
-      }
-      return row;
-    }));
+    showServers(servers, current);
   }
 
   takeError({ message }) {
@@ -292,35 +277,6 @@ class Page {
     $("message").textContent = text;
     clearTimeout(this.sayTimer);
     this.sayTimer = setTimeout(() => { $("message").textContent = ""; }, 6000);
-  }
-
-  showNumbers(topics) {
-    const header = topics["hrp/robot_state"]?.header ?? topics["hrp/sensor_data"]?.header;
-    if (header) $("time").textContent = header.time.toFixed(3);
-    const body = $("feet").tBodies[0];
-    const feet = this.stage.feet;
-    while (body.rows.length > feet.length) body.deleteRow(-1);
-    feet.forEach((foot, i) => {
-      const row = body.rows[i] ?? body.insertRow();
-      while (row.cells.length < 5) row.insertCell();
-      const number = (value) => (foot.touching && Number.isFinite(value) ? value.toFixed(1) : foot.sensor ? "–" : "0.0");
-      const texts = [foot.name, number(foot.total[2]), ...["spring", "damper"].map((part) => number(foot[part]?.[2] ?? NaN)),
-                     number(foot.friction ? norm(foot.friction) : NaN)];
-      texts.forEach((text, column) => { row.cells[column].textContent = text; });
-      row.className = foot.touching ? "" : "air";
-      row.dataset.foot = foot.name;
-    });
-    const zmp = this.stage.zmps[0] ?? null;
-    $("zmp").textContent = zmp ? `${zmp[0].toFixed(4)}, ${zmp[1].toFixed(4)}` : "–";
-    const step = topics["hrp/contact_forces"]?.header.step;
-    $("forces-step").textContent = step === undefined ? "" : `· forces of step ${step}`;
-    $("forces-step").dataset.step = step ?? "";
-  }
-
-  // Of a recording, from the fall on; a live run says it beside its phase.
-  showFall(event) {
-    $("late").hidden = event?.kind !== "EVENT_FALL";
-    $("late").textContent = event ? `fell at ${event.header.time.toFixed(3)} s` : "";
   }
 
   showTransport() {
@@ -349,35 +305,6 @@ class Page {
     this.connection.send({ op: "control", request, speed: Number($("speed").value), ...more });
   }
 
-  listen() {
-    $("pause").onclick = () => this.request("pause");
-    $("resume").onclick = () => this.request("run");
-    $("step").onclick = () => this.request("step", { steps: Number($("steps").value) });
-    $("reset").onclick = () => this.request("reset");
-    $("speed").onchange = () => { if (this.run?.phase === "RUN_RUNNING") this.request("run"); };
-    $("speed").value = "1";
-    $("play").onclick = () => { this.player.toggle(); this.showTransport(); };
-    $("back").onclick = () => this.player.step(-1);
-    $("forward").onclick = () => this.player.step(1);
-    $("scrub").oninput = () => this.seek(Number($("scrub").value));
-    $("play-speed").onchange = () => { this.player.speed = Number($("play-speed").value); };
-    $("run-a").onchange = () => this.choose(Number($("run-a").value), this.chosen[1]);
-    $("run-b").onchange = () => this.choose(this.chosen[0], Number($("run-b").value));
-    $("add-chart").onclick = () => this.addChart();
-    $("help").onclick = () => $("help-dialog").showModal();
-    $("record").hidden = !this.recorder.isPossible;
-    $("record").onclick = () => this.toggleVideo();
-    $("theme").onclick = () => this.setTheme(this.theme() === "dark" ? "light" : "dark");
-    for (const box of document.querySelectorAll("[data-layer]")) {
-      box.onchange = () => { this.stage.layers[box.dataset.layer] = box.checked; this.stage.dirty = true; };
-    }
-    $("scan-box").onchange = () => this.showScans();
-    addEventListener("keydown", (event) => this.takeKey(event));
-    let theme = matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-    try { theme = localStorage.getItem("theme") ?? theme; } catch { /* a browser that keeps nothing */ }
-    document.documentElement.dataset.theme = theme;
-  }
-
   async toggleVideo() {
     if (!this.recorder.isOn) {
       this.recorder.start();
@@ -400,35 +327,6 @@ class Page {
     const chart = this.charts[this.charts.length - 1];
     chart.element.scrollIntoView({ block: "nearest" });
     this.edit(chart);
-  }
-
-  setTheme(theme) {
-    document.documentElement.dataset.theme = theme;
-    try { localStorage.setItem("theme", theme); } catch { /* kept for this page alone */ }
-    this.stage.setTheme();
-    for (const chart of this.charts) chart.reset();
-  }
-
-  takeKey(event) {
-    const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "checkbox" && event.target.type !== "range";
-    if (typing || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
-    // On a button or a box the space bar is that button's.
-    if (event.key === " " && /^(BUTTON|INPUT|SUMMARY)$/.test(event.target.tagName)) return;
-    const keys = {
-      " ": () => (this.live ? $(this.run?.phase === "RUN_PAUSED" ? "resume" : "pause") : $("play")).click(),
-      ArrowRight: () => $(this.live ? "step" : "forward").click(),
-      ArrowLeft: () => { if (!this.live) $("back").click(); },
-      r: () => { if (this.live) $("reset").click(); else this.seek(0); },
-      f: () => this.stage.lookAtRobot(),
-      c: () => $("add-chart").click(),
-      t: () => $("theme").click(),
-      v: () => { if (this.recorder.isPossible) $("record").click(); },
-      "?": () => $("help").click(),
-    };
-    const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-    if (!action || (event.target.type === "range" && event.key.startsWith("Arrow"))) return;
-    event.preventDefault();
-    action();
   }
 
   // Pictures drawn per second of wall clock, on the canvas for tests and for those who wonder: data-fps.

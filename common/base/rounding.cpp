@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/data/rounding.h"
+#include "common/base/rounding.h"
 
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
-namespace hrp::diagnosis {
+namespace hrp {
 
 double round_to(double value, int digits) {
   if (!std::isfinite(value)) return 0.0;
@@ -26,4 +26,4 @@ std::string number(double value, int digits) {
   return text;
 }
 
-}  // namespace hrp::diagnosis
+}  // namespace hrp

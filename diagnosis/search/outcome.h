@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which of the sets that a search has fitted is named, with its rivals and intervals.
+#pragma once
+
+#include "diagnosis/search/trials.h"
+
+namespace hrp::diagnosis {
+
+struct Searched {
+  const Experiment& experiment;
+  const Problem& problem;
+  const std::vector<Trial>& passed_over;  // sets that were judged along recorded paths only
+  const Progress& progress;
+};
+
+// Fills in the best set, and the simplest one that held-out recordings cannot distinguish from it, without effects that
+// are not significant.
+void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome);
+
+}  // namespace hrp::diagnosis
