@@ -21,6 +21,9 @@ constexpr double kAlone = 0.1;      // left by one zero alone: then it is the ca
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
 constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
+// Largest part of the efforts' variance that the right zeros leave. Zeros that hang an arm down explain efforts that are no
+// torques better than the model's, but not well.
+constexpr double kExplains = 0.3;
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 constexpr double kExact = 1e-4;     // of an effort's squares: an explanation that leaves less needs no zero beside it
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
@@ -239,7 +242,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return {};
   JointZeros found = find_joint_zeros(data);
-  if (found.joints.empty() || found.left > kZerosWorth) return {};
+  if (found.joints.empty() || found.left > kZerosWorth || found.of_effort > kExplains) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
   const Explanation without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);

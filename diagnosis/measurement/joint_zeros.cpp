@@ -193,6 +193,8 @@ JointZeros find_joint_zeros(const TorqueData& data) {
   const double nominal = Fitter(plant, rows).least;
   const Fitter found = fit(data, plant, rows);
   out.left = nominal > 0.0 ? found.least / nominal : 1.0;
+  const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
+  out.of_effort = samples > 0.0 ? found.least / samples : 1.0;
   for (long j = 0; j < rows.q.cols(); ++j) {
     const bool turned = found.sense[j] < 0.0;
     if (!turned && std::abs(found.zero[j]) < kLeast) continue;

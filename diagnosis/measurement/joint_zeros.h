@@ -25,6 +25,7 @@ struct JointZero {
 struct JointZeros {
   std::vector<JointZero> joints;  // reversed joints, and offsets too large for a linear term
   double left = 1.0;  // squared missing torque that remains, relative to the nominal zeros, beside friction and rotor
+  double of_effort = 1.0;  // the same relative to the efforts' variance, mean over the joints
 };
 
 // Checks the revolute joints of a robot on a fixed base. Empty without gravity. `data` must have recordings.

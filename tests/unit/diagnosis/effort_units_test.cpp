@@ -121,7 +121,7 @@ TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
 // Position logs of a servo whose gains somebody read off a data sheet in other units.
 // Half a metre behind the elbow, 2 kg turn the torque of gravity there.
 TEST(EffortUnits, ALoadOnTheFarSideOfAJointTurnsNoSign) {
-  Hypothesis hidden = make_drives();
+  Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, -0.5, 0.0, 0.0, 0.0}});
   EXPECT_TRUE(find_units(make_logged("units_far", hidden, {1.0, 1.0})).empty());
   EXPECT_TRUE(find_units(make_logged("units_far_frictionless", {hidden.back()}, {1.0, 1.0})).empty());
@@ -138,7 +138,7 @@ TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
   arm.replace(at, fore.size(), R"(<mass value="1e-4"/>
     <inertia ixx="1e-8" ixy="0" ixz="0" iyy="1e-8" iyz="0" izz="1e-8"/></inertial></link>
   <joint)");
-  Experiment e = make_simulated_experiment("units_wrist", arm, kJoints, make_drives());
+  Experiment e = make_simulated_experiment("units_wrist", arm, kArmJoints, make_arm_drives());
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
     const std::vector<double>&shoulder = r.joints[kShoulder].signal[0], &elbow = r.joints[kElbow].signal[0], &v = r.joints[kElbow].signal[1];
