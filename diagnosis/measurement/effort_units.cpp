@@ -18,6 +18,7 @@ constexpr double kSame = 0.1;     // |ln| within which scales of joints are equa
 constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are used for an undetermined joint
 constexpr double kWide = 0.3;     // ln(high / low) from which neighbours' scales, if they agree, say more than the joint
 constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor
+constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = 50;      // samples
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
@@ -90,8 +91,12 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   return unit;
 }
 
-// True if all scales are further from one than a wrong model could make them.
-bool are_far(const std::vector<EffortUnit>& units) {
+bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kWide; }
+
+// True if all scales are further from one than a wrong model could make them. Wide brackets decide only if no other exists.
+bool are_far(std::vector<EffortUnit> units) {
+  if (!std::all_of(units.begin(), units.end(), is_wide))
+    units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
   double low = 1e300, high = -1e300;
   for (const EffortUnit& u : units) low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
   const double least = units.size() > 1 && high - low < kSame ? kFactor : kLoad;
@@ -106,8 +111,6 @@ bool are_far(const std::vector<EffortUnit>& units) {
   refuse_input(recording.find_place(column),
                "is " + number(1.0 / unit.scale, 3) + " times the torque that the motion takes: is its sign turned?");
 }
-
-bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kWide; }
 
 // Mean scale (of logarithms) of the joints with narrow brackets. Empty if there are none or if they disagree.
 std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
@@ -140,6 +143,14 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   }
 }
 
+// A log that is proportional to the servo's law tells its unit by the law, much better than by the torque of the motion.
+void take_from_law(const ServoReading& log, EffortUnit* unit) {
+  if (unit->of_gains || log.slope <= 0.0) return;
+  const double scale = 1.0 / log.slope;
+  if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
+  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = false;
+}
+
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
   ServoGains gains = scenario->servo_default;
   const auto own = scenario->servo_joints.find(joint);
@@ -153,18 +164,28 @@ void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
 std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   std::vector<EffortUnit> units;
   if (data.recordings.empty()) return units;
-  const EffortSource source = is_effort_driven(*data.experiment) ? EffortSource::kRecorded : EffortSource::kServoLaw;
+  const bool servo = !is_effort_driven(*data.experiment);
   for (size_t j = 0; j < data.source.size(); ++j) {
-    if (data.source[j] != source) continue;
+    // A log that follows the servo's law is compared with it (servo_law.h).
+    const bool of_gains = servo && data.source[j] == EffortSource::kServoLaw;
+    if (!of_gains && (data.source[j] != EffortSource::kRecorded || data.servo[j].follows)) continue;
     std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
     if (!unit) continue;
-    if (unit->scale < 0.0 && source == EffortSource::kServoLaw) return {};
+    if (unit->scale < 0.0 && servo) return {};
     if (unit->scale < 0.0) fail_turned(data, *unit);
-    unit->of_gains = source == EffortSource::kServoLaw;
+    unit->of_gains = of_gains;
     units.push_back(*unit);
   }
   if (!are_far(units)) return {};
   add_others(data, &units);
+  for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
+  // Beside other joints' units, a log that is proportional to the law has one, too.
+  for (size_t j = 0; j < data.servo.size(); ++j) {
+    const bool known = std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == static_cast<int>(j); });
+    if (known || data.servo[j].follows || data.servo[j].slope <= 0.0) continue;
+    units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false});
+    take_from_law(data.servo[j], &units.back());
+  }
   return units;
 }
 

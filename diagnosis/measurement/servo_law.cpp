@@ -271,7 +271,9 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);
   out.wavers = calc_wavers(pairs, slope.value, offset);
-  if (!(out.after < kFollows * spread) || !(slope.value > 0.5 && slope.value < 2.0)) return out;
+  if (!(out.after < kFollows * spread) || !(slope.value > 0.0)) return out;
+  out.slope = slope.value;
+  if (!(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
   if (std::abs(off) > std::max(kLeast, kSignificantInJoint * slope.std))
     out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);

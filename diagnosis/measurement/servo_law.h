@@ -18,6 +18,7 @@ struct ServoDelay {
 // Recorded effort = scale x law + bias. Neutral if the effort does not follow a law or no fault is significant.
 struct ServoReading {
   bool follows = false;                 // the effort is that of the servo, except for scale and bias
+  double slope = 0.0;                   // of the effort over the law's [1], where it is proportional in any unit, else 0
   double scale = 1.0, scale_std = 0.0;
   double bias = 0.0, bias_std = 0.0;    // [N m]
   double before = 0.0, after = 0.0;     // [N m] rms residual of the law, training recordings

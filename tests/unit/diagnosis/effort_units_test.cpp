@@ -148,6 +148,16 @@ TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
   EXPECT_TRUE(find_units(e).empty());
 }
 
+// Servos with stated gains whose log holds currents: it does not follow the servo's law in N m.
+TEST(EffortUnits, CurrentsOfServosAreToldLikeThoseOfOtherDrives) {
+  Experiment e = make_logged("units_servo", make_arm_drives(), {8.0, 5.0});
+  e.scenario.drive = "servo";
+  const std::vector<EffortUnit> units = find_units(e);
+  ASSERT_EQ(units.size(), 2u);
+  // 1 %: noise of the encoders in the servo's law.
+  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale, u.joint == kShoulder ? 8.0 : 5.0, u.joint == kShoulder ? 0.08 : 0.05);
+}
+
 TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
   Experiment e = simulate_arm("units_gains", make_arm_drives());
   EXPECT_TRUE(find_units(e).empty());
