@@ -86,10 +86,10 @@ struct SignalFit {
 
 // Errors of the prediction, before and after the findings.
 struct Fit {
-  bool over_spread = false;  // errors are over each effort's spread, else over each signal's noise
   double train_before = 0.0, train_after = 0.0;
   double validate_before = 0.0, validate_after = 0.0;  // the same on held-out recordings
   std::vector<SignalFit> signals;
+  bool over_spread = false;  // errors are over each effort's spread, else over each signal's noise
 };
 
 struct Evidence {
