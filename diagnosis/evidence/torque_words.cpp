@@ -120,7 +120,7 @@ std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess)
 
 NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   std::string why = "it helps to predict, but ";
-  const std::vector<double> value = calc_values(g.term, g.parameters, g.width).value, std = calc_values(g.term, g.parameters, g.width).std;
+  const TermValues told = calc_values(g.term, g.parameters, g.width);
   if (!g.helps_held)
     why = "it fits the training recordings, but the held-out ones are predicted worse with it";
   else if (g.gain <= 0.0)
@@ -128,7 +128,7 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   else if (g.disagrees)
     why += "parts of the recordings give it opposite signs";
   else if (g.unsized)
-    why += "its size is not known: " + number(value[0], 2) + " +- " + number(kNinetyFive * std[0], 2) + " " + g.term.effect().parameters[0].unit;
+    why += "its size is not known: " + number(told.value[0], 2) + " +- " + number(kNinetyFive * told.std[0], 2) + " " + g.term.effect().parameters[0].unit;
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
   return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};

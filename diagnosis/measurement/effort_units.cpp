@@ -124,6 +124,10 @@ std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
   return std::exp(sum / count);
 }
 
+bool is_known(const std::vector<EffortUnit>& units, int joint) {
+  return std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; });
+}
+
 // Joints without a result, or with a wide bracket around it, get the scale of the others if those agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   const std::optional<double> scale = find_common_scale(*units);
@@ -135,10 +139,9 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   const EffortUnit first = units->front();
   for (size_t j = 0; j < data.source.size(); ++j) {
     const int joint = static_cast<int>(j);
-    const bool known = std::any_of(units->begin(), units->end(), [&](const EffortUnit& u) { return u.joint == joint; });
     // without a drive, it has no effort in any unit
     const bool driven = data.experiment->robot.tree.joint(joint).actuated;
-    if (driven && !known && data.source[j] == data.source[static_cast<size_t>(first.joint)])
+    if (driven && !is_known(*units, joint) && data.source[j] == data.source[static_cast<size_t>(first.joint)])
       units->push_back({joint, *scale, *scale, *scale, true, first.of_gains});
   }
 }
@@ -181,8 +184,7 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
   // Beside other joints' units, a log that is proportional to the law has one, too.
   for (size_t j = 0; j < data.servo.size(); ++j) {
-    const bool known = std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == static_cast<int>(j); });
-    if (known || data.servo[j].follows || data.servo[j].slope <= 0.0) continue;
+    if (is_known(units, static_cast<int>(j)) || data.servo[j].follows || data.servo[j].slope <= 0.0) continue;
     units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false});
     take_from_law(data.servo[j], &units.back());
   }

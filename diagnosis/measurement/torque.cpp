@@ -109,6 +109,10 @@ ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, cons
   return out;
 }
 
+bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
+  return recording.has(kLinkSide + joint.name + "/position");
+}
+
 // A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
 // sample is then larger than friction. Such stretches are left out if enough others remain.
 constexpr double kAtLimit = 0.95;  // share of the limit; the scale of a log is good to 2 %
@@ -256,7 +260,6 @@ class Maker {
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
     out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(add_by_hand(plant_, in.spec), out.q, out.v, out.a);
-    out.link_q = out.q, out.link_v = out.v, out.link_a = out.a;
     if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
   }
@@ -411,6 +414,7 @@ class Maker {
 
   void read_link_motion(TorqueRecording* r) const {
     const Recording& in = e_.recordings[r->index];
+    r->link_q = r->q, r->link_v = r->v, r->link_a = r->a;
     for (int j = 0; j < e_.num_joints(); ++j) {
       if (!has_link_encoder(in, e_.robot.tree.joint(j))) continue;
       r->link_q.col(j) = read_link_angle(e_, j, *r, data_.cutoff);
@@ -580,10 +584,6 @@ Eigen::VectorXd TorqueData::calc_sign(const TorqueRecording& r, int joint) const
 
 Eigen::VectorXd TorqueData::calc_direction(const TorqueRecording& r, int joint) const {
   return condition(r, calc_sign(r, joint));
-}
-
-bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
-  return recording.has(kLinkSide + joint.name + "/position");
 }
 
 Eigen::VectorXd read_link_angle(const Experiment& experiment, int joint, const TorqueRecording& r, double cutoff) {

@@ -38,7 +38,7 @@ struct TorqueRecording {
   double begin = 0.0, step = 0.0;  // [s] of the full grid
   long stride = 1, trim = 0;       // every `stride`-th sample is kept; `trim` samples are left out at both ends
   Eigen::MatrixXd q, v, a;         // smoothed, full grid
-  Eigen::MatrixXd link_q, link_v, link_a;  // of the links: by encoders behind the gears, else q, v, a; full grid
+  Eigen::MatrixXd link_q, link_v, link_a;  // of the links by encoders behind the gears, full grid; empty: as q, v, a
   Eigen::MatrixXd speed;           // v with less smoothing, full grid: for laws of friction
   Eigen::MatrixXd effort;          // y on the full grid, smoothed
   Eigen::MatrixXd effort_rate;     // [N m/s] derivative of the smoothed y
@@ -50,6 +50,9 @@ struct TorqueRecording {
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> use;  // kept samples x joint: the joint moves and y is known
 
   long kept() const { return missing.rows(); }
+  const Eigen::MatrixXd& get_link_q() const { return link_q.size() > 0 ? link_q : q; }
+  const Eigen::MatrixXd& get_link_v() const { return link_v.size() > 0 ? link_v : v; }
+  const Eigen::MatrixXd& get_link_a() const { return link_a.size() > 0 ? link_a : a; }
   long full_row(long kept_row) const { return trim + kept_row * stride; }
   double time(long kept_row) const { return begin + step * static_cast<double>(full_row(kept_row)); }
 };
@@ -84,7 +87,6 @@ struct TorqueData {
 
 // Angle of the encoder behind a joint's gear on the grid of `recording`, with the filter of all signals [rad].
 Eigen::VectorXd read_link_angle(const Experiment& experiment, int joint, const TorqueRecording& recording, double cutoff);
-bool has_link_encoder(const Recording& recording, const JointSpec& joint);
 
 // Joints without position, or without both effort and servo law, have no rows. Recordings that lack the position of a
 // moving joint are left out. Without any recording nothing can be judged, and `missing` says why.

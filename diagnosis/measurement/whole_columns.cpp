@@ -98,7 +98,7 @@ class WholeColumns {
   void fill(long full_row, Eigen::MatrixXd* rows) {
     row_ = full_row;
     if (!tree_.floating_base) {
-      state_.q = recording_.link_q.row(row_), state_.qd = recording_.link_v.row(row_), a_ = recording_.link_a.row(row_);
+      state_.q = recording_.get_link_q().row(row_), state_.qd = recording_.get_link_v().row(row_), a_ = recording_.get_link_a().row(row_);
       update_kinematics(model_, state_, &kinematics_);
       calc_regressor(model_, a_, &kinematics_, &regressor_);
     }

@@ -166,6 +166,11 @@ std::string make_left_sentence(const json& report) {
   return worst ? "Most is left here: " + typeset(get_text(*worst, "statement")) : "";
 }
 
+std::string tell_alone(const json& finding) {
+  const std::string others = list_alternatives(finding), text = typeset(get_text(finding, "statement"));
+  return others.empty() || text.find("cannot tell") != std::string::npos ? text : text + " These recordings cannot tell it from: " + others + ".";
+}
+
 }  // namespace
 
 std::string describe_places(const std::vector<const json*>& findings) {
@@ -212,15 +217,6 @@ std::vector<FindingGroup> list_shared(const json& report) {
   }
   return groups;
 }
-
-namespace {
-
-std::string tell_alone(const json& finding) {
-  const std::string others = list_alternatives(finding), text = typeset(get_text(finding, "statement"));
-  return others.empty() || text.find("cannot tell") != std::string::npos ? text : text + " These recordings cannot tell it from: " + others + ".";
-}
-
-}  // namespace
 
 std::vector<std::string> make_headline(const json& report) {
   std::vector<std::string> out;

@@ -100,8 +100,7 @@ class ImuChecker {
       for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 4) {
         motion.update(k);
         const Transform X = get_pose(motion.data(), log_.imus[imu].link);
-        Vector3d f;
-        for (int a = 0; a < 3; ++a) f(a) = clip.imus[imu].accelerometer[a].value[k];
+        const Vector3d f = get_values(clip.imus[imu].accelerometer, k);
         sum += motion.find_up(k).dot(X.R * log_.imus[imu].R_LI * f), count += 1;
       }
       out.push_back(1 + (sum / count - g) / g);
@@ -166,7 +165,7 @@ class ImuChecker {
 
   std::string describe_size(size_t imu) const {
     const std::vector<double> sizes = list_stands(imu);
-    return sizes.empty() ? "" : format(", and reads %.4f of gravity, which differs by 0.003 from place to place", find_median(sizes));
+    return sizes.empty() ? "" : format(", and reads %.4f of gravity, which differs by %.3f from place to place", find_median(sizes), kGravity);
   }
 
   // [m/s^2] By recording, while the robot stands on all feet.
