@@ -60,7 +60,7 @@ std::string find_obstacle(const Experiment& e) {
       if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no column /joint_states/" + name + "/position";
       if (is_effort_driven(e) && !r.joints[j].has(Quantity::kEffort) &&
           e.robot.tree.joint(static_cast<int>(j)).actuated) {
-        return r.spec.name + " has no effort of joint " + name + ", which drives it";
+        return r.spec.name + " has no column /joint_states/" + name + "/effort, which drives the joint; if nothing drives it, list it under 'unactuated'";
       }
     }
   }

@@ -88,7 +88,11 @@ long find_most_like(const Eigen::MatrixXd& G, long i) {
 Json make_tells(const JointSpec& joint, const Motion& m) {
   Json list = Json::array();
   if (m.n < kFewestRows) return list;
-  const Eigen::VectorXd scale = m.G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
+  const auto applies = [&](long column) { return joint.actuated || !list_columns()[static_cast<size_t>(column)]->needs_drive; };
+  Eigen::VectorXd scale = Eigen::VectorXd::Zero(count_columns());
+  for (long i = 0; i < count_columns(); ++i) {
+    if (applies(i) && m.G(i, i) > 0.0) scale[i] = 1.0 / std::sqrt(m.G(i, i));
+  }
   Eigen::MatrixXd unit = scale.asDiagonal() * m.G * scale.asDiagonal();
   unit.diagonal().array() += 1e-9;
   const Eigen::MatrixXd inverse = unit.inverse();
@@ -97,6 +101,7 @@ Json make_tells(const JointSpec& joint, const Motion& m) {
   const double spread = std::sqrt(std::max(1e-300, m.effort_squares / m.n - std::pow(m.effort / m.n, 2)));
   const double looks = std::clamp(kLooks * m.half_cycles, 1.0, m.n);
   for (long i = 0; i < count_columns(); ++i) {
+    if (!applies(i)) continue;
     const double size = std::sqrt(m.G(i, i) / m.n);  // rms of the column
     const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] standard deviation of the effect's torque
     const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;

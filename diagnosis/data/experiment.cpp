@@ -118,7 +118,9 @@ void describe_missing(Experiment* e) {
     }
   }
   if (e->num_joints() == 0) return;
-  if (!any[2])
+  bool driven = false;
+  for (int j = 0; j < e->num_joints(); ++j) driven = driven || e->robot.tree.joint(j).actuated;
+  if (driven && !any[2])
     e->warnings.push_back(
         "no effort was recorded: faults of effort sensors cannot be told, and a wrong servo gain looks like friction "
         "or inertia");

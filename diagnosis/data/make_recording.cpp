@@ -163,7 +163,8 @@ bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
   return apart > kRough * curved;
 }
 
-void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, JointColumns* joint,
+// With `by_effort`, commanded efforts stand in for efforts that were not logged.
+void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, bool by_effort, JointColumns* joint,
                 std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
   const auto column = [&](const std::string& key, std::vector<double>* values) {
     const int index = table.find(key);
@@ -185,6 +186,13 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     if (!joint->signal[q].empty() && is_constant(joint->signal[q])) {
       warnings->push_back(file + ": column " + key + " is constant: " + std::to_string(joint->signal[q].front()));
     }
+  }
+  std::vector<double>& effort = joint->signal[static_cast<size_t>(Quantity::kEffort)];
+  const std::string key = "/joint_commands/" + name + "/effort";
+  if (by_effort && table.find(key) >= 0 && (effort.empty() || is_constant(effort))) {
+    effort.clear();
+    column(key, &effort);
+    if (!effort.empty()) warnings->push_back(file + ": the effort of " + name + " was not logged; its command " + key + " stands in for it");
   }
   fill_gaps(&joint->command);
   fill_gaps(&joint->command_rate);
@@ -233,7 +241,7 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
   for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
   recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
   for (int j = 0; j < experiment.num_joints(); ++j) {
-    read_joint(table, rows, experiment.robot.tree.joint(j).name, &recording.joints[static_cast<size_t>(j)], &used,
+    read_joint(table, rows, experiment.robot.tree.joint(j).name, experiment.scenario.drive == "effort", &recording.joints[static_cast<size_t>(j)], &used,
                spec.name, warnings);
     JointColumns& joint = recording.joints[static_cast<size_t>(j)];
     joint.separate_rate = has_separate_rate(recording.time, joint);

@@ -52,8 +52,9 @@ Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
 }
 
 // Held-out errors [1]: root mean square over the joints, each relative to the spread of the joint's signal.
+constexpr double kNoError = 1e300;  // nothing was compared
 struct Errors {
-  double position = 1e300, effort = 1e300;
+  double position = kNoError, effort = kNoError;
 };
 
 double join(const Problem& problem, const std::vector<double>& rms, Quantity quantity, const std::vector<double>& spreads) {
@@ -62,7 +63,7 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
     const double spread = quantity == Quantity::kEffort ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
     if (spread > 0.0 && std::isfinite(rms[j])) sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
   }
-  return n > 0.0 ? std::sqrt(sum / n) : 1e300;
+  return n > 0.0 ? std::sqrt(sum / n) : kNoError;
 }
 
 class Chooser {
@@ -152,8 +153,9 @@ class Chooser {
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return 1e300;
+    const bool driven = errors.effort < kNoError;  // joints without a drive have no effort
     progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
-              " % of their spread, efforts " + number(100.0 * errors.effort, 3) + " %");
+              " % of their spread" + (driven ? ", efforts " + number(100.0 * errors.effort, 3) + " %" : ""));
     const double cost = calc_cost(errors);
     if (cost < share * least_) best_ = trial, least_ = cost;
     return cost;

@@ -20,6 +20,10 @@ double read_between(const Eigen::MatrixXd& signal, long joint, double i) {
   return signal(low, joint) + (i - static_cast<double>(low)) * (signal(high, joint) - signal(low, joint));
 }
 
+bool has_drive(const TreeSpec& tree) {
+  return std::any_of(tree.links.begin() + 1, tree.links.end(), [](const LinkSpec& link) { return link.joint.actuated; });
+}
+
 }  // namespace
 
 int Term::columns() const { return row->columns; }
@@ -60,13 +64,14 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   // On a moving base, the balance of the whole body determines links and zeros much better than drives with friction
   // do.
   const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
+  const bool driven = has_drive(tree);
   for (int link = 1; fixed && link < static_cast<int>(tree.links.size()); ++link) {
     for (const TermRow& row : list_term_rows()) {
-      if (row.whole && row.place == PlaceKind::kLink) add_terms(data, row, link, &terms);
+      if (row.whole && row.place == PlaceKind::kLink && (driven || !row.needs_drive)) add_terms(data, row, link, &terms);
     }
   }
   for (const TermRow& row : list_term_rows()) {
-    if (!row.whole || row.place == PlaceKind::kLink || !(fixed || row.late)) continue;
+    if (!row.whole || row.place == PlaceKind::kLink || !(fixed || row.late) || (row.needs_drive && !driven)) continue;
     const int places = row.place == PlaceKind::kJoint && !row.late ? tree.num_joints() : 1;
     for (int place = 0; place < places; ++place) add_terms(data, row, place, &terms);
   }

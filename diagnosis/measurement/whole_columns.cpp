@@ -197,6 +197,8 @@ class WholeColumns {
 };
 
 // The prior cost of a term includes its number of parameters.
+// Without a drive, the equations are homogeneous: a model without mass and weight would explain any motion. Terms that
+// scale the model, or take its weight away, need the torque of a drive beside which they are measured.
 std::vector<TermRow> make_whole_rows() {
   using T = TermRow;
   using At = WholeColumns;
@@ -205,16 +207,17 @@ std::vector<TermRow> make_whole_rows() {
           .parameters(&make_payload, &take_payload).is(&T::load),
       Row("mass_error", 4.0, kPostures).in_all_rows(PlaceKind::kLink, 1, &At::fill_mass)
           .parameters(&make_scale, &take_scale).within(kLeastMass - 1.0, kMostMass - 1.0).shapes(&list_own_mass)
-          .worth_saying_from(kMaterialFactor).is(&T::factor),
+          .worth_saying_from(kMaterialFactor).is(&T::factor).is(&T::needs_drive),
       Row("com_error", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_com)
           .shapes(&list_own_mass).is(&T::within_reach),
-      Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force),
+      Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force).is(&T::needs_drive),
       Row("joint_offset", 4.0, kSweeps).in_all_rows(PlaceKind::kJoint, 1, &At::fill_offset)
           .small_angle(kMostAngle).is(&T::moves_model),
       Row("base_tilt", 5.0, kPostures).in_all_rows(PlaceKind::kNone, 2, &At::fill_tilt)
           .shapes(&list_tilt).small_angle(kMostAngle).is(&T::moves_model),
       Row("gravity_compensation", 5.0, kLook).in_all_rows(PlaceKind::kNone, 1, &At::fill_carried)
-          .parameters(&make_share, nullptr).within(kLeastCarried, kMostCarried).shapes(&list_carried).is(&T::moves_model),
+          .parameters(&make_share, nullptr).within(kLeastCarried, kMostCarried).shapes(&list_carried)
+          .is(&T::moves_model).is(&T::needs_drive),
       Row("command_delay", 4.0, kReversals).in_all_rows(PlaceKind::kJoint, 1, &At::fill_late)
           .shapes(&list_bus_delays).within(0.0, kLongest).is(&T::late)};
 }

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Joints that nothing drives, as of a pendulum that swings freely in front of an encoder.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "diagnosis/checks/checks.h"
+#include "diagnosis/evidence/torque_findings.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kMass = 0.5, kLength = 0.3, kInertia = 0.006;  // [kg, m, kg m^2 about the centre of mass]
+constexpr double kViscousFriction = 0.006, kDryFriction = 0.012;  // [N m s/rad, N m]
+constexpr double kGravity = 9.81;
+
+constexpr const char* kPendulum = R"(<robot name="pendulum"><link name="stand"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="0.5"/>
+    <inertia ixx="0.006" ixy="0" ixz="0" iyy="0.006" iyz="0" izz="0.0005"/></inertial></link>
+  <joint name="hinge" type="continuous"><parent link="stand"/><child link="rod"/><axis xyz="0 1 0"/>
+    <limit effort="1" velocity="100"/></joint></robot>)";
+
+// Torque [N m] of a motor at the hinge, at time t [s].
+using Torque = double (*)(double t);
+double calc_none(double) { return 0.0; }
+double calc_waves(double t) { return 0.8 * std::sin(2.1 * t) + 0.5 * std::sin(5.3 * t); }
+
+// Writes 20 s at 100 Hz by an encoder of 4096 steps a turn. `key`: column of the torque; empty for none.
+void write_swing(const fs::path& file, double q, Torque torque, const std::string& key) {
+  constexpr double kCount = 2.0 * M_PI / 4096.0, kStep = 1e-4;
+  constexpr int kSteps = 100;  // a sample
+  const double about_hinge = kInertia + kMass * kLength * kLength;
+  double qd = 0.0;
+  std::ofstream csv(file);
+  csv << "time,/joint_states/hinge/position" << (key.empty() ? "" : ",") << key << "\n";
+  for (int k = 0; k < 2000 * kSteps; ++k) {
+    const double t = k * kStep;
+    if (k % kSteps == 0) {
+      csv << t << "," << kCount * std::round(q / kCount);
+      if (!key.empty()) csv << "," << torque(t);
+      csv << "\n";
+    }
+    const double friction = kViscousFriction * qd + kDryFriction * std::tanh(qd / 0.002);
+    qd += kStep * (torque(t) - friction - kMass * kGravity * kLength * std::sin(q)) / about_hinge;  // semi-implicit Euler
+    q += kStep * qd;
+  }
+}
+
+Experiment make_experiment(const std::string& name, Torque torque, const std::string& key, const std::string& keys) {
+  const fs::path folder = fs::temp_directory_path() / ("hrp_passive_" + name);
+  fs::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << kPendulum;
+  const double starts[] = {1.6, 2.6, 1.0};
+  std::string yaml = "robot: robot.urdf\nbase: fixed\ndrive: effort\n" + keys + "recordings:\n";
+  for (int r = 0; r < 3; ++r) {
+    const std::string file = "r" + std::to_string(r) + ".csv";
+    write_swing(folder / file, starts[r], torque, key);
+    yaml += "- {file: " + file + ", role: " + (r < 2 ? "train" : "validate") + "}\n";
+  }
+  std::ofstream(folder / "experiment.yaml") << yaml;
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+Experiment make_free_swing() { return make_experiment("swing", &calc_none, "", "unactuated: [hinge]\n"); }
+
+const Finding* find(const TorqueVerdict& verdict, const std::string& effect) {
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.effect == effect) return &f;
+  }
+  return nullptr;
+}
+
+// Before, a share of gravity and a moved centre of mass took mass and weight away: nothing explains any motion.
+TEST(PassiveJoints, AFreePendulumHasFrictionAndKeepsItsMass) {
+  const TorqueVerdict verdict = judge_torque(make_free_swing(), 1);
+  ASSERT_TRUE(verdict.judged);
+  EXPECT_EQ(verdict.evidence.findings.size(), 2u);
+  for (const auto& [effect, truth] : {std::pair{"viscous_friction", kViscousFriction}, {"coulomb_friction", kDryFriction}}) {
+    const Finding* f = find(verdict, effect);
+    ASSERT_NE(f, nullptr) << effect;
+    // 15 %: the filtered encoder smears the reversals, at which the two laws differ.
+    EXPECT_NEAR(f->parameters[0].value[0], truth, 0.15 * truth) << f->statement;
+  }
+}
+
+TEST(PassiveJoints, ChecksDoNotSpeakOfADriveThatIsNotThere) {
+  const Experiment e = make_free_swing();
+  const nlohmann::json checks = make_checks(e, e);
+  for (const nlohmann::json& tells : checks["joints"][0]["tells"]) {
+    EXPECT_NE(tells["effect"], "torque_constant_error");
+    EXPECT_NE(tells["effect"], "rotor_inertia");
+  }
+  for (const std::string& warning : e.warnings) EXPECT_EQ(warning.find("effort"), std::string::npos) << warning;
+}
+
+TEST(PassiveJoints, ACommandedEffortStandsInForOneThatWasNotLogged) {
+  const std::string command = "/joint_commands/hinge/effort", state = "/joint_states/hinge/effort";
+  const Experiment commanded = make_experiment("command", &calc_waves, command, ""), logged = make_experiment("log", &calc_waves, state, "");
+  const size_t effort = static_cast<size_t>(Quantity::kEffort);
+  EXPECT_EQ(commanded.recordings[0].joints[0].signal[effort], logged.recordings[0].joints[0].signal[effort]);
+  bool said = false;
+  for (const std::string& warning : commanded.warnings) said = said || warning.find(command) != std::string::npos;
+  EXPECT_TRUE(said);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
