@@ -226,6 +226,18 @@ bool is_still(const std::vector<double>& values) {
   return any && calc_range(values) < kLeastChange;
 }
 
+// True if the joint's effort is not the same constant in all recordings. A motor that is switched on before the recording,
+// or coasts, has a constant effort.
+bool changes_between(const Experiment& e, int j) {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const Recording& r : e.recordings) {
+    for (double effort : r.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)]) {
+      if (std::isfinite(effort)) low = std::min(low, effort), high = std::max(high, effort);
+    }
+  }
+  return high - low >= kLeastChange;
+}
+
 // Throws if a position does not change while its command moves by more than a degree: it was not read. Other constant
 // columns count as not recorded.
 void check_still(Experiment* e, Recording* r, int j) {
@@ -239,6 +251,7 @@ void check_still(Experiment* e, Recording* r, int j) {
   for (Quantity q : {Quantity::kVelocity, Quantity::kEffort}) {
     std::vector<double>& signal = joint.signal[static_cast<int>(q)];
     if (!is_still(signal) || calc_range(joint.signal[0]) == 0.0) continue;
+    if (q == Quantity::kEffort && changes_between(*e, j)) continue;
     e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded");
     signal.clear();
   }

@@ -184,7 +184,7 @@ std::vector<TermRow> make_joint_rows() {
           .is(&T::by_load),
       Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
           .is(&T::of_motor_and_gear).is(&T::backwards).is(&T::only_beside_all),
-      Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::needs_drive).is(&T::usual).is(&T::of_motor_and_gear),
+      Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
       // Cost ln 2: a torque constant is as often wrong as right. Its size has a cost, too (calc_factor_cost).
       Row("torque_constant_error", 0.7, kPostures).column(&calc_smooth).within(1.0 - kMostGain, 1.0 - kLeastGain)
           .parameters(&make_gain, &take_gain).worth_saying_from(kMaterialFactor).is(&T::needs_drive).is(&T::scales_effort),

@@ -198,7 +198,7 @@ class WholeColumns {
 
 // The prior cost of a term includes its number of parameters.
 // Without a drive, the equations are homogeneous: a model without mass and weight would explain any motion. Terms that
-// scale the model, or take its weight away, need the torque of a drive beside which they are measured.
+// take mass or weight away need the torque of a drive beside which they are measured.
 std::vector<TermRow> make_whole_rows() {
   using T = TermRow;
   using At = WholeColumns;
@@ -209,7 +209,7 @@ std::vector<TermRow> make_whole_rows() {
           .parameters(&make_scale, &take_scale).within(kLeastMass - 1.0, kMostMass - 1.0).shapes(&list_own_mass)
           .worth_saying_from(kMaterialFactor).is(&T::factor).is(&T::needs_drive),
       Row("com_error", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_com)
-          .shapes(&list_own_mass).is(&T::within_reach),
+          .shapes(&list_own_mass).is(&T::within_reach).is(&T::needs_drive),
       Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force).is(&T::needs_drive),
       Row("joint_offset", 4.0, kSweeps).in_all_rows(PlaceKind::kJoint, 1, &At::fill_offset)
           .small_angle(kMostAngle).is(&T::moves_model),
