@@ -21,6 +21,7 @@ namespace {
 // Times the noise that friction and rotors of every joint leave at a real machine: in a clean world little is left of
 // one effect once it is modelled.
 constexpr double kFar = 5.0;
+constexpr double kNoGain = 0.9;  // share of the nominal held-out error above which a simulation is hardly better
 
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.
 // No real robot has such a joint beside others that are wrong.
@@ -77,12 +78,16 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
   for (const SignalFit& s : list_windows(problem, outcome)) fit.signals.push_back(s);
 }
 
+// Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model predicts.
 Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
   Reports reports = make_reports(problem, outcome);
   Evidence& evidence = torque.evidence;
   fill_fit(problem, outcome, torque, &evidence);
   for (const std::string& text : problem.experiment->warnings) evidence.warnings.push_back(text);
   evidence.verdict = find_verdict(evidence);
+  if (evidence.verdict == Verdict::kMostlyExplained && !is_effort_driven(*problem.experiment) &&
+      evidence.fit.validate_after > kNoGain * evidence.fit.validate_before)
+    evidence.verdict = Verdict::kPartlyExplained;
   const Json mismatch = reports.report["mismatch"];
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;

@@ -26,7 +26,11 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
   for (const Effect& effect : model) {
     const Json where = make_where(e, effect);
     const std::string name = get_effect(effect.id).name;
+    const std::string family = get_family_name(get_effect(effect.id).family);
     std::string grade = "not named: it helps to predict";
+    for (const Json& f : findings) {
+      if (f["where"] == where && f.value("family", "") == family) grade = f["grade"].get<std::string>() + " as " + f["effect"].get<std::string>();
+    }
     for (const Json& f : findings) {
       if (f["effect"] == name && f["where"] == where) grade = f["grade"];
     }

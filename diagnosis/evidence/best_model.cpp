@@ -9,6 +9,7 @@
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
@@ -16,7 +17,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kUnnamed = 0.9;  // share of the best cost that `searched` must stay below
+// Share of the best cost below which a model must stay that contains what the report does not name, or lacks what it
+// names.
+constexpr double kUnnamed = 0.9;
 constexpr int kWholeIterations = 3, kWindowIterations = 8;
 // Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
 // is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
@@ -49,6 +52,24 @@ Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
     if (std::none_of(first.begin(), first.end(), is_alike)) model.push_back(e);
   }
   return model;
+}
+
+// True if `model` has all families of effects that `named` has at its joints and links.
+bool has_families(const Hypothesis& model, const Hypothesis& named) {
+  return std::all_of(named.begin(), named.end(), [&](const Effect& e) {
+    return std::any_of(model.begin(), model.end(), [&](const Effect& own) { return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family; });
+  });
+}
+
+// Why an effect that `named` does not have is hardly possible on this robot; empty if all are possible.
+std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const Hypothesis& named) {
+  for (const Effect& effect : model) {
+    if (contains(named, effect.id, effect.place)) continue;
+    const std::string name = get_effect(effect.id).name;
+    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_parameters(e, effect, {}, true)}});
+    if (!why.empty()) return name + ": " + why;
+  }
+  return "";
 }
 
 // Held-out errors [1]: root mean square over the joints, each relative to the spread of the joint's signal.
@@ -150,9 +171,15 @@ class Chooser {
 
   // The model replaces the best one if its cost is below `share` times the lowest cost so far. Returns the cost.
   double consider(const char* name, const Hypothesis& hypothesis, double share = 1.0) {
+    const std::string odd = find_odd_effect(*whole_.experiment, hypothesis, model_);
+    if (!odd.empty()) {
+      progress_("    " + std::string(name) + ": hardly possible (" + odd + ")");
+      return kNoError;
+    }
+    if (!has_families(hypothesis, model_)) share = std::min(share, kUnnamed);
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
-    if (!trial.validate.ok) return 1e300;
+    if (!trial.validate.ok) return kNoError;
     const bool driven = errors.effort < kNoError;  // joints without a drive have no effort
     progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
               " % of their spread" + (driven ? ", efforts " + number(100.0 * errors.effort, 3) + " %" : ""));
@@ -169,7 +196,7 @@ class Chooser {
   std::vector<double> spreads_;  // [N m] standard deviation of each joint's effort
   Errors reference_;
   Trial best_;
-  double least_ = 1e300;
+  double least_ = kNoError;
 };
 
 }  // namespace

@@ -36,8 +36,9 @@ Hypothesis with(Hypothesis own, const Effect& added) {
   return own;
 }
 
-// Hypotheses with one additional law, or with a Stribeck curve in place of Coulomb friction.
-std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded) {
+// Hypotheses with one additional law, or with a Stribeck curve in place of Coulomb friction. Only a joint with a drive
+// (`driven`) has a gain.
+std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded, bool driven) {
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {
     if (own[i].id != EffectId::kCoulomb) continue;
@@ -53,20 +54,20 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   if (!has(EffectId::kRotorInertia)) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
   if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0}}));
-  if (!has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
+  if (driven && !has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
 }
 
 Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
-  const bool commanded = !is_effort_driven(*alone.problem.experiment);
+  const bool commanded = !is_effort_driven(*alone.problem.experiment), driven = alone.problem.experiment->robot.tree.joint(joint).actuated;
   const Score before = alone.score(own);
   double least = before.chi2;
   if (!before.ok || least < kQuiet * before.count) return own;
   for (int round = 0; round < kMostAdded; ++round) {
     Hypothesis best;
     double limit = (1.0 - kWorth) * least;
-    for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded)) {
+    for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven)) {
       const FitResult tried = alone.fit(h, kTryIterations);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
     }

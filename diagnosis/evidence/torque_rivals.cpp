@@ -66,8 +66,10 @@ class RivalSearch {
     }
   }
 
+  // Adds a term of the whole robot, unless nothing of it shows in these recordings.
   void add_whole(const Term& other, const Eigen::VectorXd& p, const TorqueModel& model) {
-    rivals_.push_back({other, drop_unseen(design_, other, p), {}, model, {-1, model.whole.size() - 1}});
+    const Eigen::VectorXd seen = drop_unseen(design_, other, p);
+    if (!seen.isZero(0.0)) rivals_.push_back({other, seen, {}, model, {-1, model.whole.size() - 1}});
   }
 
   // Removes the gain of a joint from its terms. Returns its prior cost [nats].

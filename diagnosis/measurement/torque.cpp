@@ -47,7 +47,7 @@ constexpr double kLoadGain = 0.98;
 // The same for torques of the links' own motion, by encoders behind the gears.
 constexpr double kLinkGain = 0.95;
 // [s] Shorter recordings have no samples between their ends.
-constexpr double kShortest = 1.0;
+constexpr double kShortest = 0.5;
 
 // Standard deviation of a filtered position after `order` derivatives, for white noise up to the cutoff.
 double scale_noise(double sigma, double step, double cutoff, int order) {

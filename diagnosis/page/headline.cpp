@@ -147,6 +147,26 @@ std::string make_fit_sentence(const json& report) {
   return errors + "fall: " + falls + (rises.empty() ? "" : "; they rise: " + rises) + ".";
 }
 
+// What the updated model has beyond the findings, so that nobody is surprised by its effects: by effect, with places.
+std::string make_unnamed_sentence(const json& report) {
+  struct Places {
+    std::string names;
+    size_t count = 0;
+  };
+  std::map<std::string, Places> all;  // by effect
+  for (const json& entry : get_list(report, "model")) {
+    if (get_text(entry, "grade").rfind("not named", 0) != 0) continue;
+    const json& where = get(entry, "where");
+    if (!where.is_object() || where.empty() || !where.begin()->is_string()) continue;
+    Places& at = all[describe_effect(get_text(entry, "effect"), false)];
+    at.names += (at.count++ > 0 ? ", " : "") + where.begin()->get<std::string>();
+  }
+  std::string text;
+  for (const auto& [effect, at] : all)
+    text += (text.empty() ? "" : ", ") + effect + " (" + (at.count > kFew ? std::to_string(at.count) + " places" : at.names) + ")";
+  return text.empty() ? "" : "The updated model also has, without proof: " + text + ".";
+}
+
 // "Of what can be predicted at all, 98 % is explained": only where a ceiling was measured.
 std::string make_ceiling_sentence(const json& report) {
   const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
@@ -154,7 +174,7 @@ std::string make_ceiling_sentence(const json& report) {
   // Where little can be predicted, a large share of it is still little.
   const std::string all = ceiling < kLittle ? format_number(std::round(100.0 * explained), 3) + " % of all mismatch, and " : "";
   return "That is " + all + format_number(std::round(100.0 * std::min(1.0, explained / ceiling)), 3) +
-         " % of what the recordings allow to predict.";
+         " % of what a free model of the recorded signals predicts.";
 }
 
 std::string make_left_sentence(const json& report) {
@@ -235,7 +255,8 @@ std::vector<std::string> make_headline(const json& report) {
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_left_sentence(report)}) {
+  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_left_sentence(report),
+                                      make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }
   return out;

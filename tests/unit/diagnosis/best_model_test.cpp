@@ -62,6 +62,17 @@ TEST(BestModel, KeepsASpringThatASearchFoundBesideFrictionAndRotors) {
   EXPECT_LT(with.validate.rms(), 0.5 * without.validate.rms());  // the spring is a third of the shoulder's torque
 }
 
+// It fits best, because it is what was simulated, but no arm of 0.3 m is like that: it stands in for something else.
+TEST(BestModel, HasNoCentreOfMassBeyondItsLink) {
+  Hypothesis hidden = make_drives();
+  const Effect far{EffectId::kComError, kFore, {1.2, 0.0, 0.0}};
+  hidden.push_back(far);
+  const Experiment e = make_simulated_experiment("best_possible", kArm, kJoints, hidden);
+  const Problem problem = make_problem(e, 1);
+  const Trial best = choose_best_model(problem, problem, make_drives(), {far}, [](const std::string&) {});
+  EXPECT_FALSE(contains(best.hypothesis, far.id, far.place));
+}
+
 // Of the true model windows leave noise: the start states are recorded ones.
 TEST(WindowResiduals, OfTheTrueModelAreAHundredthOfNominalOnes) {
   Experiment e = make_simulated_experiment("window_residuals", kArm, kJoints, make_drives());

@@ -89,6 +89,24 @@ TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) 
   expect_drives(verdict, hidden);
 }
 
+// Before, recordings below a second were left to a search of sets of few effects, which reported that no effect explains
+// them.
+TEST(TorqueEvidence, StepsOfLessThanASecondShowFrictionAndRotors) {
+  Experiment e = make_simulated_experiment("torque_steps", kArm, kJoints, make_drives());
+  constexpr long kFirst = 500, kSamples = 180;  // 0.9 s of 6 s, in motion
+  for (Recording& r : e.recordings) {
+    const auto cut = [](std::vector<double>* column) { *column = {column->begin() + kFirst, column->begin() + kFirst + kSamples}; };
+    cut(&r.time);
+    for (JointColumns& joint : r.joints) {
+      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) cut(column);
+    }
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_TRUE(verdict.judged);
+  EXPECT_GT(verdict.evidence.explained, 0.9);
+  for (const std::string& joint : kJoints) EXPECT_NE(find(verdict, "rotor_inertia", joint), nullptr) << joint;
+}
+
 // Before, friction took its place: three times too large, and a rotor too small by a fifth.
 TEST(TorqueEvidence, HysteresisIsNamedAndLeavesFrictionAndRotorTheirSizes) {
   Hypothesis hidden = make_drives();

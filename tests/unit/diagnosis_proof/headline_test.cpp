@@ -74,13 +74,13 @@ TEST(Headline, WhatIsSureStandsBeforeWhatIsPerhapsThereAndFaultsOfALogLast) {
 TEST(Headline, ErrorsStandInRadiansAsRootMeanSquaresOverJoints) {
   // sqrt((0.03^2 + 0.04^2) / 2) = 0.03536.
   EXPECT_THAT(join(make_leg()), HasSubstr("Held-out errors fall: positions from 0.0354 to 0.00354 rad."));
-  EXPECT_THAT(join(make_leg()), HasSubstr("90 % of what the recordings allow to predict"));
+  EXPECT_THAT(join(make_leg()), HasSubstr("90 % of what a free model of the recorded signals predicts"));
 }
 
 TEST(Headline, OfLittleThatCanBePredictedTheShareOfAllIsTold) {
   json report = make_leg();
   report["ceiling"] = 0.02, report["explained"] = 0.018;
-  EXPECT_THAT(join(report), HasSubstr("2 % of all mismatch, and 90 % of what the recordings allow to predict"));
+  EXPECT_THAT(join(report), HasSubstr("2 % of all mismatch, and 90 % of what a free model of the recorded signals predicts"));
 }
 
 TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
