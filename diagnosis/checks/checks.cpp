@@ -82,6 +82,14 @@ void remark_velocities(const Experiment& e, Json* remarks) {
   if (!shifted.empty()) remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
 }
 
+// Neighbours have the same unit, so one joint that tells it is enough.
+void remark_unit(const Json& joints, Json* remarks) {
+  bool recorded = false, told = false;
+  for (const Json& j : joints) recorded = recorded || j.contains("tells_unit"), told = told || j.value("tells_unit", false);
+  if (recorded && !told)
+    remarks->push_back("weight and inertia of the model take too little of the efforts to show their unit: if they are no N m, nor are the values that are found");
+}
+
 void remark_motion(const Json& joints, Json* remarks) {
   std::vector<std::string> still, unknown;
   std::map<std::string, std::vector<std::string>> hidden;  // effect -> joints
@@ -142,6 +150,7 @@ Json make_checks(const Experiment& e, const Experiment& searched) {
   remark_samples(recordings, &remarks);
   remark_velocities(e, &remarks);
   remark_motion(joints, &remarks);
+  remark_unit(joints, &remarks);
   remarks.push_back("degrees, milliseconds, turned signs and exchanged columns: none was found");
   return {{"recordings", recordings}, {"joints", joints}, {"remarks", remarks}};
 }

@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/measurement/effort_units.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -138,6 +139,7 @@ Json make_motion_checks(const Experiment& e) {
                     {"reversals", m.half_cycles},
                     {"effort", get_source_words(data.source[static_cast<size_t>(j)])},
                     {"tells", make_tells(joint, m)}});
+    if (joint.actuated && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded) list.back()["tells_unit"] = tells_unit(data, j);
   }
   return list;
 }

@@ -191,6 +191,10 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   return units;
 }
 
+bool tells_unit(const TorqueData& data, int joint) {
+  return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value();
+}
+
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
   for (const EffortUnit& unit : units) {
     const auto j = static_cast<size_t>(unit.joint);

@@ -29,6 +29,10 @@ struct EffortUnit {
 // Throws InputError if an effort has the wrong sign.
 std::vector<EffortUnit> find_effort_units(const TorqueData& data);
 
+// True if the joint's recorded effort shows whether it is a torque: by the servo's law, or by the torque that weight and
+// inertia of the model take.
+bool tells_unit(const TorqueData& data, int joint);
+
 // The experiment with efforts in N m and gains in N m/rad.
 Experiment convert_efforts(Experiment experiment, const std::vector<EffortUnit>& units);
 

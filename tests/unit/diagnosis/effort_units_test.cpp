@@ -36,6 +36,19 @@ TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueCon
   }
 }
 
+// A disc on a vertical axis: friction, and a rotor of fifty times its inertia, take all of the effort, in whatever unit.
+TEST(EffortUnits, OfAMotorWithoutALoadTheUnitCannotBeChecked) {
+  const std::string disc = R"(<robot name="disc"><link name="stand"/>
+    <link name="disc"><inertial><mass value="0.1"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002"/></inertial></link>
+    <joint name="motor" type="revolute"><parent link="stand"/><child link="disc"/><axis xyz="0 0 1"/>
+      <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  Experiment e = make_simulated_experiment("units_disc", disc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  Experiment arm = simulate_arm("units_told", make_arm_drives());
+  e.scenario.drive = arm.scenario.drive = "effort";
+  EXPECT_FALSE(tells_unit(make_torque_data(e), 0));
+  EXPECT_TRUE(tells_unit(make_torque_data(arm), kShoulder));
+}
+
 // A yaw joint below an arm of two joints: no gravity acts on it, and its inertia looks like its rotor's.
 const std::string kYawArm = R"(<robot name="yaw_arm"><link name="base"/><link name="column"/>
   <link name="upper"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
