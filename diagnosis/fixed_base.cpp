@@ -63,7 +63,8 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
 }
 
 // Fit of the simulation; for recorded efforts that of the torque: a simulation from them drifts whatever the model.
-void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, Evidence* evidence) {
+// `windows`: positions then.
+void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, const std::vector<SignalFit>& windows, Evidence* evidence) {
   Fit& fit = evidence->fit;
   if (!is_effort_driven(*problem.experiment)) {
     fit = calc_simulation_fit(problem, outcome.nominal, outcome.chosen);
@@ -75,19 +76,26 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
   evidence->method += "; errors are shares of each effort's spread; positions by simulation from the recorded efforts over " +
                       number(kWindow, 2) + " s";
   evidence->horizon = kWindow;
-  for (const SignalFit& s : list_windows(problem, outcome)) fit.signals.push_back(s);
+  fit.signals.insert(fit.signals.end(), windows.begin(), windows.end());
+}
+
+// True if the chosen model follows the held-out motion better than the nominal one: over windows, where there are any.
+bool improves_motion(const Fit& fit, const std::vector<SignalFit>& windows) {
+  double before = 0.0, after = 0.0;
+  for (const SignalFit& s : windows) before += std::pow(s.before / s.spread, 2), after += std::pow(s.after / s.spread, 2);
+  if (windows.empty()) before = std::pow(fit.validate_before, 2), after = std::pow(fit.validate_after, 2);
+  return !(after > kNoGain * kNoGain * before);
 }
 
 // Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model predicts.
 Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
   Reports reports = make_reports(problem, outcome);
   Evidence& evidence = torque.evidence;
-  fill_fit(problem, outcome, torque, &evidence);
+  const std::vector<SignalFit> windows = is_effort_driven(*problem.experiment) ? list_windows(problem, outcome) : std::vector<SignalFit>{};
+  fill_fit(problem, outcome, torque, windows, &evidence);
   for (const std::string& text : problem.experiment->warnings) evidence.warnings.push_back(text);
   evidence.verdict = find_verdict(evidence);
-  if (evidence.verdict == Verdict::kMostlyExplained && !is_effort_driven(*problem.experiment) &&
-      evidence.fit.validate_after > kNoGain * evidence.fit.validate_before)
-    evidence.verdict = Verdict::kPartlyExplained;
+  if (evidence.verdict == Verdict::kMostlyExplained && !improves_motion(evidence.fit, windows)) evidence.verdict = Verdict::kPartlyExplained;
   const Json mismatch = reports.report["mismatch"];
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;

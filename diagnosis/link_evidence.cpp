@@ -181,7 +181,7 @@ class Merger {
     for (const TorqueRecording& r : motion_.recordings) {
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
-      const Eigen::MatrixXd change = calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a) - r.tau;
+      const Eigen::MatrixXd change = r.smooth_torque(calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a)) - r.tau;
       for (long j = 0; j < change.cols(); ++j) {
         if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) > kShows * e_.joint_noise[static_cast<size_t>(j)][2].sigma) return true;
       }

@@ -21,6 +21,19 @@ void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit) {
   fit->train_after = fit->validate_after = std::sqrt(after / n);
 }
 
+namespace {
+
+// Where the first parameter is outside the finding's interval: the simulation was fitted after the missing torque.
+std::string describe_difference(const std::vector<double>& p, const Json& finding) {
+  const Json& parameters = finding["parameters"];
+  if (p.empty() || parameters.empty() || !parameters.begin()->contains("ci95")) return "";
+  const Json &interval = (*parameters.begin())["ci95"], &value = (*parameters.begin())["value"];
+  if (!value.is_number() || (p[0] >= interval[0].get<double>() && p[0] <= interval[1].get<double>())) return "";
+  return "; the missing torque gives " + number(value.get<double>(), 3);
+}
+
+}  // namespace
+
 Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json& findings) {
   Json list = Json::array();
   for (const Effect& effect : model) {
@@ -32,7 +45,7 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
       if (f["where"] == where && f.value("family", "") == family) grade = f["grade"].get<std::string>() + " as " + f["effect"].get<std::string>();
     }
     for (const Json& f : findings) {
-      if (f["effect"] == name && f["where"] == where) grade = f["grade"];
+      if (f["effect"] == name && f["where"] == where) grade = f["grade"].get<std::string>() + describe_difference(effect.p, f);
     }
     Json parameters = make_parameters(e, effect, {}, false);
     parameters.update(list_also_fitted(effect));

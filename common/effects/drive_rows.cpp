@@ -82,7 +82,7 @@ double take_constant(const double* p, double torque, double) { return torque - p
 
 EffectInfo make_constant_torque() {
   EffectInfo row = make_row(EffectId::kNamed, "constant_torque", PlaceKind::kJoint, EffectFamily::kZero,
-                            "the drive gives a constant torque less than is logged",
+                            "a constant torque acts against the positive direction",
                             {P("torque", "N m").absent_at(0).size(0.1)});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->terms.push_back({&take_constant, {p[0], 0.0}});

@@ -29,6 +29,9 @@ constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
 constexpr double kNoiseShare = 0.05;
 // The same noise as a share of the missing torque's spread. Above it, accelerations hide the missing torque.
 constexpr double kMissingShare = 0.3;
+// Share of the missing torque above which the difference between the torque of the smoothed motion and the smoothed torque
+// matters, at kFastestMotion. Arms are below a hundredth, pendulums that turn over at a half.
+constexpr double kGapMatters = 0.03;
 // Kept samples per period of the cutoff: enough to lose nothing, and few duplicates.
 constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
@@ -124,7 +127,7 @@ class Maker {
     data_.experiment = &e;
     data_.behind_gears = bodies != nullptr && !e.scenario.floating_base;
     if (!bodies) data_.feet = list_loaded_feet(e);
-    closed_.resize(e.recordings.size()), sudden_.resize(e.recordings.size());
+    closed_.resize(e.recordings.size()), sudden_.resize(e.recordings.size()), sharp_.resize(e.recordings.size());
     for (size_t r = 0; r < e.recordings.size(); ++r) {
       for (int j = 0; j < e.num_joints(); ++j) {
         const bool known = e.recordings[r].joints[static_cast<size_t>(j)].has(Quantity::kPosition);
@@ -146,13 +149,18 @@ class Maker {
     }
     for (const LinkSpec& link : e_.robot.tree.links) data_.load_p_L.push_back(link.inertia.p_LLcm_L);
     data_.cutoff = kFastestMotion;
+    curved_ = !bodies_;
     make_motions();
+    curved_ = curved_ && has_filter_gap();
     const double limit = std::max(kLeastLimit, kOfMotion * find_motion_frequency());
     for (double cutoff : kCutoffs) {
       data_.cutoff = cutoff;
       if (cutoff > limit) continue;
       const double noise_share = make_motions();
       if (noise_share <= kNoiseShare && find_missing_share() <= kMissingShare) break;
+    }
+    for (TorqueRecording& r : data_.recordings) {
+      if (curved_) r.sharp_q = sharp_[r.index].q, r.sharp_v = sharp_[r.index].v, r.sharp_a = sharp_[r.index].a;
     }
     find_slow();
     for (TorqueRecording& r : data_.recordings) find_speed(&r), r.load = r.tau;
@@ -260,8 +268,61 @@ class Maker {
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
     out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(add_by_hand(plant_, in.spec), out.q, out.v, out.a);
+    if (curved_) add_filter_gap(in, &out);
     if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
+  }
+
+  Eigen::MatrixXd smooth_columns(Eigen::MatrixXd m, double step, double cutoff) const {
+    for (long j = 0; j < m.cols(); ++j) m.col(j) = low_pass(Eigen::VectorXd(m.col(j)), step, cutoff);
+    return m;
+  }
+
+  // Motion with the sharpest filter and its nominal torque, full grid.
+  struct SharpMotion {
+    Eigen::MatrixXd q, v, a, tau;
+  };
+
+  void differentiate_columns(const Eigen::MatrixXd& q, double step, Eigen::MatrixXd* v, Eigen::MatrixXd* a) const {
+    *v = *a = q;
+    for (long j = 0; j < q.cols(); ++j) {
+      v->col(j) = differentiate(Eigen::VectorXd(q.col(j)), step);
+      a->col(j) = differentiate(Eigen::VectorXd(v->col(j)), step);
+    }
+  }
+
+  const SharpMotion& find_sharp_motion(const Recording& in, const TorqueRecording& out) {
+    SharpMotion& sharp = sharp_[out.index];
+    if (sharp.q.size() > 0) return sharp;
+    sharp.q = smooth_columns(make_raw(in, out, out.q.rows()), out.step, kCutoffs[0]);
+    differentiate_columns(sharp.q, out.step, &sharp.v, &sharp.a);
+    sharp.tau = calc_efforts(add_by_hand(plant_, in.spec), sharp.q, sharp.v, sharp.a);
+    return sharp;
+  }
+
+  // Smoothed torque of the sharp motion in place of the torque of the smoothed motion. Both sides of the gap start from the
+  // sharp motion, so a linear model has none.
+  void add_filter_gap(const Recording& in, TorqueRecording* out) {
+    const SharpMotion& sharp = find_sharp_motion(in, *out);
+    const Eigen::MatrixXd q = smooth_columns(sharp.q, out->step, data_.cutoff);
+    Eigen::MatrixXd v, a;
+    differentiate_columns(q, out->step, &v, &a);
+    out->filter_gap = smooth_columns(sharp.tau, out->step, data_.cutoff) - calc_efforts(add_by_hand(plant_, in.spec), q, v, a);
+    out->tau += out->filter_gap;
+  }
+
+  // True if a joint's gap is a material share of its missing torque.
+  bool has_filter_gap() const {
+    Eigen::VectorXd gap = Eigen::VectorXd::Zero(e_.num_joints()), missing = gap;
+    for (const TorqueRecording& r : data_.recordings) {
+      const long inner = std::max(0L, r.q.rows() - 2 * r.trim);
+      gap += r.filter_gap.middleRows(r.trim, inner).colwise().squaredNorm().transpose();
+      missing += (r.effort - r.tau).middleRows(r.trim, inner).colwise().squaredNorm().transpose();
+    }
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      if (data_.is_judged(j) && gap[j] > kGapMatters * kGapMatters * missing[j]) return true;
+    }
+    return false;
   }
 
   void add_foot_loads(const Recording& in, TorqueRecording* out) {
@@ -421,6 +482,7 @@ class Maker {
       r->link_v.col(j) = differentiate(r->link_q.col(j), r->step);
       r->link_a.col(j) = differentiate(r->link_v.col(j), r->step);
     }
+    for (Eigen::MatrixXd* m : {&r->filter_gap, &r->sharp_q, &r->sharp_v, &r->sharp_a}) m->resize(0, 0);
     r->tau = r->load = calc_efforts(add_by_hand(plant_, in.spec), r->link_q, r->link_v, r->link_a);
   }
 
@@ -565,6 +627,8 @@ class Maker {
   std::vector<double> noise_;  // [rad] by joint
   std::vector<Flags> still_;   // by recording of the experiment, full grid
   std::vector<Flags> sudden_;  // the same; of robots with loaded feet
+  std::vector<SharpMotion> sharp_;  // by recording of the experiment
+  bool curved_ = false;             // the torque of the smoothed motion is not the smoothed torque
   std::vector<std::vector<std::vector<double>>> closed_;  // by recording, by joint: positions from a held foot
 };
 

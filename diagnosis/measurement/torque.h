@@ -43,13 +43,20 @@ struct TorqueRecording {
   Eigen::MatrixXd effort;          // y on the full grid, smoothed
   Eigen::MatrixXd effort_rate;     // [N m/s] derivative of the smoothed y
   Eigen::MatrixXd command_rate;    // [N m/s] kp r' + kd r'': regressor of a late command; zero without commands
-  Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid
+  Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid, smoothed
+  // Torque of fast motion is curved, so the torque of the smoothed motion is not the smoothed torque. By how much they
+  // differ for the nominal model; empty: not known.
+  Eigen::MatrixXd filter_gap;
+  Eigen::MatrixXd sharp_q, sharp_v, sharp_a;  // with the sharpest filter, full grid; empty where the gap does not matter
   Eigen::MatrixXd load;            // [N m] full grid: regressor of load-dependent friction
   Eigen::MatrixXd foot_wrench;     // full grid x 6 of every loaded foot, as recorded: force, torque
   Eigen::MatrixXd missing;         // kept samples x joint
   Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> use;  // kept samples x joint: the joint moves and y is known
 
   long kept() const { return missing.rows(); }
+  // Smoothed torque, from that of another model along the smoothed motion.
+  Eigen::MatrixXd smooth_torque(const Eigen::MatrixXd& along) const { return filter_gap.size() > 0 ? along + filter_gap : along; }
+  bool is_sharp() const { return sharp_q.size() > 0; }
   const Eigen::MatrixXd& get_link_q() const { return link_q.size() > 0 ? link_q : q; }
   const Eigen::MatrixXd& get_link_v() const { return link_v.size() > 0 ? link_v : v; }
   const Eigen::MatrixXd& get_link_a() const { return link_a.size() > 0 ? link_a : a; }

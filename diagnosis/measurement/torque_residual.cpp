@@ -30,7 +30,7 @@ Eigen::MatrixXd take_offsets(const Plant& plant, Eigen::MatrixXd q) {
 }  // namespace
 
 Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const TorqueRecording& r) {
-  return calc_efforts(add_by_hand(plant, data.experiment->recordings[r.index].spec), take_offsets(plant, r.q), r.v, r.a);
+  return r.smooth_torque(calc_efforts(add_by_hand(plant, data.experiment->recordings[r.index].spec), take_offsets(plant, r.q), r.v, r.a));
 }
 
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const Plant& plant,

@@ -65,9 +65,11 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   // do.
   const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
   const bool driven = has_drive(tree);
+  // Measured forces at the feet give the scale that a drive's torque gives elsewhere.
+  const auto is_measured = [&](int link) { return tree.links[static_cast<size_t>(link)].joint.actuated || !data.feet.empty(); };
   for (int link = 1; fixed && link < static_cast<int>(tree.links.size()); ++link) {
     for (const TermRow& row : list_term_rows()) {
-      if (row.whole && row.place == PlaceKind::kLink && (driven || !row.needs_drive)) add_terms(data, row, link, &terms);
+      if (row.whole && row.place == PlaceKind::kLink && (is_measured(link) || !row.needs_drive)) add_terms(data, row, link, &terms);
     }
   }
   for (const TermRow& row : list_term_rows()) {

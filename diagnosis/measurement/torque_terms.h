@@ -69,7 +69,7 @@ struct TermRow {
   bool within_reach = false;   // the coefficients are a position [m] within the link's reach
   double material = 0.0;       // smallest norm that counts; smaller ones occur in every drive or encoder
   bool whole = false;          // in the rows of every joint
-  bool needs_drive = false;    // only at joints with a motor; of the whole robot: only if a joint has one
+  bool needs_drive = false;    // only at joints with a motor and their links; of the whole robot: only if a joint has one
   bool usual = false;          // every drive has it
   bool of_motor_and_gear = false;  // losses and rotors; once they are known, the drive is
   bool scanned = false;        // a joint's models contain at most one of its shapes

@@ -98,7 +98,10 @@ class WholeColumns {
   void fill(long full_row, Eigen::MatrixXd* rows) {
     row_ = full_row;
     if (!tree_.floating_base) {
-      state_.q = recording_.get_link_q().row(row_), state_.qd = recording_.get_link_v().row(row_), a_ = recording_.get_link_a().row(row_);
+      const bool sharp = recording_.is_sharp();
+      state_.q = (sharp ? recording_.sharp_q : recording_.get_link_q()).row(row_);
+      state_.qd = (sharp ? recording_.sharp_v : recording_.get_link_v()).row(row_);
+      a_ = (sharp ? recording_.sharp_a : recording_.get_link_a()).row(row_);
       update_kinematics(model_, state_, &kinematics_);
       calc_regressor(model_, a_, &kinematics_, &regressor_);
     }
@@ -197,8 +200,8 @@ class WholeColumns {
 };
 
 // The prior cost of a term includes its number of parameters.
-// Without a drive, the equations are homogeneous: a model without mass and weight would explain any motion. Terms that
-// take mass or weight away need the torque of a drive beside which they are measured.
+// The equation of a joint without a drive is homogeneous: a link without mass and weight would explain any motion. Terms
+// that take mass or weight away need the torque of a drive beside which they are measured.
 std::vector<TermRow> make_whole_rows() {
   using T = TermRow;
   using At = WholeColumns;
@@ -222,17 +225,33 @@ std::vector<TermRow> make_whole_rows() {
           .shapes(&list_bus_delays).within(0.0, kLongest).is(&T::late)};
 }
 
+// Kept samples of columns along the sharp motion, filtered like the efforts. Late commands are filtered already.
+Eigen::MatrixXd condition_columns(const TorqueData& data, const TorqueRecording& r, const std::vector<Term>& terms, const Eigen::MatrixXd& full) {
+  Eigen::MatrixXd kept(r.kept(), full.cols());
+  long column = 0;
+  for (const Term& term : terms) {
+    for (int c = 0; c < term.columns(); ++c, ++column) {
+      for (long k = 0; term.row->late && k < r.kept(); ++k) kept(k, column) = full(r.full_row(k), column);
+      if (!term.row->late) kept.col(column) = data.condition(r, full.col(column));
+    }
+  }
+  return kept;
+}
+
 std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const TorqueRecording& r,
                                                 const std::vector<Term>& terms) {
   long width = 0;
   for (const Term& term : terms) width += term.columns();
-  const long n = r.q.cols();
-  std::vector<Eigen::MatrixXd> out(static_cast<size_t>(n), Eigen::MatrixXd(r.kept(), width));
+  const long n = r.q.cols(), count = r.is_sharp() ? r.q.rows() : r.kept();
+  std::vector<Eigen::MatrixXd> out(static_cast<size_t>(n), Eigen::MatrixXd(count, width));
   WholeColumns maker(data, r, terms);
   Eigen::MatrixXd rows(n, width);
-  for (long k = 0; k < r.kept(); ++k) {
-    maker.fill(r.full_row(k), &rows);
+  for (long k = 0; k < count; ++k) {
+    maker.fill(r.is_sharp() ? k : r.full_row(k), &rows);
     for (long j = 0; j < n; ++j) out[static_cast<size_t>(j)].row(k) = rows.row(j);
+  }
+  for (Eigen::MatrixXd& columns : out) {
+    if (r.is_sharp()) columns = condition_columns(data, r, terms, columns);
   }
   return out;
 }
