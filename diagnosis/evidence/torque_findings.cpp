@@ -24,8 +24,9 @@ namespace {
 // Share of a joint's effort [1]. A smaller missing torque gets no analysis of what it depends on.
 constexpr double kNothing = 0.02;
 
-// A joint is exact if less than kSmall of its effort is missing and any model predicts less than kFollows of that.
-constexpr double kSmall = 0.1, kFollows = 0.2;
+// A joint is exact if less than kSmall of its effort is missing and any model predicts less than kFollows of that. From
+// fewer than kToLearn independent samples no model learns, so that nothing is predicted proves nothing.
+constexpr double kSmall = 0.1, kFollows = 0.2, kToLearn = 10.0;
 // A supported law must explain this share of what a model without physics predicts.
 constexpr double kLaw = 0.7;
 // Ratio of held-out mean squares of a delay and of friction with rotors. Below it (half in rms) the delay is
@@ -320,7 +321,7 @@ class Judge {
       const double free = find_free_share(learn, test);
       reachable += r.before * r.before * scale * std::max(own, free);
       if (own < kLaw * free) doubt_law(r.where, out);
-      if (r.before < kSmall * joint.spread && std::max(own, free) < kFollows) ++out->exact;
+      if (r.before < kSmall * joint.spread && std::max(own, free) < kFollows && joint.effective >= kToLearn) ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }
