@@ -16,12 +16,14 @@ constexpr double kMostly = 0.8;
 
 Json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
-  Json value = Json::array(), std = Json::array(), interval = Json::array();
+  Json value = Json::array(), std = Json::array(), interval = Json::array(), unseen = Json::array();
   for (size_t i = 0; i < e.value.size(); ++i) {
     const double s = e.std[i];
     value.push_back(round_to(e.value[i], 8)), std.push_back(round_to(s, 4));
     interval.push_back({round_to(e.value[i] - kNinetyFive * s, 8), round_to(e.value[i] + kNinetyFive * s, 8)});
+    if (e.is_unseen(i)) unseen.push_back(std::string(1, "xyz"[i]));
   }
+  if (!unseen.empty()) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}, {"unseen", unseen}};
   if (list) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
   return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
 }

@@ -27,6 +27,9 @@ struct Estimate {
   std::vector<double> value;
   std::vector<double> std;  // contains differences between recordings, halves and regimes
   bool vector = false;      // reported as a list even with a single element
+
+  // Nothing of this axis of a vector shows in the recordings: a planar arm does not tell how far a mass is out of its plane.
+  bool is_unseen(size_t axis) const { return value.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0; }
 };
 
 // {"joint": "elbow"}, {"link": "hand"}, {"foot": "l_foot"}, {"sensor": "/wrench/l_ankle/force"}, {} for the ground.

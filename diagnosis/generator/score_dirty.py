@@ -57,13 +57,19 @@ def is_claim(finding):
     return finding.get("grade", "certain") in ("certain", "supported")
 
 
+def list_seen(said, axes):
+    """The axes of a vector of which the report says that they show."""
+    return [a for name, a in zip("xyz", axes) if name not in said.get("unseen", [])] if len(axes) == 3 else axes
+
+
 def inside(said, truth):
     """Whether the 95 % interval holds the truth; None where there is no interval."""
     interval = said.get("ci95")
     if not interval:
         return None
     pairs = interval if isinstance(interval[0], list) else [interval]
-    values = truth if isinstance(truth, list) else [truth]
+    values = list_seen(said, truth) if isinstance(truth, list) else [truth]
+    pairs = list_seen(said, pairs) if isinstance(truth, list) else pairs
     return len(pairs) == len(values) and all(lo <= t <= hi for (lo, hi), t in zip(pairs, values))
 
 
@@ -112,10 +118,12 @@ class Tally:
             if hidden is None or key not in hidden or key == "phase":
                 continue
             true, value = hidden[key], said["value"]
+            if isinstance(true, list):
+                true, value = list_seen(said, true), list_seen(said, value)
             size = math.dist(true, [0] * len(true)) if isinstance(true, list) else abs(true)
             miss = math.dist(true, value) if isinstance(true, list) else abs(true - value)
             rows.append((hidden["effect"], place_of(hidden)[1], key, true, value, miss / (size or 1.0),
-                         find_width(said) / (size or 1.0), inside(said, true)))
+                         find_width(said) / (size or 1.0), inside(said, hidden[key])))
         return rows
 
     def find_ratio(self):

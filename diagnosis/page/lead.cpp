@@ -36,6 +36,7 @@ std::string describe_parameter(const std::string& name, const json& p) {
   std::string out = words + " " + format_value(get(p, "value"), 3);
   if (ci.size() == 2 && std::isfinite(ci[0]) && std::isfinite(ci[1]))
     out += " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
+  for (const json& axis : get_list(p, "unseen")) out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
   const std::string unit = typeset(get_text(p, "unit"));
   return out + (unit.empty() || unit == "1" ? "" : " " + unit);
 }

@@ -52,6 +52,13 @@ class DirtyScorer(unittest.TestCase):
         scaled = {"effect": "sensor_scale", "sensor": "/joint_states/a/effort", "scale": 1.1}
         self.assertEqual(len(tally(truth(scaled), found("torque_constant_error", joint="a")).true_family), 1)
 
+    def test_axes_that_do_not_show_are_not_compared(self):
+        moved = {"effect": "com_error", "link": "hand", "offset": [0.03, 0.07, 0.0]}
+        said = {"offset": {"value": [0.031, 0.0, 0.0], "ci95": [[0.02, 0.04], [0.0, 0.0], [-0.1, 0.1]], "unseen": ["y"]}}
+        (row,) = tally(truth(moved), found("com_error", parameters=said, link="hand")).intervals
+        self.assertTrue(row[-1])
+        self.assertAlmostEqual(row[5], 1 / 30)
+
     def test_intervals_count_where_the_very_effect_is_there(self):
         said = {"inertia": {"value": 0.12, "ci95": [0.11, 0.13]}, "level": {"value": 1.0, "ci95": [0.5, 1.5]}}
         (row,) = tally(truth(ROTOR), found("rotor_inertia", parameters=said, joint="a")).intervals
