@@ -80,7 +80,7 @@ void add_ground_laws(LawTable* t) {
   t->flat_sole = make_plain_law(EffectId::kFootCompliance);
   t->point_foot = t->flat_sole;
   t->flat_sole.make_estimates = &make_flat_sole, t->flat_sole.is_sensible = &is_soft_sole;
-  t->flat_sole.core = {kRollGiveColumn, kPitchGiveColumn};
+  t->flat_sole.core = {kRollGiveColumn, kPitchGiveColumn}, t->flat_sole.refine = &refine_sole;
   t->point_foot.make_estimates = &make_point_foot, t->point_foot.is_sensible = &is_soft_point,
   t->point_foot.positive = true;
   t->ground_slope = make_angle(EffectId::kGroundSlope);

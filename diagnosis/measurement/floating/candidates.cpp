@@ -15,6 +15,10 @@ constexpr double kInstant = 0.1;    // of a sample time: nobody knows more exact
 constexpr double kThick = 0.03;     // [m] of housings about joints, at least
 constexpr double kSmallMass = 0.005;  // of the robot's mass: models are no better
 constexpr double kSmallShare = 0.02;  // of a link's own mass
+// A sole that gives: what it does at most under half of the robot's weight, pressed at its edge.
+constexpr double kMostTilt = 0.5;   // [rad]
+constexpr double kMostSink = 0.05;  // [m]
+constexpr double kMostLag = 0.2;    // [s] damping over stiffness
 
 // Coefficients that multiply one column each.
 std::vector<Terms> list_columns(int first, int count) {
@@ -215,7 +219,22 @@ class Lister {
       add(laws_.point_foot, where, f, {{{at_.foot(f, kSinkColumn), 1.0}}});
       return;
     }
-    add(laws_.flat_sole, where, f, list_columns(at_.foot(f, 0), kHoldColumn));
+    add(laws_.flat_sole, where, f, list_columns(at_.foot(f, 0), kHoldColumn)).prior = make_sole_prior(foot);
+  }
+
+  // Soles are told about the axes that a motion presses them about. Robots that lean forward tell pitch alone.
+  std::vector<double> make_sole_prior(const Foot& foot) const {
+    std::vector<double> out(kHoldColumn, 0.0);
+    const double force = 0.5 * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    const auto put = [&](int give, int damp, int shift, double lever) {
+      const double most = kMostTilt / (force * lever);
+      out[static_cast<size_t>(give)] = most, out[static_cast<size_t>(damp)] = kMostLag;
+      out[static_cast<size_t>(shift)] = out[static_cast<size_t>(shift) + 1] = most * lever;
+    };
+    put(kRollGiveColumn, kRollDampColumn, kRollShiftColumn, 0.5 * foot.size.y());
+    put(kPitchGiveColumn, kPitchDampColumn, kPitchShiftColumn, 0.5 * foot.size.x());
+    out[kSinkColumn] = kMostSink / force, out[kSinkDampColumn] = kMostLag * kMostSink / force;
+    return out;
   }
 
   // Physics outside the table of effects, with as many coefficients as the equations can tell. Where they explain more
@@ -297,6 +316,8 @@ Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, con
 bool Candidate::is_listed() const { return law->unlisted == nullptr; }
 
 const EffectInfo& Candidate::info() const { return law->info(); }
+
+std::vector<long> find_core(const Candidate& c) { return c.law->core.empty() ? std::vector<long>{0} : c.law->core; }
 
 std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   return c.law->make_estimates(c, x, std);

@@ -23,6 +23,8 @@ struct Candidate {
   Where where;
   int place = -1;            // joint, link, foot, sensor, IMU by index; -1: none or all
   std::vector<Terms> terms;  // by coefficient
+  // By coefficient, what its values deviate from 0 by; empty: anything is possible. What no motion tells stays near 0 then.
+  std::vector<double> prior;
   bool vector = false;       // coefficients are axes of one quantity
   double least = 0;          // what the first coefficient must exceed to be worth a name
   Vector3d center{0, 0, 0};  // [m] of a link's mass by the model
@@ -50,6 +52,9 @@ Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const 
 // A link's mass that lies elsewhere turns about its origin otherwise, too: the terms about a mass moved by `offset`
 // [m]. Its inertia about its own centre stays.
 Candidate make_moved(const Candidate& com_error, const ColumnLayout& layout, const Vector3d& offset);
+
+// Coefficients by which an effect is certain: those of its law, else the first one.
+std::vector<long> find_core(const Candidate& candidate);
 
 // Parameters as the report has them; none: no value is told.
 std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::VectorXd& x, const Eigen::VectorXd& std);

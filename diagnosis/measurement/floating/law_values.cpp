@@ -15,6 +15,8 @@ constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sink
 constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up to it
 // Share of the give about one axis by which noise may make the give about the other axis negative.
 constexpr double kStiffAxis = 0.5;
+constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole turns, over or below its face
+constexpr double kSamePrior = 0.2;  // share by which a prior may change without another fit
 constexpr double kTold = 2;  // deviations that a coefficient must exceed to be told apart from none
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
@@ -130,6 +132,20 @@ bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double
   if (!at.allFinite() || x(0) <= 0 || at.norm() > reach) return false;
   *c = make_load(*c, layout, at);
   return true;
+}
+
+// A person's push leans a robot with a force in proportion to the moment of its soles. Their gives are told all the same,
+// because the point about which a sole turns is near its face.
+bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, double, Candidate* c) {
+  if (!x.allFinite()) return false;
+  bool changed = false;
+  for (const auto& [give, shift] : {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
+    double& height = c->prior[static_cast<size_t>(shift + 1)];
+    const double about = std::max(kRigidTilt, std::abs(x(give))) * kCentreHeight;
+    if (std::abs(about - height) < kSamePrior * height) continue;
+    height = about, changed = true;
+  }
+  return changed;
 }
 
 bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {

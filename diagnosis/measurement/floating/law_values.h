@@ -35,6 +35,7 @@ bool is_bend(const Candidate& c, const Eigen::VectorXd& x, double reach);
 
 // The candidate with its terms about the values x; false: x has no place that is possible.
 bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
+bool refine_sole(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
 bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
 
 }  // namespace hrp::diagnosis::floating

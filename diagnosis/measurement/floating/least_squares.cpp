@@ -42,6 +42,24 @@ Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
   return scale.cwiseInverse().asDiagonal() * S.ldlt().solve(Eigen::VectorXd(scale.cwiseInverse().asDiagonal() * b));
 }
 
+// Adds what is known of coefficients beforehand to their normal equations, from coefficient `first` on. A column that is
+// noise alone tells nothing: only that stays.
+void add_prior(const std::vector<double>& prior, long first, Eigen::MatrixXd* A, Eigen::VectorXd* b) {
+  for (size_t i = 0; i < prior.size(); ++i) {
+    const long k = first + static_cast<long>(i);
+    if ((*A)(k, k) <= 0) A->row(k).setZero(), A->col(k).setZero(), (*b)(k) = 0;
+    (*A)(k, k) += 1 / (prior[i] * prior[i]);
+  }
+}
+
+void add_priors(const std::vector<Candidate>& effects, Eigen::MatrixXd* A, Eigen::VectorXd* b) {
+  long first = 0;
+  for (const Candidate& e : effects) {
+    add_prior(e.prior, first, A, b);
+    first += static_cast<long>(e.terms.size());
+  }
+}
+
 }  // namespace
 
 size_t LeggedFit::find_first(size_t effect) const {
@@ -247,6 +265,7 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
   for (size_t c = 0; n > 0 && c < channels().size(); ++c) add_normal(Part::kTrain, c, effects, &A, &b);
   A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
+  add_priors(effects, &A, &b);
   out.x = n > 0 ? solve_scaled(A, b, kRidge) : Eigen::VectorXd();
   for (const Part part : {Part::kTrain, Part::kHeld}) {
     for (size_t c = 0; c < channels().size(); ++c) {
@@ -333,6 +352,11 @@ Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) co
   }
   for (const auto& [block, s] : scores) scatter += s * s.transpose();
   A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
+  // What is known beforehand is one more observation, of value 0: its score is as uncertain as it is.
+  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(n, n);
+  add_priors(fit.effects, &known, &b);
+  add_priors(fit.effects, &A, &b);
+  scatter += known;
   A.diagonal() *= 1 + kRidge;
   const auto blocks = static_cast<double>(scores.size());
   const double few = blocks > static_cast<double>(n) + 1 ? blocks / (blocks - static_cast<double>(n)) : blocks;
@@ -385,13 +409,16 @@ std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit,
       b += w * (x * (r[i] + x.dot(so_far)) - d * (e[i] + d.dot(so_far)));
     }
   }
-  double most = 0;
-  for (const auto& [part, ab] : normal) most = std::max(most, ab.first(0, 0));
+  Eigen::VectorXd most = Eigen::VectorXd::Zero(n);
+  for (const auto& [part, ab] : normal) most = most.cwiseMax(ab.first.diagonal());
+  const std::vector<long> core = find_core(one[0]);
   std::vector<PartFit> out;
   Eigen::VectorXd total = Eigen::VectorXd::Zero(n);
-  for (const auto& [part, ab] : normal) {
+  for (auto& [part, ab] : normal) {
     // A part in which the effect hardly shows says nothing of its size.
-    if (ab.first(0, 0) <= 0.05 * most) continue;
+    const auto shows = [&, &A = ab.first](long k) { return A(k, k) > 0.05 * most(k); };
+    if (std::none_of(core.begin(), core.end(), shows)) continue;
+    add_prior(one[0].prior, 0, &ab.first, &ab.second);
     out.push_back({solve_scaled(ab.first, ab.second, kRidge), ab.first.diagonal().cwiseMax(0)});
     total += out.back().weight;
   }

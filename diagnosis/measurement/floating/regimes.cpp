@@ -39,7 +39,7 @@ Candidate take_core(const Candidate& effect, Eigen::VectorXd* x) {
   if (core.empty()) return effect;
   Candidate out = effect;
   Eigen::VectorXd own(static_cast<long>(core.size()));
-  out.terms.clear();
+  out.terms.clear(), out.prior.clear();
   for (long k = 0; k < own.size(); ++k) {
     const long from = core[static_cast<size_t>(k)];
     own(k) = (*x)(from), out.terms.push_back(effect.terms[static_cast<size_t>(from)]);

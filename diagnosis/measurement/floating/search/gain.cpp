@@ -16,6 +16,14 @@ constexpr double kCostOfCoefficient = 4;  // [n log] of each further coefficient
 constexpr double kDeviations = 2.5;       // robust standard errors that a value must exceed
 constexpr double kMoreDeviations = 1;     // for a vector, whose length is positive by chance alone
 
+// Robust covariance of one effect's coefficients, from all rows.
+Eigen::MatrixXd calc_own_covariance(const SearchState& state, const LeggedFit& fit, size_t effect) {
+  const auto first = static_cast<long>(fit.find_first(effect)), n = static_cast<long>(fit.effects[effect].terms.size());
+  return state.fitter.calc_covariance(fit, true).block(first, first, n, n);
+}
+
+bool is_told(double x, double variance) { return std::abs(x) > kDeviations * std::sqrt(std::max(0.0, variance)); }
+
 }  // namespace
 
 double calc_cost(const Candidate& candidate) {
@@ -50,15 +58,27 @@ bool is_large_enough(const SearchState& state, const LeggedFit& without, const L
   return std::sqrt(std::max(0.0, gone)) > worth * state.fitter.channels()[channel].scale;
 }
 
+bool is_possible(const SearchState& state, const LeggedFit& fit, size_t effect) {
+  const Candidate& c = fit.effects[effect];
+  Eigen::VectorXd x = fit.get(effect);
+  const bool any_below = std::any_of(c.law->core.begin(), c.law->core.end(), [&](long k) { return x(k) < 0; });
+  if (any_below && x.allFinite()) {
+    const Eigen::MatrixXd own = calc_own_covariance(state, fit, effect);
+    for (const long k : c.law->core) {
+      if (x(k) < 0 && !is_told(x(k), own(k, k))) x(k) = 0;
+    }
+  }
+  return is_sensible(c, x, state.reach);
+}
+
 bool is_significant(const SearchState& state, const LeggedFit& fit, size_t effect) {
-  const Eigen::MatrixXd all = state.fitter.calc_covariance(fit, true);
-  const auto first = static_cast<long>(fit.find_first(effect)), n = static_cast<long>(fit.effects[effect].terms.size());
+  const Eigen::MatrixXd own = calc_own_covariance(state, fit, effect);
   const Eigen::VectorXd x = fit.get(effect);
   const Candidate& c = fit.effects[effect];
   if (c.calc_size(x) < c.least) return false;
-  if (!c.vector) return std::abs(x(0)) > kDeviations * std::sqrt(std::max(0.0, all(first, first)));
-  const Eigen::MatrixXd own = all.block(first, first, n, n);
-  return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + kMoreDeviations;
+  if (c.vector) return std::sqrt(std::max(0.0, x.dot(own.ldlt().solve(x)))) > kDeviations + kMoreDeviations;
+  const std::vector<long> core = find_core(c);
+  return std::any_of(core.begin(), core.end(), [&](long k) { return is_told(x(k), own(k, k)); });
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -32,6 +32,10 @@ double calc_share(const SearchState& state, const LeggedFit& without, const Legg
 // (CandidateLaw::worth).
 bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
 
+// Whether an effect's values are possible. Of several core coefficients, such as the gives of a sole about two axes, noise
+// may make one that a motion does not tell negative: it counts as none.
+bool is_possible(const SearchState& state, const LeggedFit& fit, size_t effect);
+
 // Whether an effect is larger than its least size and than chance would make it, in all rows together. The limit is
 // low: the gain on held-out rows is the strict test.
 bool is_significant(const SearchState& state, const LeggedFit& fit, size_t effect);

@@ -38,7 +38,7 @@ bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
   const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kStay * calc_cost(c);
   const double held = state.fitter.calc_gain(Part::kHeld, rest, chosen);
   const bool wins = gain + held > 0 && held > kStay * kLeastHeldGain;
-  if (!wins || !is_sensible(c, chosen.get(effect), state.reach)) return false;
+  if (!wins || !is_possible(state, chosen, effect)) return false;
   const size_t channel = find_main_channel(state, rest, chosen);
   const bool matters = !c.is_listed() || calc_share(state, rest, chosen, channel) > kLeastShare;
   return matters && is_significant(state, chosen, effect);

@@ -53,7 +53,7 @@ void add_other_departures(const SearchState& state, const LeggedFit& rest, const
     effects.push_back(c);
     const LeggedFit with = fit_effects(state, std::move(effects));
     const size_t at = with.effects.size() - 1;
-    if (!is_sensible(with.effects[at], with.get(at), state.reach)) continue;
+    if (!is_possible(state, with, at)) continue;
     rivals->push_back(make_rival(state, with, calc_total_gain(state, rest, with), found));
   }
 }

@@ -44,7 +44,7 @@ std::vector<LeggedTrial> try_each(const SearchState& state, const LeggedFit& bas
     effects.push_back(pool == Pool::kFree ? keep_told(state, c) : c);
     LeggedTrial t;
     t.fit = fit_effects(state, std::move(effects));
-    if (!is_sensible(t.added(), t.fit.get(t.at()), state.reach)) continue;
+    if (!is_possible(state, t.fit, t.at())) continue;
     t.gain = state.fitter.calc_gain(Part::kTrain, base, t.fit) - calc_cost(c);
     t.held = state.fitter.calc_gain(Part::kHeld, base, t.fit);
     t.channel = find_main_channel(state, base, t.fit);

@@ -179,5 +179,48 @@ TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
   EXPECT_EQ(soles, 2u);
 }
 
+// Tilts of a sole that gives 0.006 rad/(N m) about y. A hand leans the stiff robot: the sole bears a side force in
+// proportion to its moment. About x, moments are noise. There is no second foot, so no height tells how far it sinks.
+LeggedOutcome search_leaning_sole() {
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const ColumnLayout layout(log);
+  std::vector<Candidate> soles;
+  for (const Candidate& c : list_candidates(log, layout)) {
+    if (c.law == &get_laws().flat_sole && c.place == 0) soles.push_back(c);
+  }
+  const auto list_tilt = [&](int give, int shift) {
+    return std::vector<int>{layout.foot(0, give), layout.foot(0, give + 1), layout.foot(0, shift), layout.foot(0, shift + 1)};
+  };
+  RowHalves rows(layout.count(), 900,
+                 {{{"tilt, roll", "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kRollGiveColumn, kRollShiftColumn)},
+                  {{"tilt, pitch", "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kPitchGiveColumn, kPitchShiftColumn)}});
+  std::mt19937 random(37);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double moment[] = {0, 5 * std::sin(0.04 * i)}, give = 0.006;
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      for (const int axis : {0, 1}) {
+        half->begin_row(axis, give * moment[axis] + 2e-4 * normal(random), 0.03);
+        const int to_give = axis == 0 ? kRollGiveColumn : kPitchGiveColumn, shift = axis == 0 ? kRollShiftColumn : kPitchShiftColumn;
+        half->add(axis, layout.foot(0, to_give), moment[axis] + 0.05 * normal(random));
+        half->add(axis, layout.foot(0, to_give + 1), 0.002 * normal(random));
+        half->add(axis, layout.foot(0, shift), 160 + 0.3 * normal(random));
+        half->add(axis, layout.foot(0, shift + 1), moment[axis] + 0.3 * normal(random));
+      }
+    });
+  }
+  return search(rows.merge(), layout.count(), soles);
+}
+
+TEST(LeggedSearch, ASoleThatAHandLeansAboutOneAxisGivesAboutIt) {
+  const LeggedOutcome out = search_leaning_sole();
+  ASSERT_EQ(out.effects.size(), 1u);
+  const FoundEffect& sole = out.effects[0];
+  const auto parameters = make_estimates(sole.effect, sole.x, sole.std);
+  ASSERT_FALSE(parameters.empty());
+  EXPECT_EQ(parameters[0].name, "k_pitch") << "nothing pressed it about x";
+  EXPECT_NEAR(parameters[0].value[0], 1 / 0.006, 4) << "a side force of 1 N per N m, 0.02 m off the face: 2 %";
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
