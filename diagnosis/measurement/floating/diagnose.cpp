@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/air_zeros.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr size_t kFewestRows = 8;  // of an equation, to compare anything
 constexpr double kReach = 1.0;     // [m] the farthest place of a load from its link's origin
 constexpr int kRounds = 3;         // of equations about what was found: each leaves a hundredth of the last one's error
-constexpr double kSettled = 0.01;  // share by which corrections may still change
 
 using Progress = std::function<void(const std::string&)>;
 
@@ -70,7 +70,7 @@ Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit
 
 bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   for (long i = 0; i < a.size(); ++i) {
-    if (std::abs(a(i) - b(i)) > kSettled * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
+    if (std::abs(a(i) - b(i)) > kTrace * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
   }
   return true;
 }

@@ -8,17 +8,17 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
-constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kStand = 2.0;       // [s] on all feet, over which the mean acceleration of a body nearly vanishes
-constexpr double kStill = 0.02;       // of gravity: deviation of the reading of a body that stands still, at most
 constexpr double kPause = 0.15;       // [s] between two rows of one stand, at most
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 
@@ -79,7 +79,7 @@ class ImuChecker {
         std::vector<double> sizes;
         for (size_t k = begin; k < end; ++k) sizes.push_back(get_values(clip.imus[imu].accelerometer, k).norm());
         const auto [mean, spread] = calc_spread(sizes);
-        if (spread > kStill * g) continue;
+        if (spread > kKnown * g) continue;
         auto& [sum, count] = sums[clip.recording];
         sum += mean * static_cast<double>(sizes.size()), count += static_cast<double>(sizes.size());
       }

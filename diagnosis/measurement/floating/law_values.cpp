@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -13,9 +15,6 @@ namespace {
 constexpr double kRigidTilt = 2e-5;
 constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
 constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up to it
-// Share of the give about one axis by which noise may make the give about the other axis negative.
-constexpr double kStiffAxis = 0.5;
-constexpr double kTold = 2;  // deviations that a coefficient must exceed to be told apart from none
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
                     const Eigen::VectorXd& std) {
@@ -30,7 +29,7 @@ Estimate make_stiffness(const char* name, const char* unit, double give, double 
 }
 
 // A give that is not told apart from none has no stiffness to report.
-bool is_told(const Eigen::VectorXd& x, const Eigen::VectorXd& std, long at) { return x(at) > kTold * std(at); }
+bool is_told(const Eigen::VectorXd& x, const Eigen::VectorXd& std, long at) { return x(at) > kAboveNoise * std(at); }
 
 }  // namespace
 
@@ -81,7 +80,7 @@ Estimates make_flat_sole(const Candidate&, const Eigen::VectorXd& x, const Eigen
   out.push_back(make_stiffness("kz", "N/m", z, std(kSinkColumn)));
   // A damping that is not told apart from none is left out.
   const double damping = x(kSinkDampColumn) / (z * z), error = std(kSinkDampColumn) / (z * z);
-  if (damping > kTold * error)
+  if (damping > kAboveNoise * error)
     out.push_back(make_one("cz", "N s/m", damping, std::hypot(error, 2 * damping * std(kSinkColumn) / z)));
   return out;
 }
@@ -122,7 +121,8 @@ bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x, double) {
 bool is_soft_point(const Candidate&, const Eigen::VectorXd& x, double) { return x(0) > kRigidHeight; }
 
 bool is_bend(const Candidate&, const Eigen::VectorXd& x, double) {
-  return x.maxCoeff() > 0 && x.minCoeff() > -kStiffAxis * x.maxCoeff();
+  // Noise may make the give about one axis negative.
+  return x.maxCoeff() > 0 && x.minCoeff() > -kHalf * x.maxCoeff();
 }
 
 bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -15,14 +16,10 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
-constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
-constexpr double kMainPhase = 0.5;   // share of the time of a phase that may tell the weight alone
 constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
-constexpr double kAlike = 0.3;       // by which scales of sensors of one robot differ
 constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr size_t kQuarters = 4;
-constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
 double find_rms(const std::vector<double>& y) {
@@ -136,7 +133,7 @@ class WeightChecker {
     for (int phase : c.phase) ++rows[phase];
     int main = 0;
     for (const auto& [phase, count] : rows) {
-      if (static_cast<double>(count) > kMainPhase * static_cast<double>(c.rows())) main = phase;
+      if (static_cast<double>(count) > kHalf * static_cast<double>(c.rows())) main = phase;
     }
     std::map<int, std::vector<double>> parts;
     for (size_t i = 0; i < c.rows(); ++i) {
@@ -178,7 +175,7 @@ class WeightChecker {
       for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
       double rows = 0;
       for (const auto& [block, sum] : phase.second) rows += sum.second;
-      if (means.size() < kPhaseBlocks || rows < kRarePhase * static_cast<double>(c.rows())) return false;
+      if (means.size() < kPhaseBlocks || rows < kMinority * static_cast<double>(c.rows())) return false;
       const Consensus k = find_consensus(means, least);
       const bool other = k.mean / more < 0.5 || k.mean / more > 2;
       return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
@@ -289,7 +286,7 @@ class WeightChecker {
     double left = 0;
     for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
     left /= std::max(1.0, static_cast<double>(needed.size()));
-    return kRowsOfBlock * left / std::pow(kAlike * common, 2);
+    return kRowsOfBlock * left / std::pow(kMuch * common, 2);
   }
 
   // What scales and zeros leave of the weight that the motion asks for.
