@@ -201,17 +201,15 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  CheckResult checks = check_recordings(e, logs, channels, layout);
   ForceFaults faults;
-  if (!checks.raw_counts) faults = find_force_faults(logs, channels, layout);
+  if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) faults = find_force_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(layout, faults);
+  const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
+  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
+  CheckResult checks = check_recordings(e, logs, channels, layout);
   if (faults.any()) {
-    correct_faults(corrected, layout, &logs);
-    std::vector<ChannelRows> after = make_channels(logs);
-    checks = check_recordings(e, logs, after, layout);
-    checks.units = compare_corrected(logs.even, channels, after);
+    checks.units = compare_corrected(logs.even, as_logged, channels);
     add_fault_findings(logs.even, faults, &checks);
-    channels = std::move(after);
   }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);

@@ -68,7 +68,7 @@ class ImuChecker {
   // add to the mean what is sampled too slowly.
   std::vector<double> list_stands(size_t imu) const {
     const double g = log_.experiment->scenario.gravity_W.norm();
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     std::map<size_t, std::pair<double, double>> sums;  // by recording: sum, count
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
@@ -182,7 +182,7 @@ class ImuChecker {
 
   // An equation's rows by recording, while the robot stands on all feet for some time.
   std::map<int, std::vector<double>> split_stands(const ChannelRows& c) const {
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     std::map<int, std::vector<double>> out;
     for (size_t begin = 0, end = 0; begin < c.rows(); begin = end) {
       const auto follows = [&](size_t i) {

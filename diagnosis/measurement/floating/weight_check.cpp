@@ -36,11 +36,9 @@ class WeightChecker {
   void run() {
     const ChannelRows* c = find_weight_equation(channels_);
     if (!c) return;
-    const double weight = (log_.mass - log_.mass_below) * get_gravity();
-    std::vector<double> ratios;
-    for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
-    const double middle = find_median(ratios);
-    if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
+    const double weight = get_weight();
+    const std::vector<double> ratios = list_ratios(*c);
+    if (is_in_other_unit(ratios)) return find_units(*c);
     const Consensus k = find_consensus(ratios, kKnownWeight);
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
     const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
@@ -54,7 +52,26 @@ class WeightChecker {
     out_.notes.push_back(carry + ": they agree" + odd);
   }
 
+  bool has_raw_counts() const {
+    const ChannelRows* c = find_weight_equation(channels_);
+    return c && is_in_other_unit(list_ratios(*c));
+  }
+
  private:
+  double get_weight() const { return (log_.mass - log_.mass_below) * get_gravity(); }
+
+  // What the feet carry over what the model weighs, by parts of the recordings.
+  std::vector<double> list_ratios(const ChannelRows& c) const {
+    std::vector<double> out;
+    for (const std::vector<double>& y : list_parts(c)) out.push_back(1 + find_median(y) / get_weight());
+    return out;
+  }
+
+  static bool is_in_other_unit(const std::vector<double>& ratios) {
+    const double middle = find_median(ratios);
+    return middle > kUnits || middle < 1 / kUnits;
+  }
+
   double get_gravity() const { return log_.experiment->scenario.gravity_W.norm(); }
 
   static std::map<int, std::vector<double>> split(const ChannelRows& c) {
@@ -95,7 +112,7 @@ class WeightChecker {
   }
 
   std::string name_phase(int phase) const {
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     if (phase == all) return "all feet";
     std::string names;
     for (size_t f = 0; f < log_.feet.size(); ++f) {
@@ -355,6 +372,12 @@ const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
                   const ColumnLayout& layout, CheckResult* out) {
   WeightChecker(log, contacts, channels, layout, out).run();
+}
+
+bool has_raw_counts(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                    const ColumnLayout& layout) {
+  CheckResult none;
+  return WeightChecker(log, contacts, channels, layout, &none).has_raw_counts();
 }
 
 }  // namespace hrp::diagnosis::floating
