@@ -10,7 +10,6 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -270,7 +269,6 @@ class Judge {
     f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
                   get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +
                   " % of what they read beyond the prediction on held-out data.";
-    f.statement += describe_alternatives(make_alternatives(f.alternatives));
     return f;
   }
 
