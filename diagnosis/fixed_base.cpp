@@ -6,6 +6,7 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"
 #include "diagnosis/findings/schema2.h"
@@ -21,7 +22,6 @@ namespace {
 // Times the noise that friction and rotors of every joint leave at a real machine: in a clean world little is left of
 // one effect once it is modelled.
 constexpr double kFar = 5.0;
-constexpr double kNoGain = 0.9;  // share of the nominal held-out error above which a simulation is hardly better
 
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.
 // No real robot has such a joint beside others that are wrong.
@@ -84,7 +84,7 @@ bool improves_motion(const Fit& fit, const std::vector<SignalFit>& windows) {
   double before = 0.0, after = 0.0;
   for (const SignalFit& s : windows) before += std::pow(s.before / s.spread, 2), after += std::pow(s.after / s.spread, 2);
   if (windows.empty()) before = std::pow(fit.validate_before, 2), after = std::pow(fit.validate_after, 2);
-  return !(after > kNoGain * kNoGain * before);
+  return !(after > kNearlyAll * kNearlyAll * before);
 }
 
 // Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model predicts.

@@ -6,6 +6,8 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_deflection.h"
 #include "diagnosis/evidence/link_findings.h"
 #include "diagnosis/evidence/torque_findings.h"
@@ -120,9 +122,8 @@ class Merger {
 
   // Positions and efforts have told for certain what the two encoders see.
   bool is_known(const GearVerdict& gear) const {
-    constexpr double kMost = 0.9;
     return std::any_of(gear.findings.begin(), gear.findings.end(), [&](const Finding& f) {
-      return f.share > kMost && std::any_of(report_["findings"].begin(), report_["findings"].end(), [&](const Json& r) {
+      return f.share > kNearlyAll && std::any_of(report_["findings"].begin(), report_["findings"].end(), [&](const Json& r) {
         return r["effect"] == f.effect && r["where"] == f.where && r.value("grade", "") == "certain";
       });
     });
@@ -176,14 +177,13 @@ class Merger {
 
   // An offset of the joint's encoder of that size would change some effort by more than its noise.
   bool would_show(const GearVerdict& gear) const {
-    constexpr double kShows = 3.0;
     const Plant plant = make_plant(e_, {});
     for (const TorqueRecording& r : motion_.recordings) {
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
       const Eigen::MatrixXd change = r.smooth_torque(calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a)) - r.tau;
       for (long j = 0; j < change.cols(); ++j) {
-        if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) > kShows * e_.joint_noise[static_cast<size_t>(j)][2].sigma) return true;
+        if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) > kUnlikely * e_.joint_noise[static_cast<size_t>(j)][2].sigma) return true;
       }
     }
     return false;

@@ -6,6 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/findings/families.h"
@@ -15,22 +16,17 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeast = 0.03;     // of a scale: friction that follows neither speed nor direction
 constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
-constexpr double kAlone = 0.1;      // left by one zero alone: then it is the cause, unless
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
 constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
-// Largest part of the efforts' variance that the right zeros leave. Zeros that hang an arm down explain efforts that are no
-// torques better than the model's, but not well.
-constexpr double kExplains = 0.3;
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 constexpr double kExact = 1e-4;     // of an effort's squares: an explanation that leaves less needs no zero beside it
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
 double calc_std(const EffortUnit& unit) {
-  return std::max(kLeast * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNinetyFive);
+  return std::max(kBlur * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNinetyFive);
 }
 
 // Share of squares that goes away when efforts are taken in that unit, held out where something is.
@@ -85,7 +81,6 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
 }
 
 Json make_body_finding(const floating::BodyUnit& unit) {
-  constexpr double kKnown = 0.02;  // of the factor: what it is beside its unit is found in converted recordings
   const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
   return {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
@@ -242,11 +237,12 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return {};
   JointZeros found = find_joint_zeros(data);
-  if (found.joints.empty() || found.left > kZerosWorth || found.of_effort > kExplains) return {};
+  // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
+  if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
   const Explanation without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
-  const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kAlone;
+  const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
   // the logged zeros, a zero alone has to do so, too.
   const Explanation by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explanation{};
@@ -265,7 +261,7 @@ void check_gravity(const Experiment& e, int jobs) {
   const FoundGravity found = find_gravity(data);
   const double g = e.scenario.gravity_W.norm(), size = found.g_W.norm() / g;
   const double angle = std::atan2(found.g_W.cross(e.scenario.gravity_W).norm(), found.g_W.dot(e.scenario.gravity_W));
-  if (found.left > kZerosWorth || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
+  if (found.left > kNearlyAll || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
   Experiment turned = e;
   turned.scenario.gravity_W = g * found.g_W.normalized();
   if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;

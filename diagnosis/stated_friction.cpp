@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/data/urdf_text.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/finding.h"
@@ -14,9 +15,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kTooMuch = 0.25;   // of what is stated that is not there
-constexpr double kVisible = 0.03;   // of the spread of the joint's effort
 
 double& get_stated(TreeSpec* tree, int joint, bool dry) {
   JointSpec& spec = tree->joint(joint);
@@ -75,7 +73,7 @@ class Refuter {
     const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
     const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
     out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
-    return -more > std::max(kSignificantInJoint * std, kTooMuch * stated) && size > kVisible * joint.spread;
+    return -more > std::max(kSignificantInJoint * std, kPart * stated) && size > kBlur * joint.spread;
   }
 
   const TorqueDesign& design_;

@@ -11,6 +11,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 case "${1:-}" in -h | --help) print_help; exit 0 ;; esac
 
 "$ROOT/scripts/install_deps.sh" --tests
+# A warning of the compiler fails the tests as well.
+grep -qs "^HRP_WARNINGS_ARE_ERRORS:BOOL=ON" "$BUILD/CMakeCache.txt" || configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_WARNINGS_ARE_ERRORS=ON
 "$ROOT/scripts/build.sh" --tests
 "$ROOT/tests/npm/install.sh"
 "$ROOT/tests/browser/install.sh"

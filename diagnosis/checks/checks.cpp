@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/velocity_log.h"
 
 namespace hrp::diagnosis {
@@ -16,7 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kStill = 0.02;    // [rad] travel below which a joint hardly moved
-constexpr double kJitter = 0.5;    // share of a period
 
 std::string join(const std::vector<std::string>& names) {
   constexpr size_t kMost = 4;  // names; the others are counted
@@ -56,7 +56,7 @@ void remark_samples(const Json& recordings, Json* remarks) {
     if (!r["gaps"].empty())
       remarks->push_back(file + ": " + number(r["lost"].get<double>(), 3) + " s without samples in gaps; the first from " +
                          number(r["gaps"][0][0].get<double>(), 5) + " to " + number(r["gaps"][0][1].get<double>(), 5) + " s");
-    if (r["jitter"].get<double>() > kJitter)
+    if (r["jitter"].get<double>() > kHalf)
       remarks->push_back(file + ": samples come unevenly, by " + number(100.0 * r["jitter"].get<double>(), 2) + " % of their period");
     std::vector<std::string> held;
     for (const Json& h : r["held"]) held.push_back(h["signal"].get<std::string>() + " (" + number(h["rate"].get<double>(), 3) + " Hz)");

@@ -8,6 +8,8 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/effort_units.h"
 
 namespace hrp::diagnosis {
@@ -15,8 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kClear = 0.1, kWeak = 0.3;  // share of the effort's spread
-constexpr double kDeviations = 3.0;          // standard errors at which an effect would be seen
 constexpr double kHigh = 0.95;               // quantile that counts as the largest speed and acceleration
 constexpr double kFewestRows = 50;           // below which nothing is said
 
@@ -105,13 +105,13 @@ Json make_tells(const JointSpec& joint, const Motion& m) {
     if (!applies(i)) continue;
     const double size = std::sqrt(m.G(i, i) / m.n);  // rms of the column
     const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] standard deviation of the effect's torque
-    const double least = size > 0.0 ? kDeviations * std / size : HUGE_VAL;
-    const double share = kDeviations * std / spread;
-    const char* verdict = share < kClear ? "clear" : share < kWeak ? "weak" : "hidden";
+    const double least = size > 0.0 ? kUnlikely * std / size : HUGE_VAL;
+    const double share = kUnlikely * std / spread;
+    const char* verdict = share < kDetail ? "clear" : share < kMuch ? "weak" : "hidden";
     const std::string& unit_of_turning = list_columns()[static_cast<size_t>(i)]->effect->parameters[0].unit;
     Json entry{{"effect", get_name(i)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
                {"unit", get_joint_unit(joint, unit_of_turning)}, {"verdict", verdict}};
-    if (share >= kClear) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
+    if (share >= kDetail) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
     list.push_back(entry);
   }
   return list;

@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/checks/found_terms.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
@@ -16,8 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kFewestRows = 30;  // of one recording, below which it has no value of its own
-constexpr double kApart = 3.0, kDetail = 0.1;  // standard deviations; share of the larger value
-constexpr double kTold = 0.7;  // a value is shown if its standard deviation is below this share of the pooled value
 
 struct Solution {
   Eigen::VectorXd value, std;
@@ -53,7 +52,7 @@ class Fitter {
         const TermValues own_values = calc_values(own[i]->term, s->value.segment(at, columns), s->std.segment(at, columns));
         const double value = own_values.value[0], std = own_values.std[0];
         at += columns;
-        if (!(std < kTold * std::max(std::abs(own[i]->value), std::abs(value)))) continue;
+        if (!(std < kLargely * std::max(std::abs(own[i]->value), std::abs(value)))) continue;
         values[i].emplace_back(value, std);
         const RecordingSpec& spec = e_.recordings[file[0]->index].spec;
         each[i].push_back({{"recording", spec.name.substr(0, spec.name.find(" ("))},
@@ -73,7 +72,7 @@ class Fitter {
   static bool do_differ(const std::vector<std::pair<double, double>>& values) {
     for (const auto& [a, sa] : values) {
       for (const auto& [b, sb] : values) {
-        if (std::abs(a - b) > kApart * std::hypot(sa, sb) && std::abs(a - b) > kDetail * std::max(std::abs(a), std::abs(b))) return true;
+        if (std::abs(a - b) > kUnlikely * std::hypot(sa, sb) && std::abs(a - b) > kDetail * std::max(std::abs(a), std::abs(b))) return true;
       }
     }
     return false;

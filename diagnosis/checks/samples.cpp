@@ -8,13 +8,13 @@
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kHeld = 0.25;       // share of repeated samples of a moving joint, above which a signal is held
 constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
 constexpr size_t kMostGaps = 5;   // in a report, the first ones
 
@@ -38,7 +38,7 @@ Json list_held(const Experiment& e, const Recording& r, double rate) {
     for (int q = 0; q < kQuantities && !position.empty(); ++q) {
       const std::vector<double>& signal = r.joints[j].signal[q];
       const double held = signal.empty() ? 0.0 : find_held_share(signal, position);
-      if (held > kHeld && held < kNever)
+      if (held > kPart && held < kNever)
         list.push_back({{"signal", e.signal_name(static_cast<int>(j), static_cast<Quantity>(q))},
                         {"rate", round_to((1.0 - held) * rate, 3)}});
     }

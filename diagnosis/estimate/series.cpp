@@ -4,13 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+
 namespace hrp::diagnosis {
-namespace {
-
-// Autocorrelation below which samples count as independent.
-constexpr double kUncorrelated = 0.1;
-
-}  // namespace
 
 void Spread::add(double y) {
   if (std::isfinite(y)) sum_ += y, square_ += y * y, n_ += 1.0;
@@ -26,7 +22,7 @@ double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series) {
   double time = 1.0;
   for (long lag = 1; lag < n / 4; ++lag) {
     const double share = series.head(n - lag).dot(series.tail(n - lag)) / zero;
-    if (share < kUncorrelated) break;
+    if (share < kDetail) break;  // samples count as independent from there on
     time += 2.0 * share;
   }
   return time;

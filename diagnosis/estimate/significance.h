@@ -10,6 +10,13 @@ namespace hrp::diagnosis {
 // and details of laws and of smoothing stay below it.
 constexpr double kNoiseLeft = 1.2;
 
+// Times the noise (root mean square), beyond which no detail of laws and no estimate of the noise reaches: something is
+// missing.
+constexpr double kAboveNoise = 2.0;
+
+// Deviations of one question that is asked once, of errors that are known: chance answers it so in one of 370 cases.
+constexpr double kUnlikely = 3.0;
+
 // Deviations of a normal distribution within which 95 % are: half the width of every interval that a report says.
 constexpr double kNinetyFive = 1.96;
 

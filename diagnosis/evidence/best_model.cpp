@@ -6,6 +6,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
@@ -17,9 +18,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of the best cost below which a model must stay that contains what the report does not name, or lacks what it
-// names.
-constexpr double kUnnamed = 0.9;
 constexpr int kWholeIterations = 3, kWindowIterations = 8;
 // Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
 // is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
@@ -125,14 +123,14 @@ class Chooser {
   }
 
  private:
-  // The report does not name the effects of this model, so it must be clearly better (`kUnnamed`) than models of
+  // The report does not name the effects of this model, so it must be clearly better (`kNearlyAll`) than models of
   // friction, rotors and gears. A search finds few effects; drives also have friction and rotors. Therefore the second
   // candidate adds them.
   void consider_searched(const Hypothesis& searched, const Hypothesis& plain) {
-    consider("the model of the search", searched, kUnnamed);
+    consider("the model of the search", searched, kNearlyAll);
     const Hypothesis joined = add_families(searched, plain);
     if (joined.size() == searched.size()) return;
-    consider("the same beside friction and rotors", polish_joints(problem_, joined, &rows_), kUnnamed);
+    consider("the same beside friction and rotors", polish_joints(problem_, joined, &rows_), kNearlyAll);
   }
 
   Hypothesis fit_both(const CalcResiduals& residuals, const Hypothesis& start, int iterations) const {
@@ -176,7 +174,7 @@ class Chooser {
       progress_("    " + std::string(name) + ": hardly possible (" + odd + ")");
       return kNoError;
     }
-    if (!has_families(hypothesis, model_)) share = std::min(share, kUnnamed);
+    if (!has_families(hypothesis, model_)) share = std::min(share, kNearlyAll);
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return kNoError;

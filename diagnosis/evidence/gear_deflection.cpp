@@ -9,6 +9,7 @@
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 
@@ -17,11 +18,9 @@ namespace {
 
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
-constexpr double kNothing = 0.03;    // share of the rms deflection that counts as noise: accelerations are uncertain
 constexpr double kSides = 0.05;      // share of the torque's spread within which the teeth change sides
 constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
 constexpr double kTwoEngines = 3e-3; // share of a value: differences between laws and filters
-constexpr double kLaw = 0.7;         // share of the deflection, beside a zero, that a supported finding must explain
 constexpr long kStretches = 4;
 
 struct Series {
@@ -101,12 +100,11 @@ class Gear {
   }
 
   void find_sides() {
-    constexpr double kOther = 0.05;  // of the samples on the other side
     double positive = 0.0, n = 0.0;
     for (const Series& s : series_) {
       for (double t : s.torque) positive += t > 0.0 ? 1.0 : 0.0, n += 1.0;
     }
-    out_.one_sided = positive < kOther * n || positive > (1.0 - kOther) * n;
+    out_.one_sided = positive < kMinor * n || positive > (1.0 - kMinor) * n;
   }
 
   void find_noise() {
@@ -190,7 +188,7 @@ class Gear {
   void write() {
     const double before = find_held({}, Eigen::VectorXd()), after = find_held(model_, theta_);
     out_.mismatch = before > kNoiseLeft * kNoiseLeft * floor_;
-    out_.to_noise = after < std::max(kNoiseLeft * kNoiseLeft * floor_, kNothing * kNothing * before);
+    out_.to_noise = after < std::max(kNoiseLeft * kNoiseLeft * floor_, kBlur * kBlur * before);
     out_.fit = {column_, unit("rad"), std::sqrt(before), std::sqrt(after), std::sqrt(before)};
     out_.remaining.where = {{"sensor", column_}}, out_.remaining.unit = unit("rad");
     out_.remaining.before = std::sqrt(before), out_.remaining.after = std::sqrt(after);
@@ -202,7 +200,7 @@ class Gear {
     const Columns zero{kZero};
     const double shifted = find_held(zero, solve(total_, zero));  // what remains for elasticity and play
     const double law = shifted > floor_ ? 1.0 - std::max(0.0, after - floor_) / shifted : 0.0;
-    const Grade grade = law > kLaw ? Grade::kSupported : Grade::kAmbiguous;
+    const Grade grade = law > kLargely ? Grade::kSupported : Grade::kAmbiguous;
     if (is_sure(kPlay)) add_play(grade, share);
     else if (is_sure(kTorque)) add_give(grade, share);
   }

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/nearby.h"
 
 namespace hrp::diagnosis {
@@ -10,7 +12,6 @@ namespace {
 
 constexpr int kIterations = 10;
 constexpr int kRounds = 4;
-constexpr double kTolerance = 1e-3, kSettled = 0.01;
 constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
 constexpr double kFinest = 1.5;  // finest factor of the scan over pre-sliding displacements
 
@@ -56,7 +57,7 @@ JointAlone::JointAlone(const JointPaths& paths, int joint) : problem(paths.view(
 FitResult JointAlone::fit(const Hypothesis& start, int iterations, const std::vector<int>& recordings) const {
   FitOptions options;
   options.max_iterations = iterations;
-  options.tolerance = kTolerance;
+  options.tolerance = kAgreement;
   return diagnosis::fit(residuals, 1, start, recordings, options);
 }
 
@@ -66,7 +67,7 @@ Hypothesis JointAlone::fit_to_the_end(const Hypothesis& start) const {
   for (int round = 0; round < kRounds; ++round) {
     const FitResult again = fit(try_nearby(problem, best.hypothesis, kFinest), kIterations);
     if (!again.ok || again.train.chi2 >= best.train.chi2) break;
-    const bool settled = again.train.chi2 > (1.0 - kSettled) * best.train.chi2;
+    const bool settled = again.train.chi2 > (1.0 - kTrace) * best.train.chi2;
     best = again;
     if (settled) break;
   }

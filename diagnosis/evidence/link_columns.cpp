@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kAngleStep = 1e-4;  // [rad] step of the central differences over a position or the base's attitude
 
 // A sensor that is turned by the rotation vector phi reads exp(-phi x) x = x + a (x x phi) - b phi x (x x phi), with a
 // = sin|phi| / |phi| and b = (1 - cos|phi|) / |phi|^2. The column is linear in phi: a, b and the first phi of the last

@@ -6,18 +6,14 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNothing = 0.01;   // share of a reading's spread: smaller residuals are not named
-constexpr double kUncertain = 0.03; // share of a reading's spread: uncertain accelerations and filter errors
-constexpr double kMatters = 0.1;    // share of a reading's mismatch that a term must remove from at least one reading
-constexpr double kLaw = 0.7;  // share of the mismatch that the whole model must remove from the readings of a term
 constexpr double kTwoEngines = 4e-3;  // share of a value: systematic difference of laws and filters
 constexpr size_t kMostRivals = 5;
 
@@ -129,7 +125,7 @@ class Judge {
     return moved;
   }
 
-  bool is_off(size_t g, double square, double share = kNothing) const {
+  bool is_off(size_t g, double square, double share = kTrace) const {
     const LinkGroup& group = design_->groups[g];
     return square > kNoiseLeft * kNoiseLeft * group.floor && square > std::pow(share * group.spread, 2);
   }
@@ -141,8 +137,8 @@ class Judge {
       const LinkGroup& group = design_->groups[g];
       const double count = group.reading.size, floor = std::max(group.floor, 1e-300);
       before += count * before_[g] / floor, after += count * out_.fit.held[g] / floor, n += count;
-      if (is_off(g, out_.fit.held[g], kUncertain)) out_.to_noise = false;
-      if (!is_off(g, before_[g], kUncertain)) continue;
+      if (is_off(g, out_.fit.held[g], kBlur)) out_.to_noise = false;
+      if (!is_off(g, before_[g], kBlur)) continue;
       out_.mismatch = true;
       Mismatch m;
       m.signal = group.reading.name, m.recording = find_held_name();
@@ -224,13 +220,13 @@ class Judge {
     for (size_t k = 0; k < design_->groups.size(); ++k) {
       const double floor = design_->groups[k].floor;
       const double gone = others.held[k] - out_.fit.held[k], missing = std::max(0.0, nominal_.held[k] - floor);
-      if (gone > kMatters * missing && is_off(k, others.held[k])) {
+      if (gone > kDetail * missing && is_off(k, others.held[k])) {
         matters = true;
         before += missing / floor, after += std::max(0.0, out_.fit.held[k] - floor) / floor;
       }
     }
     g->helps = g->helps && matters;
-    g->whole = before > 0.0 && after < (1.0 - kLaw) * before;
+    g->whole = before > 0.0 && after < kMuch * before;
   }
 
   void find_rivals(size_t i, Graded* g) const {
@@ -273,7 +269,6 @@ class Judge {
     f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
                   get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +
                   " % of what they read beyond the prediction on held-out data.";
-    f.statement += describe_alternatives(make_alternatives(f.alternatives));
     return f;
   }
 
@@ -303,7 +298,7 @@ class Judge {
       r.before = std::sqrt(before_[g]), r.after = std::sqrt(out_.fit.held[g]);
       r.statement = group.reading.name + ": of " + number(r.before, 3) + " " + r.unit + " beyond the prediction (root mean square" +
                     (axes > 1.0 ? " of its axes), " : "), ") + number(r.after, 3) + " " + r.unit + " remain" +
-                    (is_off(g, out_.fit.held[g], kUncertain) ? "." : ", which is noise or what fast motions leave uncertain.");
+                    (is_off(g, out_.fit.held[g], kBlur) ? "." : ", which is noise or what fast motions leave uncertain.");
       out_.evidence.fit.signals.push_back({group.reading.name, r.unit, r.before, r.after, group.spread});
       out_.evidence.remaining.push_back(r);
       if (!is_off(g, before_[g])) continue;
@@ -340,14 +335,13 @@ double sum_over(const std::vector<double>& square, const std::vector<double>& of
 
 LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
                         const std::vector<Effect>& known) {
-  constexpr double kNotWorse = 1.02;
   Judge nominal(e, motion, sensors, {});
   if (known.empty() || sensors.sensors.empty()) return nominal.run();
   Judge with(e, motion, sensors, known);
   const std::vector<double> before = nominal.calc_nominal(), after = with.calc_nominal();
   // Mean ratio of the squares with and without the known effects. True effects do not increase it, so an increase
   // contradicts them.
-  if (sum_over(after, before) > kNotWorse * static_cast<double>(before.size())) return nominal.run();
+  if (sum_over(after, before) > (1.0 + kKnown) * static_cast<double>(before.size())) return nominal.run();
   LinkVerdict out = with.run(before);
   out.agrees = true;
   return out;

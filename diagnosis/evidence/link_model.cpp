@@ -17,7 +17,6 @@ namespace {
 
 constexpr long kStretches = 4;          // per recording, for cross-validation
 constexpr double kMostSamples = 8000;   // samples of all recordings together
-constexpr double kExactShare = 1e-3;    // share of a reading's spread: difference between two engines
 constexpr size_t kMostTerms = 8;
 
 Columns list_columns(const LinkDesign& design, const LinkTerms& model) {
@@ -261,7 +260,7 @@ class DesignMaker {
     }
     group.spread = std::sqrt(square / std::max(1.0, n));
     const double passed = std::min(1.0, 2.0 * data_.cutoff * used_[0].step);
-    group.floor = std::max({noise * passed, std::pow(kExactShare * group.spread, 2), 1e-300});
+    group.floor = std::max({noise * passed, std::pow(kAgreement * group.spread, 2), 1e-300});
     group.effective = std::max(1.0, count_train(group) / find_correlation(group));
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/link_columns.h"
 
 namespace hrp::diagnosis {
@@ -12,7 +13,6 @@ namespace {
 constexpr double kLongest = 0.2;    // [s] largest delay of a sensor
 constexpr double kMostAngle = 1.0;  // [rad] largest encoder zero or sensor rotation
 constexpr double kNear = 1e-3;      // [m], [rad] smaller moves of the linearisation point do not matter
-constexpr double kNearShare = 0.02; // the same for a delay, as a share of it
 
 const char* const kPostures = "many postures of the links beyond the sensor, held still";
 
@@ -99,7 +99,7 @@ LinkTermRow make_delay(PlaceKind place, void (LinkColumns::*fill)(const LinkTerm
   row.low = 0.0, row.high = kLongest;
   row.motion = "short, fast reversals";
   row.move = [](const Eigen::VectorXd& p, Vector3d* near) {
-    const bool moved = std::abs(near->x() - p[0]) > kNearShare * p[0];
+    const bool moved = std::abs(near->x() - p[0]) > kKnown * p[0];
     near->x() = p[0];
     return moved;
   };

@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/polish.h"
@@ -19,17 +20,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kQuiet = 2.0;  // times the noise: below it, the rigid gear is good enough
-// Squared residual relative to the rigid gear, in training and held-out recordings. Below kLoose the loose gear is used
-// for prediction, below kNamed it is also reported. Friction that varies with position or warms up leaves as much as a
-// little elasticity, and a spring and damper fit up to a third of it.
-constexpr double kLoose = 0.7, kNamed = 0.5;
-constexpr double kEach = 0.95;        // the same ratio for each single recording
-constexpr double kAlike = 1.1;        // ratio of squared residuals of two transmissions that fit alike
 constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
-constexpr int kIterations = 6, kTryIterations = 3, kWholeIterations = 2;
-constexpr size_t kStarts = 3;         // start values to fit, for laws with many local minima
-constexpr double kTwoEngines = 0.02;  // share of a value: difference between the gap laws of two engines
+constexpr int kIterations = 6, kWholeIterations = 2;
 
 // A joint's effects and their chi-square in the training recordings.
 struct Fitted {
@@ -64,7 +56,7 @@ class Gear {
  private:
   bool is_quiet(const Hypothesis& h) const {
     const Score score = alone_.score(h, alone_.problem.validate);
-    return !score.ok || score.rms() < kQuiet;
+    return !score.ok || score.rms() < kAboveNoise;
   }
 
   Fitted judge(const Hypothesis& h) const {
@@ -78,7 +70,7 @@ class Gear {
   Fitted loosen(const Effect& law) const {
     Hypothesis best;
     double least = 1e300;
-    const size_t count = list_infos(law.id)[0].walked ? kStarts : 1;
+    const size_t count = list_infos(law.id)[0].walked ? kGapStarts : 1;
     for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_options(law, false), count)) {
       Hypothesis start = own_.effects;
       start[at_] = option;
@@ -98,7 +90,7 @@ class Gear {
   size_t find_simplest(const std::vector<Fitted>& loose) const {
     size_t best = 0;
     for (size_t i = 1; i < loose.size(); ++i) {
-      if (loose[i].cost < kAlike * loose[0].cost && get_law(loose[i]).p.size() < get_law(loose[best]).p.size()) best = i;
+      if (loose[i].cost < (1.0 + kDetail) * loose[0].cost && get_law(loose[i]).p.size() < get_law(loose[best]).p.size()) best = i;
     }
     return best;
   }
@@ -116,7 +108,8 @@ class Gear {
     std::vector<int> recordings = p.train;
     recordings.insert(recordings.end(), p.validate.begin(), p.validate.end());
     return std::all_of(recordings.begin(), recordings.end(), [&](int r) {
-      return alone_.score(loose, {r}).chi2 < kEach * alone_.score(own_.effects, {r}).chi2;
+      // Each single recording has to gain, too.
+      return alone_.score(loose, {r}).chi2 < (1.0 - kMinor) * alone_.score(own_.effects, {r}).chi2;
     });
   }
 
@@ -136,7 +129,8 @@ class Gear {
     for (size_t i = 0; i < spreads.size(); ++i) {
       const double value = std::abs(loose[at_].p[i]);
       const double error = n < 2 ? value : find_widening(n) * spreads[i].get() / std::sqrt(static_cast<double>(n - 1));
-      std.push_back(std::hypot(error, kTwoEngines * value));
+      // Gap laws of two engines differ as well.
+      std.push_back(std::hypot(error, kKnown * value));
     }
     return std;
   }
@@ -144,16 +138,19 @@ class Gear {
   // Empty if the recordings do not confirm the loose gear.
   std::optional<LooseGear> describe(const std::vector<Fitted>& loose, size_t best) const {
     const Fitted& chosen = loose[best];
-    if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLoose * own_.cost) return std::nullopt;
+    // Of the squared residual of the rigid gear, in training and held-out recordings: below kLargely the loose gear is used
+    // for prediction, below kHalf it is also reported. Friction that varies with position or warms up leaves as much as a
+    // little elasticity, and a spring and damper fit up to a third of it.
+    if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLargely * own_.cost) return std::nullopt;
     const double rigid = get_held(own_.effects), held = get_held(chosen.effects);
-    if (held > kLoose * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
+    if (held > kLargely * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
     gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
-    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / own_.cost) < kNamed;
+    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / own_.cost) < kHalf;
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
-      if (i != best && !contains_it && loose[i].cost < kAlike * chosen.cost) gear.rival = get_law(loose[i]);
+      if (i != best && !contains_it && loose[i].cost < (1.0 + kDetail) * chosen.cost) gear.rival = get_law(loose[i]);
     }
     return gear;
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -12,9 +14,6 @@ namespace {
 
 constexpr double kStill = 0.02;  // [rad/s] slower samples have no certain direction of friction
 
-constexpr double kMostHeld = 0.8;  // share of the load; a gear that holds more would hardly be driven backwards
-// Share of the fastest speed. Slower samples still show static friction, which the gear loss would absorb.
-constexpr double kSlowShare = 0.05;
 
 // Normal equations of one joint. Columns: velocity, sign of velocity, acceleration, load that drives the joint.
 struct Normal {
@@ -58,7 +57,8 @@ std::vector<double> find_still(const Problem& problem, bool with_gears) {
   std::vector<double> still(static_cast<size_t>(problem.experiment->num_joints()), kStill);
   for (int r : problem.train) {
     for (size_t j = 0; with_gears && j < still.size(); ++j) {
-      for (double v : problem.smooth[static_cast<size_t>(r)].joints[j].qd) still[j] = std::max(still[j], kSlowShare * std::abs(v));
+      // Slower samples still show static friction, which the gear loss would absorb.
+      for (double v : problem.smooth[static_cast<size_t>(r)].joints[j].qd) still[j] = std::max(still[j], kMinor * std::abs(v));
     }
   }
   return still;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/simulation/windows.h"
@@ -11,10 +13,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kTolerance = 1e-3;
-constexpr double kWorth = 0.03;     // share of a joint's squared residual that an additional law must remove
 constexpr int kMostAdded = 3;       // additional laws at one joint
-constexpr int kTryIterations = 3;
 constexpr double kQuiet = 1.2;      // times the noise (squares): below it, a joint gets no additional laws
 constexpr double kInstant = 0.003;  // [s] start value of lags and delays
 constexpr double kShareOfFastest[] = {0.05, 0.2};  // share of the fastest speed: start values of the Stribeck velocity
@@ -66,7 +65,7 @@ Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   if (!before.ok || least < kQuiet * before.count) return own;
   for (int round = 0; round < kMostAdded; ++round) {
     Hypothesis best;
-    double limit = (1.0 - kWorth) * least;
+    double limit = (1.0 - kBlur) * least;
     for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven)) {
       const FitResult tried = alone.fit(h, kTryIterations);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
@@ -123,7 +122,7 @@ Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const C
   if (parameters * samples * std::pow(problem.experiment->num_joints(), 2) > kMostWhole) return model;
   FitOptions options;
   options.max_iterations = iterations;
-  options.tolerance = kTolerance;
+  options.tolerance = kAgreement;
   const FitResult result = fit(residuals, problem.jobs, model, problem.train, options);
   return result.ok ? split_asymmetry(result.hypothesis) : model;
 }

@@ -8,6 +8,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -18,7 +19,6 @@ constexpr int kFewestFolds = 6, kMostFolds = 16;
 constexpr long kFewestSamples = 20;  // least number of training samples of a joint
 constexpr double kOutlier = 10.0;  // times the median absolute residual: 6.7 standard deviations if normal
 constexpr int kOutlierPasses = 3;
-constexpr double kMostOutliers = 0.1;  // share of a recording
 constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
 
 // By recording and kept sample: index of the fold; -1 in held-out recordings.
@@ -130,7 +130,7 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
     const auto is_used = [](double x) { return std::isfinite(x); };
     const double share = static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_far)) /
                          std::max(1.0, static_cast<double>(std::count_if(left[r].begin(), left[r].end(), is_used)));
-    for (size_t k = 0; k < left[r].size() && share < kMostOutliers; ++k) {
+    for (size_t k = 0; k < left[r].size() && share < kDetail; ++k) {
       if (!(std::abs(left[r][k]) > limit)) continue;
       data->recordings[r].use(static_cast<long>(k), joint.joint) = false;
       any = true;

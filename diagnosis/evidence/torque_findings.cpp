@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/free_model.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_gears.h"
@@ -21,17 +22,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of a joint's effort [1]. A smaller missing torque gets no analysis of what it depends on.
-constexpr double kNothing = 0.02;
-
-// A joint is exact if less than kSmall of its effort is missing and any model predicts less than kFollows of that. From
-// fewer than kToLearn independent samples no model learns, so that nothing is predicted proves nothing.
-constexpr double kSmall = 0.1, kFollows = 0.2, kToLearn = 10.0;
-// A supported law must explain this share of what a model without physics predicts.
-constexpr double kLaw = 0.7;
-// Ratio of held-out mean squares of a delay and of friction with rotors. Below it (half in rms) the delay is
-// distinguished.
-constexpr double kTells = 0.25;
+// From fewer independent samples no model learns, so that nothing is predicted proves nothing.
+constexpr double kToLearn = 10.0;
 constexpr int kSeveral = 3;  // least number of joints; with fewer, it may be the single effect of a clean world
 constexpr int kFew = 3;      // most drive effects in a set of a few effects
 
@@ -80,7 +72,7 @@ class Judge {
     Choice drives = choose_torque_model(design_, jobs, Timing::kAsRecorded);
     drop_misleading_terms(jobs, Timing::kAsRecorded, &design_, &drives);
     const TorqueFit friction_and_rotors = fit_torque(design_, drop_timing(drives.model));
-    const bool told = calc_held_left(design_, choice_.fit) < kTells * calc_held_left(design_, friction_and_rotors);
+    const bool told = calc_held_left(design_, choice_.fit) < kPart * calc_held_left(design_, friction_and_rotors);
     if (told && (delay == graded_.end() || delay->grade == Grade::kSupported)) return;
     choice_ = drives;
     choice_.fit = fit_torque(design_, choice_.model);
@@ -182,10 +174,9 @@ class Judge {
   // Differences between an effort log and the servo's law. Faults below 5 % of the residual correct the model but are
   // not reported.
   void add_log(int joint, TorqueVerdict* out) const {
-    constexpr double kLeastNamed = 0.05;  // share of the residual of the servo's law
     const ServoReading& log = design_.data->servo[static_cast<size_t>(joint)];
     for (Finding& f : make_log_findings(e_, joint, log)) {
-      if (f.share > kLeastNamed) out->evidence.findings.push_back(std::move(f));
+      if (f.share > kMinor) out->evidence.findings.push_back(std::move(f));
     }
     const Place reading = at_sensor(joint, Reading::kEffort);
     if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, reading, {log.scale}});
@@ -308,7 +299,8 @@ class Judge {
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
       r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
       r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(choice_.fit.held[i]);
-      if (r.after > kNothing * joint.spread && !held.empty()) {
+      // A smaller missing torque gets no analysis of what it depends on.
+      if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;
         r.statement = make_remaining_words(e_, joint.joint, r, relation.words);
@@ -320,8 +312,10 @@ class Judge {
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
       const double free = find_free_share(learn, test);
       reachable += r.before * r.before * scale * std::max(own, free);
-      if (own < kLaw * free) doubt_law(r.where, out);
-      if (r.before < kSmall * joint.spread && std::max(own, free) < kFollows && joint.effective >= kToLearn) ++out->exact;
+      // A supported law must explain this share of what a model without physics predicts.
+      if (own < kLargely * free) doubt_law(r.where, out);
+      // Little of its effort is missing, and little of that any model predicts.
+      if (r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "diagnosis/estimate/shapley.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/evidence/torque_rivals.h"
@@ -14,17 +15,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSupportedShare = 0.05;  // of its place's mismatch, for a supported finding
-constexpr double kProbable = 0.9;         // probability of the family over all subsets
-constexpr double kDeviations = 3.0;       // standard deviations between its value and zero
-constexpr double kAgree = 0.85;           // share of the stretches that must give the same sign
 constexpr double kOverwhelming = 20.0;    // [nats] with this gain, a term is named even if its share is small
-constexpr double kMuch = 0.3;             // of its place's mismatch
-constexpr double kLeastShare = 0.001;     // least share for a term with an overwhelming gain
-constexpr double kExpected = 6.0;  // [nats] the same for terms that every drive has: viscous and dry friction, rotor
-// cap, in standard deviations, for terms of the whole robot: parts of one joint say little
-constexpr double kUnequal = 3.0;
-constexpr double kHarms = 1.05;           // ratio of a held-out recording's mean squares; a smaller increase is chance
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own data, in average stretches
 
 bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
@@ -168,7 +159,8 @@ class Grader {
       g.width = g.std;
       for (long c = 0; c < g.width.size(); ++c) {
         if (!(g.std[c] > 0.0)) continue;  // parameters that are not determined have std 0
-        const double most = g.term.whole() ? kUnequal * g.std[c] : std::numeric_limits<double>::infinity();
+        // Not further for terms of the whole robot: parts of one joint say little.
+        const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
       }
     }
@@ -294,17 +286,16 @@ class Grader {
     const std::vector<double>& with = fit_.each_held[find_judge(g)];
     const std::vector<double>& without = alone.each_held[find_judge(g)];
     for (size_t r = 0; r < with.size(); ++r) {
-      if (with[r] > kHarms * without[r]) return true;
+      if (with[r] > (1.0 + kMinor) * without[r]) return true;
     }
     return false;
   }
 
   // True if the rms of a joint's term exceeds 2 % of the effort's spread.
   bool is_visible(const GradedTerm& g) const {
-    constexpr double kVisible = 0.02;
     const JointDesign& joint = design_.joints[find_judge(g)];
     const long c = list_columns(joint, choice_.model.own[static_cast<size_t>(g.place.joint)][g.place.at])[0];
-    return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) > kVisible * joint.spread;
+    return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) > kKnown * joint.spread;
   }
 
   // False for deviations of gains and zeros that every real drive or encoder has.
@@ -327,11 +318,12 @@ class Grader {
     const Eigen::VectorXd value = g->parameters.head(counted);
     const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
     const double size = value.norm();
-    const bool told = size > kDeviations * over(g->std), clear = told && size > kNinetyFive * over(g->width);
+    const bool told = size > kUnlikely * over(g->std), clear = told && size > kNinetyFive * over(g->width);
     // A small share needs confirmation by held-out recordings, except for terms that every drive has.
-    const double enough = g->term.row->usual ? kExpected : kOverwhelming;
-    const bool overwhelming = g->gain > enough && g->share > kLeastShare && (design_.has_held || g->term.row->usual);
-    const bool matters = (g->share >= kSupportedShare || overwhelming) && is_material(*g);
+    // Every drive has viscous and dry friction and a rotor.
+    const double enough = g->term.row->usual ? kWholeGain : kOverwhelming;
+    const bool overwhelming = g->gain > enough && g->share > kAgreement && (design_.has_held || g->term.row->usual);
+    const bool matters = (g->share >= kMinor || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, though not on held-out data, are listed as ambiguous.
     const bool usual = g->term.row->usual && told && g->gain > kOdds && is_visible(*g);
@@ -345,8 +337,8 @@ class Grader {
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, and remove more than details of friction do.
-    const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kSupportedShare);
-    const bool sure = confirmed && g->probability >= kProbable && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
+    const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kMinor);
+    const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }

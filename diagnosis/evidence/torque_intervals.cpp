@@ -5,14 +5,13 @@
 #include <cmath>
 
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_samples.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kGainDeviation = 0.02;  // relative standard deviation of a torque constant
-constexpr double kUneven = 0.1;          // relative deviation of dry friction over a turn
 constexpr double kInstant = 0.5;         // [samples] uncertain offset between effort and position
 constexpr double kFewest = 3.0;          // independent samples that a part needs
 constexpr size_t kParts = 4;             // parts by each quantity except recordings
@@ -75,7 +74,7 @@ Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
 // Squared change of the parameters if the effort has a wrong factor (2 %) or is late by `instant` [s].
 Eigen::VectorXd calc_considered(const TorqueSamples& all, double instant) {
   Eigen::MatrixXd moved(all.x.rows(), 2);
-  moved << kGainDeviation * all.effort, instant * all.effort_rate;
+  moved << kKnown * all.effort, instant * all.effort_rate;
   return (invert_gram(all.x) * (all.x.transpose() * moved)).rowwise().squaredNorm();
 }
 
@@ -90,7 +89,8 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
   const double unseen = std::max(0.0, 1.0 - travel / (2.0 * M_PI));
   long at = 0;
   for (size_t term : own) {
-    if (joint.terms[term].row->is_dry()) out[at] = unseen * std::pow(kUneven * theta[at], 2);
+    // Dry friction varies by as much over a turn.
+    if (joint.terms[term].row->is_dry()) out[at] = unseen * std::pow(kDetail * theta[at], 2);
     at += joint.terms[term].columns();
   }
   return out;

@@ -4,26 +4,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr int kMostRows = 3;        // most barred rows of a joint
-constexpr double kMisleads = 0.95;  // ratio of held-out mean squares; a smaller improvement is chance
 
 struct Suspect {
   const TermRow* row = nullptr;  // null: no term misleads
   double held = 0.0;             // [(N m)^2] held-out mean square without it
 };
 
-// Share of a joint's effort that smoothing leaves even with a perfect model. Below it, no term misleads.
-constexpr double kExact = 0.01;
-
 // The joint's term whose removal improves the held-out prediction most, with all other terms fitted again.
 Suspect find_misleading(const TorqueDesign& design, const Choice& choice, size_t i) {
-  Suspect worst{nullptr, kMisleads * choice.fit.held[i]};
-  if (worst.held < std::pow(kExact * design.joints[i].spread, 2)) return worst;
+  Suspect worst{nullptr, (1.0 - kMinor) * choice.fit.held[i]};
+  // Smoothing leaves as much even with a perfect model: below it, no term misleads.
+  if (worst.held < std::pow(kTrace * design.joints[i].spread, 2)) return worst;
   for (size_t t = 0; t < choice.model.own[i].size(); ++t) {
     TorqueModel rest = choice.model;
     rest.own[i].erase(rest.own[i].begin() + static_cast<long>(t));
@@ -51,7 +49,7 @@ bool allow_again(const Choice& before, const Choice& after, const std::vector<si
   bool any = false;
   for (size_t i = 0; i < barred.size(); ++i) {
     std::vector<const TermRow*>& own = design->joints[i].barred;
-    if (own.size() == barred[i] || after.fit.held[i] < kMisleads * before.fit.held[i]) continue;
+    if (own.size() == barred[i] || after.fit.held[i] < (1.0 - kMinor) * before.fit.held[i]) continue;
     own.pop_back(), any = true;
   }
   return any;

@@ -52,7 +52,7 @@ double calc_gain_cost(const JointDesign& joint, const std::vector<size_t>& terms
 // Terms that every drive has (friction, rotor), by joint of the design.
 std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
 
-constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole robot: likelihood ratio 400
+constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole robot, or one that every drive has: odds of 400
 
 // Smallest mean square as a share of the squared effort spread: errors of filters and rounding.
 constexpr double kFloor = 1e-6;

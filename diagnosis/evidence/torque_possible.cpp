@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_subsets.h"
 #include "diagnosis/search/problem.h"
@@ -12,9 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPossible = 0.2;    // least probability of a family: odds of one to four
-constexpr double kMostSame = 0.85;   // share of the stretches that must give the same sign, as for any finding
-constexpr double kLeast = 0.05;      // share of its joint's held-out mismatch, as for any finding
 
 struct Candidate {
   Choice choice;  // with the term
@@ -58,7 +56,7 @@ class Lister {
         probability += own;
         if (own > most) most = own, likeliest = t;
       }
-      if (probability >= kPossible) add_own(i, likeliest, probability);
+      if (probability >= kMinority) add_own(i, likeliest, probability);
     }
   }
 
@@ -82,7 +80,7 @@ bool is_worth_listing(const GradedTerm& g) {
   const auto over = [&](const Eigen::VectorXd& std) { return (g.parameters.array() != 0.0).select(std, 0.0).norm(); };
   // parts of the recordings agree about the sign
   const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);
-  return told && g.helps_held && g.share > kLeast && g.agreement >= kMostSame &&
+  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree &&
          size >= g.term.row->material && !g.term.row->excess && g.term.row->allows(g.parameters);
 }
 

@@ -4,15 +4,13 @@
 #include <algorithm>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Least share of the ceiling for `mostly_explained`. The rest counts as detail.
-constexpr double kMostly = 0.8;
 
 Json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;

@@ -68,15 +68,6 @@ void upgrade_finding(double share, bool may_be_certain, Json* finding) {
 
 }  // namespace
 
-std::string describe_alternatives(const Json& alternatives) {
-  std::string text;
-  for (const Json& a : alternatives) {
-    text += (text.empty() ? " These recordings cannot tell it from " : ", ") + a["effect"].get<std::string>();
-    for (const auto& item : a["where"].items()) text += " at " + item.value().get<std::string>();
-  }
-  return text.empty() ? text : text + ".";
-}
-
 void make_ambiguous(Json* finding) {
   const std::string after = get_grade_name(Grade::kAmbiguous);
   std::string text = finding->value("statement", "");

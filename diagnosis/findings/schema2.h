@@ -14,9 +14,6 @@ void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
-// " These recordings cannot tell it from mass_error at arm, com_error at arm."; "" without any.
-std::string describe_alternatives(const nlohmann::ordered_json& alternatives);
-
 // For simulations without held-out recordings: makes findings ambiguous that the missing torque does not support at the
 // same place, and adds its alternatives.
 void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_json* report);

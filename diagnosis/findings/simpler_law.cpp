@@ -34,7 +34,7 @@ constexpr const char* kHardening = "hardening_angle";
 
 // 1 / angle^2 has the standard deviation 2 std / angle^3. It is below two of these if angle < 4 std.
 bool is_untold_hardening(const Json& finding) {
-  if (!is_effect(finding["effect"], EffectId::kFootHardening) || !is_number(finding["parameters"], kHardening)) return false;
+  if (!is_number(finding["parameters"], kHardening)) return false;
   const Json& angle = finding["parameters"][kHardening];
   const double std = (angle["ci95"][1].get<double>() - angle["ci95"][0].get<double>()) / (2 * kNinetyFive);
   return angle["value"].get<double>() < 4 * std;

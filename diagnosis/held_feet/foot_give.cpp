@@ -6,16 +6,15 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis::held_feet {
 namespace {
 
-constexpr double kLoaded = 0.3;      // of the median force, above which a foot counts as on the ground
 constexpr double kBlock = 0.1;       // [s] longer than what is left of a height stays alike
 constexpr double kZero = 0.02;       // [rad or m] standard deviation of an encoder's zero
 constexpr double kOutlier = 4.0;     // robust standard deviations: spikes of a distance sensor, a foot in the air
-constexpr double kLeastShare = 0.2;  // of the height's variance that the force must explain
 constexpr int kParts = 4;            // of each recording, compared with the whole
 
 // Samples of a loaded foot. Columns of x: 1 for each recording, -F_z, dz/dq of every joint.
@@ -45,7 +44,7 @@ void add_recording(const Experiment& e, const LoadedFoot& foot, const Recording&
     const Vector3d F(force[0][k], force[1][k], force[2][k]);
     z.push_back(X_WF.p.z()), fz.push_back(foot.world ? F.z() : (X_WF.R * F).z()), slopes.push_back(J.row(5));
   }
-  const double loaded = kLoaded * find_median(fz);
+  const double loaded = kMuch * find_median(fz);
   for (size_t k = 0; k < z.size(); ++k) {
     if (!(fz[k] > loaded) || loaded <= 0.0) continue;
     Eigen::VectorXd x = Eigen::VectorXd::Zero(out->recordings + 1 + out->joints);
@@ -147,7 +146,7 @@ std::vector<FootGive> find_foot_gives(const Experiment& e, const std::vector<Loa
     Eigen::VectorXd lever = Eigen::VectorXd::Zero(h.joints);
     for (const Eigen::VectorXd& x : h.x) lever += x.tail(h.joints).cwiseAbs2() / static_cast<double>(h.x.size());
     for (double square : lever) give.lever.push_back(std::sqrt(square));
-    const bool explains = std::pow(give.after / std::max(1e-12, give.before), 2) < 1.0 - kLeastShare;
+    const bool explains = std::pow(give.after / std::max(1e-12, give.before), 2) < kMostly;
     if (slope.value > kSignificantInRobot * slope.std && explains) found.push_back(give);
   }
   return found;

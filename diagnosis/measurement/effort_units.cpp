@@ -7,6 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 
@@ -14,10 +15,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
-constexpr double kSame = 0.1;     // |ln| within which scales of joints are equal; loads differ by more
-constexpr double kAlike = 0.3;    // |ln| within which neighbours' scales are used for an undetermined joint
-constexpr double kWide = 0.3;     // ln(high / low) from which neighbours' scales, if they agree, say more than the joint
-constexpr double kTells = 0.3;    // share of tau's spread that must remain beside friction and rotor
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = 50;      // samples
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
@@ -64,15 +61,14 @@ double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).s
 // friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
 // joint turns the torque itself.
 bool is_turned(const JointRows& rows, double scale) {
-  constexpr double kNear = 1.3;     // factor: masses of a model are not further off
-  constexpr double kVisible = 0.3;  // share of the effort's spread: wrong masses look like less friction than that
   Eigen::MatrixXd X(rows.tau.size(), kNuisance + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
   const auto v = rows.nuisance.col(0);
   const Eigen::VectorXd friction = theta[0] * v + theta[1] * rows.nuisance.col(1);
-  if (friction.squaredNorm() / static_cast<double>(friction.size()) > kVisible * kVisible * calc_variance(rows.effort)) return friction.dot(v) < 0.0;
-  return std::abs(std::log(-scale)) < std::log(kNear);
+  // Wrong masses look like less friction than that.
+  if (friction.squaredNorm() / static_cast<double>(friction.size()) > kMuch * kMuch * calc_variance(rows.effort)) return friction.dot(v) < 0.0;
+  return std::abs(std::log(-scale)) < std::log(1.0 + kMuch);  // masses of a model are not further off
 }
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
@@ -81,7 +77,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   if (rows.tau.size() < kFewest) return std::nullopt;
   const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
-  const bool told = tt > kTells * kTells * calc_variance(rows.tau) * static_cast<double>(tau.size());
+  const bool told = tt > kMuch * kMuch * calc_variance(rows.tau) * static_cast<double>(tau.size());
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
   EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
@@ -91,7 +87,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   return unit;
 }
 
-bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kWide; }
+bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }
 
 // True if all scales are further from one than a wrong model could make them. Wide brackets decide only if no other exists.
 bool are_far(std::vector<EffortUnit> units) {
@@ -99,7 +95,8 @@ bool are_far(std::vector<EffortUnit> units) {
     units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
   double low = 1e300, high = -1e300;
   for (const EffortUnit& u : units) low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
-  const double least = units.size() > 1 && high - low < kSame ? kFactor : kLoad;
+  // Loads of joints differ by more than a tenth.
+  const double least = units.size() > 1 && high - low < kDetail ? kFactor : kLoad;
   return std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) {
     return std::log(u.low) > kFactor || std::log(u.high) < -least;
   });
@@ -120,7 +117,7 @@ std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
     const double log = std::log(u.scale);
     sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
   }
-  if (count == 0.0 || high - low > kAlike) return std::nullopt;
+  if (count == 0.0 || high - low > kMuch) return std::nullopt;
   return std::exp(sum / count);
 }
 
@@ -134,7 +131,7 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   if (!scale) return;
   for (EffortUnit& u : *units) {
     const double above = std::log(*scale / u.low), below = std::log(u.high / *scale);
-    if (is_wide(u) && std::min(above, below) > -kSame) u.scale = *scale, u.by_others = true;
+    if (is_wide(u) && std::min(above, below) > -kDetail) u.scale = *scale, u.by_others = true;
   }
   const EffortUnit first = units->front();
   for (size_t j = 0; j < data.source.size(); ++j) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -113,7 +114,7 @@ class Fitter {
     const double old_zero = zero[joint], old_sense = sense[joint], before = least;
     zero[joint] = zero_then, sense[joint] = sense_then;
     const double left = calc_left();
-    if (left * kZerosWorth < before)
+    if (left * kNearlyAll < before)
       least = left;
     else
       zero[joint] = old_zero, sense[joint] = old_sense;

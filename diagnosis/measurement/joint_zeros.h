@@ -13,9 +13,6 @@
 
 namespace hrp::diagnosis {
 
-// Ratio of squares of missing torque that a zero, a sense or a direction of gravity must reach to be looked into.
-constexpr double kZerosWorth = 0.9;
-
 struct JointZero {
   int joint = 0;
   double offset = 0.0, std = 0.0;  // [rad] encoder reading = true position + offset

@@ -9,6 +9,7 @@
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
@@ -258,7 +259,6 @@ Ratio find_ratio(const LinkData& data, const ReadingGroup& group) {
 }  // namespace
 
 void check_units(const LinkData& data, const LinkReadings& predict) {
-  constexpr double kSame = 0.1, kCorrelated = 0.9;
   struct Known {
     const char* unit;
     double factor;
@@ -275,8 +275,8 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
   for (const ReadingGroup& group : predict.groups()) {
     const Ratio ratio = find_ratio(data, group);
     for (const Known& k : known) {
-      if (group.unit != k.unit || std::abs(ratio.factor / k.factor - 1.0) > kSame) continue;
-      if (std::abs(ratio.correlation) < kCorrelated) continue;
+      if (group.unit != k.unit || std::abs(ratio.factor / k.factor - 1.0) > kDetail) continue;
+      if (std::abs(ratio.correlation) < kNearlyAll) continue;
       const Recording& r = data.experiment->recordings[data.recordings[0].index];
       InputPlace place = r.find_place(group.size == 1 ? group.name : group.name + "/x");
       place.field = group.name;

@@ -8,6 +8,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -16,8 +17,6 @@ constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
 constexpr double kPassed = 0.7;        // share of the cutoff: slower ripples pass the filter
 constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
-// share of the residual of friction, rotor and load; a repeated motion explains less
-constexpr double kLeastShare = 0.25;
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000;
 constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
@@ -83,7 +82,8 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
   std::vector<Peak> peaks;
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
     const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;
-    if (here < kLeastShare || here < before || here <= after || tried[i].coherence < kAgree) continue;
+    // Share of what friction, rotor and load leave; a repeated motion explains less.
+    if (here < kPart || here < before || here <= after || tried[i].coherence < kAgree) continue;
     peaks.push_back(tried[i]);
     peaks.back().periods += step * calc_vertex(before, here, after);
   }

@@ -10,6 +10,7 @@
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
@@ -19,10 +20,8 @@ namespace {
 
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
-constexpr double kFollows = 0.3;    // share of the effort's spread: largest residual of a servo with this law
 
 constexpr size_t kLeastSamples = 100;
-constexpr double kLeast = 0.01;     // of a scale from one; of a bias, relative to the effort's spread
 constexpr size_t kLater = 3;        // [samples] lag at which noise is uncorrelated
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
 constexpr size_t kCells = 24;       // parts of a joint's travel, shorter than half a ripple's period
@@ -271,15 +270,15 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);
   out.wavers = calc_wavers(pairs, slope.value, offset);
-  if (!(out.after < kFollows * spread) || !(slope.value > 0.0)) return out;
+  if (!(out.after < kMuch * spread) || !(slope.value > 0.0)) return out;
   out.slope = slope.value;
   if (!(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
-  if (std::abs(off) > std::max(kLeast, kSignificantInJoint * slope.std))
+  if (std::abs(off) > std::max(kTrace, kSignificantInJoint * slope.std))
     out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);
   // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
-  if (std::abs(bias) > std::max(kLeast * spread, kSignificantInJoint * line.std[1]))
+  if (std::abs(bias) > std::max(kTrace * spread, kSignificantInJoint * line.std[1]))
     out.bias = bias, out.bias_std = std::hypot(line.std[1], kAgreement * spread);
   return out;
 }
@@ -310,7 +309,7 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
     const ServoLog log(e, j, plant.laws[j]);
     const double delay = find_least([&](double d) { return calc_missed_by_line(log, d); }, kScan, kLongest);
     const double best = calc_missed(log, delay, true);
-    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kFollows * calc_spread(e, j)) continue;
+    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kMuch * calc_spread(e, j)) continue;
     ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kScan, e.sample_time), 0.0, 0.0};
     found.before = std::sqrt(calc_missed(log, 0.0, !held));
     found.after = std::sqrt(calc_missed(log, delay, !held));

@@ -22,7 +22,6 @@ using Vector = Eigen::VectorXd;
 using R = TorqueRecording;
 
 constexpr double kMostLoss = 0.6;    // share of the load; no transmission loses more
-constexpr double kMostHeld = 0.8;    // share of the load; a gear that holds more would hardly be driven backwards
 constexpr double kLeastGain = 0.5, kMostGain = 2.0;  // of a torque constant; beyond, it is the unit (effort_units.h)
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).

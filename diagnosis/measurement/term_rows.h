@@ -14,7 +14,9 @@ extern const char* const kReversals;
 extern const char* const kSweeps;
 extern const char* const kPostures;
 
-constexpr double kLongest = 0.1;  // [s] longest lag or delay of a drive
+constexpr double kMostHeld = 0.8;  // share of the load; a gear that holds more would hardly be driven backwards
+constexpr double kLongest = 0.1;   // [s] longest lag or delay of a drive
+constexpr double kAngleStep = 1e-4;  // [rad] of the central differences over a position or the base's attitude
 constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
 
 // Speed [rad/s] that a joint exceeds in a tenth of its used samples; 0 if it has none.

@@ -9,6 +9,8 @@
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque_flags.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
@@ -21,14 +23,9 @@ constexpr double kCutoffs[] = {40.0, 30.0, 24.0, 19.0, 15.0, 12.0, 10.0, 8.5, 7.
 // Factor on the frequency below which 90 % of the velocity's energy lies. Friction has harmonics of the motion. Above
 // them there is only noise, structural vibration and rattling, which no term describes.
 constexpr double kOfMotion = 2.5;
-constexpr double kMotionShare = 0.9;
 constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
 constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
-// Largest noise of inertia x acceleration, as a share of the effort's spread, at the chosen cutoff.
-constexpr double kNoiseShare = 0.05;
-// The same noise as a share of the missing torque's spread. Above it, accelerations hide the missing torque.
-constexpr double kMissingShare = 0.3;
 // Share of the missing torque above which the difference between the torque of the smoothed motion and the smoothed torque
 // matters, at kFastestMotion. Arms are below a hundredth, pendulums that turn over at a half.
 constexpr double kGapMatters = 0.03;
@@ -36,19 +33,12 @@ constexpr double kGapMatters = 0.03;
 constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
 constexpr double kTrim = 0.15;
-// Speeds below this share of the largest one, or within kSlowDeviations of the noise, have no certain direction.
+// Speeds below this share of the largest one, or within the noise, have no certain direction.
 constexpr double kSlowShare = 0.005;
-constexpr double kSlowDeviations = 2.0;
 constexpr double kSlowest = 1e-4;  // [rad/s]
 // Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is evaluated
 // before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
-constexpr double kSmoothGain = 0.9;  // share of the squares that the sharp speed leaves, below which the smoothed one is taken
-// Friction by the drive's effort is chosen if it leaves less than this share of the squares that friction by the bodies'
-// torque leaves: a smaller difference decides nothing.
-constexpr double kLoadGain = 0.98;
-// The same for torques of the links' own motion, by encoders behind the gears.
-constexpr double kLinkGain = 0.95;
 // [s] Shorter recordings have no samples between their ends.
 constexpr double kShortest = 0.5;
 
@@ -118,8 +108,6 @@ bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
 
 // A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
 // sample is then larger than friction. Such stretches are left out if enough others remain.
-constexpr double kAtLimit = 0.95;  // share of the limit; the scale of a log is good to 2 %
-constexpr double kEnough = 0.25;   // share of the used training samples
 
 class Maker {
  public:
@@ -157,7 +145,8 @@ class Maker {
       data_.cutoff = cutoff;
       if (cutoff > limit) continue;
       const double noise_share = make_motions();
-      if (noise_share <= kNoiseShare && find_missing_share() <= kMissingShare) break;
+      // Noise of inertia x acceleration, of the effort's spread and of the missing torque's: above, it hides what is missing.
+      if (noise_share <= kMinor && find_missing_share() <= kMuch) break;
     }
     for (TorqueRecording& r : data_.recordings) {
       if (curved_) r.sharp_q = sharp_[r.index].q, r.sharp_v = sharp_[r.index].v, r.sharp_a = sharp_[r.index].a;
@@ -238,7 +227,7 @@ class Maker {
       for (long j = 0; j < r.v.cols(); ++j) {
         const Eigen::VectorXd v = r.v.col(j).array() - r.v.col(j).mean();
         double f = kLowestMotion;
-        while (f < data_.cutoff && low_pass(v, r.step, f).squaredNorm() < kMotionShare * v.squaredNorm()) f *= kFrequencyStep;
+        while (f < data_.cutoff && low_pass(v, r.step, f).squaredNorm() < kNearlyAll * v.squaredNorm()) f *= kFrequencyStep;
         if (v.squaredNorm() > 0.0) found.push_back(f);
       }
     }
@@ -407,7 +396,7 @@ class Maker {
         fastest = std::max(fastest, r.v.col(static_cast<long>(j)).cwiseAbs().maxCoeff());
         noise = scale_noise(noise_[j], r.step, data_.cutoff, 1);
       }
-      data_.slow.push_back(std::max({kSlowDeviations * noise, kSlowShare * fastest, kSlowest}));
+      data_.slow.push_back(std::max({kAboveNoise * noise, kSlowShare * fastest, kSlowest}));
     }
   }
 
@@ -495,7 +484,7 @@ class Maker {
     const double by_drives = calc_all_left();
     std::vector<TorqueRecording> of_drives = data_.recordings;
     for (TorqueRecording& r : data_.recordings) read_link_motion(&r);
-    if (calc_all_left() > kLinkGain * by_drives) data_.recordings = std::move(of_drives);
+    if (calc_all_left() > (1.0 - kMinor) * by_drives) data_.recordings = std::move(of_drives);
   }
 
   // Friction that bends before it slips reverses slowly. For such a joint the smoothed speed predicts the effort better.
@@ -505,7 +494,7 @@ class Maker {
     const LoadFit with_sharp = fit_loads(j);
     for (TorqueRecording& r : data_.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
     const LoadFit with_smooth = fit_loads(j);
-    if (with_smooth.left < kSmoothGain * with_sharp.left) return with_smooth;
+    if (with_smooth.left < kNearlyAll * with_sharp.left) return with_smooth;
     for (size_t r = 0; r < sharp.size(); ++r) data_.recordings[r].speed.col(j) = sharp[r];
     return with_sharp;
   }
@@ -516,7 +505,8 @@ class Maker {
   void choose_load(int j, const LoadFit& bodies) {
     if (!e_.robot.tree.joint(j).actuated) return;
     for (TorqueRecording& r : data_.recordings) r.load.col(j) += make_load_columns(r, j) * bodies.theta;
-    const bool by_drive = fit_loads(j).left < kLoadGain * bodies.left;
+    // A smaller difference decides nothing.
+    const bool by_drive = fit_loads(j).left < (1.0 - kKnown) * bodies.left;
     data_.loaded_by_drive[static_cast<size_t>(j)] = by_drive;
     for (TorqueRecording& r : data_.recordings) {
       if (!by_drive) r.load.col(j) = r.tau.col(j);
@@ -568,7 +558,7 @@ class Maker {
   Flags find_limited(const TorqueRecording& r, int j) const {
     const Recording& in = e_.recordings[r.index];
     const std::vector<double>& log = in.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)];
-    const double limit = kAtLimit * plant_.laws[static_cast<size_t>(j)].effort_limit;
+    const double limit = (1.0 - kMinor) * plant_.laws[static_cast<size_t>(j)].effort_limit;
     Flags limited = Flags::Constant(r.kept(), false);
     if (log.empty() || !std::isfinite(limit)) return limited;
     const Flags high = resample(in.time, log, r.begin, r.step, r.q.rows()).array().abs() > limit;
@@ -590,7 +580,7 @@ class Maker {
       used += static_cast<double>(r.use.col(j).count());
       left += static_cast<double>((r.use.col(j) && !limited.back()).count());
     }
-    for (size_t r = 0; r < limited.size() && left > kEnough * used; ++r)
+    for (size_t r = 0; r < limited.size() && left > kPart * used; ++r)
       data_.recordings[r].use.col(j) = data_.recordings[r].use.col(j) && !limited[r];
   }
 

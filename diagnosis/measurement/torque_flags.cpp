@@ -13,16 +13,16 @@ namespace {
 // the time before and after as well.
 constexpr double kFrozenTime = 0.3;   // [s] shortest stretch
 constexpr double kLeadTime = 0.5;     // [s] left out around a frozen stretch
-constexpr double kStillDeviations = 8.0;  // standard deviations of position noise of a resting encoder
 // While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
 // neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
 constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
+// Robust standard deviations, far beyond any noise: the position of an encoder that rests, or a reading that the filter
+// takes apart.
+constexpr double kSudden = 8.0;
 // Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
 // out.
-constexpr double kBridged = 0.5;     // [periods of the cutoff]
 constexpr double kLostSamples = 3.5;  // [sampling periods] at least
 constexpr double kGapReach = 1.0;    // [periods of the cutoff] left out around a gap
-constexpr double kSudden = 8.0;  // robust standard deviations
 
 // Range of each joint's effort over the samples with `still` == `wanted`.
 Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
@@ -54,7 +54,7 @@ Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cut
 void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
                double cutoff, Flags* read) {
   if (signal.empty()) return;
-  const double least = std::max(kBridged / cutoff, kLostSamples * sample_time);
+  const double least = std::max(kFilterReach / cutoff, kLostSamples * sample_time);
   double last = r.begin;
   const auto mark = [&](double from, double to) {
     if (to - from <= least) return;
@@ -74,7 +74,7 @@ Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, d
   const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
   Flags still = Flags::Constant(rows, true);
   for (long j = 0; j < raw.cols(); ++j) {
-    const double limit = kStillDeviations * noise[static_cast<size_t>(j)] + 1e-9;
+    const double limit = kSudden * noise[static_cast<size_t>(j)] + 1e-9;
     for (long k = 0; k < rows; ++k) {
       const long end = std::min(rows - 1, k + window), begin = end - window;
       for (long i = begin; i < end && still[k]; i += std::max(1L, window / 16))

@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/term_rows.h"
 
@@ -15,10 +17,7 @@ namespace {
 
 constexpr double kCutoff = 8.0;         // [Hz] cutoff of both columns
 constexpr double kTrim = 0.3;           // [s] left out at both ends, where derivatives are one-sided
-constexpr double kShortest = 1.0;       // [s]
-constexpr double kFollows = 0.1;  // share of the velocity's spread: largest residual, as a rate of noise says nothing
 constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
-constexpr double kLeastBias = 0.02;     // share of the velocity's root mean square
 constexpr double kExactTime = 0.05;     // [sampling times] agreement of a delay
 constexpr int kRounds = 3;              // of linear steps towards the delay
 
@@ -46,7 +45,7 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   std::vector<Motion> list;
   for (const Recording& r : e.recordings) {
     const JointColumns& c = r.joints[joint];
-    if (!r.spec.train || !c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortest) continue;
+    if (!r.spec.train || !c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortestPart) continue;
     Motion& motion = list.emplace_back(Motion{&r, std::max(1e-3, e.sample_time), {}});
     motion.columns.resize(static_cast<long>(r.duration() / motion.step) + 1, kColumns);
     Eigen::VectorXd derivative = read(motion, c.signal[static_cast<size_t>(Quantity::kPosition)], 0.0);
@@ -85,7 +84,7 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
     if (round == 0) before = calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n;
     const Eigen::VectorXd theta = solve(total, kAll);
     const double left = calc_rest(total, kAll, theta) / total.c;
-    if (!(left < kFollows * kFollows) || !(theta[0] > 0.0)) return {};
+    if (!(left < kDetail * kDetail) || !(theta[0] > 0.0)) return {};
     late -= theta[1] / theta[0];
     if (!(std::abs(late) < kLongest)) return {};
     const Eigen::VectorXd std = calc_covariance(folds, total, kAll, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -94,7 +93,7 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
     out.ratio = out.scale, out.ratio_std = out.scale_std;
     out.late = late, out.late_std = std::hypot(std[1] / theta[0], kExactTime * e.sample_time);
     out.bias = theta[kRates], out.bias_std = std::hypot(std[kRates], kAgreement * std::sqrt(total.c / total.n));
-    if (std::abs(out.bias) < std::max(kLeastBias * std::sqrt(total.c / total.n), kSignificantInJoint * out.bias_std)) out.bias = 0.0;
+    if (std::abs(out.bias) < std::max(kKnown * std::sqrt(total.c / total.n), kSignificantInJoint * out.bias_std)) out.bias = 0.0;
     out.before = std::sqrt(before), out.after = std::sqrt(left * total.c / total.n);
   }
   if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kSignificantInJoint * out.scale_std)) out.scale = 1.0;

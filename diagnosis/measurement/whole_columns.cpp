@@ -12,7 +12,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kAngleStep = 1e-4;  // [rad] step of central differences of inverse dynamics over a position
 constexpr double kMostAngle = 0.3;   // [rad] range of a linear term of a zero or a tilt
 constexpr double kLeastMass = 0.3, kMostMass = 3.0;        // share of a link's nominal mass
 constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // share of gravity; less is a wrong mass

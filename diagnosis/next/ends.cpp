@@ -4,16 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/search/parameters.h"
 
 namespace hrp::diagnosis {
-namespace {
-
-constexpr double kUnsure = 0.5;  // share of a value or its natural size: largest half width of an interval
-
-}  // namespace
 
 std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher, const Hypothesis& looked_at) {
   const auto parameters = flatten<EffectParameter>(
@@ -23,7 +19,7 @@ std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::Mat
   Eigen::VectorXd largest(fisher.rows());
   for (size_t i = 0; i < parameters.size(); ++i) {
     const double value = hypothesis[parameters[i].effect].p[parameters[i].index];
-    largest[static_cast<long>(i)] = kUnsure * std::max(std::abs(value), parameters[i].info->step) / kNinetyFive;
+    largest[static_cast<long>(i)] = kHalf * std::max(std::abs(value), parameters[i].info->step) / kNinetyFive;
   }
   const Eigen::VectorXd std = calc_expected_std(fisher, largest);
   std::vector<Hypothesis> ends;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/search/explore.h"
@@ -15,12 +16,8 @@ namespace {
 constexpr size_t kCandidates = 10;  // candidates in the place of an effect
 constexpr size_t kMost = 8;         // explanations in total; each needs simulations of every motion
 constexpr size_t kLargest = 6;      // findings that are replaced in turn
-// Largest ratio of a rival's mean square to the best one's. Held-out recordings as bad as the others may decide either
-// way within it.
-constexpr double kAlike = 1.1;
 constexpr double kNats = 10.0;
 constexpr double kStill = 0.05;     // [rad or m] travel below which a joint has shown nothing
-constexpr double kHidden = 0.05;    // share of the effort limit: friction that a joint at rest may have
 
 // Value of a parameter; the law's default or the neutral value if the report does not state one.
 double find_value(const Json& parameters, const EffectParameter& info) {
@@ -36,7 +33,8 @@ Hypothesis without(const Hypothesis& hypothesis, size_t at) {
 }
 
 double find_margin(const Problem& problem, double cost) {
-  return (kAlike - 1.0) * cost + 2.0 * kNats * std::max(1.0, cost / std::max(1.0, count_readings(problem)));
+  // Held-out recordings as bad as the others may decide either way within it.
+  return kDetail * cost + 2.0 * kNats * std::max(1.0, cost / std::max(1.0, count_readings(problem)));
 }
 
 class Finder {
@@ -119,7 +117,7 @@ class Finder {
       const double effort = e.robot.tree.joint(j).effort_limit;
       if (!std::isfinite(effort)) continue;
       Effect friction{find_term_row(&TermRow::level).effect->id, j, {}};
-      for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kHidden * effort : info.value);
+      for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kMinor * effort : info.value);
       Explanation hidden{{friction}, get_label(e, {friction}), 0.0, false};
       out_.list.push_back(hidden);
     }
@@ -164,7 +162,7 @@ class Finder {
     const double dearer = std::min(0.0, rival.cost - best.cost) / unit + calc_own_price(rival.hypothesis, readings) - calc_own_price(best.hypothesis, readings);
     const double more = static_cast<double>(count_parameters(rival.hypothesis)) - static_cast<double>(count_parameters(best.hypothesis));
     const double odds = calc_odds(dearer, more);
-    return odds / (1.0 + odds) <= kListed;
+    return odds / (1.0 + odds) <= kDetail;
   }
 
   double find_discrepancy() const {

@@ -4,12 +4,12 @@
 #include <algorithm>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMasses[] = {5.0, 2.0, 1.0, 0.5, 0.2, 0.1};  // [kg]
-constexpr double kShare = 0.25;      // share of the moving mass, which drives can carry in addition
 constexpr size_t kMostPlaces = 2;    // each place needs simulations of every motion
 constexpr double kPlace = 1e-3;      // [m] resolution of a stated place, as precise as people measure
 
@@ -29,7 +29,7 @@ std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most) {
   std::vector<LoadSpec> loads;
   for (size_t link = 1; link < tree.links.size() && loads.size() < kMostPlaces; ++link) {
     if (!is_last(tree, link)) continue;
-    const double allowed = std::min(most, kShare * calc_moving_mass(tree, static_cast<int>(link)));
+    const double allowed = std::min(most, kPart * calc_moving_mass(tree, static_cast<int>(link)));
     const auto mass = std::find_if(std::begin(kMasses), std::end(kMasses), [&](double m) { return m <= allowed; });
     if (mass == std::end(kMasses)) continue;
     const Vector3d p = tree.links[link].inertia.p_LLcm_L;

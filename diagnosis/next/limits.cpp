@@ -8,17 +8,16 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kMargin = 0.05;     // share of a joint's range that is not used at either end
 constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
 // Efforts beyond those of the recordings are approached in steps, because a drive may give less than its description
 // says.
 constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings,
-constexpr double kFirst = 0.5;       // or share of the limit, whichever is larger
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
 
 const JointColumns* find_columns(const Experiment& e, size_t joint) {
@@ -67,7 +66,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   JointLimits limits;
   limits.start = find_start(e, j);
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
-    const double margin = kMargin * (joint.upper - joint.lower);
+    const double margin = kMinor * (joint.upper - joint.lower);
     limits.lower = std::max(joint.lower + margin, limits.start - kReach);
     limits.upper = std::min(joint.upper - margin, limits.start + kReach);
     limits.hard_lower = joint.lower, limits.hard_upper = joint.upper;
@@ -84,7 +83,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
     remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");
   }
   limits.effort = find_effort(e, joint);
-  limits.effort = std::min(limits.effort, std::max(kGrow * find_seen_effort(e, j), kFirst * limits.effort));
+  limits.effort = std::min(limits.effort, std::max(kGrow * find_seen_effort(e, j), kHalf * limits.effort));
   if (!std::isfinite(limits.effort)) remarks->push_back(joint.name + " has no effort limit: efforts are not checked");
   return limits;
 }
@@ -108,8 +107,8 @@ void tighten(const std::string& what, const std::string& key, double value, Join
   else if (key == "upper") joint->upper = std::min(joint->upper, value);
   else refuse(what);
   // Commands keep a distance from the limits that a joint needs to follow them.
-  if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMargin * (joint->upper - joint->lower);
-  if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMargin * (joint->upper - joint->lower);
+  if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMinor * (joint->upper - joint->lower);
+  if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMinor * (joint->upper - joint->lower);
   joint->lower = std::min(joint->lower, std::max(joint->start, joint->hard_lower));
   joint->upper = std::max(joint->upper, std::min(joint->start, joint->hard_upper));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/page/style.h"
 #include "diagnosis/page/text.h"
 #include "diagnosis/report/print_json.h"
@@ -68,13 +69,12 @@ Curves subtract_first(Curves curves) {
 
 // True if the curves cannot be distinguished by eye.
 bool coincide(const Curves& curves) {
-  constexpr double kSeen = 0.1;  // of the height of the picture
   Range whole, apart;
   for (double v : curves.front()) whole.add(v);
   for (const auto& curve : subtract_first(curves)) {
     for (double v : curve) apart.add(v);
   }
-  return curves.size() > 1 && apart.high - apart.low < kSeen * (whole.high - whole.low);
+  return curves.size() > 1 && apart.high - apart.low < kDetail * (whole.high - whole.low);
 }
 
 std::string make_overlay(const json& overlay, const json& explanations) {

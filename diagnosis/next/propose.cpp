@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/effects/units.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
@@ -21,9 +22,9 @@ constexpr unsigned kSeeds = 2;          // of each family
 constexpr double kSmaller = 0.8;        // factor on a size that is not safe
 constexpr double kLeastSize = 0.2;      // smallest one that is tried
 constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
-constexpr double kSameFamily = 0.9;     // factor on a second motion of the same family, which may miss the same effects
-constexpr double kByHand = 0.9;         // factor on a motion that needs a load hung on by hand
-constexpr double kSettled = 0.02;       // relative half width of an interval that needs no further motion
+// Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family, which
+// may miss the same effects.
+constexpr double kDrawback = 0.9;
 
 class Proposer {
  public:
@@ -65,7 +66,7 @@ class Proposer {
   bool is_settled(const Json& report) const {
     if (report.value("verdict", "") != "explained" || !is_narrow(report)) return false;
     const std::vector<ExpectedInterval> now = list_intervals(Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols()));
-    return std::all_of(now.begin(), now.end(), [](const ExpectedInterval& i) { return i.before <= kSettled * std::abs(i.value); });
+    return std::all_of(now.begin(), now.end(), [](const ExpectedInterval& i) { return i.before <= kKnown * std::abs(i.value); });
   }
 
   static bool is_narrow(const Json& report) {
@@ -73,7 +74,7 @@ class Proposer {
       for (const Json& one : finding.value("parameters", Json::object())) {
         const Json ends = one.is_object() ? one.value("ci95", Json()) : Json();
         if (ends.size() != 2 || !ends[0].is_number() || !ends[1].is_number() || !one["value"].is_number()) continue;
-        if (ends[1].get<double>() - ends[0].get<double>() > 2.0 * kSettled * std::abs(one["value"].get<double>())) return false;
+        if (ends[1].get<double>() - ends[0].get<double>() > 2.0 * kKnown * std::abs(one["value"].get<double>())) return false;
       }
     }
     return true;
@@ -166,7 +167,7 @@ class Proposer {
   double calc_probability(const Comparison& c, size_t rival) const {
     const Hypothesis &best = explanations_.list[0].hypothesis, &other = explanations_.list[rival].hypothesis;
     const double readings = count_readings(problem_) + c.count;
-    const double needed = calc_dearer(kListed) - calc_own_price(other, readings) + calc_own_price(best, readings);
+    const double needed = calc_dearer(kDetail) - calc_own_price(other, readings) + calc_own_price(best, readings);
     return calc_decision_probability(calc_projected_power(c, known_[rival]), needed, explanations_.discrepancy);
   }
 
@@ -242,8 +243,8 @@ class Proposer {
       for (size_t i = 0; i < candidates_.size(); ++i) {
         if (used[i] || !candidates_[i].ok) continue;
         double worth = calc_worth(candidates_[i], gained);
-        if (!candidates_[i].plan.loads.empty()) worth *= kByHand;
-        for (const Proposal& p : next_.proposals) worth *= p.plan.family == candidates_[i].plan.family ? kSameFamily : 1.0;
+        if (!candidates_[i].plan.loads.empty()) worth *= kDrawback;
+        for (const Proposal& p : next_.proposals) worth *= p.plan.family == candidates_[i].plan.family ? kDrawback : 1.0;
         if (worth > most) most = worth, best = static_cast<int>(i);
       }
       if (best < 0) return;

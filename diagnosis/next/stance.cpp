@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/parallel_for.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
@@ -17,7 +18,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr unsigned kSeeds = 2;
-constexpr double kForeseen = 0.02;     // share of a reading's range: accuracy of simulated feet and ground
 
 // A motion that is safe under every explanation, and its information.
 struct StanceCandidate {
@@ -86,7 +86,7 @@ class StanceProposer {
     for (size_t c = 0; c < weights.size(); ++c) {
       double low = 1e300, high = -1e300;
       for (size_t k = c; k < run.readings.size(); k += weights.size()) low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
-      if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kForeseen * (high - low));
+      if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kKnown * (high - low));
     }
     return weights;
   }
@@ -167,7 +167,7 @@ class StanceProposer {
 
   double calc_probability(const StanceCandidate& c, size_t rival) const {
     const double left = calc_projected_power(c.comparisons[rival], make_known(rival));
-    return calc_decision_probability(left, calc_dearer(kListed), discrepancy_);
+    return calc_decision_probability(left, calc_dearer(kDetail), discrepancy_);
   }
 
   Eigen::MatrixXd calc_gain(const StanceCandidate& c) const {
@@ -175,10 +175,9 @@ class StanceProposer {
   }
 
   std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
-    constexpr double kUnknown = 20.0;  // in steps of a twentieth: the value itself
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
-    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, kUnknown));
+    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kUnknownStep));
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
       if (value.std > 0.0)

@@ -8,6 +8,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/robot/sole.h"
 #include "common/scene/ground_contact.h"
+#include "diagnosis/estimate/shares.h"
 #include "servers/console/trial/trial.h"
 
 namespace hrp::diagnosis {
@@ -16,7 +17,6 @@ namespace {
 constexpr double kRest = 1.0;         // [s] at rest before the motion
 constexpr double kSettled = 0.6;      // [s] start of the checks; the robot is put down at 0
 constexpr double kLean = 0.3;         // [rad] of the base; a motion over fixed soles leans less
-constexpr double kLeastLoad = 0.1;    // share of the weight, on every foot
 constexpr double kLevel = 0.005;  // [m] height above the lowest point up to which a point of a sole is on the ground
 constexpr double kWindow = 0.02;      // [s] over which forces are averaged (light soles chatter), and between checks
 
@@ -141,7 +141,7 @@ class Watch {
     const double lean = std::acos(std::clamp((state.R_WB * Vector3d::UnitZ()).z(), -1.0, 1.0));
     if (!(lean < kLean)) run->fault = "the robot falls";
     for (double load : loads_) {
-      if (run->fault.empty() && !(load > kLeastLoad * weight_ * static_cast<double>(steps_))) run->fault = "a foot comes off the ground";
+      if (run->fault.empty() && !(load > kDetail * weight_ * static_cast<double>(steps_))) run->fault = "a foot comes off the ground";
     }
     if (!run->fault.empty()) return;
     const std::optional<Vector3d> zmp = calc_ground_zmp(forces_, ground_);

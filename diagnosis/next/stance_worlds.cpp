@@ -11,8 +11,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kUnknownStep = 0.05;  // relative step of a value without an interval
-
 std::string make_label(const Json& effects) {
   std::string text;
   for (const Json& one : effects) {

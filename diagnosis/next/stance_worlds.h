@@ -10,6 +10,8 @@
 
 namespace hrp::diagnosis {
 
+constexpr double kUnknownStep = 0.05;  // relative step of a value without an interval
+
 struct StanceWorld {
   std::string label;
   Scenario scenario;

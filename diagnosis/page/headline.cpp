@@ -187,8 +187,14 @@ std::string make_left_sentence(const json& report) {
 }
 
 std::string tell_alone(const json& finding) {
-  const std::string others = list_alternatives(finding), text = typeset(get_text(finding, "statement"));
-  return others.empty() || text.find("cannot tell") != std::string::npos ? text : text + " These recordings cannot tell it from: " + others + ".";
+  std::string others;
+  for (const json& a : get_list(finding, "alternatives")) {
+    const bool elsewhere = get(a, "where") != get(finding, "where");
+    const std::string one = describe_effect(get_text(a, "effect"), false) + (elsewhere ? " (" + describe_place(get(a, "where")) + ")" : "");
+    others += (others.empty() ? "" : ", ") + one;
+  }
+  const std::string text = typeset(get_text(finding, "statement"));
+  return others.empty() ? text : text + " These recordings cannot tell it from: " + others + ".";
 }
 
 }  // namespace

@@ -197,7 +197,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
-         {"statement", make_statement(problem, outcome, effect, std) + describe_alternatives(alternatives)},
+         {"statement", make_statement(problem, outcome, effect, std)},
          {"alternatives", alternatives}});
     const Json also = list_also_fitted(effect);
     if (!also.empty()) list.back()["also_fitted"] = also;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/missing.h"
 
 namespace hrp::diagnosis {
@@ -94,8 +96,6 @@ double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
 
 // Joints to report, strongest first.
 std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
-  constexpr double kStandsOut = 4.0;  // squared, in units of noise
-  constexpr double kShare = 0.1;      // share of the strongest
   constexpr size_t kMost = 3;
   std::vector<std::pair<double, int>> missed;
   for (int j : list_missed(left)) missed.push_back({calc_missed(recordings, j), j});
@@ -103,10 +103,10 @@ std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, con
   const int worst = missed.front().second;
   std::stable_sort(missed.begin(), missed.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   // If the noise of accelerations hides the efforts, the worst joint is still known from its readings.
-  if (missed.front().first < kStandsOut) return {worst};
+  if (missed.front().first < kAboveNoise * kAboveNoise) return {worst};
   std::vector<int> joints;
   for (const auto& [square, j] : missed) {
-    const bool speaks = square >= kStandsOut && square >= kShare * missed.front().first;
+    const bool speaks = square >= kAboveNoise * kAboveNoise && square >= kDetail * missed.front().first;
     if (speaks && joints.size() < kMost) joints.push_back(j);
   }
   return joints;

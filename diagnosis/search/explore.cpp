@@ -5,6 +5,8 @@
 #include <set>
 #include <utility>
 
+#include "diagnosis/estimate/shares.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -14,8 +16,6 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-constexpr double kChanged = 0.5;  // ratio of residuals: if an effect removes more, friction beside it is fitted again
-constexpr size_t kGaps = 3;       // number of gaps from which a transmission is fitted, because of local minima
 constexpr size_t kKept = 12;      // number of sets of one size that are kept
 
 FitOptions quick_options() {
@@ -120,7 +120,7 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
   if (moves_link(start)) all.back() = start_from_rotor(p, all, options);
   FitResult result;
   double least = 1e300;
-  for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kGaps : 1)) {
+  for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kGapStarts : 1)) {
     all.back() = option;
     const FitResult one = fit(p, all, p.train, options);
     const double left = !one.ok ? 1e300 : moves_link(start) ? calc_left(p, one) : one.train.chi2;
@@ -131,7 +131,7 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
     choose_start(p, &again, again.size() - 1, true);
     if (again.back().p != result.hypothesis.back().p) result = fit(p, again, p.train, options);
   }
-  if (result.ok && result.train.chi2 < kChanged * parent.train[static_cast<size_t>(joint)])
+  if (result.ok && result.train.chi2 < kHalf * parent.train[static_cast<size_t>(joint)])
     choose_again(p, options, &result);
   Local local;
   if (!result.ok) return local;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/parameters.h"
 #include "diagnosis/search/significance.h"
 
@@ -13,8 +14,8 @@ namespace {
 
 using FreeParameter = Parameter<EffectParameter>;
 
-// Above kFar (rms in units of noise) a slowly converging fit stops early: it will not reach the noise.
-constexpr double kFar = 2.0, kFarTolerance = 5e-3;
+// Above the noise a slowly converging fit stops early: it will not reach it.
+constexpr double kFarTolerance = 5e-3;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   return flatten<EffectParameter>(
@@ -107,7 +108,7 @@ class Fitter {
       }
       if (!better) break;
       if (i >= 2 && options_.abandon_above > 0.0 && score_.chi2 > options_.abandon_above) break;
-      const double tolerance = score_.rms() > kFar ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
+      const double tolerance = score_.rms() > kAboveNoise ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
       if (before - score_.chi2 < tolerance * score_.chi2 + 0.5) break;
     }
     result.hypothesis = hypothesis_;

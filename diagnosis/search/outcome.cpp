@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/format.h"
@@ -79,7 +80,7 @@ void decide(const Searched& searched, const Trials& trials, Outcome* outcome) {
   }
   outcome->explained = is_explained(outcome->chosen, trials.nominal());
   for (size_t i = 1; i < list.size(); ++i) {
-    if (list[i].probability > kListed) outcome->indistinguishable.push_back(list[i]);
+    if (list[i].probability > kDetail) outcome->indistinguishable.push_back(list[i]);
   }
 }
 

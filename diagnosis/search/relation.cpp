@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/format.h"
 
 namespace hrp::diagnosis {
@@ -14,14 +15,8 @@ namespace {
 
 constexpr int kCoarse = 16, kFine = 60;  // intervals of one quantity, for smooth and for sharp functions
 constexpr double kLeastShare = 0.12;     // least share of the held-out squares of a relation
-constexpr double kTie = 0.03;            // shares that differ by less count as equal
-constexpr double kSecond = 0.7;  // a second quantity must leave less than this share of what the first one leaves,
-constexpr double kSecondShare = 0.05;    // and explain this much more of the whole
 constexpr double kHighest = 14.0;        // [Hz] faster oscillations are averaged away
-constexpr double kActive = 0.25;         // share of a function's height above which it acts
 constexpr double kNarrow = 0.45;  // share of the range: a function that acts within less is described by its range
-constexpr double kRepeats = 0.5;  // share of a held-out motion's squares: it repeats, or oscillates like the series
-constexpr double kStraight = 0.9;        // squared correlation of logarithms above which a power is reported
 
 double get_squares(const std::vector<Observed>& recordings) {
   double sum = 0.0;
@@ -140,7 +135,7 @@ std::string describe_range(const Curve& curve, const std::string& unit) {
   for (double y : curve.y) height = std::max(height, std::abs(y - middle));
   size_t first = curve.y.size(), last = 0;
   for (size_t i = 0; i < curve.y.size(); ++i) {
-    if (std::abs(curve.y[i] - middle) > kActive * height) first = std::min(first, i), last = i;
+    if (std::abs(curve.y[i] - middle) > kPart * height) first = std::min(first, i), last = i;
   }
   if (first > last || curve.x[last] - curve.x[first] > kNarrow * (curve.x.back() - curve.x.front())) return "";
   if (last + 1 == curve.x.size()) return format(" above %.3g ", curve.x[first]) + unit;
@@ -162,7 +157,7 @@ std::string describe_power(const Curve& curve) {
   for (const auto& p : points) mx += p.first / points.size(), my += p.second / points.size();
   for (const auto& p : points)
     xx += std::pow(p.first - mx, 2), xy += (p.first - mx) * (p.second - my), yy += std::pow(p.second - my, 2);
-  if (xy * xy < kStraight * xx * yy) return "";
+  if (xy * xy < kNearlyAll * xx * yy) return "";
   return format(", about as its power %.2g", xy / xx);
 }
 
@@ -182,17 +177,17 @@ class Finder {
     if (time >= 0) swing = find_oscillation(train_, test_, lowest);
     if (moves_like(swing)) swing.share = 0.0;
     if (time >= 0 && load >= 0) driven = find_oscillation(train_, test_, lowest, load);
-    double best = swing.share - kTie;  // in an oscillating motion, everything oscillates
+    double best = swing.share - kBlur;  // in an oscillating motion, everything oscillates
     for (double share : alone) best = std::max(best, share);
 
     Relation one;
     one.share = best;
-    const bool swings = swing.share - kTie >= best;
+    const bool swings = swing.share - kBlur >= best;
     const int direction = find("direction");
-    const bool by_direction = direction >= 0 && alone[static_cast<size_t>(direction)] >= best - kTie;
+    const bool by_direction = direction >= 0 && alone[static_cast<size_t>(direction)] >= best - kBlur;
     for (int i = 0; i < count(); ++i) {
       const bool contained = (by_direction && i == find("velocity")) || (swings && i == time);
-      if (alone[static_cast<size_t>(i)] >= best - kTie && !contained) add(i, describe(i), &one);
+      if (alone[static_cast<size_t>(i)] >= best - kBlur && !contained) add(i, describe(i), &one);
     }
     if (swings) add(time, describe(swing), &one);
     Relation two = find_pair();
@@ -200,7 +195,8 @@ class Finder {
       two = {driven.share, {}, ""};
       add(load, "", &two), add(time, describe(driven), &two);
     }
-    const bool second = 1.0 - two.share < kSecond * (1.0 - one.share) && two.share > one.share + kSecondShare;
+    // A second quantity must leave less than the first one leaves, and explain more of the whole.
+    const bool second = 1.0 - two.share < kLargely * (1.0 - one.share) && two.share > one.share + kMinor;
     const Relation& chosen = second ? two : one;
     return chosen.share > kLeastShare ? chosen : Relation{};
   }
@@ -230,14 +226,14 @@ class Finder {
   bool does_repeat() const {
     const int time = find("time"), position = find("position");
     if (time < 0 || position < 0) return false;
-    return Table(take(train_, position), time, kFine).judge(take(test_, position)) > kRepeats;
+    return Table(take(train_, position), time, kFine).judge(take(test_, position)) > kHalf;
   }
 
   // True if the joint itself moves at that frequency. The cause may then be anything that follows the motion.
   bool moves_like(const Oscillation& o) const {
     for (const char* name : {"position", "velocity"}) {
       const int quantity = find(name);
-      if (quantity >= 0 && judge_oscillation(take(test_, quantity), o.frequency, -1) > kRepeats * o.share) return true;
+      if (quantity >= 0 && judge_oscillation(take(test_, quantity), o.frequency, -1) > kHalf * o.share) return true;
     }
     return false;
   }

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/format.h"
@@ -23,18 +24,10 @@ constexpr size_t kCandidates = 10;   // effects that may be added to each set
 constexpr size_t kSimulated = 3;     // sets of each size that are simulated
 constexpr size_t kAsked = 3;         // effects by score test that are tried
 constexpr size_t kScanned = 2;       // start values of a gap that are fitted, because of local minima
-constexpr double kAskedShare = 0.1;  // least gain as a share of the residual above the noise
-constexpr double kAskedAlike = 0.3;  // share of the best gain: such effects may be the right one
-constexpr double kAskedTwin = 0.9;   // the same if the best one leaves only noise
 constexpr double kAlike = 1.5;       // ratio of costs that counts as similar
-constexpr double kIndistinguishable = 1.02;         // ratio of costs that paths cannot distinguish
 constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
 constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
 constexpr double kQuietShare = 0.005;  // share of the residual above the noise
-constexpr double kAlmost = 0.01;       // share of the nominal cost below which only one effect of a set may be wrong
-constexpr double kRest = 0.05;         // share of the nominal cost above which special cases are not tried
-constexpr double kLeastGain = 0.95;    // ratio of costs above which a larger simulated set is no gain
-constexpr double kLeastDrop = 0.7;     // ratio of residuals above which one more effect is no gain
 constexpr double kClosely = 0.6;       // share of the work for score tests
 constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
 
@@ -76,7 +69,7 @@ class Search {
   // tries transmissions in place of a rotor, since the residual of a slightly elastic one may look like noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
-    if (calc_cost(trials_.best()) > kRest * calc_cost(nominal_)) return;
+    if (calc_cost(trials_.best()) > kMinor * calc_cost(nominal_)) return;
     for (size_t i = 0; i < best.size(); ++i) {
       Hypothesis other = best;
       const SpecialCase simpler = find_special_case(best[i]);
@@ -140,13 +133,13 @@ class Search {
         progress_("    " + get_label(e_, lead.hypothesis) + ": " + format("%.4g", scale(lead.cost)));
       simulate_best(beam);
       // Errors of the recorded paths may exceed a small effect.
-      if (size == 1 && calc_cost(trials_.best()) > kLeastDrop * calc_cost(nominal_)) try_asked(nominal_);
+      if (size == 1 && calc_cost(trials_.best()) > kLargely * calc_cost(nominal_)) try_asked(nominal_);
       const bool grown = deepen();
       for (const Lead& lead : beam) passed_over_.push_back(make_trial(lead));
       if (is_finished(trials_.best())) break;
       if (grown && trials_.best().hypothesis.size() < kLargestSet)
         beam.insert(beam.begin(), explorer.make_lead(trials_.best().hypothesis));
-      const bool idle = trials_.best().hypothesis.size() <= size && calc_cost(trials_.best()) > kLeastGain * before;
+      const bool idle = trials_.best().hypothesis.size() <= size && calc_cost(trials_.best()) > (1.0 - kMinor) * before;
       if (!helps(parents, beam) || (size > 1 && idle)) break;
       drop_refused(&beam);
       const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
@@ -180,7 +173,7 @@ class Search {
     return quiet;
   }
 
-  // True if one more effect reduces the residual of the best smaller sets below kLeastDrop.
+  // True if one more effect leaves less than kLargely of the residual of the best smaller sets.
   static bool helps(const std::vector<Lead>& parents, const std::vector<Lead>& leads) {
     std::map<size_t, double> least;  // by size
     for (const Lead& parent : parents) {
@@ -189,7 +182,7 @@ class Search {
     }
     return std::any_of(leads.begin(), leads.end(), [&](const Lead& lead) {
       const auto before = least.find(lead.hypothesis.size() - 1);
-      return before != least.end() && lead.cost < kLeastDrop * before->second;
+      return before != least.end() && lead.cost < kLargely * before->second;
     });
   }
 
@@ -209,7 +202,7 @@ class Search {
     const Trial& best = trials_.best();
     std::vector<Trial> bases;
     for (const Trial* t : trials_.sort()) {
-      if (t->hypothesis.size() == best.hypothesis.size() && calc_cost(*t) < kIndistinguishable * calc_cost(best))
+      if (t->hypothesis.size() == best.hypothesis.size() && calc_cost(*t) < (1.0 + kKnown) * calc_cost(best))
         bases.push_back(*t);
     }
     std::stable_sort(bases.begin(), bases.end(), [](const Trial& a, const Trial& b) {
@@ -226,7 +219,7 @@ class Search {
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
     if (asked.empty() && loosen()) return true;
-    const bool helped = calc_cost(trials_.best()) < kLeastDrop * calc_cost(bases[0]);
+    const bool helped = calc_cost(trials_.best()) < kLargely * calc_cost(bases[0]);
     // Other bases are tried only near the noise, where the true one can be distinguished.
     for (size_t i = 1; helped && i < bases.size() && is_near(trials_.best()); ++i) {
       if (is_explained(trials_.best(), nominal_)) break;
@@ -251,7 +244,7 @@ class Search {
       if (best.hypothesis.size() < kLargestSet) loosen(best, i);
       if (best.hypothesis.size() > 1 && !is_near(trials_.best())) loosen(trials_.fit_aside({rotor}), 0);
     }
-    return calc_cost(trials_.best()) < kLeastDrop * calc_cost(best);
+    return calc_cost(trials_.best()) < kLargely * calc_cost(best);
   }
 
   void loosen(const Trial& base, size_t at) {
@@ -284,13 +277,13 @@ class Search {
       Hypothesis rest = best.hypothesis;
       rest.erase(rest.begin() + static_cast<long>(i));
       try_asked(trials_.fit_aside(rest));
-      if (calc_cost(trials_.best()) < kLeastDrop * calc_cost(best)) return true;
+      if (calc_cost(trials_.best()) < kLargely * calc_cost(best)) return true;
     }
     return false;
   }
 
   // True if the residual is so small that all effects but one may be right.
-  bool is_near(const Trial& t) const { return calc_cost(t) < kAlmost * calc_cost(nominal_); }
+  bool is_near(const Trial& t) const { return calc_cost(t) < kTrace * calc_cost(nominal_); }
 
   bool try_with(const Trial& base, const Effect& added) {
     if (!can_add(base.hypothesis, added) || trials_.is_refused({added})) return false;
@@ -316,13 +309,13 @@ class Search {
   // Tries effects beside a set, by decreasing gain. Returns those that were tried.
   std::vector<Effect> try_asked(const Trial& base) {
     std::vector<Effect> asked;
-    double least = kAskedShare * (calc_cost(base) - base.train.count - base.validate.count);
+    double least = kDetail * (calc_cost(base) - base.train.count - base.validate.count);
     for (const Addition& addition : rank_additions(trials_.take_up(base), base.full())) {
       if (addition.gain < least || asked.size() == kAsked || is_spent()) break;
       if (fits_details(base, addition.start) || !try_with(base, addition.start)) continue;
       asked.push_back(addition.start);
       const bool done = is_complete(trials_.best(), nominal_);
-      least = std::max(least, (done ? kAskedTwin : kAskedAlike) * addition.gain);
+      least = std::max(least, (done ? kNearlyAll : kMuch) * addition.gain);
     }
     if (asked.empty()) content_.insert(make_set(base.hypothesis));
     return asked;
@@ -350,7 +343,7 @@ class Search {
       if (!done && i >= kSimulated) break;  // a simpler set may explain as much
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
-      if (done && (more > least || (more == least && beam[i].cost > kIndistinguishable * best_cost))) continue;
+      if (done && (more > least || (more == least && beam[i].cost > (1.0 + kKnown) * best_cost))) continue;
       trials_.add(beam[i].hypothesis);
     }
   }

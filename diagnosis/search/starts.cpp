@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/screen.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/nearby.h"
@@ -122,8 +123,6 @@ std::vector<size_t> allow_by_joint(const std::vector<double>& chi2) {
   return most;
 }
 
-constexpr double kRateShare = 0.1;  // share of a velocity's residual that a fault must explain
-
 // The joint with the largest residual.
 int find_worst(const Lead& lead) {
   return static_cast<int>(std::max_element(lead.train.begin(), lead.train.end()) - lead.train.begin());
@@ -203,7 +202,7 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
     for (size_t i = 0; i < rows.size(); ++i) {
       const EffectParameter& info = rows[i]->parameters[0];
       const Effect fault{rows[i]->id, at_sensor(j, Reading::kVelocity), {info.neutral + projection[i] / std::max(1e-12, gram[i])}};
-      const bool helps = projection[i] * projection[i] > kRateShare * chi2 * gram[i];
+      const bool helps = projection[i] * projection[i] > kDetail * chi2 * gram[i];
       const bool possible = info.lower < info.neutral || projection[i] > 0.0;
       const auto in = [&](const Hypothesis& set) { return contains(set, fault.id, fault.place); };
       if (helps && possible && !in(lead.hypothesis) && !in(*list)) list->push_back(fault);

@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/step_error.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kChange = 3.0;  // in units of noise: smaller changes are not visible
-constexpr double kShare = 0.3;   // share of the residual: smaller changes do not explain it
-constexpr double kBusy = 0.1;    // share of the time at the limit
-constexpr double kMostly = 0.5;  // share of the time
 constexpr double kFarOff = 1.0, kOff = 0.1;  // mean velocity off the position's rate, in standard deviations
-constexpr double kNearLimit = 0.98;  // share of the limit, for noise and scale of a log
 
 // Share of the samples in which the nominal servo of a joint is at its limit.
 double find_limited(const Problem& problem, const Plant& plant, int joint) {
@@ -46,7 +43,7 @@ Readings read_joint(const Recording& recording, const JointColumns& joint, doubl
   for (size_t k = 0; k < recording.size(); ++k) {
     const double v = joint.signal[1][k], u = joint.signal[2][k];
     if (!std::isfinite(v) || !std::isfinite(u)) continue;
-    n += 1.0, sum += v, squares += v * v, limited += std::abs(u) > kNearLimit * limit ? 1.0 : 0.0;
+    n += 1.0, sum += v, squares += v * v, limited += std::abs(u) > (1.0 - kKnown) * limit ? 1.0 : 0.0;
   }
   if (n == 0.0) return {};
   const double mean = sum / n, spread = std::sqrt(std::max(1e-300, squares / n - mean * mean));
@@ -64,7 +61,7 @@ Hum find_hum(const Experiment& e) {
     bool hums = false, shakes = false;
     for (const Recording& r : e.recordings) {
       const Readings readings = read_joint(r, r.joints[static_cast<size_t>(j)], plant.laws[static_cast<size_t>(j)].effort_limit);
-      hums = hums || (readings.limited > kMostly && readings.off > kFarOff);
+      hums = hums || (readings.limited > kHalf && readings.off > kFarOff);
       shakes = shakes || readings.off > kOff;
     }
     if (hums) hum.humming.push_back(j);
@@ -89,12 +86,12 @@ std::vector<SuspectJoint> find_suspect_joints(const Problem& problem) {
       }
     }
     const double change = std::sqrt(sum / std::max(1.0, count)), left = score.rms(c);
-    if (left <= 0.0 || change < kChange || change < kShare * left) continue;
+    if (left <= 0.0 || change < kUnlikely || change < kMuch * left) continue;
     const int joint = static_cast<int>(c) / kQuantities;
     if (!found.empty() && found.back().joint == joint) {
       if (change > found.back().change) found.back().change = change, found.back().left = left;
     } else {
-      found.push_back({joint, change, left, find_limited(problem, plant, joint) > kBusy});
+      found.push_back({joint, change, left, find_limited(problem, plant, joint) > kDetail});
     }
   }
   return found;

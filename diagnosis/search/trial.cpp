@@ -5,14 +5,13 @@
 #include <cmath>
 #include <string>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kDetail = 0.1;     // share of the noise power that counts as nothing
-constexpr double kTrainLeft = 2.0, kTrainShare = 0.01;  // residual of training: times the noise, share of the nominal power
 constexpr double kBent = 3.0;       // ratio of held-out to training power above the noise
 constexpr double kSurprise = 20.0;  // prior cost of a factor of e
 constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
@@ -38,7 +37,7 @@ bool is_bent(const Trial& t) {
 // True if the training recordings show a mismatch that the model leaves, whatever the held-out ones show. A limit, for
 // example, may be reached in one recording only.
 bool leaves_training(const Trial& t, const Trial& nominal) {
-  return t.train.rms() > kTrainLeft && calc_train_excess(t) > kTrainShare * calc_train_excess(nominal);
+  return t.train.rms() > kAboveNoise && calc_train_excess(t) > kTrace * calc_train_excess(nominal);
 }
 
 // Prior cost of factors far from one: of indistinguishable sets, one with a mass 50 times too large is unlikely.

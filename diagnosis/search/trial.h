@@ -37,8 +37,6 @@ double calc_own_price(const Hypothesis& hypothesis, double readings);
 // difference at which the second one has this probability.
 double calc_odds(double dearer, double more_parameters);
 double calc_dearer(double probability);
-// Least probability of hypotheses that are listed beside the preferred one.
-constexpr double kListed = 0.1;
 
 // True if only noise is left.
 bool is_noise(const Trial& trial);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/format.h"
 #include "diagnosis/search/starts.h"
 #include "diagnosis/search/nearby.h"
@@ -16,7 +17,6 @@ namespace {
 constexpr double kRough = 20.0;         // [noise] residual that step errors never cause
 constexpr int kFiner = 4, kFinest = 8;  // factors on the number of steps
 constexpr int kRounds = 2;              // rounds of start states and parameters
-constexpr double kNear = 2.0;           // [noise] residual of a set that is polished before it is grown
 constexpr double kFar = 4.0;            // [noise] residual that polishing cannot reduce to noise
 constexpr double kVague = 5.0;          // [noise] residual at which pre-sliding displacements are scanned coarsely
 constexpr double kVagueFactor = 1.5;    // finest factor of such a scan
@@ -88,7 +88,7 @@ std::vector<Effect> Trials::choose(const Trial& from, size_t at, const std::vect
 // cost ten times as much.
 void Trials::polish_best() {
   const Trial& first = best();
-  const bool near = first.rms < kNear || is_detail(first, nominal());
+  const bool near = first.rms < kAboveNoise || is_detail(first, nominal());
   if (first.hypothesis.empty() || is_explained(first, nominal()) || !near) return;
   polish(&trials_.at(make_set(first.hypothesis)));
 }

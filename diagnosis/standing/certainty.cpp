@@ -2,13 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/searcher.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
-
-constexpr double kItsPart = 0.25;  // share of the largest gain; with a larger one, an equation needs the effect
 
 // Effects of links, IMU and force sensors appear in the balance of the whole body. If the balance contains an unknown
 // force, none of them is certain.
@@ -146,7 +145,7 @@ bool StandSearcher::explains_its_part(size_t effect) const {
   }
   for (auto set : sets) {
     for (size_t c = 0; c < channels(); ++c) {
-      if (gain(set, c) < kItsPart * most) continue;
+      if (gain(set, c) < kPart * most) continue;
       for (size_t other = 0; other < channels(); ++other) {
         if (!are_about_one_place(out_.channels[c], out_.channels[other])) continue;
         if (!StandJudge::is_quiet((out_.chosen.*set)[other], (without.*set)[other])) return false;
@@ -170,7 +169,7 @@ bool StandSearcher::is_coupled(size_t effect) const {
   if (!is_joint(e)) return false;
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
   for (size_t c = 0; c < channels(); ++c) {
-    if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kMismatch) continue;
+    if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kAboveNoise) continue;
     if (follows_joint(p_, out_.channels[c], c, left, e.place.index)) return true;
   }
   return false;
@@ -196,7 +195,7 @@ void StandSearcher::refuse_couplings() {
       out_.opposite = out_.opposite || are_equal(nominal, channels(), x, y, -1);
       if (!get_row(a).follows_position || !get_row(b).follows_position) continue;
       const SpringPair pair{{x, y}, {a.place.index, b.place.index}, {judge_.sigma()[x], judge_.sigma()[y]}};
-      out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kIndistinguishable);
+      out_.coupled = out_.coupled || calc_spring_gain(p_, nominal, pair) < kCorrelated * std::log(1 / kMinor);
     }
   }
   if (out_.opposite || out_.coupled) out_.explained = false;
@@ -247,7 +246,7 @@ bool StandSearcher::has_equal_drives() const {
     if (!is_joint(e)) continue;
     const size_t own = find_effort_channel(e.place.index);
     for (size_t c = 0; c < channels(); ++c) {
-      const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kMismatch;
+      const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kAboveNoise;
       if (out_.channels[c].kind != "effort" || c == own || agrees) continue;
       if (are_equal(nominal, channels(), own, c, 1) || are_equal(nominal, channels(), own, c, -1)) return true;
     }

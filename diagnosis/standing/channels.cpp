@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/effects.h"
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/motion.h"
@@ -16,8 +17,6 @@ namespace {
 constexpr double kInside = 0.88;  // share of a sole's half edges; a centre of pressure inside means flat contact
 constexpr int kTurning = 5;       // [windows] half of the 0.3 s over which rotations are compared
 constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean acceleration to 3e-3 m/s^2
-constexpr double kNearly = 0.9;    // share of the friction limit beyond which a foot may slide; forces are smoothed
-constexpr double kLoaded = 0.01;   // share of the weight that a standing foot must carry
 
 class Calculator : StandMotion {
  public:
@@ -26,7 +25,7 @@ class Calculator : StandMotion {
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
     friction_ = terms_.ground.friction > 0 ? terms_.ground.friction : problem.experiment->scenario.ground.friction;
-    for (const LinkSpec& link : problem.tree.links) load_ += kLoaded * link.inertia.mass * 9.81;
+    for (const LinkSpec& link : problem.tree.links) load_ += kTrace * link.inertia.mass * 9.81;
   }
 
   std::vector<double> run(StandBase* base) {
@@ -114,7 +113,7 @@ class Calculator : StandMotion {
       const double weight = p_.feet[foot].mass * p_.experiment->scenario.gravity_W.norm();
       const double vertical = std::max(1.0, force_[foot].z() + weight);
       const double ratio = find_asked_friction(p_.feet[foot], force_[foot], torque_[foot], vertical);
-      slips = slips || ratio > kNearly * friction_;
+      slips = slips || ratio > kNearlyAll * friction_;
       worst = std::max(worst, ratio);
     }
     places_.push_back(get_pose(data_, p_.imu_link) * p_.p_LI - points[0]);
@@ -171,7 +170,7 @@ class Calculator : StandMotion {
         const auto read = [&](size_t axis) { return r_.wrench[6 * foot + axis].value[i]; };
         const Vector3d force(read(0), read(1), read(2)), torque(read(3), read(4), read(5));
         const double asked = find_asked_friction(p_.feet[foot], force, torque, std::max(1.0, force.z()));
-        const bool slides = asked > kNearly * friction_;
+        const bool slides = asked > kNearlyAll * friction_;
         if (slides || !presses_flat(p_.feet[foot], force, torque)) return true;
       }
     }

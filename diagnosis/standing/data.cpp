@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/standing/attitude.h"
 #include "diagnosis/standing/sole.h"
@@ -15,10 +16,9 @@ namespace {
 constexpr double kWindow = 0.03;  // [s] half width; a standing robot moves below 3 Hz, which a local cubic follows
 
 // kRough: windows whose residual exceeds that of the quietest quarter by this factor are left out. For white noise in
-// 10 samples the rms scatters by a quarter. kLeastShare of the samples is always kept, so a robot that always shakes is
+// 10 samples the rms scatters by a quarter. kMinority of the samples is always kept, so a robot that always shakes is
 // judged by its quieter part.
-constexpr double kRough = 3.0, kLeastShare = 0.2;
-constexpr double kHeldShare = 0.2;  // share of samples equal to the previous one, above which a sensor holds its values
+constexpr double kRough = 3.0;
 
 // Reads and smooths the columns base/x, base/y, ...; returns false if the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
@@ -107,7 +107,7 @@ void choose_samples(const Recording& recording, const StandProblem& problem, Sta
   const std::vector<double> rough = find_roughness(recording, *out, columns);
   const int half = out->window, n = static_cast<int>(recording.size());
   std::vector<double> sorted = rough;
-  const auto most = static_cast<long>(kLeastShare * n);
+  const auto most = static_cast<long>(kMinority * n);
   std::nth_element(sorted.begin(), sorted.begin() + most, sorted.end());
   const double limit = std::max(kRough, sorted[static_cast<size_t>(most)]);
   for (int k = 2 * half; k + 2 * half < n; k += half) {
@@ -154,7 +154,7 @@ bool are_held(const std::vector<const std::vector<double>*>& columns) {
   for (size_t k = 1; k < size; ++k) {
     same += std::all_of(columns.begin(), columns.end(), [k](const auto* c) { return (*c)[k] == (*c)[k - 1]; });
   }
-  return static_cast<double>(same) > kHeldShare * static_cast<double>(size);
+  return static_cast<double>(same) > kMinority * static_cast<double>(size);
 }
 
 bool has_held_samples(const Recording& recording) {

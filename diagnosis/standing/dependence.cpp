@@ -6,11 +6,12 @@
 #include <array>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr size_t kFew = 12;         // fewest samples of a recording for a relation
-constexpr double kNearlyAll = 0.7;  // share of squares; noise of half the signal's rms leaves a quarter
 constexpr double kRuns = 0.02;      // [rad/s] speed at which friction certainly slips
 constexpr double kOwnMotion = 1.0;  // [Hz] a robot's own sway is slower
 
@@ -80,7 +81,8 @@ Relation find_dependence(const StandProblem& p, const Channel& channel, size_t i
 
 bool follows_time(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation) {
   const Halves all = observe_all(p, channel, index, evaluation);
-  return !all.train.empty() && find_oscillation(all.train, all.test, kOwnMotion).share > kNearlyAll;
+  // Noise of half the signal's rms leaves a quarter.
+  return !all.train.empty() && find_oscillation(all.train, all.test, kOwnMotion).share > kLargely;
 }
 
 bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation,

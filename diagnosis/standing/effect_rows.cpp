@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/effects.h"
 
 #include <algorithm>
@@ -11,7 +12,6 @@ namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr double kWider = 3;        // factor on the observed motion: start value of a gap
-constexpr double kSeen = 2;         // noise standard deviations above which a sample shows something
 constexpr double kPlumb = 0.02;     // [rad] accuracy of a robot's vertical
 constexpr double kLoopStep = 2e-4;  // [s] step of a drive's loop; as large as the timing parameter on fixed bases
 constexpr double kMostStamping = 2e-3;  // [s] largest uncertainty of stamps; slower logs stamp well within their step
@@ -228,7 +228,7 @@ StandRow make_saturation() {
   row.positive = false, row.away = true;
   // If a drive gives less than the noise, nothing tells what limits it.
   row.is_sensible = [](const StandProblem& problem, const Effect& e) {
-    return e.p[0] > kSeen * find_noise(problem, e.place.index);
+    return e.p[0] > kAboveNoise * find_noise(problem, e.place.index);
   };
   row.list_starts = &list_limits;
   return row;

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis::standing {
 
 namespace {
-
-constexpr double kLaws = 1e-3;  // relative difference between laws and integrators of two engines
 
 // An estimate with a statistical standard deviation `chance` and a systematic error. The true value is anywhere between
 // two ends, the same in every recording. Therefore the interval adds the range and the deviation linearly, not in
@@ -82,7 +82,7 @@ std::pair<std::string, std::string> find_place(const StandProblem& p, const Effe
 
 Json make_parameters(const StandProblem& p, const Effect& e, const Eigen::VectorXd& fitted, size_t foot) {
   Eigen::VectorXd std = fitted;
-  for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kLaws * e.p[static_cast<size_t>(i)]);
+  for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kAgreement * e.p[static_cast<size_t>(i)]);
   if (is_foot(e)) return make_bush(p, e, std, foot);
   const StandRow& row = get_row(e);
   std::vector<double> values = e.p;

@@ -5,17 +5,16 @@
 #include <cmath>
 
 #include "diagnosis/data/noise.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr double kFew = 8;  // samples of noise that are added to each rms
-constexpr double kLeastNoise = 0.25;
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
 // Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
 constexpr double kLeadingOrder = 2;
-constexpr double kLeastShared = 0.25;  // squared rms, in units of noise, that is worth reporting
 // Limit on a sum of products over the root of their summed squares. Products of two independent errors have either
 // sign, so the probability to exceed it is below 2 exp(-5^2 / 2). With two lags in 80 equations, this is one robot of a
 // thousand.
@@ -23,7 +22,6 @@ constexpr double kNoChance = 5;
 // Lags [windows]. Windows two apart do not overlap, and sensor filters forget within that time, while motion does not.
 // An oscillation with a quarter period at one lag appears at the other.
 constexpr size_t kLater[] = {2, 3};
-constexpr double kClearer = 0.5;  // ratio of noises of two readings, below which the clearer one is used
 constexpr size_t kThin = 3;       // one of so many samples ranks candidates
 
 // Smallest plausible noise of a channel: rounding in files, contact of a stiff sole, and the error of an estimated
@@ -165,7 +163,7 @@ std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evalua
     const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / (sigma_[c] * sigma_[c]);
     double most = 0;
     for (size_t later : kLater) most = std::max(most, std::abs(find_memory(c, later, even, odd)) - granted);
-    if (most > kLeastShared) out[c] = std::sqrt(most);
+    if (most > kPart) out[c] = std::sqrt(most);
   }
   return out;
 }
@@ -181,7 +179,7 @@ std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const E
 double StandJudge::find_least(size_t channel) const {
   if (reference_.empty()) return 1;
   const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);
-  return std::clamp(left / (sigma_[channel] * sigma_[channel]), kLeastNoise, 1.0);
+  return std::clamp(left / (sigma_[channel] * sigma_[channel]), kPart, 1.0);
 }
 
 double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, const Evaluation& evaluation,
@@ -201,7 +199,8 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
   // A free link follows the noise of the feet, so a residual below the noise gains nothing.
   const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);
   fit->score += count * std::log(std::max(square, free ? 1.0 : find_least(c)));
-  if (square > kMismatch * kMismatch) fit->mismatch += count * std::log(square);
+  // Such a channel disagrees with the model.
+  if (square > kAboveNoise * kAboveNoise) fit->mismatch += count * std::log(square);
   return std::sqrt(square);
 }
 
@@ -261,7 +260,7 @@ void choose_laws(StandProblems* problems) {
   }
   for (size_t j = 0; j < joints; ++j) {
     const size_t c = find_drive(all, j);  // channel of its equation of motion; the next one compares log and law
-    const bool better = both[j] && shared[c + 1] == 0 && noise[1][c] < kClearer * noise[0][c];
+    const bool better = both[j] && shared[c + 1] == 0 && noise[1][c] < kHalf * noise[0][c];
     for (StandProblem* p : each) p->law[j] = better;
   }
 }

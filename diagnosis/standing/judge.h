@@ -4,11 +4,11 @@
 
 #include <array>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/fit.h"
 
 namespace hrp::diagnosis::standing {
 
-constexpr double kMismatch = 2.0;  // [noise rms] a channel above this disagrees with the model
 constexpr double kCorrelated = 8;  // samples that count as one independent sample: errors of neighbours are correlated
 
 // A hypothesis with its score and its residuals by channel.
@@ -28,7 +28,7 @@ class StandJudge {
  public:
   // Rms [noise] above which something is left over although a hypothesis was fitted. With dozens of parameters, details
   // of laws remain in the worst of some eighty equations. The same holds for wide motions in the worst training
-  // recording. Therefore it is above kMismatch.
+  // recording. Therefore it is above kAboveNoise.
   static constexpr double kLeftOver = 2.5;
 
   explicit StandJudge(const StandProblem& problem);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/searcher.h"
 #include "diagnosis/standing/slip.h"
@@ -16,7 +17,7 @@ StandOutcome StandSearcher::run() {
   out_.nominal = out_.chosen = judge({});
   if (!find_slip_ratio(p_, &hints_.slip_ratio, &slip_spread_)) hints_.slip_ratio = 0;
   hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
-  give_ = find_tilting(p_), significant_ = find_deviations(kNormal);
+  give_ = find_tilting(p_), significant_ = find_deviations(kSignificantInRobot);
   extend();
   if (out_.mismatch && !out_.explained) start_with_soles();
   if (out_.explained) refuse_couplings();
@@ -49,7 +50,7 @@ void StandSearcher::extend() {
   const bool found = !out_.chosen.hypothesis.empty(), quiet = is_explained();
   const std::vector<double>& train = out_.nominal.train_rms;
   const double most = *std::max_element(train.begin(), train.end());
-  out_.mismatch = found || worst(out_.nominal) > kMismatch || most > StandJudge::kLeftOver;
+  out_.mismatch = found || worst(out_.nominal) > kAboveNoise || most > StandJudge::kLeftOver;
   out_.explained = found && quiet;
 }
 
@@ -88,7 +89,7 @@ double StandSearcher::find_deviations(double normal) const {
 
 bool StandSearcher::has_moving_feet() const {
   for (size_t c = 0; c < find_places(p_) + count_places(p_); ++c) {
-    if (std::max(out_.chosen.channel_rms[c], out_.chosen.train_rms[c]) > kMismatch) return true;
+    if (std::max(out_.chosen.channel_rms[c], out_.chosen.train_rms[c]) > kAboveNoise) return true;
   }
   return false;
 }
@@ -101,7 +102,7 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   if (row.loose) return e.p[3] == 0 || has_moving_feet();
   if (is_vector(e)) {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
-    return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kNormal, e.p.size()));
+    return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kSignificantInRobot, e.p.size()));
   }
   const bool grounded = !exceeds_ground(fit);
   for (size_t i = 0; i < e.p.size(); ++i) {
@@ -119,7 +120,7 @@ namespace {
 // transmission proves nothing.
 bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& so_far) {
   const Effect &a = simple.hypothesis.back(), &b = rich.hypothesis.back();
-  const double far = std::max(kRicher, kRotorsLack * (so_far.score - rich.score));
+  const double far = std::max(kRicher, kMinor * (so_far.score - rich.score));
   return get_row(a).of_transmission && get_effect(b.id).flexible && !get_row(b).loose && a.place == b.place &&
          simple.score - rich.score < far;
 }
@@ -134,7 +135,7 @@ StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) 
     const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
       return is_contained(t.fit, *rich, out_.chosen);
     });
-    if (t.probability < kIndistinguishable && !contained) continue;
+    if (t.probability < kMinor && !contained) continue;
     const StandFit finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) return finished;
     unsure.push_back(&t.fit);
@@ -157,7 +158,7 @@ bool StandSearcher::add_effect() {
     progress_(text);
   }
   if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // reported even if nothing is accepted
-  if (gain < std::max(kGain, 0.02 * out_.nominal.mismatch)) return false;
+  if (gain < std::max(kGain, kKnown * out_.nominal.mismatch)) return false;
   // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
@@ -245,7 +246,7 @@ void StandSearcher::find_indistinguishable() {
     for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
       const StandTrial& t = out_.rounds[i][k];
       const Effect& e = t.fit.hypothesis[i];
-      if (t.fit.score < 1e299 && t.probability > kIndistinguishable && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
+      if (t.fit.score < 1e299 && t.probability > kMinor && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
     }
     const auto is_listed = [&](EffectId id) {
       const std::vector<Effect>& others = out_.indistinguishable.back();

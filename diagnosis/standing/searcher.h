@@ -12,11 +12,8 @@ namespace hrp::diagnosis::standing {
 
 // Least gain in score of an effect. Score / kCorrelated is a log-likelihood ratio of independent samples, and 13.1 =
 // ln(500 / 1e-3): 500 starts, one false effect in a thousand robots.
-constexpr double kNormal = kSignificantInRobot;
 constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;  // score gain of a richer law at the same place
-constexpr double kRotorsLack = 0.05;  // share of a transmission's gain that its rotor alone may lack
-constexpr double kIndistinguishable = 0.05;  // least probability of a reported alternative
 constexpr size_t kMostEffects = 3;
 // Most effects in total. Drives of a robot are alike, so an effect of one joint may occur at others.
 constexpr size_t kMostAlike = 12;

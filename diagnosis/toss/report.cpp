@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/toss/search.h"
@@ -54,7 +55,7 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std) {
                 {"unit", unit}};
     }
     const auto axis = static_cast<size_t>(parameter.axis);
-    vector["value"][axis] = v, vector["std"][axis] = s, vector["ci95"][axis] = {v - 1.96 * s, v + 1.96 * s};
+    vector["value"][axis] = v, vector["std"][axis] = s, vector["ci95"][axis] = {v - kNinetyFive * s, v + kNinetyFive * s};
   }
   return out;
 }
@@ -65,7 +66,7 @@ std::string describe(const TossProblem& problem, const Effect& effect, const std
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const EffectParameter& parameter = *row.parameters[i].info;
     text += (i ? ", " : "") + (is_scalar(row, i) ? parameter.name : parameter.key()) + " " + number(effect.p[i], 3) +
-            " +- " + number(1.96 * std[i], 3);
+            " +- " + number(kNinetyFive * std[i], 3);
     const std::string unit = get_unit(row, i);
     if (unit != "1") text += " " + unit;
   }

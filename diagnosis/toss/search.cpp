@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis::toss {
@@ -13,13 +14,7 @@ constexpr size_t kSearchWindows = 110;  // takes about a minute on two cores
 constexpr int kMostEffects = 5;
 constexpr int kTrialRounds = 2, kRounds = 4;  // iterations of a fit: two for a first ranking, four for values
 constexpr size_t kClosest = 3;  // candidates with the largest gains, which are ranked again after four iterations
-// Share of the remaining cost that an effect must remove while something else is missing. A weaker effect may stand in
-// for what is missing.
-constexpr double kLeastShare = 0.03;
 constexpr double kLeastGain = 10.0;  // least cost reduction, besides 2 per parameter: odds of about e^10 by noise
-constexpr double kSure = kSignificantInTosses;  // standard errors
-constexpr double kSteady = 0.5;      // spread between tosses over the value; above it, no property of the body
-constexpr double kSame = 0.25;       // relative difference of two halves that counts as equal
 
 bool has_validation(const TossProblem& problem) {
   return std::any_of(problem.tosses.begin(), problem.tosses.end(), [](const Toss& t) { return !t.train; });
@@ -45,7 +40,7 @@ double calc_sureness(const TossProblem& problem, const TossFit& before, const To
     const double d = before.cost[t] - after.cost[t];
     n += 1.0, sum += d, square += d * d;
   }
-  if (n < 3.0) return sum > 0.0 ? kSure : 0.0;  // too few tosses; the other tests decide
+  if (n < 3.0) return sum > 0.0 ? kSignificantInTosses : 0.0;  // too few tosses; the other tests decide
   const double variance = std::max(1e-12, (square - sum * sum / n) / (n - 1.0));
   return sum / std::sqrt(n * variance);
 }
@@ -114,7 +109,7 @@ class Search {
       const double a = half[0].hypothesis[last].p[i], b = half[1].hypothesis[last].p[i];
       const double size = std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]);
       const double error = 3.0 * std::hypot(half[0].std[last][i], half[1].std[last][i]);
-      if (std::abs(a - b) > std::max(kSame * size, error)) return false;
+      if (std::abs(a - b) > std::max(kPart * size, error)) return false;
     }
     return true;
   }
@@ -132,8 +127,9 @@ class Search {
     const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double size = std::abs(trial.fit.hypothesis.back().p[i] - neutral.p[i]);
-      const bool tells = size > kSure * trial.fit.std.back()[i];
-      if (tells && trial.fit.spread.back()[i] > kSteady * size) return false;
+      const bool tells = size > kSignificantInTosses * trial.fit.std.back()[i];
+      // What varies so much between tosses is no property of the body.
+      if (tells && trial.fit.spread.back()[i] > kHalf * size) return false;
     }
     return true;
   }
@@ -143,7 +139,7 @@ class Search {
     const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double std = trial.fit.std[last][i];
-      if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSure * std) return true;
+      if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSignificantInTosses * std) return true;
     }
     return false;
   }
@@ -168,7 +164,7 @@ class Search {
   std::optional<Measured> find_measured(EffectId id) const {
     const TossRow& row = get_toss_row(id);
     const std::optional<Measured> measured = row.get_measured ? row.get_measured(problem_) : std::nullopt;
-    const bool differs = measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSure * measured->std;
+    const bool differs = measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSignificantInTosses * measured->std;
     return differs ? measured : std::nullopt;
   }
 
@@ -178,18 +174,19 @@ class Search {
     if (!measured) return false;
     const double value = trial.fit.hypothesis.back().p[0], size = std::abs(value - make_neutral(problem_, trial.added).p[0]);
     const double error = std::hypot(measured->std, std::hypot(trial.fit.std.back()[0], trial.fit.spread.back()[0]));
-    return std::abs(value - measured->value) < std::max(kSame * size, kSure * error);
+    return std::abs(value - measured->value) < std::max(kPart * size, kSignificantInTosses * error);
   }
 
   void examine(TossTrial* trial) const {
     const double before = out_.chosen.train_cost, left = judge(problem_, trial->fit);
     const size_t count = make_neutral(problem_, trial->added).p.size();
-    const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kNoiseLeft ? 0.0 : kLeastShare * before);
+    // While something else is missing, a weaker effect may stand in for it.
+    const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kNoiseLeft ? 0.0 : kBlur * before);
     if (trial->gain < least)
       trial->why = "it takes away too little of what is missing";
     else if (has_validation(problem_) && trial->fit.validate_cost >= out_.chosen.validate_cost)
       trial->why = "the recordings it was not fitted to get no better";
-    else if (trial->sureness < kSure)
+    else if (trial->sureness < kSignificantInTosses)
       trial->why = "only few tosses get better";
     else if (!is_significant(*trial))
       trial->why = "its parameters cannot be told from nothing";
@@ -329,7 +326,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
       const double apart = std::abs(found.hypothesis[e].p[i] - again.hypothesis[e].p[i]);
       const double size = std::abs(found.hypothesis[e].p[i] - neutral.p[i]);
       const double error = std::hypot(found.std[e][i], again.std[e][i]);
-      same = same && !(size > kSure * std[i] && apart > std::max(kSame * size, kSure * error));
+      same = same && !(size > kSignificantInTosses * std[i] && apart > std::max(kPart * size, kSignificantInTosses * error));
       std[i] = std::hypot(std[i], 0.5 * apart);
     }
     const std::string& name = get_effect(found.hypothesis[e].id).name;

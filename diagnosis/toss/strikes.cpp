@@ -6,14 +6,13 @@
 
 #include "common/spatial/turn.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
 
 constexpr size_t kFlight = 5;         // poses of a flight; a quadratic leaves two to check the fit
 constexpr double kSmooth = 4.0;       // limit of the residual, in units of the noise
-constexpr double kFalls = 0.2;        // share of gravity; no clock or length is wrong by more
-constexpr double kAlone = 0.1;        // share of the body's size by which the next point must be higher
 constexpr double kImpactSpeed = 0.3;  // [m/s] weaker impacts change the motion too little
 constexpr size_t kLeast = 8, kLeastRests = 4;  // least numbers of values for a median with an error
 
@@ -34,7 +33,7 @@ struct Stretch {
 Stretch look_at(const TossProblem& problem, const Toss& toss, size_t begin, size_t at) {
   Stretch stretch{false, at, calc_local_motion(problem, toss, begin, begin + kFlight, at)};
   const Vector3d& g = problem.nominal.gravity_W;
-  stretch.flies = stretch.motion.misfit < kSmooth && (stretch.motion.a - g).norm() < kFalls * g.norm();
+  stretch.flies = stretch.motion.misfit < kSmooth && (stretch.motion.a - g).norm() < kMinority * g.norm();
   return stretch;
 }
 
@@ -67,7 +66,7 @@ std::optional<size_t> find_lone_point(const TossProblem& problem, const Body& bo
   for (size_t i = 0; i < points.size(); ++i) {
     if (i != lowest) next = std::min(next, points[i].z() - points[lowest].z());
   }
-  if (points.size() < 2 || next < kAlone * size) return std::nullopt;
+  if (points.size() < 2 || next < kDetail * size) return std::nullopt;
   return lowest;
 }
 
@@ -124,7 +123,7 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
     LocalMotion fall;
     for (size_t n = 2 * kFlight; n <= toss.p.size(); ++n) {
       const LocalMotion m = calc_local_motion(problem, toss, 0, n, 0);
-      if (m.misfit > kSmooth || (m.a - problem.nominal.gravity_W).norm() > kFalls * g) break;
+      if (m.misfit > kSmooth || (m.a - problem.nominal.gravity_W).norm() > kMinority * g) break;
       count = n, fall = m;
     }
     if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));

@@ -172,15 +172,10 @@ void bind_state(py::module_& m) {
       .def_property_readonly("hash", &calc_state_hash, "Of the bits of all numbers: equal states, equal hashes.");
 }
 
-}  // namespace
+using RobotClass = py::class_<PyRobot, std::shared_ptr<PyRobot>>;
 
-void bind_robot(py::module_& m) {
-  bind_state(m);
-  py::class_<PyRobot, std::shared_ptr<PyRobot>> robot(
-      m, "Robot",
-      "A tree of rigid bodies and its equations of motion.\n\n"
-      "Generalised velocity v (nv,) = [w_WB; v_WB; qd]: base first, world axes; a fixed base has only qd. Generalised force\n"
-      "(nv,) = [moment about the base's origin; force; efforts]. Spatial vectors have the angular part first.");
+// What the robot is.
+void bind_description(RobotClass& robot) {
   robot.def_property_readonly("name", [](const PyRobot& r) { return r.description.tree.name; }, "From the URDF.")
       .def_property_readonly("links", &get_links, "Names of the moving links; the first one is the base.")
       .def_property_readonly("joints", &get_joints, "Names of the joints: the order of q, qd and efforts.")
@@ -199,8 +194,12 @@ void bind_robot(py::module_& m) {
       .def_property_readonly("warnings", [](const PyRobot& r) { return r.description.warnings; },
                              "What was repaired, ignored or missing in the URDF.")
       .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, py::arg("memo"), "The same object: a robot does not change.")
-      .def("zero_state", &make_state_of, "A State with all numbers zero and the base at the world's origin.")
-      .def("poses", &calc_poses, py::arg("state"), "(links, 4, 4) [m] X_WL of all moving links, homogeneous matrices.")
+      .def("zero_state", &make_state_of, "A State with all numbers zero and the base at the world's origin.");
+}
+
+// Where its links are, and how they move.
+void bind_kinematics(RobotClass& robot) {
+  robot.def("poses", &calc_poses, py::arg("state"), "(links, 4, 4) [m] X_WL of all moving links, homogeneous matrices.")
       .def("pose",
            [](PyRobot& r, const State& state, const std::string& frame) {
              update(r, state);
@@ -216,8 +215,12 @@ void bind_robot(py::module_& m) {
       .def("jacobian", &calc_jacobian, py::arg("state"), py::arg("frame"), py::arg("point") = py::none(),
            "(6, nv): [w; v of the point] = J v, world axes. point (3,) [m] in the frame's axes; its origin when left out.")
       .def("bias_acceleration", &calc_bias_acceleration, py::arg("state"), py::arg("frame"),
-           "(6,) [rad/s^2; m/s^2] Jdot v: acceleration of the frame's origin when vdot = 0, without gravity, world axes.")
-      .def("mass_matrix",
+           "(6,) [rad/s^2; m/s^2] Jdot v: acceleration of the frame's origin when vdot = 0, without gravity, world axes.");
+}
+
+// The equations of motion, and what they are made of.
+void bind_dynamics(RobotClass& robot) {
+  robot.def("mass_matrix",
            [](PyRobot& r, const State& state) {
              update(r, state);
              return Eigen::MatrixXd(update_mass_matrix(r.model, &r.data));
@@ -242,8 +245,12 @@ void bind_robot(py::module_& m) {
       .def_property_readonly("inertial_parameters", [](const PyRobot& r) { return make_inertial_parameters(r.model); },
                              "(10 links,) each m, m c (3), inertia about the link's origin xx xy xz yy yz zz; link axes.")
       .def_property_readonly("joint_parameters", [](const PyRobot& r) { return make_joint_parameters(r.model); },
-                             "(3 n,) each rotor inertia, viscous friction, Coulomb friction.")
-      .def("centre_of_mass",
+                             "(3 n,) each rotor inertia, viscous friction, Coulomb friction.");
+}
+
+// The robot as a whole: centre of mass, momentum, energy.
+void bind_balance(RobotClass& robot) {
+  robot.def("centre_of_mass",
            [](PyRobot& r, const State& state) {
              update(r, state);
              return Vector3d(calc_centre_of_mass(r.model, r.data));
@@ -274,8 +281,12 @@ void bind_robot(py::module_& m) {
              update(r, state);
              return calc_potential_energy(r.model, r.data);
            },
-           py::arg("state"), "[J] of gravity, zero at the world's origin.")
-      .def("generalised_velocity",
+           py::arg("state"), "[J] of gravity, zero at the world's origin.");
+}
+
+// The generalised velocity of a state, and where it leads.
+void bind_velocities(RobotClass& robot) {
+  robot.def("generalised_velocity",
            [](PyRobot& r, const State& state) {
              check_state(r.description.tree, state);
              Eigen::VectorXd v(r.model.nv());
@@ -285,6 +296,18 @@ void bind_robot(py::module_& m) {
            py::arg("state"), "(nv,) v = [w_WB; v_WB; qd].")
       .def("integrate", &make_moved, py::arg("state"), py::arg("v"), py::arg("dt"),
            "The State moved by v (nv,) during dt [s]: exponential map on the attitude. Velocities stay as they were.");
+}
+
+}  // namespace
+
+void bind_robot(py::module_& m) {
+  bind_state(m);
+  RobotClass robot(
+      m, "Robot",
+      "A tree of rigid bodies and its equations of motion.\n\n"
+      "Generalised velocity v (nv,) = [w_WB; v_WB; qd]: base first, world axes; a fixed base has only qd. Generalised force\n"
+      "(nv,) = [moment about the base's origin; force; efforts]. Spatial vectors have the angular part first.");
+  bind_description(robot), bind_kinematics(robot), bind_dynamics(robot), bind_balance(robot), bind_velocities(robot);
   m.def(
       "load_robot",
       [](const std::string& urdf, bool floating_base, const py::object& gravity) {

@@ -6,6 +6,8 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -13,10 +15,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kKnown = 0.01;      // of the robot's weight, which a foot bears: zeros are known no better
 constexpr size_t kFewestSwings = 3;  // they have to agree
 constexpr size_t kFewestSamples = 5;
-constexpr double kDeviations = 3;    // beyond which a zero is no chance
 
 double get_sign(const ForceSensor& s) { return std::copysign(1.0, s.X_LS.R(2, 2)); }
 
@@ -26,14 +26,15 @@ class ZeroFinder {
 
   std::vector<AirZero> run() const {
     std::vector<AirZero> out;
-    const double known = kKnown * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    // Of the robot's weight, which a foot bears: zeros are known no better.
+    const double known = kTrace * log_.mass * log_.experiment->scenario.gravity_W.norm();
     for (size_t s = 0; s < log_.sensors.size(); ++s) {
       const ForceLevels& level = contacts_.levels[s];
       if (!tells_zero(log_.sensors[s]) || !level.swings) continue;
       const std::vector<double> swings = list_swings(s);
       const Consensus k = find_consensus(swings, known);
       const double std = k.kept > 1 ? k.std * find_widening(k.kept) : 1e9;
-      if (k.kept < kFewestSwings || std::abs(k.mean) < std::max(known, kDeviations * std)) continue;
+      if (k.kept < kFewestSwings || std::abs(k.mean) < std::max(known, kUnlikely * std)) continue;
       out.push_back({s, k.kept, get_sign(log_.sensors[s]) * k.mean, std});
     }
     return out;
@@ -95,7 +96,7 @@ Finding make_zero_finding(const LeggedLog& log, const AirZero& zero) {
   Finding f = make_finding(bias, {{"sensor", name}}, {make_value(bias, zero.value, zero.std, "N")});
   f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 0.5;
   f.statement = name + format(" reads %.1f +- %.1f N while its foot is in the air (%.0f swings): its zero is off.",
-                              zero.value, 1.96 * zero.std, static_cast<double>(zero.swings));
+                              zero.value, kNinetyFive * zero.std, static_cast<double>(zero.swings));
   return f;
 }
 

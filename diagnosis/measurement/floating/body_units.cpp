@@ -6,6 +6,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
@@ -13,7 +14,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kNear = 0.25;        // by which a factor may differ from that of a unit: nothing else is so far from 1
 constexpr double kUpright = 0.7;      // cosine: upwards as an accelerometer has it, against the base's z axis
 constexpr double kDegrees = 180.0 / M_PI;
 constexpr double kTurns = 0.02;       // [rad/s] root mean square of rates that tell a gyroscope's unit
@@ -22,7 +22,8 @@ constexpr double kFar = 30.0;         // times the robot's own height: no base i
 constexpr double kPressed = 5.0;      // times as much force one way as the other
 constexpr size_t kStride = 5;         // samples
 
-bool is_near(double factor, double unit) { return std::abs(factor / unit - 1.0) < kNear; }
+// Nothing else is so far from 1.
+bool is_near(double factor, double unit) { return std::abs(factor / unit - 1.0) < kPart; }
 
 class Finder {
  public:

@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/law_values.h"
+#include "diagnosis/measurement/floating/least_squares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSmallScale = 0.005;  // a factor nearer to 1 is within what scales and models are known to
-constexpr double kSmallGain = 0.02;    // the same of torque constants, of which data sheets give two digits
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
 constexpr double kLargestGap = 0.2;                 // [rad] of teeth
 constexpr double kLatest = 0.2;                     // [s] up to which delays are linear in their columns
-// Share of the spread of a joint's torque that a spring must explain: a rigid model always misses a little that follows
-// the position.
-constexpr double kSpringShare = 0.02;
 
 CandidateLaw make_plain_law(EffectId effect) {
   CandidateLaw law{&make_plain};
@@ -64,14 +61,14 @@ void add_joint_laws(LawTable* t) {
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->viscous = make_positive(EffectId::kViscous), t->coulomb = make_positive(EffectId::kCoulomb);
   t->load_friction = make_positive(EffectId::kLoadFriction), t->rotor_inertia = make_positive(EffectId::kRotorInertia);
-  t->torque_constant = make_scale(EffectId::kTorqueConstant, kSmallGain);
-  t->spring = make_positive(EffectId::kSpring), t->spring.make_estimates = &make_spring, t->spring.worth = kSpringShare;
+  t->torque_constant = make_scale(EffectId::kTorqueConstant, kKnown);
+  t->spring = make_positive(EffectId::kSpring), t->spring.make_estimates = &make_spring, t->spring.worth = kKnown;
   t->lag = make_late(EffectId::kLag), t->delay = make_late(EffectId::kDelay);
 }
 
 void add_sensor_laws(LawTable* t) {
   t->sensor_bias = make_plain_law(EffectId::kSensorBias), t->sensor_bias.vector = true;
-  t->sensor_scale = make_scale(EffectId::kSensorScale, kSmallScale);
+  t->sensor_scale = make_scale(EffectId::kSensorScale, kExactShare);
   t->sensor_delay = make_late(EffectId::kSensorDelay);
   t->sensor_misalignment = make_angle(EffectId::kSensorMisalignment), t->sensor_misalignment.linearized = true;
 }

@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
+#include "diagnosis/measurement/floating/least_squares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kMounting = 0.01;  // [rad] to which force sensors are screwed on
-constexpr double kInstant = 0.1;    // of a sample time: nobody knows more exactly when the sensors of one row were read
 constexpr double kThick = 0.03;     // [m] of housings about joints, at least
-constexpr double kSmallMass = 0.005;  // of the robot's mass: models are no better
-constexpr double kSmallShare = 0.02;  // of a link's own mass
 // A sole that gives: what it does at most under half of the robot's weight, pressed at its edge.
 constexpr double kMostTilt = 0.5;   // [rad]
 constexpr double kMostSink = 0.05;  // [m]
@@ -56,7 +55,8 @@ class Lister {
 
   Candidate& add_late(const CandidateLaw& law, const Where& where, int place, Terms terms) {
     Candidate& late = add(law, where, place, {std::move(terms)});
-    late.least = 0.5 * log_.sample_time, late.known = kInstant * log_.sample_time;
+    // Nobody knows more exactly when the sensors of one row were read.
+    late.least = 0.5 * log_.sample_time, late.known = kDetail * log_.sample_time;
     return late;
   }
 
@@ -85,7 +85,7 @@ class Lister {
   void add_link(int l) {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const Where where{{"link", link.name}};
-    add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4)).least = kSmallMass * log_.mass;
+    add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4)).least = kExactShare * log_.mass;
     const double stated = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia.mass;
     if (link.inertia.mass < 1e-3 * log_.mass || stated <= 0) return;
     add_own_mass(l, link.inertia, where);
@@ -98,7 +98,7 @@ class Lister {
                              about(0, 1), about(0, 2),      about(1, 1),      about(1, 2),      about(2, 2)};
     Terms all;
     for (int p = 0; p < kLinkColumns; ++p) all.emplace_back(at_.link(l, p), values[p]);
-    add(laws_.mass_error, where, l, {all}).least = std::max(kSmallShare, kSmallMass * log_.mass / own.mass);
+    add(laws_.mass_error, where, l, {all}).least = std::max(kKnown, kExactShare * log_.mass / own.mass);
     std::vector<Terms> axes;
     for (int a = 0; a < 3; ++a) axes.push_back({{at_.link(l, 1 + a), own.mass}});
     Candidate& moved = add(laws_.com_error, where, l, std::move(axes));

@@ -10,6 +10,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/imu_checks.h"
@@ -24,19 +25,10 @@ constexpr double kOdd = 6;           // median deviations (four of a normal erro
 constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
 constexpr double kSlip = 0.02;       // [m/s] a foot that is faster slides
-constexpr double kStuck = 0.5;       // of this speed: a foot that is slower holds
 constexpr double kSettled = 0.1;     // [s] after landing and before lifting, in which feet scrape
 constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
 constexpr double kFalling = 1.0;     // [s] that it has been falling by then
 constexpr size_t kSlips = 20;        // samples of feet that slide, at least
-constexpr double kSameGround = 0.25; // share by which the friction of recordings may differ
-// Feet that hold bear no more side force than sliding friction. Where more than kBeyond of their samples bear more than
-// kMoreHeld times as much, feet slide for another reason than friction.
-constexpr double kMoreHeld = 1.3, kBeyond = 0.02;
-constexpr double kBack = 0.9;        // cosine: a side force within 26 degrees of the way back is friction
-constexpr double kMostlyBack = 0.7;  // cosine (45 degrees) that half of all sliding samples must exceed
-constexpr double kClose = 0.25;      // of the friction: a larger spread tells nothing
-constexpr double kBearing = 0.5;     // share of the weight that a foot must carry: below, chatter is much of its force
 
 class Checker {
  public:
@@ -205,7 +197,8 @@ class Checker {
         for (size_t f = 0; f < log_.feet.size(); ++f) {
           const Foot& foot = log_.feet[f];
           if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
-          if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kBearing * weight) continue;
+          // Below, chatter is much of its force.
+          if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kHalf * weight) continue;
           if (!updated) motion.update(k), updated = true;
           const Eigen::Vector2d v = find_slide(clip, foot, k, &motion);
           const Vector3d force = find_ground_force(clip, foot, k, &motion);
@@ -262,7 +255,7 @@ class Checker {
     for (const auto& [r, slides] : each) {
       const double here = find_sliding_friction(slides).first;
       if (here <= 0) continue;
-      ++(std::abs(here - value) < kSameGround * value ? same : other);
+      ++(std::abs(here - value) < kPart * value ? same : other);
     }
     return same >= std::min<size_t>(2, recordings.size()) && same > other;
   }
@@ -274,10 +267,11 @@ class Checker {
     const auto [value, spread] = find_sliding_friction(slides);
     const double nominal = log_.experiment->scenario.ground.friction;
     size_t held = 0, beyond = 0;
-    for (const Slide& s : steps) held += s.speed < kStuck * kSlip, beyond += s.speed < kStuck * kSlip && s.ratio > kMoreHeld * value;
-    if (spread > kClose * value || value > 0.95 * nominal || value < 0.02) return false;
+    for (const Slide& s : steps) held += s.speed < kHalf * kSlip, beyond += s.speed < kHalf * kSlip && s.ratio > (1.0 + kMuch) * value;
+    if (spread > kPart * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
-    if (static_cast<double>(beyond) > kBeyond * static_cast<double>(held)) return false;
+    // Feet that hold bear no more side force than sliding friction; else feet slide for another reason than friction.
+    if (static_cast<double>(beyond) > kKnown * static_cast<double>(held)) return false;
     const EffectInfo& friction = get_effect(EffectId::kGroundFriction);  // no equation has a column of it
     Finding f = make_finding(friction, {{"ground", "ground"}}, {make_value(friction, value, spread)});
     f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
@@ -299,9 +293,10 @@ std::pair<double, double> find_sliding_friction(const std::vector<Slide>& slides
   std::vector<double> against, ratios;
   for (const Slide& s : slides) {
     against.push_back(s.against);
-    if (s.against > kBack) ratios.push_back(s.ratio);
+    if (s.against > kNearlyAll) ratios.push_back(s.ratio);
   }
-  if (ratios.size() < kSlips || find_median(std::move(against)) < kMostlyBack) return {0, 0};
+  // Within 45 degrees of the way back, in half of all samples.
+  if (ratios.size() < kSlips || find_median(std::move(against)) < kLargely) return {0, 0};
   std::sort(ratios.begin(), ratios.end());
   const auto at = [&](double q) { return ratios[static_cast<size_t>(q * static_cast<double>(ratios.size() - 1))]; };
   return {at(0.5), 0.5 * (at(0.75) - at(0.25))};

@@ -9,6 +9,8 @@ namespace hrp::diagnosis::floating {
 
 // Of a link: m, m c x y z, I xx xy xz yy yz zz about the link's origin, as common/multibody/regressor.h has them.
 constexpr int kLinkColumns = 10;
+// [rad] of a joint or a base, for differences.
+constexpr double kTurn = 1e-5;
 
 enum JointColumn {
   kViscousColumn,

@@ -7,11 +7,11 @@
 #include "common/multibody/kinematics.h"
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSwings = 0.25;   // share of the stance's reading below which a foot must fall to count as lifted
 constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
 constexpr double kHeight = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
 constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
@@ -24,7 +24,7 @@ ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   ForceLevels levels;
   levels.stance = find_quantile(all, 0.75);
   levels.air = find_quantile(all, 0.02);
-  levels.swings = levels.air < kSwings * levels.stance;
+  levels.swings = levels.air < kPart * levels.stance;
   if (!levels.swings) return levels.air = 0, levels;  // never in the air: its zero is not known
   // In the air the reading stays near its lowest: the mean of what does.
   std::vector<double> low;

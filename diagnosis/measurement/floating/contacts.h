@@ -30,6 +30,9 @@ struct Contacts {
   const char* find_phase_name(int phase) const;
 };
 
+// The phase in which every foot is loaded.
+inline int get_phase_of_all(const LeggedLog& log) { return (1 << log.feet.size()) - 1; }
+
 // Reading of a sensor along its foot's z axis, positive where the ground presses, [N] or its own unit.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k);
 

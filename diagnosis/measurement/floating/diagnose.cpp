@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/air_zeros.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/checks.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr size_t kFewestRows = 8;  // of an equation, to compare anything
 constexpr double kReach = 1.0;     // [m] the farthest place of a load from its link's origin
 constexpr int kRounds = 3;         // of equations about what was found: each leaves a hundredth of the last one's error
-constexpr double kSettled = 0.01;  // share by which corrections may still change
 
 using Progress = std::function<void(const std::string&)>;
 
@@ -70,7 +70,7 @@ Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit
 
 bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   for (long i = 0; i < a.size(); ++i) {
-    if (std::abs(a(i) - b(i)) > kSettled * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
+    if (std::abs(a(i) - b(i)) > kTrace * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
   }
   return true;
 }
@@ -201,17 +201,15 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  CheckResult checks = check_recordings(e, logs, channels, layout);
   ForceFaults faults;
-  if (!checks.raw_counts) faults = find_force_faults(logs, channels, layout);
+  if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) faults = find_force_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(layout, faults);
+  const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
+  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
+  CheckResult checks = check_recordings(e, logs, channels, layout);
   if (faults.any()) {
-    correct_faults(corrected, layout, &logs);
-    std::vector<ChannelRows> after = make_channels(logs);
-    checks = check_recordings(e, logs, after, layout);
-    checks.units = compare_corrected(logs.even, channels, after);
+    checks.units = compare_corrected(logs.even, as_logged, channels);
     add_fault_findings(logs.even, faults, &checks);
-    channels = std::move(after);
   }
   if (checks.raw_counts) drop_forces(&channels);
   say_equations(channels, out.walks, progress);

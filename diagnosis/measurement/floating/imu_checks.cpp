@@ -8,17 +8,17 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
-constexpr size_t kQuietRows = 20;    // cells at rest that tell a recording's specific force
 constexpr double kStand = 2.0;       // [s] on all feet, over which the mean acceleration of a body nearly vanishes
-constexpr double kStill = 0.02;       // of gravity: deviation of the reading of a body that stands still, at most
 constexpr double kPause = 0.15;       // [s] between two rows of one stand, at most
 constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
 
@@ -68,7 +68,7 @@ class ImuChecker {
   // add to the mean what is sampled too slowly.
   std::vector<double> list_stands(size_t imu) const {
     const double g = log_.experiment->scenario.gravity_W.norm();
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     std::map<size_t, std::pair<double, double>> sums;  // by recording: sum, count
     for (size_t c = 0; c < log_.clips.size(); ++c) {
       const Clip& clip = log_.clips[c];
@@ -79,7 +79,7 @@ class ImuChecker {
         std::vector<double> sizes;
         for (size_t k = begin; k < end; ++k) sizes.push_back(get_values(clip.imus[imu].accelerometer, k).norm());
         const auto [mean, spread] = calc_spread(sizes);
-        if (spread > kStill * g) continue;
+        if (spread > kKnown * g) continue;
         auto& [sum, count] = sums[clip.recording];
         sum += mean * static_cast<double>(sizes.size()), count += static_cast<double>(sizes.size());
       }
@@ -182,7 +182,7 @@ class ImuChecker {
 
   // An equation's rows by recording, while the robot stands on all feet for some time.
   std::map<int, std::vector<double>> split_stands(const ChannelRows& c) const {
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     std::map<int, std::vector<double>> out;
     for (size_t begin = 0, end = 0; begin < c.rows(); begin = end) {
       const auto follows = [&](size_t i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -15,7 +16,6 @@ constexpr double kSwing = 0.25;      // [s] in the air before a landing, as scri
 constexpr double kImpact = 0.25;     // [s] after it
 constexpr size_t kFewestLandings = 3;
 constexpr double kRougher = 1.5;     // times what is left otherwise: then landings stand out
-constexpr double kPeak = 0.03;       // of the weight: four times what scales are known to
 
 struct Landing {
   int recording = 0;
@@ -72,7 +72,7 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   const double weight = log.mass * log.experiment->scenario.gravity_W.norm(), middle = find_median(rows.calm);
   const double calm = calc_spread(rows.calm), landing = calc_spread(rows.landing);
   const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);
-  if (landing < kRougher * calm || std::max(peak, dip) < kPeak * weight) return;
+  if (landing < kRougher * calm || std::max(peak, dip) < kBlur * weight) return;
   Remaining r;
   r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
   r.statement = format("landings (%.0f): in the quarter second after a foot comes down the feet's force rises by %.0f N above what the motion takes and falls by %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +

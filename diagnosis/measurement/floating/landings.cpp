@@ -7,8 +7,11 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations/foot_rows.h"
+#include "diagnosis/measurement/floating/least_squares.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -21,13 +24,8 @@ constexpr double kFirstLags[] = {1e-3, 2e-3, 4e-3, 8e-3, 16e-3};  // [s] of all 
 constexpr double kLeastLag = 2e-4, kMostLag = 0.05;               // [s] that a fit may reach
 constexpr double kChange = 1.5;                // factor of a lag in a round, at most: far off, columns are no tangents
 constexpr double kDifference = 1e-4;           // [s] for the derivative by a lag
-constexpr double kPressed = 0.05;              // of the robot's weight, on a foot whose height is known
 constexpr int kFirstRounds = 3, kRounds = 30;
 constexpr double kTold = 5;                    // deviations of a give from none
-constexpr double kExact = 0.005;               // of a force: scales are no better known
-constexpr double kStamp = 0.1;                 // of a sampling period: deviation of the instants at which a row's sensors are read
-constexpr double kDamped = 2;                  // deviations of a damping that is reported
-constexpr double kAgree = 3;                   // deviations by which landings and stances may differ
 
 Vector3d get(const Track* xyz, size_t k) { return {xyz[0].value[k], xyz[1].value[k], xyz[2].value[k]}; }
 
@@ -205,7 +203,7 @@ class WindowReader {
     const Foot& foot = log_.feet[f];
     const auto s = static_cast<size_t>(foot.sensor);
     const Vector3d force = get(&c_.force[6 * s], k), moment = get(&c_.force[6 * s + 3], k);
-    const double pressing = (log_.sensors[s].X_LS.R * force).z(), least = kPressed * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    const double pressing = (log_.sensors[s].X_LS.R * force).z(), least = kMinor * log_.mass * log_.experiment->scenario.gravity_W.norm();
     const bool middle = presses_inside(foot, move_to_sole(log_.sensors[s], foot, force, moment), pressing);
     return {pressing, contacts_.loaded[clip_][f][k] && pressing > least && middle};
   }
@@ -254,8 +252,9 @@ std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const st
     SoleLaw& law = laws[f];
     if (even[f].landings == 0 || odd[f].landings == 0) law = {};
     if (law.landings == 0) continue;
-    law.kz_std = std::hypot(std::hypot(law.kz_std, kExact * law.kz), 0.5 * (0.5 * (even[f].kz + odd[f].kz) - law.kz));
-    const double stamps = landings.empty() ? 0 : kStamp * landings[0].step * law.kz;
+    law.kz_std = std::hypot(std::hypot(law.kz_std, kExactShare * law.kz), 0.5 * (0.5 * (even[f].kz + odd[f].kz) - law.kz));
+    // Instants at which the sensors of a row are read.
+    const double stamps = landings.empty() ? 0 : kDetail * landings[0].step * law.kz;
     law.cz_std = std::hypot(std::hypot(law.cz_std, stamps), 0.5 * (0.5 * (even[f].cz + odd[f].cz) - law.cz));
   }
   return laws;
@@ -265,8 +264,8 @@ bool put_law(const SoleLaw& law, std::vector<Estimate>* sole) {
   if (law.landings == 0) return false;
   const auto find = [&](const char* name) { return std::find_if(sole->begin(), sole->end(), [&](const Estimate& e) { return e.name == name; }); };
   const auto kz = find("kz");
-  if (kz != sole->end() && std::abs(kz->value[0] - law.kz) > kAgree * std::hypot(kz->std[0], law.kz_std)) return false;
-  const bool damped = law.cz > kDamped * law.cz_std;
+  if (kz != sole->end() && std::abs(kz->value[0] - law.kz) > kUnlikely * std::hypot(kz->std[0], law.kz_std)) return false;
+  const bool damped = law.cz > kAboveNoise * law.cz_std;
   sole->erase(std::remove_if(sole->begin(), sole->end(), [&](const Estimate& e) { return e.name == "kz" || (damped && e.name == "cz"); }), sole->end());
   sole->push_back(make_one("kz", "N/m", law.kz, law.kz_std));
   if (damped) sole->push_back(make_one("cz", "N s/m", law.cz, law.cz_std));

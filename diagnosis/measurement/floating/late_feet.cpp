@@ -7,6 +7,8 @@
 #include <map>
 
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -14,9 +16,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kShare = 0.1;       // of what a common delay and a weight leave: a delay that takes less is none
-constexpr double kDeviations = 3;    // standard errors beyond which a delay is no chance
-constexpr double kSteps = 0.5;       // of a sample time: delays are known no better
 constexpr size_t kFewestBlocks = 6;  // of half a second in which load moves from foot to foot
 constexpr size_t kFewestRows = 30;
 
@@ -116,8 +115,8 @@ LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& ch
   center(&rows);
   const DelayFit fit = fit_delay(rows);
   const double delay = fit.x(1);
-  const bool sure = fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kDeviations * fit.std, kSteps * log.sample_time);
-  if (!sure || fit.left > (1 - kShare) * fit.common || !is_same_everywhere(rows, delay)) return {};
+  const bool sure = fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kUnlikely * fit.std, kHalf * log.sample_time);
+  if (!sure || fit.left > (1 - kDetail) * fit.common || !is_same_everywhere(rows, delay)) return {};
   const int late = delay > 0 ? 0 : 1;
   return {late, 1 - late, std::abs(delay), fit.std};
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -16,8 +18,6 @@ constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up 
 // Share of the give about one axis by which noise may make the give about the other axis negative.
 constexpr double kStiffAxis = 0.5;
 constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole turns, over or below its face
-constexpr double kSamePrior = 0.2;  // share by which a prior may change without another fit
-constexpr double kTold = 2;  // deviations that a coefficient must exceed to be told apart from none
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
                     const Eigen::VectorXd& std) {
@@ -32,7 +32,7 @@ Estimate make_stiffness(const char* name, const char* unit, double give, double 
 }
 
 // A give that is not told apart from none has no stiffness to report.
-bool is_told(const Eigen::VectorXd& x, const Eigen::VectorXd& std, long at) { return x(at) > kTold * std(at); }
+bool is_told(const Eigen::VectorXd& x, const Eigen::VectorXd& std, long at) { return x(at) > kAboveNoise * std(at); }
 
 }  // namespace
 
@@ -83,7 +83,7 @@ Estimates make_flat_sole(const Candidate&, const Eigen::VectorXd& x, const Eigen
   out.push_back(make_stiffness("kz", "N/m", z, std(kSinkColumn)));
   // A damping that is not told apart from none is left out.
   const double damping = x(kSinkDampColumn) / (z * z), error = std(kSinkDampColumn) / (z * z);
-  if (damping > kTold * error)
+  if (damping > kAboveNoise * error)
     out.push_back(make_one("cz", "N s/m", damping, std::hypot(error, 2 * damping * std(kSinkColumn) / z)));
   return out;
 }
@@ -124,7 +124,8 @@ bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x, double) {
 bool is_soft_point(const Candidate&, const Eigen::VectorXd& x, double) { return x(0) > kRigidHeight; }
 
 bool is_bend(const Candidate&, const Eigen::VectorXd& x, double) {
-  return x.maxCoeff() > 0 && x.minCoeff() > -kStiffAxis * x.maxCoeff();
+  // Noise may make the give about one axis negative.
+  return x.maxCoeff() > 0 && x.minCoeff() > -kHalf * x.maxCoeff();
 }
 
 bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {
@@ -142,7 +143,7 @@ bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, double, Candidat
   for (const auto& [give, shift] : {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
     double& height = c->prior[static_cast<size_t>(shift + 1)];
     const double about = std::max(kRigidTilt, std::abs(x(give))) * kCentreHeight;
-    if (std::abs(about - height) < kSamePrior * height) continue;
+    if (std::abs(about - height) < kMinority * height) continue;
     height = about, changed = true;
   }
   return changed;

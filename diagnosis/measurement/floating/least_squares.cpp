@@ -12,7 +12,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kExact = 5e-3;   // share of a quantity's spread to which models of rigid bodies are exact
 constexpr int kLags = 25;         // rows, the most that errors remember
 constexpr double kRidge = 1e-9;   // of the diagonal: against exact twins
 constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
@@ -80,7 +79,7 @@ LeggedFitter::LeggedFitter(std::vector<ChannelRows> table, int columns) : channe
     for (size_t i = 0; i < rows.columns.size(); ++i) local[static_cast<size_t>(rows.columns[i])] = static_cast<int>(i);
     local_.push_back(std::move(local));
     rows_.emplace_back(rows.rows(), 1.0);
-    const double least = std::max({find_least(rows.info.unit), rows.info.error, kExact * rows.scale});
+    const double least = std::max({find_least(rows.info.unit), rows.info.error, kExactShare * rows.scale});
     floor_.push_back(least * least);
   }
   weight_.assign(channels().size(), 1.0), memory_ = weight_, noise_.assign(channels().size(), 0.0);

@@ -16,6 +16,9 @@
 
 namespace hrp::diagnosis::floating {
 
+// Of a quantity's spread, or of its size: to which models of rigid bodies and scales of sensors are exact.
+constexpr double kExactShare = 5e-3;
+
 // Rows that are fitted, and those that a fit is tried on.
 enum class Part { kTrain, kHeld };
 

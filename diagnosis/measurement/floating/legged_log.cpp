@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
@@ -18,7 +19,6 @@ constexpr double kLongest = 0.05;    // [s] without a sample: a gap; a body that
 constexpr double kGapSamples = 3.5;  // the same in samples, at least
 constexpr double kSlowest = 0.02;    // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
 constexpr double kShortest = 0.6;    // [s] of a clip that is used
-constexpr double kHeld = 0.05;       // share of repeated samples that is worth a note
 
 const char* const kAxes[] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
 
@@ -242,7 +242,7 @@ class ClipMaker {
   void note_held(const std::string& name, const std::vector<char>& fresh, const std::vector<double>& column) {
     size_t count = 0;
     for (size_t k = 0; k < fresh.size(); ++k) count += !fresh[k] && std::isfinite(column[k]);
-    if (static_cast<double>(count) < kHeld * static_cast<double>(fresh.size())) return;
+    if (static_cast<double>(count) < kMinor * static_cast<double>(fresh.size())) return;
     char text[160];
     std::snprintf(text, sizeof text, "%s: %zu of %zu samples of %s repeat the one before (held); bridged",
                   r_.spec.name.c_str(), count, fresh.size(), name.c_str());

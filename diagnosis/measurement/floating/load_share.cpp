@@ -6,11 +6,11 @@
 
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kOffMiddle = 0.05;   // of the load: encoders and sizes of feet are no better known
 constexpr size_t kFewestSamples = 50;
 
 struct Pair {
@@ -60,7 +60,8 @@ std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair,
   std::string text = "load share: the forces of " + log.feet[pair[0].foot].name + " and " + log.feet[pair[1].foot].name +
                      " follow the zero-moment point with a correlation of " + number(correlation, 2) + ", to " + number(std::sqrt(rest), 2) +
                      " of the load";
-  if (std::abs(more) < kOffMiddle) return text;
+  // Encoders and sizes of feet are no better known.
+  if (std::abs(more) < kMinor) return text;
   return text + "; " + log.feet[pair[more > 0 ? 0 : 1].foot].name + " carries " + number(std::abs(more), 2) +
          " more than that: a force sensor's scale or zero, or a centre of mass beside where the model has it";
 }

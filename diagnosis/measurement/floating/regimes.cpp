@@ -6,17 +6,15 @@
 #include <map>
 
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 // Sizes of an effect are relative to its size in the whole fit: 1 is the same.
-constexpr double kToldSign = 0.5;  // deviation of a size up to which its sign is told
-constexpr double kToldSize = 0.2;  // deviation of a size up to which the size is told
 constexpr double kMost = 2;        // largest size of one law: laws harden, and other effects are beside it
-constexpr double kFlat = 0.8;      // smallest size of a sole that lies flat: nothing beside it explains less
-constexpr double kDeviations = 3;  // beyond which a difference is no chance
 const char* const kLittle = "the foot bears little";
 const char* const kMuch = "the foot bears much";
 
@@ -171,7 +169,7 @@ class Splitter {
     }
     if (soles.empty()) return;
     const std::vector<Product> loaded = take(soles, [](const Product& p) { return p.load; }, 0.5, 1);
-    add("pressed in the middle", take(loaded, [](const Product& p) { return p.arm; }, 0, 0.25), kFlat);
+    add("pressed in the middle", take(loaded, [](const Product& p) { return p.arm; }, 0, 0.25), kMostly);
   }
 
   const LeggedFitter& fitter_;
@@ -184,7 +182,7 @@ class Splitter {
 // Whether two regimes differ by more than a law that hardens does, and by more than chance does.
 bool are_apart(const Regime& a, const Regime& b) {
   const double most = std::max(a.size, b.size), least = std::min(a.size, b.size);
-  return std::max(a.std, b.std) < kToldSize && most > kMost * least && most - least > kDeviations * std::hypot(a.std, b.std);
+  return std::max(a.std, b.std) < kMinority && most > kMost * least && most - least > kUnlikely * std::hypot(a.std, b.std);
 }
 
 }  // namespace
@@ -198,10 +196,10 @@ bool is_steady(const std::vector<Regime>& regimes) {
   const auto much = std::find_if(regimes.begin(), regimes.end(), [](const Regime& r) { return r.name == kMuch; });
   if (little != regimes.end() && much != regimes.end() && are_apart(*little, *much)) return false;
   return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
-    const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kDeviations * r.std;
-    if (r.least == kFlat) return far && r.std < kToldSize;
+    const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kUnlikely * r.std;
+    if (r.least == kMostly) return far && r.std < kMinority;
     // A size with the other sign is wrong even where it is not told exactly.
-    return !by_chance && ((far && r.std < kToldSize) || (r.size < 0 && r.std < kToldSign));
+    return !by_chance && ((far && r.std < kMinority) || (r.size < 0 && r.std < kHalf));
   });
 }
 

@@ -4,15 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kClear = 0.35;   // share of an equation's mismatch that its columns can predict: then something is missing
-constexpr double kLasts = 0.2;    // share of rows with independent errors: with fewer, an error lasts and is no chance
-constexpr double kStands = 3.0;   // times its noise and exactness that a mismatch exceeds
-constexpr double kChanged = 0.7;  // of a mean square: a model that leaves less has changed it
 constexpr size_t kMost = 8;       // equations in a report
 
 // [unit] Of all rows, their noise included.
@@ -48,8 +47,8 @@ bool is_of_soles(const ChannelInfo& info) { return info.kind.rfind("tilt", 0) ==
 
 bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
   const Part part = find_judged_part(fitter, channel);
-  if (get_mean_square(fitter, fit, channel) <= kStands * kStands * fitter.floor(channel)) return false;
-  const bool lasts = fitter.count_independent(part, channel) < kLasts * static_cast<double>(fitter.count(part, channel));
+  if (get_mean_square(fitter, fit, channel) <= kUnlikely * kUnlikely * fitter.floor(channel)) return false;
+  const bool lasts = fitter.count_independent(part, channel) < kMinority * static_cast<double>(fitter.count(part, channel));
   return fitter.calc_ceiling(channel) > kClear || (lasts && !is_of_soles(fitter.channels()[channel].info));
 }
 
@@ -59,7 +58,7 @@ std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFi
   const auto varies = [&](size_t c) { return std::find(unsteady.begin(), unsteady.end(), c) != unsteady.end(); };
   std::vector<size_t> order;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
-    const bool stands_out = is_left(fitter, model, c) || get(model, c) < kChanged * get(nominal, c);
+    const bool stands_out = is_left(fitter, model, c) || get(model, c) < kLargely * get(nominal, c);
     if (fitter.channels()[c].rows() > 0 && (stands_out || varies(c))) order.push_back(c);
   }
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 
 namespace hrp::diagnosis::floating {
@@ -16,7 +17,6 @@ constexpr double kClock = 0.5;       // [s] by which a clock is looked for on ei
 constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
 constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
-constexpr double kWorth = 0.25;      // share of the squares that may be left: a sensor as the model has it leaves more otherwise
 constexpr double kTilt = 0.3;        // [m/s^2] to which feet that lie flat tell an accelerometer's direction: 0.03 g
 constexpr double kRate = 0.02;       // [rad/s] likewise of a gyroscope
 constexpr double kArm = 0.1;         // [m] by which moments are compared with forces: half of a foot
@@ -75,7 +75,7 @@ SensorFrame find_best(const std::string& sensor, const Left& left, const SensorF
   double least = left(best.R, {best.late, 0.0});
   for (const Matrix3d& R : list_quarter_turns()) {
     const double here = left(R, {best.late, 0.0});
-    if (here < least && here < kWorth * nominal) least = here, best.R = R;
+    if (here < least && here < kPart * nominal) least = here, best.R = R;
   }
   const double turned = least;
   double late = best.late;
@@ -84,7 +84,7 @@ SensorFrame find_best(const std::string& sensor, const Left& left, const SensorF
     if (here < least) least = here, late = t;
   }
   const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar;
-  const bool worth = inside && least < kWorth * turned && !drifts(left, best.R, least);
+  const bool worth = inside && least < kPart * turned && !drifts(left, best.R, least);
   if (worth) best.late = late;
   best.left = nominal > 0.0 ? (worth ? least : turned) / nominal : 1.0;
   return best;

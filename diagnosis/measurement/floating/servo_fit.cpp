@@ -6,12 +6,14 @@
 #include <cmath>
 #include <cstdio>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kBlocks = 60;   // stretches whose samples count as one: what a law leaves is correlated
 constexpr double kCertain = 5;   // standard deviations of the stiffness from none
-constexpr double kFollows = 0.9;  // share of the held-out effort's mean square that a servo's law must give
 constexpr size_t kLeastSamples = 100;
 
 struct Normal {
@@ -96,7 +98,7 @@ Finding make_finding(const std::string& joint, const ServoFit& fit) {
   std::snprintf(text, sizeof text,
                 "%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
                 "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out effort.",
-                joint.c_str(), fit.kp, 1.96 * fit.kp_std, fit.kd, 1.96 * fit.kd_std, 100 * fit.share);
+                joint.c_str(), fit.kp, kNinetyFive * fit.kp_std, fit.kd, kNinetyFive * fit.kd_std, 100 * fit.share);
   f.statement = text;
   return f;
 }
@@ -112,7 +114,7 @@ ServoFit fit_servo(const std::vector<ServoSamples>& train, const std::vector<Ser
   fit.kp = x(0), fit.kd = std::max(0.0, x(1));
   fit.kp_std = std::sqrt(std::max(0.0, C(0, 0))), fit.kd_std = std::sqrt(std::max(0.0, C(1, 1)));
   fit.share = calc_share(held.empty() ? train : held, x);
-  fit.found = x.allFinite() && fit.kp > kCertain * fit.kp_std && fit.share > kFollows;
+  fit.found = x.allFinite() && fit.kp > kCertain * fit.kp_std && fit.share > kNearlyAll;
   return fit;
 }
 

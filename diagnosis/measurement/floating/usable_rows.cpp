@@ -3,12 +3,11 @@
 
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/equations/imu_rows.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kTurning = 0.5;  // of a gyroscope's spread: feet that turn so much against it do not stand
 
 // Takes all rows out of an equation.
 void empty(ChannelRows* c) {
@@ -21,7 +20,7 @@ void drop_moving_feet(std::vector<ChannelRows>* channels) {
     if (c.info.kind.rfind(kOverFeet, 0) != 0) continue;
     double square = 0;
     for (double y : c.y) square += y * y;
-    if (square > std::pow(kTurning * c.scale, 2) * static_cast<double>(c.rows())) empty(&c);
+    if (square > std::pow(kHalf * c.scale, 2) * static_cast<double>(c.rows())) empty(&c);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -15,14 +16,10 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
-constexpr double kRarePhase = 0.2;   // share of the time below which a phase is rare
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
-constexpr double kMainPhase = 0.5;   // share of the time of a phase that may tell the weight alone
 constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
-constexpr double kAlike = 0.3;       // by which scales of sensors of one robot differ
 constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr size_t kQuarters = 4;
-constexpr size_t kQuietRows = 20;    // cells that tell a quarter's weight
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
 double find_rms(const std::vector<double>& y) {
@@ -39,11 +36,9 @@ class WeightChecker {
   void run() {
     const ChannelRows* c = find_weight_equation(channels_);
     if (!c) return;
-    const double weight = (log_.mass - log_.mass_below) * get_gravity();
-    std::vector<double> ratios;
-    for (const std::vector<double>& y : list_parts(*c)) ratios.push_back(1 + find_median(y) / weight);
-    const double middle = find_median(ratios);
-    if (middle > kUnits || middle < 1 / kUnits) return find_units(*c);
+    const double weight = get_weight();
+    const std::vector<double> ratios = list_ratios(*c);
+    if (is_in_other_unit(ratios)) return find_units(*c);
     const Consensus k = find_consensus(ratios, kKnownWeight);
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
     const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
@@ -57,7 +52,26 @@ class WeightChecker {
     out_.notes.push_back(carry + ": they agree" + odd);
   }
 
+  bool has_raw_counts() const {
+    const ChannelRows* c = find_weight_equation(channels_);
+    return c && is_in_other_unit(list_ratios(*c));
+  }
+
  private:
+  double get_weight() const { return (log_.mass - log_.mass_below) * get_gravity(); }
+
+  // What the feet carry over what the model weighs, by parts of the recordings.
+  std::vector<double> list_ratios(const ChannelRows& c) const {
+    std::vector<double> out;
+    for (const std::vector<double>& y : list_parts(c)) out.push_back(1 + find_median(y) / get_weight());
+    return out;
+  }
+
+  static bool is_in_other_unit(const std::vector<double>& ratios) {
+    const double middle = find_median(ratios);
+    return middle > kUnits || middle < 1 / kUnits;
+  }
+
   double get_gravity() const { return log_.experiment->scenario.gravity_W.norm(); }
 
   static std::map<int, std::vector<double>> split(const ChannelRows& c) {
@@ -98,7 +112,7 @@ class WeightChecker {
   }
 
   std::string name_phase(int phase) const {
-    const int all = (1 << log_.feet.size()) - 1;
+    const int all = get_phase_of_all(log_);
     if (phase == all) return "all feet";
     std::string names;
     for (size_t f = 0; f < log_.feet.size(); ++f) {
@@ -136,7 +150,7 @@ class WeightChecker {
     for (int phase : c.phase) ++rows[phase];
     int main = 0;
     for (const auto& [phase, count] : rows) {
-      if (static_cast<double>(count) > kMainPhase * static_cast<double>(c.rows())) main = phase;
+      if (static_cast<double>(count) > kHalf * static_cast<double>(c.rows())) main = phase;
     }
     std::map<int, std::vector<double>> parts;
     for (size_t i = 0; i < c.rows(); ++i) {
@@ -178,7 +192,7 @@ class WeightChecker {
       for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
       double rows = 0;
       for (const auto& [block, sum] : phase.second) rows += sum.second;
-      if (means.size() < kPhaseBlocks || rows < kRarePhase * static_cast<double>(c.rows())) return false;
+      if (means.size() < kPhaseBlocks || rows < kMinority * static_cast<double>(c.rows())) return false;
       const Consensus k = find_consensus(means, least);
       const bool other = k.mean / more < 0.5 || k.mean / more > 2;
       return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
@@ -289,7 +303,7 @@ class WeightChecker {
     double left = 0;
     for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
     left /= std::max(1.0, static_cast<double>(needed.size()));
-    return kRowsOfBlock * left / std::pow(kAlike * common, 2);
+    return kRowsOfBlock * left / std::pow(kMuch * common, 2);
   }
 
   // What scales and zeros leave of the weight that the motion asks for.
@@ -358,6 +372,12 @@ const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
                   const ColumnLayout& layout, CheckResult* out) {
   WeightChecker(log, contacts, channels, layout, out).run();
+}
+
+bool has_raw_counts(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                    const ColumnLayout& layout) {
+  CheckResult none;
+  return WeightChecker(log, contacts, channels, layout, &none).has_raw_counts();
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -3,6 +3,8 @@
 
 #include <cstdio>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis::floating {
 
 std::string format(const char* pattern, double a, double b, double c, double d) {
@@ -39,7 +41,7 @@ std::string describe(const std::vector<Estimate>& parameters) {
   for (const Estimate& e : parameters) {
     out += (out.empty() ? "" : ", ") + e.name + " ";
     for (size_t i = 0; i < e.value.size(); ++i) {
-      out += (i ? ", " : "") + format("%.4g +- %.2g", e.value[i], 1.96 * e.std[i]);
+      out += (i ? ", " : "") + format("%.4g +- %.2g", e.value[i], kNinetyFive * e.std[i]);
     }
     if (e.unit != "1") out += " " + e.unit;
   }

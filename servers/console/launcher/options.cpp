@@ -102,6 +102,108 @@ void check_hosts(const LaunchOptions& options) {
   }
 }
 
+// What the command line says in words of its own.
+struct Words {
+  bool realtime = false, no_pin = false, no_plot = false;
+  std::vector<std::string> dds_for, programs, controllers, on;
+  std::string controller, hosts, ssh = "ssh";
+};
+
+// Scenario, bus, time, and what is kept of the run.
+void add_run_options(CLI::App* app, Words* words, LaunchOptions* options) {
+  app->add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
+      ->required();
+  app->add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
+  app->add_option("--dds-for", words->dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
+  app->add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
+      ->check([](const std::string& word) { return find_duration_fault(std::strtod(word.c_str(), nullptr)); });
+  app->add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
+  app->add_flag("--realtime", words->realtime, "at most real time (= --speed 1)");
+  app->add_option("--speed", options->speed, "at most this many simulated seconds per second; 0 = no limit")
+      ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
+  app->add_option("--ros-rate", options->ros_rate, "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
+      ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
+  app->add_flag("--ros-services", options->ros_services, "offers the ROS 2 services /run/pause, /run/resume, /run/step, /run/reset to anybody who reaches the domain");
+  app->add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
+  app->add_flag("--force", options->force, "overwrite an existing log");
+  app->add_flag("--durable", options->durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
+}
+
+// Which programs are its servers, and where they run.
+void add_server_options(CLI::App* app, Words* words, LaunchOptions* options) {
+  app->add_option("--without", options->without, "do not start this server: you start it yourself; may be repeated")
+      ->check(find_role_fault);
+  app->add_option("--program", words->programs, "SERVER=PROGRAM: replaces a server by another program; may be repeated");
+  app->add_option("--controller", words->controller, "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
+  app->add_option("--controller-of", words->controllers, "ROBOT=COMMAND: the same for another robot of the scenario; may be repeated");
+  app->add_option("--on", words->on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
+  app->add_option("--hosts", words->hosts, "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
+      ->check(CLI::ExistingFile);
+  app->add_option("--ssh", words->ssh, "command that runs a program on another machine, such as \"ssh -p 2222\" or \"ip netns exec\"")
+      ->capture_default_str();
+}
+
+// How it runs, and what is seen of it.
+void add_other_options(CLI::App* app, Words* words, LaunchOptions* options) {
+  app->add_flag("--paused", options->paused, "wait for hrp-run before the first step");
+  app->add_flag("--keep-going", options->keep_going, "restart a server that died, instead of ending the run");
+  app->add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
+  app->add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only these may join")->check(CLI::ExistingDirectory);
+  app->add_flag("--no-pin", words->no_pin, "let the kernel choose the core of each server");
+  app->add_flag("--no-plot", words->no_plot, "no plot of the contact forces at the end");
+  app->add_flag("--view", options->view, "prints the address of a page that shows the run; real time unless --speed is given");
+  app->add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
+  app->add_flag("--verbose", options->verbose, "every warning about the robot in full");
+  app->add_flag("--quiet", options->quiet, "no progress line");
+}
+
+void take_words(const Words& words, LaunchOptions* options) {
+  options->scenario = find_scenario_file(options->scenario);
+  options->dds_for = split_pairs(words.dds_for, "--dds-for");
+  options->programs = split_pairs(words.programs, "--program");
+  if (!words.controller.empty()) options->commands["controller"] = split_command(words.controller, "--controller");
+  for (const std::string& word : words.controllers) {
+    const auto [role, command] = *split_pairs({make_controller_role(word)}, "--controller-of").begin();
+    options->commands[role] = split_command(command, "--controller-of");
+  }
+  if (!words.hosts.empty()) options->on = read_hosts(words.hosts);
+  for (const std::string& word : words.on) {
+    const auto [role, host] = parse_on(word);
+    options->on[role] = host;
+  }
+  options->ssh = make_ssh_command(split_command(words.ssh, "--ssh"));
+  options->pin = !words.no_pin;
+  options->plot = !words.no_plot;
+}
+
+void check_commands(const LaunchOptions& options) {
+  for (const auto& [role, words] : options.commands) {
+    const bool left_out = std::find(options.without.begin(), options.without.end(), role) != options.without.end();
+    if (!left_out && options.programs.count(role) == 0) continue;
+    throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of", "excludes --without " + role + " and --program " + role + "=...");
+  }
+}
+
+void check_vendors(const LaunchOptions& options) {
+  for (const auto& [role, vendor] : options.dds_for) {
+    if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
+    if (!options.secure.empty() && vendor != options.dds) throw CLI::ValidationError("--dds-for", kNoSecureMix);
+  }
+}
+
+// All servers in one process have no bus: what is of it, or of other processes on it, cannot go together with that.
+void check_in_process(const CLI::App& app, const LaunchOptions& options) {
+  if (!options.in_process) return;
+  const auto refuse = [](const std::string& why) { throw CLI::ValidationError("--in-process", "excludes " + why); };
+  if (app.count("--dds") > 0) refuse("--dds: all servers are in one process, there is no bus between them");
+  if (!options.secure.empty()) refuse("--secure: there is no bus that others could join");
+  if (app.count("--ros-rate") > 0) refuse("--ros-rate: there is no bus that others could read");
+  if (options.ros_services) refuse("--ros-services: there is no bus that others could call over");
+  if (options.view) refuse("--view: the viewer is a process of its own on the bus");
+  if (!(options.without.empty() && options.programs.empty() && options.dds_for.empty() && options.commands.empty()))
+    refuse("--without, --program, --controller, --controller-of and --dds-for: there is nobody to join");
+}
+
 }  // namespace
 
 std::vector<std::string> list_roles(const Scenario& scenario) {
@@ -140,92 +242,17 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
                "hrp-simulate");
   app.set_version_flag("--version", get_version_text("hrp-simulate"));
   app.footer(kFooter);
-  bool realtime = false, no_pin = false, no_plot = false;
-  std::vector<std::string> dds_for, programs, controllers;
-  std::string controller, hosts, ssh = "ssh";
-  std::vector<std::string> on;
-  app.add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
-      ->required();
-  app.add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
-  app.add_option("--dds-for", dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
-  app.add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
-      ->check([](const std::string& word) { return find_duration_fault(std::strtod(word.c_str(), nullptr)); });
-  app.add_flag("--in-process", options->in_process, "all servers in one process and thread, without DDS");
-  app.add_flag("--realtime", realtime, "at most real time (= --speed 1)");
-  app.add_option("--speed", options->speed, "at most this many simulated seconds per second; 0 = no limit")
-      ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
-  app.add_option("--ros-rate", options->ros_rate, "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
-      ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
-  app.add_flag("--ros-services", options->ros_services, "offers the ROS 2 services /run/pause, /run/resume, /run/step, /run/reset to anybody who reaches the domain");
-  app.add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
-  app.add_flag("--force", options->force, "overwrite an existing log");
-  app.add_flag("--durable", options->durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
-  app.add_option("--without", options->without, "do not start this server: you start it yourself; may be repeated")
-      ->check(find_role_fault);
-  app.add_option("--program", programs, "SERVER=PROGRAM: replaces a server by another program; may be repeated");
-  app.add_option("--controller", controller, "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
-  app.add_option("--controller-of", controllers, "ROBOT=COMMAND: the same for another robot of the scenario; may be repeated");
-  app.add_option("--on", on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
-  app.add_option("--hosts", hosts, "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
-      ->check(CLI::ExistingFile);
-  app.add_option("--ssh", ssh, "command that runs a program on another machine, such as \"ssh -p 2222\" or \"ip netns exec\"")
-      ->capture_default_str();
-  app.add_flag("--paused", options->paused, "wait for hrp-run before the first step");
-  app.add_flag("--keep-going", options->keep_going, "restart a server that died, instead of ending the run");
-  app.add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
-  app.add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only these may join")->check(CLI::ExistingDirectory);
-  app.add_flag("--no-pin", no_pin, "let the kernel choose the core of each server");
-  app.add_flag("--no-plot", no_plot, "no plot of the contact forces at the end");
-  app.add_flag("--view", options->view, "prints the address of a page that shows the run; real time unless --speed is given");
-  app.add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
-  app.add_flag("--verbose", options->verbose, "every warning about the robot in full");
-  app.add_flag("--quiet", options->quiet, "no progress line");
+  Words words;
+  add_run_options(&app, &words, options);
+  add_server_options(&app, &words, options);
+  add_other_options(&app, &words, options);
   try {
     app.parse(argc, argv);
-    options->scenario = find_scenario_file(options->scenario);
-    options->dds_for = split_pairs(dds_for, "--dds-for");
-    options->programs = split_pairs(programs, "--program");
-    if (!controller.empty()) options->commands["controller"] = split_command(controller, "--controller");
-    for (const std::string& word : controllers) {
-      const auto [role, command] = *split_pairs({make_controller_role(word)}, "--controller-of").begin();
-      options->commands[role] = split_command(command, "--controller-of");
-    }
-    if (!hosts.empty()) options->on = read_hosts(hosts);
-    for (const std::string& words : on) {
-      const auto [role, host] = parse_on(words);
-      options->on[role] = host;
-    }
-    options->ssh = make_ssh_command(split_command(ssh, "--ssh"));
+    take_words(words, options);
     check_hosts(*options);
-    for (const auto& [role, words] : options->commands) {
-      const bool left_out = std::find(options->without.begin(), options->without.end(), role) != options->without.end();
-      if (!left_out && options->programs.count(role) == 0) continue;
-      throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of", "excludes --without " + role + " and --program " + role + "=...");
-    }
-    for (const auto& [role, vendor] : options->dds_for) {
-      if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
-    }
-    if (options->in_process && app.count("--dds") > 0) {
-      throw CLI::ValidationError("--in-process", "excludes --dds: all servers are in one process, there is no bus between them");
-    }
-    for (const auto& [role, vendor] : options->dds_for) {
-      if (!options->secure.empty() && vendor != options->dds) throw CLI::ValidationError("--dds-for", kNoSecureMix);
-    }
-    if (options->in_process && !options->secure.empty()) {
-      throw CLI::ValidationError("--in-process", "excludes --secure: there is no bus that others could join");
-    }
-    if (options->in_process && app.count("--ros-rate") > 0) {
-      throw CLI::ValidationError("--in-process", "excludes --ros-rate: there is no bus that others could read");
-    }
-    if (options->in_process && options->ros_services) {
-      throw CLI::ValidationError("--in-process", "excludes --ros-services: there is no bus that others could call over");
-    }
-    if (options->in_process && options->view) {
-      throw CLI::ValidationError("--in-process", "excludes --view: the viewer is a process of its own on the bus");
-    }
-    if (options->in_process && !(options->without.empty() && programs.empty() && dds_for.empty() && options->commands.empty())) {
-      throw CLI::ValidationError("--in-process", "excludes --without, --program, --controller, --controller-of and --dds-for: there is nobody to join");
-    }
+    check_commands(*options);
+    check_vendors(*options);
+    check_in_process(app, *options);
   } catch (const CLI::ParseError& error) {
     *exit_code = app.exit(error) == 0 ? kExitOk : kExitBadInput;
     return false;
@@ -235,9 +262,7 @@ bool parse_launch_options(int argc, char** argv, LaunchOptions* options, int* ex
     return false;
   }
   const bool watched = options->view && app.count("--speed") == 0;
-  if ((realtime || watched) && options->speed == 0.0) options->speed = 1.0;
-  options->pin = !no_pin;
-  options->plot = !no_plot;
+  if ((words.realtime || watched) && options->speed == 0.0) options->speed = 1.0;
   return true;
 }
 

@@ -94,7 +94,7 @@ TEST(Headline, AFindingToldAloneSaysWhatItCannotBeToldFromInTypesetUnits) {
   report["findings"].erase(report["findings"].begin() + 1, report["findings"].end());
   report["findings"][0]["statement"] = "hip: rotor, inertia 0.2 +- 0.1 kg m^2.";
   report["findings"][0]["alternatives"] = {{{"effect", "payload"}, {"where", {{"link", "shank"}}}}};
-  EXPECT_THAT(join(report), HasSubstr("hip: rotor, inertia 0.2 ± 0.1 kg m². These recordings cannot tell it from: payload."));
+  EXPECT_THAT(join(report), HasSubstr("hip: rotor, inertia 0.2 ± 0.1 kg m². These recordings cannot tell it from: payload (link shank)."));
 }
 
 TEST(Headline, AMostlyUnexplainedPlaceIsNamedLast) {

@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidates.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Share of the way from the reading in the air to that in stance by which a foot's reading may differ from the air's. A
-// foot that scrapes along the ground reads more.
-constexpr double kScrape = 0.02;
 
 bool is_at(const LeggedLog& log, int from, int link) { return is_above(log.tree, from, link); }
 
@@ -135,7 +133,8 @@ bool touches(const BodySample& at, const Contacts& contacts, size_t foot, size_t
   if (sensor < 0 || !contacts.levels[static_cast<size_t>(sensor)].swings) return false;
   const ForceLevels& level = contacts.levels[static_cast<size_t>(sensor)];
   const double force = calc_vertical_force(at.log, at.clip, static_cast<size_t>(sensor), k);
-  return std::abs(force - level.air) > kScrape * (level.stance - level.air);
+  // A foot that scrapes along the ground reads more.
+  return std::abs(force - level.air) > kKnown * (level.stance - level.air);
 }
 
 // Samples as far before and after as the smoothing reaches: a foot that lands or lifts pushes before it counts as

@@ -9,7 +9,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kTurn = 1e-5;  // [rad] of a joint, for differences
 constexpr double kNear = 0.06;  // [s] from a foot's lifting and landing
 
 // Adds a force along a world axis at a point of a link, as a sensor would not feel it.

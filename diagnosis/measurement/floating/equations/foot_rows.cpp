@@ -6,15 +6,13 @@
 #include <functional>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kSettled = 0.08;  // [s] after landing and before lifting: the foot is not flat for sure
 constexpr double kInside = 0.88;   // share of a sole's half edges within which the centre of pressure means flat contact
-constexpr double kTurn = 1e-5;     // [rad] of a joint, for differences
-// Share of what hangs below a sensor that the sole carries beside the reading. Where the rubber sits is not known: half.
-constexpr double kCarried = 0.5;
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
 
@@ -108,7 +106,8 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   if (!sensor.has_wrench() || sensor.world) return load;
   const Vector3d force = sensor.X_LS.R * get_values(&c.force[6 * s], k);
   load.moment = move_to_sole(sensor, foot, get_values(&c.force[6 * s], k), get_values(&c.force[6 * s + 3], k));
-  load.force = force.z() + kCarried * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
+  // What hangs below a sensor, the sole carries beside the reading. Where the rubber sits is not known: half.
+  load.force = force.z() + kHalf * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
   load.rate = (sensor.X_LS.R * get_rates(&c.force[6 * s], k)).z(), load.whole = force;
   load.flat = load.flat && presses_inside(foot, load.moment, force.z());
   return load;

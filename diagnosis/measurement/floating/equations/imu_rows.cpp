@@ -159,7 +159,7 @@ void ImuRows::add_gravity(size_t i, size_t c, size_t k, BodyMotion*) {
   if (channels_[i].gravity < 0) return;
   const Vector3d w = log_.imus[i].gyro ? get_values(clip.imus[i].gyro, k) : Vector3d::Zero();
   const Vector3d reading = get_values(clip.imus[i].accelerometer, k), rate = get_rates(clip.imus[i].accelerometer, k);
-  const int all = (1 << log_.feet.size()) - 1;
+  const int all = get_phase_of_all(log_);
   if (w.norm() > kQuietRate || rate.norm() > kQuietForce || contacts_.find_phase(c, k) != all) return;
   const double g = log_.experiment->scenario.gravity_W.norm();
   const Vector3d along = reading.normalized();

@@ -12,7 +12,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kSurest = 0.99;  // probability that no finding exceeds: laws outside the table exist
-constexpr size_t kMostNamed = 3;  // alternatives in a statement; the report lists all
 
 // What landings tell of the sole that an effect is of.
 SoleLaw find_sole_law(const ReportState& state, const Candidate& effect) {
@@ -26,14 +25,6 @@ double calc_weight(const ReportState& state, const FoundEffect& f) {
     return state.fitter.calc_gain(part, state.outcome.nominal, state.outcome.chosen);
   };
   return std::max(0.0, f.gain) / std::max(1.0, gain_of(Part::kHeld) + gain_of(Part::kTrain));
-}
-
-std::string list_alternatives(const Finding& f) {
-  std::string out = " As well explained by ";
-  for (size_t i = 0; i < f.alternatives.size() && i < kMostNamed; ++i) {
-    out += (i ? ", or " : "") + f.alternatives[i].effect + " at " + get_place(f.alternatives[i].where);
-  }
-  return out + ".";
 }
 
 Finding make_effect_finding(const ReportState& state, const FoundEffect& f) {
@@ -56,7 +47,6 @@ Finding make_effect_finding(const ReportState& state, const FoundEffect& f) {
   if (lands)
     out.statement += format(" How it gives in height is from %.0f landings.", static_cast<double>(law.landings));
   add_lookalikes(state, f, &out);
-  if (!out.alternatives.empty()) out.statement += list_alternatives(out);
   return out;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/equations/imu_rows.h"
@@ -13,7 +14,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr const char* kBends = "link_bending";  // an alternative that the table of effects does not hold
-constexpr double kAlike = 0.8;  // of the square of what an effect predicts: another law that predicts it is listed
 
 const LawTable& laws() { return get_laws(); }
 
@@ -151,7 +151,7 @@ void add_scale_for_zero(const ReportState& state, const FoundEffect& f, Finding*
     for (size_t k = 0; k < clip.size(); ++k) sum += get_values(reading, k), samples += 1;
   }
   const Vector3d felt = sum / samples, along = felt.normalized(), value = f.x, std = f.std;
-  if (std::pow(along.dot(value), 2) < kAlike * value.squaredNorm()) return;
+  if (std::pow(along.dot(value), 2) < kMostly * value.squaredNorm()) return;
   const EffectInfo& scale = laws().sensor_scale.info();
   const double size = along.dot(value) / felt.norm(), error = along.cwiseProduct(std).norm() / felt.norm();
   zero->alternatives.push_back(make_alternative(scale, zero->where, {make_value(scale, 1 + size, error)},

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/remaining.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kChanged = 0.7;       // of a mean square: a model that leaves less has changed it
-constexpr double kPeak = 2;            // deviations of mismatch and noise beyond which a row departs
 constexpr double kPause = 0.15;        // [s] between two intervals, at least
 constexpr size_t kMostIntervals = 12;  // of an equation in a recording
 constexpr size_t kMostMismatches = 24;
@@ -49,7 +49,7 @@ int find_main_phase(const std::map<int, int>& phases) {
 void add_equation(size_t c, double score, ReportState* state) {
   const ChannelRows& rows = state->fitter.channels()[c];
   const double square = get_mean_square(state->fitter, state->outcome.nominal, c) + state->fitter.floor(c);
-  for (auto& [r, d] : find_departures(rows, kPeak * std::sqrt(square))) {
+  for (auto& [r, d] : find_departures(rows, kAboveNoise * std::sqrt(square))) {
     Mismatch& m = d.mismatch;
     m.signal = rows.info.signal, m.score = score, m.regime = state->contacts.find_phase_name(find_main_phase(d.phases));
     m.recording = state->log.experiment->recordings[static_cast<size_t>(r)].spec.name;
@@ -65,7 +65,7 @@ void add_mismatches(ReportState* state) {
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
     if (fitter.channels()[c].rows() == 0) continue;
     const double before = get_mean_square(fitter, nominal, c), score = std::sqrt(before / fitter.floor(c));
-    const bool told = is_left(fitter, nominal, c) || get_mean_square(fitter, state->model, c) < kChanged * before;
+    const bool told = is_left(fitter, nominal, c) || get_mean_square(fitter, state->model, c) < kLargely * before;
     if (score >= 1 && told) add_equation(c, score, state);
   }
   std::vector<Mismatch>& all = state->evidence.mismatch;

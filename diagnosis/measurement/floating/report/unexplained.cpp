@@ -5,14 +5,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kRemains = 0.9;  // of an equation's mismatch: what leaves more has not explained it
 
 Remaining make_free_law(const ReportState& state, const FoundEffect& f) {
   Remaining r;
@@ -34,7 +33,7 @@ std::vector<size_t> list_unsteady(const ReportState& state) {
   std::copy_if(found.unsteady.begin(), found.unsteady.end(), std::back_inserter(out), [&](size_t c) {
     const double before = get_mean_square(state.fitter, found.nominal, c),
                  after = get_mean_square(state.fitter, found.chosen, c);
-    const bool gone = has_free_law(found) && after < kRemains * kRemains * before;
+    const bool gone = has_free_law(found) && after < kNearlyAll * kNearlyAll * before;
     return !gone && !is_of_soles(state.fitter.channels()[c].info);
   });
   return out;

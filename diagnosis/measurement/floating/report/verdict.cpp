@@ -3,34 +3,29 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidates.h"
 #include "diagnosis/measurement/floating/report/unexplained.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kToNoise = 3.0;  // times noise and exactness: an explained error is no larger, over all equations
-constexpr double kRemains = 0.9;  // of the nominal error: a model that leaves more explains nothing,
-constexpr double kMain = 0.3;     // but for a finding that takes more of its own equation's mismatch
-constexpr double kMost = 0.8;     // of what the columns at hand could explain
+
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what
 // was found.
-constexpr double kLittle = 0.25, kMuchLeft = 0.8;
-constexpr double kAlone = 0.8;    // share of its equation's mismatch: nothing else is behind such a finding
-constexpr double kDoubted = 0.5;  // probability of a finding that is doubted, at most
-
 bool leaves_most(const ReportState& state) {
   const Evidence& e = state.evidence;
   const double after = e.fit.validate_after;
-  return (is_anything_left(state) || after > kToNoise) && e.explained < kLittle &&
-         after > kMuchLeft * e.fit.validate_before;
+  return (is_anything_left(state) || after > kUnlikely) && e.explained < kPart &&
+         after > kMostly * e.fit.validate_before;
 }
 
 bool may_doubt(const Finding& f) {
   const EffectInfo* row = find_effect(f.effect);
   // A zero has no shape: the mean of any unknown force is one.
   const bool shaped = row && is_expected(*row) && row->family != EffectFamily::kZero;
-  return f.share < kAlone && !shaped && f.grade != Grade::kAmbiguous;
+  return f.share < kMostly && !shaped && f.grade != Grade::kAmbiguous;
 }
 
 }  // namespace
@@ -39,7 +34,7 @@ void doubt_findings(ReportState* state) {
   if (!leaves_most(*state) && !has_free_law(state->outcome)) return;
   for (Finding& f : state->evidence.findings) {
     if (!may_doubt(f)) continue;
-    f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, kDoubted);
+    f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, kHalf);
     f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
   }
 }
@@ -52,10 +47,11 @@ Verdict find_verdict(const ReportState& state) {
     return something ? Verdict::kUnexplained : Verdict::kNoMismatch;
   }
   if (state.outcome.effects.empty()) return Verdict::kPartlyExplained;  // by checks alone
-  const bool gone = e.fit.validate_after < kRemains * e.fit.validate_before ||
-                    std::any_of(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.share > kMain; });
-  if (!left && gone && e.fit.validate_after < kToNoise) return Verdict::kExplained;
-  const bool mostly = e.explained >= kMost * e.ceiling && !leaves_most(state);
+  // What leaves nearly all explains nothing, but for a finding that takes much of its own equation's mismatch.
+  const bool gone = e.fit.validate_after < kNearlyAll * e.fit.validate_before ||
+                    std::any_of(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.share > kMuch; });
+  if (!left && gone && e.fit.validate_after < kUnlikely) return Verdict::kExplained;
+  const bool mostly = e.explained >= kMostly * e.ceiling && !leaves_most(state);
   return mostly ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/search/deviations.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 #include "diagnosis/measurement/floating/search/rivals.h"
@@ -13,7 +14,6 @@ namespace {
 
 // Standard error of an effect's size, 1 as in the fit, to which other equations confirm it: then it is neither none nor
 // twice as large by chance.
-constexpr double kConfirmed = 0.25;
 
 // Whether the effect is a zero of one of several force sensors.
 bool is_one_zero_of_many(const SearchState& state, const Candidate& c) {
@@ -34,7 +34,7 @@ bool is_confirmed_elsewhere(const SearchState& state, size_t effect, size_t chan
   const double size = x.dot(all.segment(first, n)) / x.squaredNorm();
   const double variance = x.dot(covariance.block(first, first, n, n) * x);
   const double std = std::sqrt(std::max(0.0, variance)) / x.squaredNorm();
-  return size > 0.5 && size < 2 && std < kConfirmed;
+  return size > 0.5 && size < 2 && std < kPart;
 }
 
 // The mean of what an effect takes away beside all others, and of what it takes away alone.

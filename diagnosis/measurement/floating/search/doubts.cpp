@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/search/gain.h"
@@ -11,12 +13,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSure = 2.0;  // standard errors, differences between recordings included, that a value must exceed
-// Share of an equation's mismatch: an effect that leaves more than this and takes less may stand in for another cause.
-constexpr double kHalf = 0.5;
-constexpr double kUndone = 0.1;  // of the smaller square: what two effects that undo each other leave together
-constexpr double kNear = 0.2;  // of its value: equations made so near it hold for a delay or a turn
-constexpr double kStandsOut = 3;  // times noise and exactness that a force on the body exceeds to be a real one
 
 // Bans a chosen effect, notes the equations that lack something without it, and settles the others.
 void drop(size_t effect, const std::string& why, const std::vector<size_t>& unsteady, SearchState* state) {
@@ -48,7 +44,7 @@ double calc_certainty(const FoundEffect& f) {
 // goes. It is not banned if it is listed: with another set of effects it may be certain.
 bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   size_t worst = found.size();
-  double least = kSure;
+  double least = kAboveNoise;
   for (size_t i = 0; i < found.size(); ++i) {
     const double certainty = calc_certainty(found[i]);
     if (certainty < least) least = certainty, worst = i;
@@ -71,7 +67,7 @@ bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
       away += std::pow(value - (*state.about)(column), 2), size += value * value;
     }
   }
-  return away > kNear * kNear * size;
+  return away > kMinority * kMinority * size;
 }
 
 // An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
@@ -79,6 +75,7 @@ bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
 // another cause.
 bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   size_t worst = found.size();
+  // An effect that leaves more of an equation's mismatch than it takes may stand in for another cause.
   double least = kHalf;
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
@@ -116,7 +113,7 @@ bool drop_undone(const std::vector<FoundEffect>& found, SearchState* state) {
   for (size_t i = 0; i < found.size(); ++i) {
     for (size_t k = i + 1; k < found.size(); ++k) {
       const PairSquares s = calc_pair(*state, i, k);
-      if (s.sum > kUndone * std::min(s.first, s.second)) continue;
+      if (s.sum > kDetail * std::min(s.first, s.second)) continue;
       drop(calc_certainty(found[i]) < calc_certainty(found[k]) ? i : k, "undone by another:", {}, state);
       return true;
     }
@@ -144,7 +141,8 @@ std::vector<size_t> list_unknown_forces(const SearchState& state) {
     const bool of_force = kind == "weight" || kind.rfind("balance, force", 0) == 0;
     const double left = get_left(state, c);
     if (!of_force || left < kHalf * get_nominal(state, c)) continue;
-    if (left < kStandsOut * kStandsOut * state.fitter.floor(c)) continue;
+    // A real force on the body exceeds noise and exactness by more.
+    if (left < kUnlikely * kUnlikely * state.fitter.floor(c)) continue;
     out.push_back(c);
   }
   return out;

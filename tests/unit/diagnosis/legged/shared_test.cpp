@@ -77,17 +77,28 @@ TEST(LeggedShared, CountsOfAQuadrupedThatTrotsHaveAScaleOfEachFoot) {
   EXPECT_EQ(feet, 4u);
 }
 
-// The real humanoid with its columns changed. Empty: it is not beside the tree.
-Experiment load_humanoid(const std::function<void(const std::string& name, std::vector<double>* column)>& change) {
-  const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
-  if (!std::filesystem::exists(path)) return {};
-  Experiment e = load_experiment(path.string());
-  for (Recording& r : e.recordings) {
-    for (auto& [name, column] : r.other) change(name, &column);
+// The real humanoid, whose recordings a test may change.
+class LeggedHumanoid : public testing::Test {
+ protected:
+  using Change = std::function<void(const std::string& name, std::vector<double>* column)>;
+
+  void SetUp() override {
+    const std::filesystem::path path =
+        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+    robot = load_experiment(path.string());
   }
-  return e;
-}
+
+  Evidence diagnose() const { return diagnose_legged(robot, nullptr).evidence; }
+  Evidence diagnose_with(const Change& change) {
+    for (Recording& r : robot.recordings) {
+      for (auto& [name, column] : r.other) change(name, &column);
+    }
+    return diagnose();
+  }
+
+  Experiment robot;
+};
 
 void add_to(const std::string& part, double value, const std::string& name, std::vector<double>* column) {
   if (name.find(part) == std::string::npos) return;
@@ -101,12 +112,10 @@ const Finding* find_at(const Evidence& e, const std::string& sensor) {
   return nullptr;
 }
 
-TEST(LeggedShared, ZeroOfAVerticalForceIsWhatItReadsInTheAir) {
-  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+TEST_F(LeggedHumanoid, ZeroOfAVerticalForceIsWhatItReadsInTheAir) {
+  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
     add_to("/wrench/l_sole/force/z", 10, name, column);
   });
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
   const Finding* zero = find_at(found, "/wrench/l_sole/force");
   ASSERT_NE(zero, nullptr);
   EXPECT_EQ(zero->effect, "sensor_bias");
@@ -116,12 +125,10 @@ TEST(LeggedShared, ZeroOfAVerticalForceIsWhatItReadsInTheAir) {
 }
 
 // By 3 samples. The recording as it is tells no delay of one foot: 0.004 s and less, by both walks.
-TEST(LeggedShared, AFootOfARealHumanoidThatIsLateIsNamed) {
-  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+TEST_F(LeggedHumanoid, AFootOfARealHumanoidThatIsLateIsNamed) {
+  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
     if (name == "/wrench/l_sole/force/z") std::rotate(column->begin(), column->end() - 3, column->end());
   });
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
   const Finding* late = find_at(found, "/wrench/l_sole");
   ASSERT_NE(late, nullptr);
   EXPECT_EQ(late->effect, "sensor_delay");
@@ -150,12 +157,10 @@ TEST(LeggedShared, ALateFootExplainsWhatItsCorrectionTakesAway) {
   EXPECT_GT(found.explained, 0.1);
 }
 
-TEST(LeggedShared, ZeroOfARealGyroscopeIsFound) {
-  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+TEST_F(LeggedHumanoid, ZeroOfARealGyroscopeIsFound) {
+  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
     add_to("angular_velocity/x", 0.05, name, column);
   });
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
   const Finding* zero = find_at(found, "/imu/root/angular_velocity");
   ASSERT_NE(zero, nullptr);
   EXPECT_EQ(zero->effect, "sensor_bias");
@@ -163,12 +168,10 @@ TEST(LeggedShared, ZeroOfARealGyroscopeIsFound) {
 }
 
 // Its torso turns by 14 degrees at most: along the weight, a zero makes what a scale makes.
-TEST(LeggedShared, ScaleOfARealAccelerometerIsListedBesideItsZero) {
-  const Experiment e = load_humanoid([](const std::string& name, std::vector<double>* column) {
+TEST_F(LeggedHumanoid, ScaleOfARealAccelerometerIsListedBesideItsZero) {
+  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
     for (double& v : *column) v *= name.find("linear_acceleration") == std::string::npos ? 1 : 1.05;
   });
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
   const Finding* zero = find_at(found, "/imu/root/linear_acceleration");
   ASSERT_NE(zero, nullptr);
   EXPECT_EQ(zero->grade, Grade::kAmbiguous);
@@ -179,22 +182,18 @@ TEST(LeggedShared, ScaleOfARealAccelerometerIsListedBesideItsZero) {
 }
 
 // What one foot lacks may rest on the other, of which nothing is known.
-TEST(LeggedShared, WeightThatOneFootLacksIsNoMass) {
-  Experiment e = load_humanoid([](const std::string&, std::vector<double>*) {});
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  for (Recording& r : e.recordings) r.other.erase("/wrench/r_sole/force/z");
-  for (const Finding& f : diagnose_legged(e, nullptr).evidence.findings)
+TEST_F(LeggedHumanoid, WeightThatOneFootLacksIsNoMass) {
+  for (Recording& r : robot.recordings) r.other.erase("/wrench/r_sole/force/z");
+  for (const Finding& f : diagnose().findings)
     EXPECT_NE(f.family, "mass and its place") << f.statement;
 }
 
 // By the base's pose alone: steps shake its acceleration, and the robot stands most of the time.
-TEST(LeggedShared, WeightOfARealHumanoidIsSeenWithoutAnAccelerometer) {
-  Experiment e = load_humanoid([](const std::string&, std::vector<double>*) {});
-  if (e.recordings.empty()) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
-  for (Recording& r : e.recordings) {
+TEST_F(LeggedHumanoid, WeightOfARealHumanoidIsSeenWithoutAnAccelerometer) {
+  for (Recording& r : robot.recordings) {
     for (const char* axis : {"x", "y", "z"}) r.other.erase(std::string("/imu/root/linear_acceleration/") + axis);
   }
-  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const Evidence found = diagnose();
   const auto weight = std::find_if(found.findings.begin(), found.findings.end(),
                                    [](const Finding& f) { return f.family == "mass and its place"; });
   ASSERT_NE(weight, found.findings.end());
@@ -202,10 +201,8 @@ TEST(LeggedShared, WeightOfARealHumanoidIsSeenWithoutAnAccelerometer) {
   EXPECT_NE(weight->statement.find("l_foot alone 0.98"), std::string::npos) << weight->statement;
 }
 
-TEST(LeggedShared, WeightOfARealHumanoidIsAmbiguousAndNothingIsSaidOfItsDrives) {
-  bool there = false;
-  const Evidence e = diagnose_shared("recordings/icub_walking", &there);
-  if (!there) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
+TEST_F(LeggedHumanoid, WeightIsAmbiguousAndNothingIsSaidOfItsDrives) {
+  const Evidence e = diagnose();
   const auto weight = std::find_if(e.findings.begin(), e.findings.end(),
                                    [](const Finding& f) { return f.family == "mass and its place"; });
   ASSERT_NE(weight, e.findings.end());
