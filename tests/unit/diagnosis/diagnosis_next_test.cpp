@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
@@ -82,8 +83,8 @@ TEST(NextExperiment, ALargerDifferenceIsMoreLikelyToDecide) {
 
 // A rival that is as dearer as the decision needs has just the probability up to which reports list it.
 TEST(NextExperiment, ADecisionNeedsWhatTheReportNeedsToGiveUpARival) {
-  const double odds = calc_odds(calc_dearer(kListed), 0.0);
-  EXPECT_NEAR(odds / (1.0 + odds), kListed, 1e-12);
+  const double odds = calc_odds(calc_dearer(kDetail), 0.0);
+  EXPECT_NEAR(odds / (1.0 + odds), kDetail, 1e-12);
 }
 
 TEST(NextExperiment, EndsOfIntervalsAreThoseOfTheInformation) {
