@@ -82,6 +82,11 @@ void remark_velocities(const Experiment& e, Json* remarks) {
   if (!shifted.empty()) remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
 }
 
+void remark_roles(const Experiment& e, Json* remarks) {
+  const bool held = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  if (!held) remarks->push_back("no recording is held out (role: validate): what is found is judged by the recordings that it was fitted to");
+}
+
 // Neighbours have the same unit, so one joint that tells it is enough.
 void remark_unit(const Json& joints, Json* remarks) {
   bool recorded = false, told = false;
@@ -151,6 +156,7 @@ Json make_checks(const Experiment& e, const Experiment& searched) {
   remark_velocities(e, &remarks);
   remark_motion(joints, &remarks);
   remark_unit(joints, &remarks);
+  remark_roles(searched, &remarks);
   remarks.push_back("degrees, milliseconds, turned signs and exchanged columns: none was found");
   return {{"recordings", recordings}, {"joints", joints}, {"remarks", remarks}};
 }

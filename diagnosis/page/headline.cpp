@@ -252,7 +252,8 @@ std::vector<std::string> make_headline(const json& report) {
     out.push_back(get_text(report, "summary", find_verdict_words(get_text(report, "verdict")).sentence));
     for (const json& item : get_list(report, "unexplained")) {
       const std::string statement = typeset(get_text(item, "statement"));
-      if (statement != out.back()) out.push_back(statement);
+      const bool told = std::any_of(out.begin(), out.end(), [&](const std::string& sentence) { return sentence.find(statement) != std::string::npos; });
+      if (!told) out.push_back(statement);
     }
     return out;
   }

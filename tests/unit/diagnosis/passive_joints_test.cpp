@@ -107,6 +107,14 @@ TEST(PassiveJoints, ChecksDoNotSpeakOfADriveThatIsNotThere) {
   for (const std::string& warning : e.warnings) EXPECT_EQ(warning.find("effort"), std::string::npos) << warning;
 }
 
+TEST(PassiveJoints, ChecksSayThatNothingIsHeldOut) {
+  Experiment e = make_free_swing();
+  const auto says = [&] { return make_checks(e, e)["remarks"].dump().find("no recording is held out") != std::string::npos; };
+  EXPECT_FALSE(says());
+  for (Recording& r : e.recordings) r.spec.train = true;
+  EXPECT_TRUE(says());
+}
+
 TEST(PassiveJoints, ACommandedEffortStandsInForOneThatWasNotLogged) {
   const std::string command = "/joint_commands/hinge/effort", state = "/joint_states/hinge/effort";
   const Experiment commanded = make_experiment("command", &calc_waves, command, ""), logged = make_experiment("log", &calc_waves, state, "");

@@ -103,6 +103,19 @@ TEST(Headline, AMostlyUnexplainedPlaceIsNamedLast) {
   EXPECT_THAT(join(report), testing::EndsWith("Most is left here: knee: 0.5 of 0.6 N m remain."));
 }
 
+TEST(Headline, WhatTheModelHasBeyondTheFindingsIsSaidWithoutValues) {
+  json report = make_leg();
+  report["model"] = {{{"effect", "rotor_inertia"}, {"where", {{"joint", "ankle"}}}, {"grade", "not named: it helps to predict"}},
+                     {{"effect", "coulomb_friction"}, {"where", {{"joint", "hip"}}}, {"grade", "supported"}}};
+  EXPECT_THAT(join(report), HasSubstr("The updated model also has, without proof: rotor inertia (ankle)."));
+}
+
+TEST(Headline, AStatementThatTheSummaryHasIsNotSaidAgain) {
+  const json report = {{"verdict", "unexplained"}, {"summary", "Something is left out. knee: 2 N m."}, {"findings", json::array()},
+                       {"unexplained", {{{"statement", "knee: 2 N m."}}, {{"statement", "hip: 3 N m."}}}}};
+  EXPECT_EQ(join(report), "Something is left out. knee: 2 N m. hip: 3 N m.");
+}
+
 TEST(Headline, WithoutFindingsItSaysWhatTheEngineSaid) {
   const json report{{"verdict", "not_judged"}, {"findings", json::array()}, {"summary", "No efforts."},
                     {"unexplained", {{{"statement", "Add a column."}}}}};
