@@ -15,8 +15,6 @@ namespace {
 constexpr double kRigidTilt = 2e-5;
 constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
 constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up to it
-// Share of the give about one axis by which noise may make the give about the other axis negative.
-constexpr double kStiffAxis = 0.5;
 constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole turns, over or below its face
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
