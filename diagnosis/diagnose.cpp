@@ -3,6 +3,7 @@
 #include <set>
 
 #include "diagnosis/held_feet/held_feet.h"
+#include "diagnosis/data/held_out.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/link_evidence.h"
@@ -205,7 +206,7 @@ Reports diagnose(const Problem& problem, const Progress& progress) {
   Reports reports = diagnose_by_kind(problem, progress);
   const std::vector<Recording>& recordings = problem.experiment->recordings;
   upgrade_report(&reports.report,
-                 std::any_of(recordings.begin(), recordings.end(), [](const Recording& r) { return !r.spec.train; }));
+                 has_held_out(recordings));
   return reports;
 }
 

@@ -10,6 +10,7 @@
 #include "diagnosis/checks/on_all.h"
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/checks/torque_traces.h"
+#include "diagnosis/data/held_out.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/log_conventions.h"
 #include "diagnosis/evidence/torque_findings.h"
@@ -40,7 +41,7 @@ bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_s
 // The sentences on top, which are the same for all engines.
 void finish(const Experiment& e, Reports* reports) {
   Json& report = reports->report;
-  report["fit"]["held_out"] = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  report["fit"]["held_out"] = has_held_out(e.recordings);
   name_simpler_laws(&report);
   lower_grades(&report);
   drop_idle_findings(&report);

@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
+#include "diagnosis/data/held_out.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/velocity_log.h"
 
@@ -83,8 +84,7 @@ void remark_velocities(const Experiment& e, Json* remarks) {
 }
 
 void remark_roles(const Experiment& e, Json* remarks) {
-  const bool held = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
-  if (!held) remarks->push_back("no recording is held out (role: validate): what is found is judged by the recordings that it was fitted to");
+  if (!has_held_out(e.recordings)) remarks->push_back("no recording is held out (role: validate): what is found is judged by the recordings that it was fitted to");
 }
 
 // Neighbours have the same unit, so one joint that tells it is enough.

@@ -11,6 +11,7 @@
 #include "diagnosis/data/bag_table.h"
 #include "diagnosis/data/by_hand.h"
 #include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/drives.h"
 #include "diagnosis/data/make_recording.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/plausibility.h"
@@ -118,9 +119,7 @@ void describe_missing(Experiment* e) {
     }
   }
   if (e->num_joints() == 0) return;
-  bool driven = false;
-  for (int j = 0; j < e->num_joints(); ++j) driven = driven || e->robot.tree.joint(j).actuated;
-  if (driven && !any[2])
+  if (has_drive(e->robot.tree) && !any[2])
     e->warnings.push_back(
         "no effort was recorded: faults of effort sensors cannot be told, and a wrong servo gain looks like friction "
         "or inertia");

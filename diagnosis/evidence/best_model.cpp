@@ -42,21 +42,14 @@ Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   return a;
 }
 
-// Adds each effect of `of` whose family `model` does not have at the same place.
-Hypothesis add_families(Hypothesis model, const Hypothesis& of) {
-  const Hypothesis first = model;
+// Effects of `of` whose family `model` does not have at the same place.
+Hypothesis list_other_families(const Hypothesis& model, const Hypothesis& of) {
+  Hypothesis others;
   for (const Effect& e : of) {
     const auto is_alike = [&](const Effect& own) { return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family; };
-    if (std::none_of(first.begin(), first.end(), is_alike)) model.push_back(e);
+    if (std::none_of(model.begin(), model.end(), is_alike)) others.push_back(e);
   }
-  return model;
-}
-
-// True if `model` has all families of effects that `named` has at its joints and links.
-bool has_families(const Hypothesis& model, const Hypothesis& named) {
-  return std::all_of(named.begin(), named.end(), [&](const Effect& e) {
-    return std::any_of(model.begin(), model.end(), [&](const Effect& own) { return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family; });
-  });
+  return others;
 }
 
 // Why an effect that `named` does not have is hardly possible on this robot; empty if all are possible.
@@ -128,8 +121,10 @@ class Chooser {
   // candidate adds them.
   void consider_searched(const Hypothesis& searched, const Hypothesis& plain) {
     consider("the model of the search", searched, kNearlyAll);
-    const Hypothesis joined = add_families(searched, plain);
-    if (joined.size() == searched.size()) return;
+    const Hypothesis others = list_other_families(searched, plain);
+    if (others.empty()) return;
+    Hypothesis joined = searched;
+    joined.insert(joined.end(), others.begin(), others.end());
     consider("the same beside friction and rotors", polish_joints(problem_, joined, &rows_), kNearlyAll);
   }
 
@@ -174,7 +169,7 @@ class Chooser {
       progress_("    " + std::string(name) + ": hardly possible (" + odd + ")");
       return kNoError;
     }
-    if (!has_families(hypothesis, model_)) share = std::min(share, kNearlyAll);
+    if (!list_other_families(hypothesis, model_).empty()) share = std::min(share, kNearlyAll);
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return kNoError;

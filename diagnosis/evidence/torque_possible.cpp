@@ -13,7 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
 struct Candidate {
   Choice choice;  // with the term
   TermPlace place;

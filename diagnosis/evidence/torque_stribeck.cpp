@@ -10,7 +10,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [nats] Depth of the 95 % region: half the 95 % quantile of chi-square with two parameters (velocity, excess).
 constexpr double kFinest = 0.01, kWidest = 0.6;  // range of the velocities tried, relative to the fastest
 constexpr double kStep = 1.2;           // ratio of successive velocities
 
@@ -81,6 +80,7 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
   curve.velocity = {best->velocity, best->velocity, best->velocity};
   curve.level = {best->level, best->level, best->level}, curve.rest = {best->rest, best->rest, best->rest};
   for (const Point& p : points) {
+    // Depth of the 95 % region: half the 95 % quantile of chi-square with two parameters (velocity, excess).
     if (p.likelihood < best->likelihood - kOdds || p.velocity == 0.0) continue;
     curve.velocity.low = std::min(curve.velocity.low, p.velocity / kStep);
     curve.velocity.high = std::max(curve.velocity.high, p.velocity * kStep);

@@ -6,6 +6,7 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/data/held_out.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/findings/estimate_words.h"
@@ -62,7 +63,7 @@ std::string get_phrase(const TermRow& row) {
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
-  const bool held = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  const bool held = has_held_out(e.recordings);
   return text + " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (held ? " on held-out data." : ".");
 }
 

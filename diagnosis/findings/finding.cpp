@@ -21,9 +21,10 @@ Json make_estimate(const Estimate& e) {
     interval.push_back({round_to(e.value[i] - kNinetyFive * s, 8), round_to(e.value[i] + kNinetyFive * s, 8)});
     if (e.is_unseen(i)) unseen.push_back(std::string(1, "xyz"[i]));
   }
-  if (!unseen.empty()) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}, {"unseen", unseen}};
-  if (list) return {{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
-  return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
+  if (!list) return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
+  Json vector{{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
+  if (!unseen.empty()) vector["unseen"] = unseen;
+  return vector;
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/held_out.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
@@ -303,7 +304,7 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
   std::vector<ServoDelay> list;
   if (e.scenario.drive != "servo") return list;
   const Plant plant = make_plant(e, {});
-  const bool held = std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) { return !r.spec.train; });
+  const bool held = has_held_out(e.recordings);
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     const ServoLog log(e, j, plant.laws[j]);

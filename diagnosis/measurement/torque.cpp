@@ -26,9 +26,6 @@ constexpr double kOfMotion = 2.5;
 constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
 constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
-// Share of the missing torque above which the difference between the torque of the smoothed motion and the smoothed torque
-// matters, at kFastestMotion. Arms are below a hundredth, pendulums that turn over at a half.
-constexpr double kGapMatters = 0.03;
 // Kept samples per period of the cutoff: enough to lose nothing, and few duplicates.
 constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
@@ -105,9 +102,6 @@ ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, cons
 bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
   return recording.has(kLinkSide + joint.name + "/position");
 }
-
-// A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
-// sample is then larger than friction. Such stretches are left out if enough others remain.
 
 class Maker {
  public:
@@ -300,7 +294,8 @@ class Maker {
     out->tau += out->filter_gap;
   }
 
-  // True if a joint's gap is a material share of its missing torque.
+  // True if a joint's gap is more of its missing torque than filters leave uncertain anyway. Arms are below a hundredth,
+  // pendulums that turn over at a half.
   bool has_filter_gap() const {
     Eigen::VectorXd gap = Eigen::VectorXd::Zero(e_.num_joints()), missing = gap;
     for (const TorqueRecording& r : data_.recordings) {
@@ -309,7 +304,7 @@ class Maker {
       missing += (r.effort - r.tau).middleRows(r.trim, inner).colwise().squaredNorm().transpose();
     }
     for (int j = 0; j < e_.num_joints(); ++j) {
-      if (data_.is_judged(j) && gap[j] > kGapMatters * kGapMatters * missing[j]) return true;
+      if (data_.is_judged(j) && gap[j] > kBlur * kBlur * missing[j]) return true;
     }
     return false;
   }
@@ -570,6 +565,8 @@ class Maker {
     return limited;
   }
 
+  // A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
+  // sample is then larger than friction. Such stretches are left out if enough others remain.
   void leave_out_limits(int j) {
     if (data_.source[static_cast<size_t>(j)] != EffortSource::kRecorded) return;
     std::vector<Flags> limited;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/drives.h"
 #include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
@@ -18,10 +19,6 @@ void add_terms(const TorqueData& data, const TermRow& row, int place, std::vecto
 double read_between(const Eigen::MatrixXd& signal, long joint, double i) {
   const long low = static_cast<long>(i), high = std::min(low + 1, signal.rows() - 1);
   return signal(low, joint) + (i - static_cast<double>(low)) * (signal(high, joint) - signal(low, joint));
-}
-
-bool has_drive(const TreeSpec& tree) {
-  return std::any_of(tree.links.begin() + 1, tree.links.end(), [](const LinkSpec& link) { return link.joint.actuated; });
 }
 
 }  // namespace
