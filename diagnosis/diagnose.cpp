@@ -7,6 +7,7 @@
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/link_evidence.h"
+#include "diagnosis/many_drives/legged.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
@@ -102,9 +103,11 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
 
 // A robot on its feet by every equation that its sensors allow. Null where nothing can be compared; `reports` then has
 // what was missing.
-bool judge_legged(const Experiment& e, const Progress& progress, bool only_walks, Reports* reports) {
+bool judge_legged(const Problem& problem, const Progress& progress, floating::Robots robots, Reports* reports) {
+  const Experiment& e = *problem.experiment;
   if (!e.scenario.floating_base) return false;
-  const floating::LeggedReport legged = floating::diagnose_legged(e, progress, only_walks);
+  if (many_drives::diagnose_legged(e, problem.jobs, robots, progress, reports)) return true;
+  const floating::LeggedReport legged = floating::diagnose_legged(e, progress, robots);
   if (!legged.judged) return false;
   reports->report = make_report(legged.evidence), reports->series = legged.series;
   return true;
@@ -167,14 +170,14 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   const Experiment& e = *problem.experiment;
   Reports walked;
   // The standing robot's engine takes no landing for what it is: it would name something for it.
-  const bool walks = judge_legged(e, progress, true, &walked);
+  const bool walks = judge_legged(problem, progress, floating::Robots::kWalking, &walked);
   if (walks) return walked;
   Reports bodies;
-  const bool judged = is_of_bodies_alone(e) && judge_legged(e, progress, false, &bodies);
+  const bool judged = is_of_bodies_alone(e) && judge_legged(problem, progress, floating::Robots::kAll, &bodies);
   if (judged && (is_settled(bodies) || !bodies.report["findings"].empty())) return bodies;
   if (standing::diagnose_standing(problem, progress, &reports)) {
     Reports stood;
-    const bool open = !judged && !is_settled(reports) && judge_legged(e, progress, false, &stood);  // not twice
+    const bool open = !judged && !is_settled(reports) && judge_legged(problem, progress, floating::Robots::kAll, &stood);  // not twice
     if (open && !stood.report["findings"].empty() && reports.report["findings"].empty()) {
       if (is_exact_elsewhere(e, reports.report)) doubt_findings(&stood.report);
       reports = stood;
@@ -188,7 +191,7 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
     std::string why;
     if (judge_links_alone(problem, progress, &reports)) return reports;
     if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
-    if (judge_legged(e, progress, false, &reports)) return reports;
+    if (judge_legged(problem, progress, floating::Robots::kAll, &reports)) return reports;
     if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }

@@ -339,6 +339,10 @@ bool has_real_drives(const TorqueVerdict& torque) {
   return torque.with_drives > 0 && torque.any_drives >= kEveryDrive * torque.joints;
 }
 
+bool may_have_real_drives(const TorqueVerdict& torque) {
+  return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
+}
+
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs) {
   return judge_torque(make_torque_data(experiment), jobs);
 }

@@ -32,5 +32,7 @@ constexpr double kEveryDrive = 0.6;
 
 // True if friction or rotors are found in most joints, so that sets of a few effects cannot explain the robot.
 bool has_real_drives(const TorqueVerdict& torque);
+// True if at most 40 % of the joints are exact. A faulty sensor that all joints depend on may hide that each has friction.
+bool may_have_real_drives(const TorqueVerdict& torque);
 
 }  // namespace hrp::diagnosis

@@ -106,12 +106,6 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   return out;
 }
 
-// True if at most 40 % of the joints are exact. A faulty sensor that all joints depend on may hide that each has
-// friction.
-bool may_have_real_drives(const TorqueVerdict& torque) {
-  return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
-}
-
 }  // namespace
 
 bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out) {

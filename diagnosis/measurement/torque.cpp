@@ -251,9 +251,16 @@ class Maker {
     if (still_.empty()) still_.resize(e_.recordings.size());
     if (still_[index].size() == 0) still_[index] = find_still(make_raw(in, out, rows), noise_, out.step);
     out.tau = bodies_ ? bodies_(out, data_.cutoff) : calc_efforts(add_by_hand(plant_, in.spec), out.q, out.v, out.a);
+    if (!out.tau.allFinite()) leave_out_unknown(&out);
     if (curved_) add_filter_gap(in, &out);
     if (!data_.feet.empty()) add_foot_loads(in, &out);
     data_.recordings.push_back(std::move(out));
+  }
+
+  // Where nothing tells a joint's torque, it is taken as the effort, so that nothing is missing.
+  void leave_out_unknown(TorqueRecording* r) const {
+    r->known = r->tau.array().isFinite();
+    r->tau = r->known.select(r->tau, r->effort);
   }
 
   Eigen::MatrixXd smooth_columns(Eigen::MatrixXd m, double step, double cutoff) const {
@@ -437,7 +444,8 @@ class Maker {
     for (const TorqueRecording& r : data_.recordings) {
       const long inner = r.q.rows() - 2 * r.trim;
       if (!r.train || inner <= 0) continue;
-      const Eigen::MatrixXd x = make_load_columns(r, j).middleRows(r.trim, inner);
+      Eigen::MatrixXd x = make_load_columns(r, j).middleRows(r.trim, inner);
+      if (r.known.size() > 0) x.array().colwise() *= r.known.col(j).segment(r.trim, inner).cast<double>();
       const Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
       xx += x.transpose() * x, xy += x.transpose() * y, fit.left += y.squaredNorm();
     }
@@ -532,6 +540,7 @@ class Maker {
     const bool followed = !closed_[r.index][static_cast<size_t>(j)].empty();
     if (pushed || followed) return Flags::Constant(r.q.rows(), false);
     Flags known = find_read(r, static_cast<size_t>(j));
+    if (r.known.size() > 0) known = known && r.known.col(j);
     if (data_.feet.empty()) return known;
     known = known && !sudden_[r.index];
     return joint.actuated ? Flags(known && !find_clipped(r.effort.col(j))) : known;

@@ -44,6 +44,7 @@ struct TorqueRecording {
   Eigen::MatrixXd effort_rate;     // [N m/s] derivative of the smoothed y
   Eigen::MatrixXd command_rate;    // [N m/s] kp r' + kd r'': regressor of a late command; zero without commands
   Eigen::MatrixXd tau;             // nominal inverse dynamics, full grid, smoothed
+  Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> known;  // full grid x joint: tau is known; empty: everywhere
   // Torque of fast motion is curved, so the torque of the smoothed motion is not the smoothed torque. By how much they
   // differ for the nominal model; empty: not known.
   Eigen::MatrixXd filter_gap;
@@ -100,7 +101,7 @@ Eigen::VectorXd read_link_angle(const Experiment& experiment, int joint, const T
 TorqueData make_torque_data(const Experiment& experiment);
 
 // The same if the base moves or the feet are loaded. `bodies` returns the nominal torques of a recording [N m], sample
-// x joint of its full grid, from signals with the same filter up to `cutoff` [Hz].
+// x joint of its full grid, from signals with the same filter up to `cutoff` [Hz]. NaN: not known, not judged.
 using BodyTorques = std::function<Eigen::MatrixXd(const TorqueRecording& recording, double cutoff)>;
 TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies);
 

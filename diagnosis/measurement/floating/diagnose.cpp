@@ -43,13 +43,12 @@ struct SearchResult {
   Eigen::VectorXd about;  // faults of sensors and drives that the equations were made about, by column
 };
 
-CheckResult check_recordings(const Experiment& e, const Halves& logs, const std::vector<ChannelRows>& channels,
+CheckResult check_recordings(const Halves& logs, const std::vector<ChannelRows>& channels,
                              const ColumnLayout& layout) {
   CheckResult checks = run_checks(logs.even, logs.contacts, channels, layout);
   if (!checks.raw_counts) {
     for (std::string& note : compare_loads(logs.even)) checks.notes.push_back(std::move(note));
   }
-  for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
   return checks;
 }
 
@@ -78,19 +77,19 @@ bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
 // Equations about the values `about`, by column. What these effects do is added back, so that the fit gives whole
 // values.
 std::vector<ChannelRows> make_channels(Halves logs, const ColumnLayout& layout, const Eigen::VectorXd& about,
-                                       bool raw_counts) {
+                                       const Used& used) {
   correct_log(layout, about, &logs.even), correct_log(layout, about, &logs.odd);
   RowTable even = make_equations(logs.even, logs.contacts), odd = make_equations(logs.odd, logs.contacts);
   even.add_back(about), odd.add_back(about);
   std::vector<ChannelRows> out = join_halves(even, odd);
-  if (raw_counts) drop_forces(&out);
+  drop_unused(used, &out);
   return out;
 }
 
 // Searches, and searches again in equations about the faults of sensors that were found, until the faults do not
 // change: equations are of first order in these faults.
 SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> channels, const ColumnLayout& layout,
-                                 bool raw_counts, const Progress& progress) {
+                                 const Used& used, const Progress& progress) {
   const std::vector<Candidate> candidates = list_candidates(logs.even, layout);
   SearchResult out;
   out.fitter = std::make_unique<LeggedFitter>(std::move(channels), layout.count());
@@ -101,7 +100,7 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
     if (is_same_correction(out.about, next)) break;
     out.about = next;
     if (progress) progress("again, about the faults of sensors that were found");
-    out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, raw_counts), layout.count());
+    out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, used), layout.count());
     const bool last = round + 1 == kRounds;
     out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, last ? nullptr : &out.about);
   }
@@ -189,11 +188,11 @@ void say_equations(const std::vector<ChannelRows>& channels, bool walks, const P
 
 }  // namespace
 
-LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool only_walks) {
+LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robots robots, Drives drives) {
   LeggedReport out;
   Halves logs{make_legged_log(e, Half::kEven), make_legged_log(e, Half::kOdd), {}};
   logs.contacts = find_contacts(logs.even);
-  if (only_walks && !logs.contacts.walks) return out;
+  if (robots == Robots::kWalking && !logs.contacts.walks) return out;
   std::vector<ChannelRows> channels = make_channels(logs);
   out.walks = logs.contacts.walks;
   out.judged =
@@ -206,17 +205,22 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, bool
   const Eigen::VectorXd corrected = list_faults(layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
   if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
-  CheckResult checks = check_recordings(e, logs, channels, layout);
+  CheckResult checks = check_recordings(logs, channels, layout);
+  const Used used{!checks.raw_counts, drives == Drives::kJudged};
+  if (used.drives) {
+    for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
+  }
   if (faults.any()) {
     checks.units = compare_corrected(logs.even, as_logged, channels);
     add_fault_findings(logs.even, faults, &checks);
   }
-  if (checks.raw_counts) drop_forces(&channels);
+  drop_unused(used, &channels);
   say_equations(channels, out.walks, progress);
-  const SearchResult found = search_about_faults(logs, std::move(channels), layout, checks.raw_counts, progress);
+  const SearchResult found = search_about_faults(logs, std::move(channels), layout, used, progress);
   const std::vector<SoleLaw> soles = find_sole_laws(e, layout, corrected, found);
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
+  out.raw_counts = checks.raw_counts, out.faults = {corrected, found.about};
   return out;
 }
 

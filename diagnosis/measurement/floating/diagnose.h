@@ -2,7 +2,9 @@
 // Robots on their feet, standing or walking, with whatever sensors they have.
 #pragma once
 
+#include <Eigen/Dense>
 #include <functional>
+#include <vector>
 
 #include "diagnosis/findings/finding.h"
 
@@ -16,11 +18,14 @@ struct LeggedReport {
   Evidence evidence;
   bool judged = false;  // something was compared
   bool walks = false;   // a foot leaves the ground and comes back
+  bool raw_counts = false;            // forces are counts of an unknown unit
+  std::vector<Eigen::VectorXd> faults;  // of sensors, by column (columns.h), to take out of a log one after another
   nlohmann::ordered_json series;
 };
 
-// `only_walks`: a robot that stands is left to others; `judged` is false then.
+enum class Robots { kAll, kWalking };        // the others are not judged
+enum class Drives { kJudged, kLeftOut };     // their equations
 LeggedReport diagnose_legged(const Experiment& experiment, const std::function<void(const std::string&)>& progress,
-                             bool only_walks = false);
+                             Robots robots = Robots::kAll, Drives drives = Drives::kJudged);
 
 }  // namespace hrp::diagnosis::floating

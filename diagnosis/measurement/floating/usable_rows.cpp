@@ -32,10 +32,11 @@ std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) 
   return out;
 }
 
-void drop_forces(std::vector<ChannelRows>* channels) {
+void drop_unused(const Used& used, std::vector<ChannelRows>* channels) {
   for (ChannelRows& c : *channels) {
-    const bool forces = c.info.kind == "weight" || c.info.kind == "joint" || c.info.kind.rfind("balance", 0) == 0;
-    if (forces) empty(&c);
+    const bool joint = c.info.kind == "joint", servo = c.info.kind == "servo";
+    const bool forces = c.info.kind == "weight" || joint || c.info.kind.rfind("balance", 0) == 0;
+    if ((forces && !used.forces) || ((joint || servo) && !used.drives)) empty(&c);
   }
 }
 

@@ -12,7 +12,10 @@ namespace hrp::diagnosis::floating {
 // Joins rows of even and odd samples, without gyroscopes over feet that turn.
 std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd);
 
-// Takes out all equations of forces. Forces in an unknown unit tell nothing of masses and torques.
-void drop_forces(std::vector<ChannelRows>* channels);
+// Which equations are used. Forces in an unknown unit tell nothing of masses and torques; drives may be judged elsewhere.
+struct Used {
+  bool forces = true, drives = true;
+};
+void drop_unused(const Used& used, std::vector<ChannelRows>* channels);
 
 }  // namespace hrp::diagnosis::floating

@@ -98,14 +98,11 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
       {"weight", "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name}, columns);
 }
 
-// Whether a joint's torque is known, and the base's motion well enough for it. A pose that is differentiated twice
-// misses the impacts of steps: too much for torques of legs.
 bool is_compared(const LeggedLog& log, const Contacts& contacts, int j) {
   const auto i = static_cast<size_t>(j);
   const bool driven = log.is_driven(i) && log.tree.joint(j).actuated;
   const bool passive = !log.tree.joint(j).actuated && log.has_position[i];
-  const bool blurred = contacts.walks && BodyMotion::find_force_source(log) == MotionSource::kPose;
-  return (driven || passive) && is_motion_known(log, contacts) && !blurred;
+  return (driven || passive) && is_base_felt(log, contacts);
 }
 
 void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, int j,
@@ -158,6 +155,11 @@ BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, c
   add_body(log, contacts, layout, &out, table);
   for (int j = 0; j < layout.joints; ++j) add_joint(log, contacts, layout, j, &out, table);
   return out;
+}
+
+bool is_base_felt(const LeggedLog& log, const Contacts& contacts) {
+  const bool blurred = contacts.walks && BodyMotion::find_force_source(log) == MotionSource::kPose;
+  return is_motion_known(log, contacts) && !blurred;
 }
 
 bool uses_accelerometer(const LeggedLog& log) { return BodyMotion::find_force_source(log) == MotionSource::kImu; }

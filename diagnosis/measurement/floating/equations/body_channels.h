@@ -36,6 +36,10 @@ bool uses_gyroscope(const LeggedLog& log);
 // Whether feet without a sensor are in the air at a sample, so that the others carry all of the weight.
 bool is_weight_known(const BodySample& at, const Contacts& contacts, const BodyChannels& channels);
 
+// Whether the motion of the base is known well enough for torques of joints. A pose that is differentiated twice misses
+// the impacts of steps.
+bool is_base_felt(const LeggedLog& log, const Contacts& contacts);
+
 // Whether no foot beyond a joint bears an unknown force at a sample, so that the joint's torque can be compared.
 bool is_joint_known(const BodySample& at, const Contacts& contacts, int joint);
 

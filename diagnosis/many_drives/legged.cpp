@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/many_drives/legged.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/many_drives/legged_torques.h"
+#include "diagnosis/measurement/floating/correct_log.h"
+#include "diagnosis/torque_report.h"
+
+namespace hrp::diagnosis::many_drives {
+namespace {
+
+using floating::Half;
+using floating::LeggedReport;
+
+bool has_drives(const floating::LeggedLog& log) {
+  for (size_t j = 0; j < static_cast<size_t>(log.num_joints()); ++j) {
+    if (log.is_driven(j)) return true;
+  }
+  return false;
+}
+
+// Sensors are corrected in the log that gives the torques; contacts stay as they are.
+TorqueVerdict judge_drives(const LeggedLogs& logs, const std::vector<Eigen::VectorXd>& faults, int jobs) {
+  LeggedLogs corrected = logs;
+  const floating::ColumnLayout layout(logs.raw);
+  for (const Eigen::VectorXd& fault : faults) floating::correct_log(layout, fault, &corrected.raw);
+  return judge_torque(make_legged_torques(corrected), jobs);
+}
+
+template <class T>
+void append(const std::vector<T>& more, std::vector<T>* list) {
+  list->insert(list->end(), more.begin(), more.end());
+}
+
+// Findings of bodies, soles and sensors beside those of joints. Their grade is at most `supported`, as for the joints,
+// because the drives are not completely known.
+Evidence merge(const Evidence& body, const TorqueVerdict& torque) {
+  Evidence out = torque.evidence;
+  out.method = "joints: " + out.method + ", with the recorded motion of the base and the forces on its feet; bodies, soles and "
+               "sensors: equations in which no drive has a part; errors are shares of each effort's spread";
+  for (Finding f : body.findings) {
+    if (f.grade == Grade::kCertain) f.grade = Grade::kSupported;
+    out.findings.push_back(std::move(f));
+  }
+  sort_findings(&out.findings);
+  append(body.mismatch, &out.mismatch), append(body.remaining, &out.remaining);
+  append(body.not_identifiable, &out.not_identifiable), append(body.missing, &out.missing), append(body.warnings, &out.warnings);
+  fill_torque_fit(torque.torque, &out.fit);
+  out.verdict = find_verdict(out);
+  return out;
+}
+
+}  // namespace
+
+bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, const std::function<void(const std::string&)>& progress,
+                     Reports* out) {
+  LeggedLogs logs{make_legged_log(e, Half::kAll), make_legged_log(e, Half::kEven), {}};
+  if (!has_drives(logs.smooth)) return false;
+  logs.contacts = find_contacts(logs.smooth);
+  if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
+  const TorqueVerdict alone = judge_drives(logs, {}, jobs);
+  if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
+  progress("torques are missing in most joints: first the equations in which no drive has a part");
+  const LeggedReport body = floating::diagnose_legged(e, progress, robots, floating::Drives::kLeftOut);
+  progress("missing torque of every joint, with what was found");
+  const TorqueVerdict torque = judge_drives(logs, body.faults, jobs);
+  if (!has_real_drives(torque)) return false;
+  const Evidence evidence = merge(body.evidence, torque);
+  out->report = make_report(evidence), out->series = body.series;
+  Json model = Json::array();
+  for (const Json& f : out->report["findings"]) {
+    if (!f["where"].contains("joint")) model.push_back(make_model_entry(f));
+  }
+  for (const Json& effect : list_torque_model(e, torque.model, out->report["findings"])) model.push_back(effect);
+  out->report["model"] = std::move(model);
+  return true;
+}
+
+}  // namespace hrp::diagnosis::many_drives
