@@ -22,12 +22,12 @@ bool has_drives(const floating::LeggedLog& log) {
   return false;
 }
 
-// Sensors are corrected in the log that gives the torques; contacts stay as they are.
-TorqueVerdict judge_drives(const LeggedLogs& logs, const std::vector<Eigen::VectorXd>& faults, int jobs) {
-  LeggedLogs corrected = logs;
+// The logs with the sensors and bodies that were found. Contacts stay as they are.
+LeggedLogs correct(const LeggedReport& body, LeggedLogs logs) {
   const floating::ColumnLayout layout(logs.raw);
-  for (const Eigen::VectorXd& fault : faults) floating::correct_log(layout, fault, &corrected.raw);
-  return judge_torque(make_legged_torques(corrected), jobs);
+  for (const Eigen::VectorXd& fault : body.faults) floating::correct_log(layout, fault, &logs.raw);
+  if (body.found.size() > 0) floating::correct_links(layout, body.found, &logs.raw);
+  return logs;
 }
 
 template <class T>
@@ -61,12 +61,12 @@ bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, con
   if (!has_drives(logs.smooth)) return false;
   logs.contacts = find_contacts(logs.smooth);
   if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
-  const TorqueVerdict alone = judge_drives(logs, {}, jobs);
+  const TorqueVerdict alone = judge_torque(make_legged_torques(logs), jobs);
   if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
   progress("torques are missing in most joints: first the equations in which no drive has a part");
   const LeggedReport body = floating::diagnose_legged(e, progress, robots, floating::Drives::kLeftOut);
   progress("missing torque of every joint, with what was found");
-  const TorqueVerdict torque = judge_drives(logs, body.faults, jobs);
+  const TorqueVerdict torque = judge_torque(make_legged_torques(correct(body, logs)), jobs);
   if (!has_real_drives(torque)) return false;
   const Evidence evidence = merge(body.evidence, torque);
   out->report = make_report(evidence), out->series = body.series;

@@ -100,6 +100,21 @@ void correct_drive(const ColumnLayout& at, const Eigen::VectorXd& x, int j, Clip
 
 }  // namespace
 
+void correct_links(const ColumnLayout& layout, const Eigen::VectorXd& by_column, LeggedLog* log) {
+  const auto about = [](double m, const Vector3d& c) { return Matrix3d(m * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose())); };
+  for (int l = 0; l < layout.links; ++l) {
+    const Eigen::VectorXd add = by_column.segment(layout.link(l, 0), kLinkColumns);  // columns.h
+    LinkInertia& link = log->tree.links[static_cast<size_t>(l)].inertia;
+    const double mass = link.mass + add(0);
+    if (add.isZero() || mass <= 0) continue;
+    const Vector3d c = (link.mass * link.p_LLcm_L + add.segment<3>(1)) / mass;
+    Matrix3d I;  // about the link's origin
+    I << add(4), add(5), add(6), add(5), add(7), add(8), add(6), add(8), add(9);
+    link.I_LLcm_L += about(link.mass, link.p_LLcm_L) + I - about(mass, c);
+    link.mass = mass, link.p_LLcm_L = c;
+  }
+}
+
 Track lag_track(const Track& x, double step, double time) {
   Track y = x;
   // Exact for an input that is a line from sample to sample.

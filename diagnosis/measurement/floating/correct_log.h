@@ -14,6 +14,10 @@ bool is_correctable(const ColumnLayout& layout, int column);
 //   reading(t) = R(turn)^T (scale true(t - delay) + bias).
 void correct_log(const ColumnLayout& layout, const Eigen::VectorXd& by_column, LeggedLog* log);
 
+// Gives the links of a log's robot the masses, centres and inertias that coefficients by column add. A link that would have
+// no mass stays as it is.
+void correct_links(const ColumnLayout& layout, const Eigen::VectorXd& by_column, LeggedLog* log);
+
 // A first-order lag by `time` [s] of a track on an even grid: time dy/dt = x - y, at rest before it begins.
 Track lag_track(const Track& x, double step, double time);
 

@@ -52,17 +52,24 @@ CheckResult check_recordings(const Halves& logs, const std::vector<ChannelRows>&
   return checks;
 }
 
-// What the chosen effects say of sensors and drives, by column.
-Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit) {
+// What the chosen effects say, by column.
+Eigen::VectorXd sum_columns(const ColumnLayout& layout, const LeggedFit& fit) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(layout.count());
   long at = 0;
   for (const Candidate& e : fit.effects) {
     for (const Terms& t : e.terms) {
-      for (const auto& [column, factor] : t) {
-        if (is_correctable(layout, column)) out(column) += factor * fit.x(at);
-      }
+      for (const auto& [column, factor] : t) out(column) += factor * fit.x(at);
       ++at;
     }
+  }
+  return out;
+}
+
+// The same of sensors and drives alone.
+Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit) {
+  Eigen::VectorXd out = sum_columns(layout, fit);
+  for (int c = 0; c < layout.count(); ++c) {
+    if (!is_correctable(layout, c)) out(c) = 0;
   }
   return out;
 }
@@ -221,6 +228,7 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
   out.raw_counts = checks.raw_counts, out.faults = {corrected, found.about};
+  out.found = sum_columns(layout, found.outcome.chosen);
   return out;
 }
 

@@ -20,6 +20,7 @@ struct LeggedReport {
   bool walks = false;   // a foot leaves the ground and comes back
   bool raw_counts = false;            // forces are counts of an unknown unit
   std::vector<Eigen::VectorXd> faults;  // of sensors, by column (columns.h), to take out of a log one after another
+  Eigen::VectorXd found;                // coefficients of all effects of the best model, by column
   nlohmann::ordered_json series;
 };
 

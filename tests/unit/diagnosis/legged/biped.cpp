@@ -172,7 +172,8 @@ class Maker {
       c.signal[0].push_back(state.q(j) + (j == 0 ? hidden_.give * tau(6 + j) : 0.0) + 2e-5 * normal_(random_));
       const bool knee = j == 1;
       const double dry = hidden_.every + (knee ? hidden_.dry : 0);
-      const double friction = dry * std::tanh(state.qd(j) / 1e-3) + (knee ? hidden_.rotor * vdot(6 + j) : 0);
+      const double rotor = hidden_.every_rotor + (knee ? hidden_.rotor : 0);
+      const double friction = dry * std::tanh(state.qd(j) / 1e-3) + hidden_.every_viscous * state.qd(j) + rotor * vdot(6 + j);
       if (recorded_.effort) c.signal[2].push_back(tau(6 + j) + friction + 0.05 * normal_(random_));
     }
   }

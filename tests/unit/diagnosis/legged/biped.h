@@ -28,6 +28,8 @@ struct Hidden {
   double push = 0;          // [N] amplitude of somebody's hand at the base's origin, along y
   double tether = 0;        // [N/m] of a spring to the world at the pelvis's centre of mass, along x
   double bend = 0;          // [rad/(N m)] of what carries the left hip, about x, across its axis
+  double every_viscous = 0;  // [N m s/rad] of every joint
+  double every_rotor = 0;    // [kg m^2] of every joint
 };
 
 // What is recorded beside encoders and IMU.
