@@ -150,7 +150,8 @@ std::vector<CaseRequest> make_case_plan(int count, std::uint64_t seed, const std
   for (int rounds = 0; static_cast<int>(requests.size()) < count; ++rounds) {
     // Walks are made where they are asked for: seeds of trials before them keep their cases.
     const bool walks = family.find("walk") != std::string::npos, dirty = family.find("dirty") != std::string::npos;
-    for (CaseRequest& request : walks ? make_walk_round(random) : make_round(dirty, random)) {
+    const auto walk_round = dirty ? make_dirty_walk_round : make_walk_round;
+    for (CaseRequest& request : walks ? walk_round(random) : make_round(dirty, random)) {
       if (is_wanted(request, family)) requests.push_back(std::move(request));
     }
     if (requests.empty() && rounds > 3) throw std::invalid_argument("no family is called '" + family + "'");

@@ -72,6 +72,26 @@ bool is_of(const Hidden& h, const std::string& joint) {
   return h.where == joint || h.where == "/joint_states/" + joint + "/effort";
 }
 
+Json make_entry(const Hidden& h, double share) { return {{"effect", h.effect}, {h.where_kind, h.where}, {"share", tidy(share)}}; }
+
+// What the background takes of a joint's effort, all of it.
+Series sum_background(const Dirt& dirt, const std::string& joint, const Motion& motion) {
+  Series sum(motion.v.size(), 0);
+  for (const Hidden& h : dirt.background) {
+    if (!is_of(h, joint)) continue;
+    const Series taken = calc_taken(h, motion);
+    for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += taken[k];
+  }
+  return sum;
+}
+
+// Appends the shares of the background at a joint of `missing` [(N m)^2].
+void add_background(const Dirt& dirt, const std::string& joint, const Motion& motion, double missing, Json* list) {
+  for (const Hidden& h : dirt.background) {
+    if (is_of(h, joint)) list->push_back(make_entry(h, mean_square(calc_taken(h, motion)) / missing));
+  }
+}
+
 struct Sums {
   double missed = 0, y = 0, yy = 0, n = 0;
 };
@@ -99,9 +119,7 @@ class Influences {
       const std::string& name = joint(draft_.robot, j).name;
       const double missing = find_missing(name);
       const Motion motion = take_motion(with_, name);
-      for (const Hidden& h : draft_.dirt.background) {
-        if (is_of(h, name)) list.push_back(make_entry(h, mean_square(calc_taken(h, motion)) / missing));
-      }
+      add_background(draft_.dirt, name, motion, missing, &list);
       for (std::size_t h = 0; h < on_top.size(); ++h) on_top[h] = std::max(on_top[h], find_share(h, name, missing));
     }
     for (std::size_t h = 0; h < on_top.size(); ++h) {
@@ -117,25 +135,17 @@ class Influences {
     return record_clean(draft_, hidden, kHeld, std::min(kLongest, draft_.recordings[kHeld].duration));
   }
 
-  static Json make_entry(const Hidden& h, double share) {
-    return {{"effect", h.effect}, {h.where_kind, h.where}, {"share", tidy(share)}};
-  }
-
   Series differ(std::size_t h, const std::string& signal) const {
     return subtract(find(with_, signal), find(without_[h], signal));
   }
 
   // Mean square of all that the joint's effort has to do beside the nominal motion [(N m)^2].
   double find_missing(const std::string& joint) const {
-    const Motion motion = take_motion(with_, joint);
-    Series sum(motion.v.size(), 0);
-    const auto add = [&](const Series& x) {
-      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += x[k];
-    };
-    for (const Hidden& h : draft_.dirt.background) {
-      if (is_of(h, joint)) add(calc_taken(h, motion));
+    Series sum = sum_background(draft_.dirt, joint, take_motion(with_, joint));
+    for (std::size_t h = 0; h < without_.size(); ++h) {
+      const Series more = differ(h, "/joint_states/" + joint + "/effort");
+      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += more[k];
     }
-    for (std::size_t h = 0; h < without_.size(); ++h) add(differ(h, "/joint_states/" + joint + "/effort"));
     return std::max(1e-300, mean_square(sum));
   }
 
@@ -153,6 +163,16 @@ class Influences {
 }  // namespace
 
 Json make_influences(const Draft& draft) { return Influences(draft).make(); }
+
+Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns) {
+  Json list = Json::array();
+  for (int j = 0; j < joint_count(robot); ++j) {
+    const std::string& name = joint(robot, j).name;
+    const Motion motion = take_motion(columns, name);
+    add_background(dirt, name, motion, std::max(1e-300, mean_square(sum_background(dirt, name, motion))), &list);
+  }
+  return list;
+}
 
 Json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>>& recorded) {
   std::map<std::string, Sums> sums;

@@ -12,6 +12,10 @@ namespace hrp::cases {
 // that of everything that is missing there; of effects on top also by the positions that they move.
 nlohmann::ordered_json make_influences(const Draft& draft);
 
+// The same of what a dirty world has everywhere, of a recording's `columns` as they truly were, velocities and efforts
+// included. Nothing on top is counted as missing.
+nlohmann::ordered_json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns);
+
 // Root mean square, by joint signal, of held-out recordings against a simulation of all listed effects with their true
 // values: what a perfect answer leaves. `recorded`: columns as written, by recording; others are empty.
 nlohmann::ordered_json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>>& recorded);

@@ -118,7 +118,7 @@ int main(int argc, char** argv) {
       "only these families, a comma list. Groups: arm, stand, single, dirty, walk.\n"
       "Arms: none, joint, link, sensor, pair, pair_same_joint, triple, unknown, arm_dirty.\n"
       "Standing: stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown, stand_dirty.\n"
-      "Walks: walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown");
+      "Walks: walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown, walk_dirty");
   app.add_option("--urdf", options.urdf,
                  "robot of all cases, held by its root link or on its feet; default: random arms and bipeds")
       ->check(CLI::ExistingFile);

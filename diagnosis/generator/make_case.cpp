@@ -19,8 +19,6 @@ constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, t
 constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
 constexpr int kOtherSeeds = 5;  // for a case that was given up
 
-bool is_dirty(const CaseRequest& request) { return request.family.find("dirty") != std::string::npos; }
-
 void draw_recordings(Draft& draft, const CaseRequest& request, const CaseOptions& options, Prng& random) {
   std::vector<std::string> kinds = draw_motion_kinds(draft.robot, random);
   if (std::find(request.effects.begin(), request.effects.end(), "ground_friction") != request.effects.end()) {
@@ -89,21 +87,13 @@ Draft draw_draft(const CaseRequest& request, const CaseOptions& options, double 
   if (!request.biped && !options.sensors.empty()) add_sensors(options.sensors, &draft.robot, random.fork(6));
   draft.hidden = draw_all_hidden(request, draft.robot, boost, places);
   draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
-  if (is_dirty(request)) {
+  if (request.is_dirty()) {
     Prng dirt = random.fork(5);
     draft.dirt = draw_dirt(draft.robot, draft.hidden, dirt);
     soil_recorder(draft.robot, draft.hidden, &draft.recorder, dirt);
   }
   draw_recordings(draft, request, options, motion);
   return draft;
-}
-
-RecorderPlan without_noise(RecorderPlan plan) {
-  plan.position_noise = plan.velocity_noise = plan.effort_noise = plan.force_noise = plan.torque_noise = 0;
-  plan.rate_noise = plan.acceleration_noise = plan.attitude_noise = plan.pose_noise = 0;
-  plan.encoder_step = plan.stamp_error = 0;
-  plan.effort_noises.clear(), plan.ripples.clear();
-  return plan;
 }
 
 // Dither and rounding of encoders, noise of efforts by joint.
@@ -259,7 +249,7 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
                  {"velocity", recorder.with_velocity},
                  {"noise_stated", recorder.noise_stated},
                  {"start", draft.recordings[0].start}}}};
-  if (is_dirty(request)) add_dirt(draft, usual, recorded, out.truth);
+  if (request.is_dirty()) add_dirt(draft, usual, recorded, out.truth);
   if (draft.robot.floating) rename(draft.robot, out);
   return out;
 }

@@ -15,11 +15,13 @@ namespace hrp::cases {
 // What kind of case is wanted: a robot, the effects hidden in it (none: a case without), and the family it counts for.
 struct CaseRequest {
   // none, joint, link, sensor, pair, pair_same_joint, triple, unknown for arms; with `stand_` in front for standing
-  // robots, where `stand_foot` is what sits below the force sensor. Worlds like reality: arm_dirty, stand_dirty.
+  // robots, where `stand_foot` is what sits below the force sensor. Worlds like reality: arm_dirty, stand_dirty, walk_dirty.
   std::string family;
   bool biped = false;
   std::vector<std::string> effects;
   bool walk = false;  // in closed loop under our controller
+
+  bool is_dirty() const { return family.find("dirty") != std::string::npos; }  // a world like reality
 };
 
 // A finished case: file name -> contents, and the truth that goes elsewhere.
@@ -57,6 +59,7 @@ Case make_with_other_seeds(const std::function<Case(std::uint64_t seed)>& make, 
 // The same for a robot that walks; its requests have families that begin with `walk_`.
 Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options);
 std::vector<CaseRequest> make_walk_round(Prng& random);
+std::vector<CaseRequest> make_dirty_walk_round(Prng& random);
 CaseRequest make_walk_request(std::vector<std::string> effects);
 
 }  // namespace hrp::cases

@@ -192,6 +192,14 @@ RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hi
   return plan;
 }
 
+RecorderPlan without_noise(RecorderPlan plan) {
+  plan.position_noise = plan.velocity_noise = plan.effort_noise = plan.force_noise = plan.torque_noise = 0;
+  plan.rate_noise = plan.acceleration_noise = plan.attitude_noise = plan.pose_noise = 0;
+  plan.encoder_step = plan.stamp_error = 0;
+  plan.effort_noises.clear(), plan.ripples.clear();
+  return plan;
+}
+
 std::vector<double> draw_row_times(const RecorderPlan& plan, double start, double duration, Prng& random) {
   std::vector<double> times;
   const int count = static_cast<int>(duration * plan.rate) + 1;

@@ -48,6 +48,9 @@ struct Column {
 
 RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Prng& random);
 
+// The same with perfect sensors.
+RecorderPlan without_noise(RecorderPlan plan);
+
 // Times of the rows of one recording, with jitter.
 std::vector<double> draw_row_times(const RecorderPlan& plan, double start, double duration, Prng& random);
 

@@ -5,6 +5,7 @@
 #include <deque>
 #include <stdexcept>
 
+#include "diagnosis/generator/dirt_truth.h"
 #include "diagnosis/generator/make_case.h"
 #include "diagnosis/generator/walk_brain.h"
 #include "diagnosis/generator/walk_plan.h"
@@ -20,7 +21,7 @@ constexpr int kWalks = 4;          // the last one to validate
 struct Walk {
   WalkPlan plan;
   bool fell = false;
-  std::vector<Column> columns;
+  std::vector<Column> columns, clean;  // as written; of dirty worlds as it truly was
 };
 
 // What the robot's computer sees: readings with their faults, those of late sensors from some periods ago.
@@ -75,14 +76,23 @@ Commands sample(const Commands& commands, const std::vector<double>& times) {
   return out;
 }
 
-struct Draft {
+struct WalkDraft {
   RobotPlan robot;
   std::vector<Hidden> hidden;
   RecorderPlan recorder;
   std::vector<std::string> missing;
+  Dirt dirt;  // of worlds like reality; else empty
 };
 
-Walk make_walk(const Draft& draft, double duration, bool stabilized, Prng& random) {
+// Hidden on top of the dirt: it has the last word.
+std::vector<Hidden> list_everything(const WalkDraft& draft) {
+  std::vector<Hidden> all = draft.dirt.background;
+  all.insert(all.end(), draft.hidden.begin(), draft.hidden.end());
+  all.insert(all.end(), draft.dirt.unlisted.begin(), draft.dirt.unlisted.end());
+  return all;
+}
+
+Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& random) {
   Walk walk;
   walk.plan = draw_walk(draft.robot, random);
   walk.plan.stabilized = stabilized;
@@ -90,23 +100,27 @@ Walk make_walk(const Draft& draft, double duration, bool stabilized, Prng& rando
   std::vector<std::string> joints;
   for (int j = 0; j < joint_count(draft.robot); ++j) joints.push_back(joint(draft.robot, j).name);
   WalkBrain brain(make_urdf(draft.robot), make_walk_scenario(draft.robot, walk.plan), joints);
-  Senses senses(draft.robot, draft.hidden);
+  const std::vector<Hidden> all = list_everything(draft);
+  Senses senses(draft.robot, all);
   const auto think = [&](const Reading& reading, std::vector<double>* q) { brain.control(senses.see(reading), q); };
   std::vector<double> times = draw_row_times(draft.recorder, 0, duration, random);
   while (!times.empty() && times.front() < 0.1) times.erase(times.begin());  // late sensors have read nothing before
-  const std::vector<double> instants = list_instants(draft.robot, draft.hidden, draft.recorder, times);
+  const std::vector<double> instants = list_instants(draft.robot, all, draft.recorder, times);
   Commands commands;
-  const std::vector<Reading> readings = Reality(draft.robot, draft.hidden).walk(think, kPeriod, instants, &commands);
+  const std::vector<Reading> readings = Reality(draft.robot, all).walk(think, kPeriod, instants, &commands);
   walk.fell = readings.size() < instants.size();
   const double end = readings.empty() ? 0 : readings.back().time;
   while (!times.empty() && times.back() > end) times.pop_back();
   if (times.empty() || times.back() < kShortest) throw InsaneCase{"falls at once"};
-  walk.columns = make_columns(draft.robot, draft.hidden, draft.recorder, sample(commands, times), times, instants, readings, random);
+  const Commands given = sample(commands, times);
+  walk.columns = make_columns(draft.robot, all, draft.recorder, given, times, instants, readings, random);
+  Prng none(0);
+  if (!draft.dirt.background.empty()) walk.clean = make_columns(draft.robot, {}, without_noise(draft.recorder), given, times, instants, readings, none);
   return walk;
 }
 
-Draft draw_draft(const CaseRequest& request, const std::string& models, double boost, Prng random) {
-  Draft draft;
+WalkDraft draw_draft(const CaseRequest& request, const std::string& models, double boost, Prng random) {
+  WalkDraft draft;
   Prng body = random.fork(1), places = random.fork(2), recorder = random.fork(3), sensors = random.fork(4);
   draft.robot = make_walker(models, body);
   std::vector<std::string> taken;
@@ -123,10 +137,27 @@ Draft draw_draft(const CaseRequest& request, const std::string& models, double b
   draft.missing = draw_missing(draft.hidden, sensors);
   const auto has = [&](const char* column) { return !is_missing(draft.missing, column); };
   draft.recorder.with_base_pose = has("/base/pose");
+  if (request.is_dirty()) {
+    Prng dirt = random.fork(5);
+    draft.dirt = draw_dirt(draft.robot, draft.hidden, dirt);
+    soil_recorder(draft.robot, draft.hidden, &draft.recorder, dirt);
+  }
   return draft;
 }
 
-Case finish(const Draft& draft, const CaseRequest& request, const std::vector<Walk>& walks) {
+// Of what is hidden on top every part counts, however little it shows.
+void add_dirt(const WalkDraft& draft, const Walk& held_out, nlohmann::ordered_json* truth) {
+  for (const auto& [key, list] : {std::pair{"background", &draft.dirt.background}, {"unlisted", &draft.dirt.unlisted}}) {
+    (*truth)[key] = nlohmann::ordered_json::array();
+    for (const Hidden& h : *list) (*truth)[key].push_back(to_json(h));
+  }
+  nlohmann::ordered_json influence = make_background_influences(draft.robot, draft.dirt, held_out.clean);
+  for (const Hidden& h : draft.hidden) influence.push_back({{"effect", h.effect}, {h.where_kind, h.where}, {"share", 1.0}});
+  (*truth)["influence"] = std::move(influence);
+  (*truth)["drive"] = "servo";
+}
+
+Case finish(const WalkDraft& draft, const CaseRequest& request, const std::vector<Walk>& walks) {
   Case out;
   nlohmann::ordered_json hidden = nlohmann::ordered_json::array(), motions = hidden;
   for (const Hidden& h : draft.hidden) hidden.push_back(to_json(h));
@@ -150,6 +181,7 @@ Case finish(const Draft& draft, const CaseRequest& request, const std::vector<Wa
   out.files["experiment.yaml"] = make_experiment_yaml(draft.robot, recorder, recordings);
   out.truth = {{"hidden", hidden},   {"family", request.family},  {"robot", draft.robot.name},
                {"motions", motions}, {"missing", draft.missing}, {"recorder", {{"rate", recorder.rate}, {"jitter", recorder.jitter}, {"dropped", recorder.dropped}}}};
+  if (request.is_dirty()) add_dirt(draft, walks.back(), &out.truth);
   return out;
 }
 
@@ -197,6 +229,16 @@ std::vector<CaseRequest> make_walk_round(Prng& random) {
   return round;
 }
 
+std::vector<CaseRequest> make_dirty_walk_round(Prng& random) {
+  std::vector<CaseRequest> round;
+  for (int i = 0; i < 9; ++i) {
+    CaseRequest request = make_walk_request(draw_on_top(true, random));
+    request.family = "walk_dirty";
+    round.push_back(std::move(request));
+  }
+  return round;
+}
+
 Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOptions& options) {
   Prng random(seed);
   double boost = 1;
@@ -204,7 +246,7 @@ Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOp
   for (int attempt = 0; attempt < kDraws; ++attempt) {
     Prng draw = random.fork(static_cast<std::uint64_t>(attempt));
     try {
-      const Draft draft = draw_draft(request, options.models, boost, draw.fork(1));
+      const WalkDraft draft = draw_draft(request, options.models, boost, draw.fork(1));
       Prng walking = draw.fork(2);
       const double duration = options.duration * walking.uniform(0.8, 1.0);
       const bool stabilized = !walking.chance(0.12);
