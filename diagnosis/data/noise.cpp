@@ -153,6 +153,23 @@ void warn_of_strange_noise(Experiment* e) {
 
 }  // namespace
 
+double find_encoder_step(const Experiment& e, size_t joint) {
+  double quantum = 0.0;
+  for (const Recording& r : e.recordings) {
+    std::vector<double> steps;
+    const std::vector<double>& q = r.joints[joint].signal[0];
+    for (size_t k = 1; k < q.size(); ++k) {
+      const double d = std::abs(q[k] - q[k - 1]);
+      if (std::isfinite(d) && d > 1e-9) steps.push_back(d);
+    }
+    if (steps.size() < 10) continue;
+    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 10), steps.end());
+    const double low = steps[steps.size() / 10];
+    quantum = quantum == 0.0 ? low : std::min(quantum, low);
+  }
+  return quantum;
+}
+
 void find_noise(Experiment* experiment) {
   find_signal_noise(experiment);
   warn_of_large_noise(experiment);

@@ -314,8 +314,9 @@ class Judge {
       reachable += r.before * r.before * scale * std::max(own, free);
       // A supported law must explain this share of what a model without physics predicts.
       if (own < kLargely * free) doubt_law(r.where, out);
-      // Little of its effort is missing, and little of that any model predicts.
-      if (r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;
+      // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn freely.
+      const bool driven = e_.robot.tree.joint(joint.joint).actuated;
+      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }

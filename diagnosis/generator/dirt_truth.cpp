@@ -164,11 +164,13 @@ class Influences {
 
 Json make_influences(const Draft& draft) { return Influences(draft).make(); }
 
-Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns) {
+Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns, double least_travel) {
   Json list = Json::array();
   for (int j = 0; j < joint_count(robot); ++j) {
     const std::string& name = joint(robot, j).name;
     const Motion motion = take_motion(columns, name);
+    const auto [low, high] = std::minmax_element(motion.q.begin(), motion.q.end());
+    if (motion.q.empty() || *high - *low < least_travel) continue;
     add_background(dirt, name, motion, std::max(1e-300, mean_square(sum_background(dirt, name, motion))), &list);
   }
   return list;

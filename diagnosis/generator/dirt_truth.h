@@ -13,8 +13,9 @@ namespace hrp::cases {
 nlohmann::ordered_json make_influences(const Draft& draft);
 
 // The same of what a dirty world has everywhere, of a recording's `columns` as they truly were, velocities and efforts
-// included. Nothing on top is counted as missing.
-nlohmann::ordered_json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns);
+// included. Nothing on top is counted as missing. Joints that move by less than `least_travel` [rad] are left out.
+nlohmann::ordered_json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns,
+                                                  double least_travel);
 
 // Root mean square, by joint signal, of held-out recordings against a simulation of all listed effects with their true
 // values: what a perfect answer leaves. `recorded`: columns as written, by recording; others are empty.

@@ -16,6 +16,7 @@ namespace {
 constexpr double kPeriod = 0.005;  // [s] of the controller
 constexpr double kShortest = 4.0;  // [s] a recording that ends earlier, in a fall, tells too little
 constexpr int kDraws = 60;         // of robot, effects and walks, before a case is given up
+constexpr double kHeldSteps = 30;  // of its encoder, that a joint which is held moves by at most
 constexpr int kWalks = 4;          // the last one to validate
 
 struct Walk {
@@ -151,7 +152,9 @@ void add_dirt(const WalkDraft& draft, const Walk& held_out, nlohmann::ordered_js
     (*truth)[key] = nlohmann::ordered_json::array();
     for (const Hidden& h : *list) (*truth)[key].push_back(to_json(h));
   }
-  nlohmann::ordered_json influence = make_background_influences(draft.robot, draft.dirt, held_out.clean);
+  // A joint that is held tells nothing of its drive.
+  const double held = kHeldSteps * draft.recorder.encoder_step;
+  nlohmann::ordered_json influence = make_background_influences(draft.robot, draft.dirt, held_out.clean, held);
   for (const Hidden& h : draft.hidden) influence.push_back({{"effect", h.effect}, {h.where_kind, h.where}, {"share", 1.0}});
   (*truth)["influence"] = std::move(influence);
   (*truth)["drive"] = "servo";

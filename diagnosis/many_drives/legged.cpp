@@ -35,10 +35,21 @@ void append(const std::vector<T>& more, std::vector<T>* list) {
   list->insert(list->end(), more.begin(), more.end());
 }
 
+// Steps repeat each other, so what comes back with each of them looks like a torque over the joint's position.
+void doubt_positions(std::vector<Finding>* findings) {
+  for (Finding& f : *findings) {
+    if (f.grade != Grade::kSupported || f.family != get_family_name(EffectFamily::kTorqueOverPosition)) continue;
+    f.grade = Grade::kAmbiguous;
+    f.statement += " Steps repeat each other, so another effect that returns with each step may be the true one.";
+  }
+}
+
 // Findings of bodies, soles and sensors beside those of joints. Their grade is at most `supported`, as for the joints,
 // because the drives are not completely known.
-Evidence merge(const Evidence& body, const TorqueVerdict& torque) {
+Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
+  const Evidence& body = legged.evidence;
   Evidence out = torque.evidence;
+  if (legged.walks) doubt_positions(&out.findings);
   out.method = "joints: " + out.method + ", with the recorded motion of the base and the forces on its feet; bodies, soles and "
                "sensors: equations in which no drive has a part; errors are shares of each effort's spread";
   for (Finding f : body.findings) {
@@ -68,7 +79,7 @@ bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, con
   progress("missing torque of every joint, with what was found");
   const TorqueVerdict torque = judge_torque(make_legged_torques(correct(body, logs)), jobs);
   if (!has_real_drives(torque)) return false;
-  const Evidence evidence = merge(body.evidence, torque);
+  const Evidence evidence = merge(body, torque);
   out->report = make_report(evidence), out->series = body.series;
   Json model = Json::array();
   for (const Json& f : out->report["findings"]) {

@@ -9,6 +9,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
@@ -21,47 +22,13 @@ constexpr long kFewest = 50;      // samples
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
 constexpr double kFollows = 0.6;
 
-constexpr long kNuisance = 4;     // v, direction, a, constant
-
-// Training samples of one joint: tau, effort, and regressors of friction, rotor and constant in any unit.
-struct JointRows {
-  Eigen::VectorXd tau, effort;
-  Eigen::MatrixXd nuisance;
-};
-
-JointRows collect(const TorqueData& data, int joint) {
-  JointRows rows;
-  long count = 0;
-  for (const TorqueRecording& r : data.recordings) {
-    if (r.train) count += r.use.col(joint).count();
-  }
-  rows.tau.resize(count), rows.effort.resize(count), rows.nuisance.resize(count, kNuisance);
-  long at = 0;
-  for (const TorqueRecording& r : data.recordings) {
-    if (!r.train) continue;
-    const Eigen::VectorXd sign = data.calc_sign(r, joint);
-    for (long k = 0; k < r.kept(); ++k) {
-      if (!r.use(k, joint)) continue;
-      const long i = r.full_row(k);
-      rows.tau[at] = r.tau(i, joint), rows.effort[at] = r.effort(i, joint);
-      rows.nuisance.row(at++) << r.v(i, joint), sign[i], r.a(i, joint), 1.0;
-    }
-  }
-  return rows;
-}
-
-// Residual of y after a regression on the columns of X.
-Eigen::VectorXd take_out(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
-  return y - X * X.colPivHouseholderQr().solve(y);
-}
-
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
 // True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly any
 // friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
 // joint turns the torque itself.
-bool is_turned(const JointRows& rows, double scale) {
-  Eigen::MatrixXd X(rows.tau.size(), kNuisance + 1);
+bool is_turned(const EffortRows& rows, double scale) {
+  Eigen::MatrixXd X(rows.tau.size(), rows.nuisance.cols() + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
   const auto v = rows.nuisance.col(0);
@@ -73,7 +40,7 @@ bool is_turned(const JointRows& rows, double scale) {
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
 std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
-  const JointRows rows = collect(data, joint);
+  const EffortRows rows = collect_efforts(data, joint);
   if (rows.tau.size() < kFewest) return std::nullopt;
   const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
@@ -89,16 +56,27 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
 
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }
 
+// [|ln|] beyond which scales below one are a unit: loads of joints differ by more than a tenth; where scales differ by
+// more, no load may explain the efforts as well.
+double find_least(const TorqueData& data, const std::vector<EffortUnit>& units) {
+  double low = 1e300, high = -1e300;
+  std::vector<int> joints;
+  for (const EffortUnit& u : units) {
+    low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
+    joints.push_back(u.joint);
+  }
+  if (units.size() > 1 && high - low < kDetail) return kFactor;
+  return high - low > kMuch || may_be_load(data, joints) ? kLoad : kFactor;
+}
+
 // True if all scales are further from one than a wrong model could make them. Wide brackets decide only if no other exists.
-bool are_far(std::vector<EffortUnit> units) {
+bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   if (!std::all_of(units.begin(), units.end(), is_wide))
     units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
-  double low = 1e300, high = -1e300;
-  for (const EffortUnit& u : units) low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
-  // Loads of joints differ by more than a tenth.
-  const double least = units.size() > 1 && high - low < kDetail ? kFactor : kLoad;
+  if (std::all_of(units.begin(), units.end(), [](const EffortUnit& u) { return std::log(u.low) > kFactor; })) return true;
+  const double least = find_least(data, units);
   return std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) {
-    return std::log(u.low) > kFactor || std::log(u.high) < -least;
+    return std::log(u.low) > kFactor || std::log(least < kLoad ? u.scale : u.high) < -least;
   });
 }
 
@@ -176,7 +154,7 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
     unit->of_gains = of_gains;
     units.push_back(*unit);
   }
-  if (!are_far(units)) return {};
+  if (!are_far(data, units)) return {};
   add_others(data, &units);
   for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
   // Beside other joints' units, a log that is proportional to the law has one, too.

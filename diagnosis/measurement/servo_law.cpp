@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/data/noise.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
@@ -261,12 +263,34 @@ Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& late
   return slope;
 }
 
+// [N m] Standard deviation of what the encoder's rounding does to the mean of the law. Rounding is a function of the
+// position: samples within one step share their error, so a joint that is held has one or two.
+double calc_rounding(const ServoLog& log, const Pairs& pairs) {
+  const double step = find_encoder_step(log.e, log.j);
+  if (!(step > 0.0)) return 0.0;
+  std::map<long, double> count;
+  for (double q : pairs.position) count[std::lround(q / step)] += 1.0;
+  double squares = 0.0;
+  for (const auto& [cell, n] : count) squares += n * n;
+  const double positions = std::pow(static_cast<double>(pairs.position.size()), 2) / squares;
+  return log.laws.kp * step / std::sqrt(12.0 * positions);
+}
+
+double calc_deviation(const std::vector<double>& x) {
+  Spread spread;
+  for (double value : x) spread.add(value);
+  return spread.get();
+}
+
 ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spread) {
   ServoReading out;
   const Pairs pairs = list_pairs(log, late.delay);
   if (pairs.law.size() < kLeastSamples) return out;
-  const Line line = fit_line(pairs.law, pairs.effort);
-  const Slope slope = find_slope(log, pairs, late);
+  Line line = fit_line(pairs.law, pairs.effort);
+  Slope slope = find_slope(log, pairs, late);
+  const double rounding = calc_rounding(log, pairs);
+  slope.std = std::hypot(slope.std, rounding / std::max(1e-300, calc_deviation(pairs.law)));
+  line.std[1] = std::hypot(line.std[1], rounding);
   const double off = slope.value - 1.0, offset = calc_mean(pairs.effort) - slope.value * calc_mean(pairs.law);
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);

@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/shares.h"
@@ -48,20 +49,7 @@ double scale_noise(double sigma, double step, double cutoff, int order) {
 // Position noise including the encoder's resolution. A signal that moves less than one step per sample repeats its
 // values, so high-pass estimates of its noise give zero.
 double find_position_noise(const Experiment& e, size_t joint) {
-  double quantum = 0.0;
-  for (const Recording& r : e.recordings) {
-    std::vector<double> steps;
-    const std::vector<double>& q = r.joints[joint].signal[0];
-    for (size_t k = 1; k < q.size(); ++k) {
-      const double d = std::abs(q[k] - q[k - 1]);
-      if (std::isfinite(d) && d > 1e-9) steps.push_back(d);
-    }
-    if (steps.size() < 10) continue;
-    std::nth_element(steps.begin(), steps.begin() + static_cast<long>(steps.size() / 10), steps.end());
-    const double low = steps[steps.size() / 10];
-    quantum = quantum == 0.0 ? low : std::min(quantum, low);
-  }
-  return std::max(e.joint_noise[joint][0].sigma, quantum / std::sqrt(12.0));
+  return std::max(e.joint_noise[joint][0].sigma, find_encoder_step(e, joint) / std::sqrt(12.0));
 }
 
 EffortSource find_source(const Experiment& e, size_t j) {

@@ -110,6 +110,14 @@ TEST(EffortUnits, AHeavyLoadIsNoUnit) {
   EXPECT_TRUE(find_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
 }
 
+// Three to four amperes for a newton metre. A load that asks for so much would be heavier than the arm.
+TEST(EffortUnits, AmperesBelowAFactorOfTenAreAUnitWhereNoLoadDoesAsWell) {
+  const std::vector<double> torque_of_unit{0.25, 0.32};
+  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes4", make_arm_drives(), torque_of_unit));
+  ASSERT_EQ(units.size(), 2u);
+  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
+}
+
 // A joint without a motor takes no unit from its neighbours.
 TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
   Experiment e = make_logged("units_passive", make_arm_drives(), {8.0, 1.0});

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/load_or_unit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/torque_terms.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr long kNuisance = 4;  // v, direction, a, constant
+constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
+
+// Columns of a load of a link in the rows of collect_efforts().
+Eigen::MatrixXd collect_load(const TorqueData& data, int joint, int link) {
+  const Term load{&find_term_row(&TermRow::load), link};
+  Eigen::MatrixXd out(0, load.columns());
+  for (const TorqueRecording& r : data.recordings) {
+    if (!r.train) continue;
+    const Eigen::MatrixXd columns = calc_whole_columns(data, r, {load})[static_cast<size_t>(joint)];
+    for (long k = 0; k < r.kept(); ++k) {
+      if (!r.use(k, joint)) continue;
+      out.conservativeResize(out.rows() + 1, Eigen::NoChange);
+      out.row(out.rows() - 1) = columns.row(k);
+    }
+  }
+  return out;
+}
+
+// Sums of squares of weighted rows: y = X p, p = mass [kg] and moment [kg m] of a load.
+struct Squares {
+  Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(4, 4);
+  Eigen::VectorXd xy = Eigen::VectorXd::Zero(4);
+  double yy = 0.0;
+
+  // What the best load of at most `most` [kg] leaves.
+  double calc_left(double most) const {
+    const double mass = xx.completeOrthogonalDecomposition().solve(xy)[0];
+    if (mass >= 0.0 && mass <= most) return yy - xy.dot(xx.completeOrthogonalDecomposition().solve(xy));
+    const double limit = mass < 0.0 ? 0.0 : most;
+    const Eigen::Vector3d rest = xy.tail<3>() - limit * xx.col(0).tail<3>();
+    const Eigen::Vector3d moment = xx.bottomRightCorner<3, 3>().completeOrthogonalDecomposition().solve(rest);
+    return yy - 2.0 * limit * xy[0] + limit * limit * xx(0, 0) - rest.dot(moment);
+  }
+};
+
+// [kg] of all links that move: arms carry less than they weigh.
+double calc_moving_mass(const TreeSpec& tree) {
+  double mass = 0.0;
+  for (size_t link = 1; link < tree.links.size(); ++link) mass += tree.links[link].inertia.mass;
+  return mass;
+}
+
+}  // namespace
+
+EffortRows collect_efforts(const TorqueData& data, int joint) {
+  EffortRows rows;
+  long count = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    if (r.train) count += r.use.col(joint).count();
+  }
+  rows.tau.resize(count), rows.effort.resize(count), rows.nuisance.resize(count, kNuisance);
+  long at = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    if (!r.train) continue;
+    const Eigen::VectorXd sign = data.calc_sign(r, joint);
+    for (long k = 0; k < r.kept(); ++k) {
+      if (!r.use(k, joint)) continue;
+      const long i = r.full_row(k);
+      rows.tau[at] = r.tau(i, joint), rows.effort[at] = r.effort(i, joint);
+      rows.nuisance.row(at++) << r.v(i, joint), sign[i], r.a(i, joint), 1.0;
+    }
+  }
+  return rows;
+}
+
+Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y) { return y - X * X.colPivHouseholderQr().solve(y); }
+
+bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
+  const int links = static_cast<int>(data.experiment->robot.tree.links.size());
+  std::vector<Squares> of_link(static_cast<size_t>(links));
+  double of_unit = 0.0;  // [samples] each joint's squares over what its own scale leaves
+  for (int joint : joints) {
+    const EffortRows rows = collect_efforts(data, joint);
+    const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
+    const double left = effort.squaredNorm() - std::pow(tau.dot(effort), 2) / std::max(1e-300, tau.squaredNorm());
+    const double weight = static_cast<double>(tau.size()) / std::max(1e-300, left);
+    of_unit += static_cast<double>(tau.size());
+    for (int link = 1; link < links; ++link) {
+      const Eigen::MatrixXd load = take_out(rows.nuisance, collect_load(data, joint, link));
+      Squares& s = of_link[static_cast<size_t>(link)];
+      s.xx += weight * load.transpose() * load, s.xy += weight * load.transpose() * (effort - tau);
+      s.yy += weight * (effort - tau).squaredNorm();
+    }
+  }
+  const double most = calc_moving_mass(data.experiment->robot.tree);
+  // Evidence of the scales against the load [nats].
+  const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kCorrelated * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
+  return !std::all_of(of_link.begin() + 1, of_link.end(), prefers_unit);
+}
+
+}  // namespace hrp::diagnosis

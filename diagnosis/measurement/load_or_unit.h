@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Tells efforts in another unit from efforts that carry an unknown load: a unit scales the torque of all bodies alike, a
+// load adds the torque of one.
+#pragma once
+
+#include "diagnosis/measurement/torque.h"
+
+namespace hrp::diagnosis {
+
+// True unless a scale of each joint's nominal torque explains the recorded efforts of these joints (at least one, with
+// used training samples) clearly better than a load of any link, beside friction, rotors and constants. A load weighs at
+// most what moves of the robot.
+bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
+
+// Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
+struct EffortRows {
+  Eigen::VectorXd tau, effort;  // [N m], logged unit
+  Eigen::MatrixXd nuisance;     // v, direction, a, 1
+};
+EffortRows collect_efforts(const TorqueData& data, int joint);
+
+// Residual of each column of y after a regression on the columns of X.
+Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y);
+
+}  // namespace hrp::diagnosis
