@@ -311,7 +311,10 @@ class Judge {
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
       const double free = find_free_share(learn, test);
-      reachable += r.before * r.before * scale * std::max(own, free);
+      // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all the
+      // same, more than the laws can be predicted.
+      const bool more = free < kHalf * own && !r.depends_on.empty();
+      reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, free));
       // A supported law must explain this share of what a model without physics predicts.
       if (own < kLargely * free) doubt_law(r.where, out);
       // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn freely.

@@ -27,7 +27,7 @@ double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).s
 // True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly any
 // friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
 // joint turns the torque itself.
-bool is_turned(const EffortRows& rows, double scale) {
+bool is_turned(const UnitRows& rows, double scale) {
   Eigen::MatrixXd X(rows.tau.size(), rows.nuisance.cols() + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
@@ -40,7 +40,7 @@ bool is_turned(const EffortRows& rows, double scale) {
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
 std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
-  const EffortRows rows = collect_efforts(data, joint);
+  const UnitRows rows = collect_efforts(data, joint);
   if (rows.tau.size() < kFewest) return std::nullopt;
   const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();

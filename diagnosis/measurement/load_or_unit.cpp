@@ -55,8 +55,8 @@ double calc_moving_mass(const TreeSpec& tree) {
 
 }  // namespace
 
-EffortRows collect_efforts(const TorqueData& data, int joint) {
-  EffortRows rows;
+UnitRows collect_efforts(const TorqueData& data, int joint) {
+  UnitRows rows;
   long count = 0;
   for (const TorqueRecording& r : data.recordings) {
     if (r.train) count += r.use.col(joint).count();
@@ -83,7 +83,7 @@ bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
   std::vector<Squares> of_link(static_cast<size_t>(links));
   double of_unit = 0.0;  // [samples] each joint's squares over what its own scale leaves
   for (int joint : joints) {
-    const EffortRows rows = collect_efforts(data, joint);
+    const UnitRows rows = collect_efforts(data, joint);
     const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
     const double left = effort.squaredNorm() - std::pow(tau.dot(effort), 2) / std::max(1e-300, tau.squaredNorm());
     const double weight = static_cast<double>(tau.size()) / std::max(1e-300, left);

@@ -13,11 +13,11 @@ namespace hrp::diagnosis {
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
-struct EffortRows {
+struct UnitRows {
   Eigen::VectorXd tau, effort;  // [N m], logged unit
   Eigen::MatrixXd nuisance;     // v, direction, a, 1
 };
-EffortRows collect_efforts(const TorqueData& data, int joint);
+UnitRows collect_efforts(const TorqueData& data, int joint);
 
 // Residual of each column of y after a regression on the columns of X.
 Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y);

@@ -167,13 +167,16 @@ std::string make_unnamed_sentence(const json& report) {
   return text.empty() ? "" : "The updated model also has, without proof: " + text + ".";
 }
 
-// "Of what can be predicted at all, 98 % is explained": only where a ceiling was measured.
+// How much is explained, beside what can be predicted at all: only where a ceiling was measured.
 std::string make_ceiling_sentence(const json& report) {
   const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
   if (ceiling <= 0.0 || get_list(report, "remaining").empty()) return "";
+  const std::string all = "That is " + format_number(std::round(100.0 * explained), 3) + " % of all mismatch";
+  constexpr double kAll = 0.9995;  // as rounded in the report
+  if (ceiling > kAll) return all + ".";
+  if (explained > kAll * ceiling) return all + "; a free model of the recorded signals predicts no more.";
   // Where little can be predicted, a large share of it is still little.
-  const std::string all = ceiling < kLittle ? format_number(std::round(100.0 * explained), 3) + " % of all mismatch, and " : "";
-  return "That is " + all + format_number(std::round(100.0 * std::min(1.0, explained / ceiling)), 3) +
+  return (ceiling < kLittle ? all + ", and " : "That is ") + format_number(std::round(100.0 * explained / ceiling), 3) +
          " % of what a free model of the recorded signals predicts.";
 }
 

@@ -83,6 +83,14 @@ TEST(Headline, OfLittleThatCanBePredictedTheShareOfAllIsTold) {
   EXPECT_THAT(join(report), HasSubstr("2 % of all mismatch, and 90 % of what a free model of the recorded signals predicts"));
 }
 
+TEST(Headline, WithoutAMeasureOfWhatCanBePredictedTheShareOfAllStandsAlone) {
+  json report = make_leg();
+  report["ceiling"] = 1.0, report["explained"] = 0.14;
+  EXPECT_THAT(join(report), HasSubstr("That is 14 % of all mismatch."));
+  report["ceiling"] = 0.14;  // the findings are what is predicted best
+  EXPECT_THAT(join(report), HasSubstr("That is 14 % of all mismatch; a free model of the recorded signals predicts no more."));
+}
+
 TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
   json report = make_leg();
   report["findings"].erase(report["findings"].begin() + 2, report["findings"].end());
