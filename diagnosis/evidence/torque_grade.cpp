@@ -336,9 +336,10 @@ class Grader {
     g->disagrees = g->agreement < kAgree, g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
-    // recordings, harm none of them, and remove more than details of friction do.
+    // recordings, harm none of them, remove more than details of friction do, and have higher odds.
+    const double odds = g->term.row->usual ? kOdds : kWholeGain;
     const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kMinor);
-    const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > kOdds && clear && !other_family && !is_of_sampling(*g);
+    const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > odds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }

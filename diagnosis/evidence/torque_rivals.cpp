@@ -97,6 +97,9 @@ class RivalSearch {
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
+    // A term that not every drive has and that the recordings hardly need: others do nearly as well, prior costs aside.
+    const double weak = g_.term.row->usual ? 0.0 : kWholeGain - g_.gain;
+    if (weak > 0.0 && with.evidence + costs > fit_.evidence - kSame - weak) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
   }
 

@@ -51,6 +51,29 @@ void expect_delay_and_scale(const Experiment& e) {
   EXPECT_NEAR(reading.scale, kScale, 0.005);  // the design's bar for a sensor's scale is 5 %
 }
 
+// The same elbow held by its servo while the arm sways: it gives by three steps of its encoder.
+Experiment make_held() {
+  constexpr double kStep = 2.0 * M_PI / 4096.0;  // [rad]
+  Experiment e = make_late("held", 0.0, 0.0, 0.0, 0.0, 1.0);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  for (Recording& r : e.recordings) {
+    JointColumns& c = r.joints[elbow];
+    for (size_t k = 0; k < r.size(); ++k) {
+      const double q = 0.0012 + 0.0016 * std::sin(4.0 * r.time[k]), v = 0.0064 * std::cos(4.0 * r.time[k]);
+      c.command[k] = 0.0, c.command_rate[k] = 0.0;
+      c.signal[0][k] = kStep * std::round(q / kStep), c.signal[1][k] = v, c.signal[2][k] = -kKp * q - kKd * v;
+    }
+  }
+  return e;
+}
+
+TEST(ServoLaw, TheRoundingOfAHeldJointsEncoderIsNoFaultOfItsEffort) {
+  const Experiment e = make_held();
+  const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(e.robot.tree.find_joint("elbow"))];
+  EXPECT_FALSE(reading.is_scaled()) << reading.scale;
+  EXPECT_FALSE(reading.is_biased()) << reading.bias;
+}
+
 TEST(ServoLaw, ALogOfAnotherScaleDoesNotMoveTheDelay) { expect_delay_and_scale(make_late("scale", 0.0, 0.0)); }
 
 // The difference of two commands over the time between two such stamps is off by a tenth of the rate.
