@@ -199,6 +199,17 @@ std::vector<std::pair<int, double>> LeggedFitter::find_local(size_t channel, con
   return out;
 }
 
+bool LeggedFitter::changes(size_t channel, const Candidate& effect) const {
+  return std::any_of(effect.terms.begin(), effect.terms.end(), [&](const Terms& t) { return !find_local(channel, t).empty(); });
+}
+
+bool LeggedFitter::have_common_equation(const Candidate& a, const Candidate& b) const {
+  for (size_t c = 0; c < channels().size(); ++c) {
+    if (channels()[c].rows() > 0 && changes(c, a) && changes(c, b)) return true;
+  }
+  return false;
+}
+
 void LeggedFitter::add_normal(Part part, size_t c, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                               Eigen::VectorXd* b) const {
   std::vector<std::vector<std::pair<int, double>>> local;

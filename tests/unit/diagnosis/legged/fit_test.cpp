@@ -120,6 +120,20 @@ TEST(LeggedFit, OfItsOwnColumnsAloneIsTheSameFit) {
   EXPECT_DOUBLE_EQ(few.calc_ceiling(0), all.calc_ceiling(0));
 }
 
+// Frictions of two joints are in no equation together: no single effect is tried in the place of both.
+TEST(LeggedFit, EffectsHaveACommonEquationWhereBothChangeIt) {
+  RowHalves rows(3, 60, {{make_joint_channel("A"), {0, 2}}, {make_joint_channel("B"), {1, 2}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    rows.add_cell(i, 1, [](RowTable* half, double) { half->begin_row(0, 1, 20), half->begin_row(1, 1, 20); });
+  }
+  const LeggedFitter fitter(rows.merge(), 3);
+  const Candidate a = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}), b = make_candidate(EffectId::kCoulomb, "B", {{{1, 1.0}}});
+  const Candidate mass = make_candidate(EffectId::kMassError, "C", {{{2, 1.0}}});
+  EXPECT_FALSE(fitter.have_common_equation(a, b));
+  EXPECT_TRUE(fitter.have_common_equation(a, mass));
+  EXPECT_TRUE(fitter.have_common_equation(b, mass));
+}
+
 // How much of what play predicts give predicts, too, by torques of one size or of all sizes up to the largest.
 double calc_overlap_of_play_and_give(bool one_size) {
   std::mt19937 random(17);
