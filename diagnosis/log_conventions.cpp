@@ -273,10 +273,19 @@ void check_gravity(const Experiment& e, int jobs) {
 
 }  // namespace
 
+std::string describe_whole_reading(const floating::WholeReading& w) {
+  return "/wrench/" + w.sensor + ": it reads what the ground does to the whole foot: " + number(w.air, 2) +
+         " N in the air. The foot's " + number(w.mass, 3) + " kg are taken as above the sensor";
+}
+
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base) out.bodies = floating::find_body_units(e);
-  if (e.scenario.floating_base) out.frames = floating::find_sensor_frames(floating::convert_body_units(e, out.bodies));
+  if (e.scenario.floating_base) {
+    const Experiment in_units = floating::convert_body_units(e, out.bodies);
+    out.whole = floating::find_whole_readings(in_units);
+    out.frames = floating::find_sensor_frames(floating::convert_whole_readings(in_units, out.whole));
+  }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
   Experiment in_torques = convert_efforts(e, out.units);
@@ -289,11 +298,13 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
-  return drop_friction(floating::convert_sensor_frames(in_units, c.frames), c.friction);
+  const Experiment in_frames = floating::convert_sensor_frames(in_units, c.frames);
+  return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
   add_refuted_friction(as_logged, c.friction, reports);
+  for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.bodies.empty() && c.frames.empty()) {

@@ -2,12 +2,14 @@
 // Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
 // whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
-// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h). All else is then judged in the model's own units.
+// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), and are
+// above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
+#include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
 #include "diagnosis/stated_friction.h"
@@ -20,7 +22,8 @@ struct LogConventions {
   std::vector<RefutedFriction> friction;
   std::vector<floating::BodyUnit> bodies;
   std::vector<floating::SensorFrame> frames;
-  bool any() const { return counts_otherwise() || !friction.empty(); }
+  std::vector<floating::WholeReading> whole;
+  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty(); }
   bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty(); }
 };
 
@@ -30,6 +33,9 @@ LogConventions find_conventions(const Experiment& experiment, int jobs);
 
 // The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);
+
+// "/wrench/l_foot: it reads what the ground does to the whole foot: ..."
+std::string describe_whole_reading(const floating::WholeReading& reading);
 
 // Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted recordings is
 // taken together with it.

@@ -45,13 +45,16 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
+// True if the finding's own share was found, and it is none: the held-out recordings are as well explained without it.
+bool takes_nothing(const Json& finding) { return finding.contains("share") && finding["share"].get<double>() <= 0.0; }
+
 // Grade of a finding. Nothing is certain without held-out recordings or while something else is missing. If another
-// family fits as well, both are ambiguous.
+// family fits as well, both are ambiguous, and so is what takes nothing away.
 const char* find_grade(const Json& finding, bool may_be_certain) {
   const std::string own = find_family_name(finding["effect"].get<std::string>());
   const Json others = finding.value("alternatives", Json::array());
   const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return find_family_name(a["effect"].get<std::string>()) != own; });
-  if (rivalled || may_be_absent(finding)) return get_grade_name(Grade::kAmbiguous);
+  if (rivalled || may_be_absent(finding) || takes_nothing(finding)) return get_grade_name(Grade::kAmbiguous);
   return get_grade_name(may_be_certain ? Grade::kCertain : Grade::kSupported);
 }
 

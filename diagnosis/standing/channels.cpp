@@ -244,7 +244,8 @@ class Calculator : StandMotion {
 
   // Weighted mean of specific force plus gravity, minus the mean acceleration of the IMU relative to its foot. The
   // weight w = 1 - cos and its derivative vanish at both ends. By partial integration, the mean of w times the
-  // acceleration is the mean of w'' times the position.
+  // acceleration is the mean of w'' times the position. One sample has it, whatever the run: repeated at every sample,
+  // one number would count as much as all that the others measure.
   void add_gravity() {
     const auto [begin, end] = find_longest_run();
     const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
@@ -259,11 +260,8 @@ class Calculator : StandMotion {
       sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k], weight += w;
     }
     sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in world axes, reported in the sensor's axes
-    for (size_t k = 0; k < r_.samples.size(); ++k) {
-      for (size_t i = 0; i < 3; ++i) {
-        out_[k * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
-      }
-    }
+    const size_t row = r_.samples.size() / 2;
+    for (size_t i = 0; i < 3; ++i) out_[row * channels_ + channels_ - 3 + i] = sum(static_cast<long>(i)) / weight;
   }
 
   Eigen::VectorXd tau_;

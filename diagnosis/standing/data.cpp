@@ -182,6 +182,11 @@ bool find_feet(const Experiment& e, StandProblem* problem) {
     }
     if (foot.link < 0 || foot.sensor.empty()) return false;
     read_sole(e.robot, &foot);
+    if (e.robot.tree.frames[static_cast<size_t>(e.robot.tree.find_frame(name))].below.mass <= 0) {
+      // The foot is part of what its reading carries (floating::convert_whole_readings()).
+      problem->feet.push_back(foot);
+      continue;
+    }
     LinkInertia& inertia = problem->tree.links[static_cast<size_t>(foot.link)].inertia;
     foot.mass = inertia.mass, foot.com = inertia.p_LLcm_L;
     problem->feet.push_back(foot);

@@ -38,6 +38,12 @@ double find_floor(const StandProblem& p, const Channel& c) {
   return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
 }
 
+// One value a recording.
+bool is_mean(const Channel& c) { return c.kind == "gravity"; }
+
+// Most samples say nothing: each one that does is of many samples, and of others than the next.
+bool is_sparse(const Channel& c) { return c.kind == "gyro" || is_mean(c); }
+
 bool is_loose(const Hypothesis& h) {
   return std::any_of(h.begin(), h.end(), [](const Effect& e) { return get_row(e).loose; });
 }
@@ -59,7 +65,7 @@ StandJudge::StandJudge(const StandProblem& problem)
 
 void StandJudge::update_sigma(const Evaluation& evaluation, const Hypothesis& h) {
   for (size_t c = find_first_sure(*problem_, h); c < channels_.size(); ++c) {
-    const bool sparse = channels_[c].kind == "gyro";
+    const bool sparse = is_sparse(channels_[c]);
     std::vector<double> found;
     for (const StandBase& base : evaluation) {
       std::vector<double> one;
@@ -177,6 +183,8 @@ std::vector<double> StandJudge::find_extra_noise(const Evaluation& even, const E
 // Squared rms [noise] that noise and smoothing leave in a channel. Third differences of overlapping windows make sigma_
 // about a tenth too large. Below this limit a residual cannot be distinguished from noise.
 double StandJudge::find_least(size_t channel) const {
+  // One parameter takes all of a few means away, which is no merit unless they disagree.
+  if (is_mean(channels_[channel])) return kAboveNoise * kAboveNoise;
   if (reference_.empty()) return 1;
   const double left = reference_[channel] + (away_.empty() ? 0 : away_[channel]);
   return std::clamp(left / (sigma_[channel] * sigma_[channel]), kPart, 1.0);
@@ -185,11 +193,12 @@ double StandJudge::find_least(size_t channel) const {
 double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, const Evaluation& evaluation,
                                double extra, StandFit* fit) const {
   double sum = 0, count = 0, said = 0;
+  const double each = is_mean(channels_[c]) ? kCorrelated : 1;  // it is independent of all others
   for (size_t r : recordings) {
     const std::vector<double>& residuals = evaluation[r].residuals;
     for (size_t k = c; k < residuals.size(); k += channels_.size(), ++count) {
-      sum += residuals[k] * residuals[k];
-      said += residuals[k] != 0;  // 0 where friction holds the joint or a foot rolls over its edge
+      sum += each * residuals[k] * residuals[k];
+      if (residuals[k] != 0) said += each;  // 0 where friction holds the joint or a foot rolls over its edge
     }
   }
   sum = std::max(0.0, sum - said * extra);

@@ -116,6 +116,15 @@ StandSearcher::Screen StandSearcher::prepare_screen(const StandFit& so_far) cons
   return out;
 }
 
+// What the last effect's shift of a sensor's readings gains the other way, too. Readings between two samples are less
+// noisy than either, so any shift of half a sample seems to gain; that is no delay.
+double StandSearcher::find_gain_either_way(const StandFit& so_far, Hypothesis h) const {
+  const EffectInfo& last = get_effect(h.back().id);
+  if (last.place != PlaceKind::kSensor || last.family != EffectFamily::kTiming) return 0;
+  for (double& p : h.back().p) p = -p;
+  return std::max(0.0, so_far.score - judge(h).score);
+}
+
 // Fits a hypothesis to the training recordings and judges it. Its score is 1e300 if it is not physical, or if ground
 // compliance could explain it.
 StandFit StandSearcher::fit_trial(const StandFit& so_far, const Hypothesis& start, int iterations) const {
@@ -123,6 +132,7 @@ StandFit StandSearcher::fit_trial(const StandFit& so_far, const Hypothesis& star
   Eigen::MatrixXd covariance;
   if (get_row(h.back()).noisy) polish(problems_, judge_.select(so_far), iterations, &h, &covariance);
   StandFit fit = judge(h);
+  fit.score += find_gain_either_way(so_far, h);
   const Effect& last = h.back();
   const bool doubtful = get_row(last).bends_leg && last.p[0] <= find_bound(p_, last, 0);
   if (!are_sensible(p_, h) || (doubtful && !exceeds_ground(fit))) fit.score = 1e300;

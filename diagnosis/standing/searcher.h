@@ -59,6 +59,7 @@ class StandSearcher {
   Screen prepare_screen(const StandFit& so_far) const;
   Eigen::VectorXd find_step(const StandFit& so_far, const Hypothesis& h, const std::vector<Derivative>& added,
                             const Screen& shared) const;
+  double find_gain_either_way(const StandFit& so_far, Hypothesis h) const;
   StandFit fit_trial(const StandFit& so_far, const Hypothesis& h, int iterations) const;
   StandTrial screen(const StandFit& so_far, const Effect& candidate, const Screen& shared) const;
   std::vector<double> find_noise_of(const Hypothesis& h, const Screen& shared) const;

@@ -65,18 +65,30 @@ Eigen::VectorXd sum_columns(const ColumnLayout& layout, const LeggedFit& fit) {
   return out;
 }
 
-// The same of sensors and drives alone.
-Eigen::VectorXd find_correction(const ColumnLayout& layout, const LeggedFit& fit) {
-  Eigen::VectorXd out = sum_columns(layout, fit);
-  for (int c = 0; c < layout.count(); ++c) {
-    if (!is_correctable(layout, c)) out(c) = 0;
+// What the chosen effects say of sensors and drives, by column, and how well they know it.
+struct Correction {
+  Eigen::VectorXd value, std;
+};
+
+Correction find_correction(const ColumnLayout& layout, const std::vector<FoundEffect>& effects) {
+  Correction out{Eigen::VectorXd::Zero(layout.count()), Eigen::VectorXd::Zero(layout.count())};
+  for (const FoundEffect& f : effects) {
+    for (size_t k = 0; k < f.effect.terms.size(); ++k) {
+      for (const auto& [column, factor] : f.effect.terms[k]) {
+        if (!is_correctable(layout, column)) continue;
+        out.value(column) += factor * f.x(static_cast<long>(k));
+        out.std(column) = std::hypot(out.std(column), factor * f.std(static_cast<long>(k)));
+      }
+    }
   }
   return out;
 }
 
-bool is_same_correction(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
-  for (long i = 0; i < a.size(); ++i) {
-    if (std::abs(a(i) - b(i)) > kTrace * std::max(std::abs(a(i)), std::abs(b(i)))) return false;
+// Closer than a hundredth of its size, or than a tenth of what it is known to, a value changes nothing.
+bool is_same_correction(const Eigen::VectorXd& before, const Correction& now) {
+  for (long i = 0; i < before.size(); ++i) {
+    const double size = std::max(std::abs(before(i)), std::abs(now.value(i)));
+    if (std::abs(before(i) - now.value(i)) > std::max(kTrace * size, kDetail * now.std(i))) return false;
   }
   return true;
 }
@@ -103,9 +115,9 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
   out.about = Eigen::VectorXd::Zero(layout.count());
   out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, &out.about);
   for (int round = 0; round < kRounds; ++round) {
-    const Eigen::VectorXd next = find_correction(layout, out.outcome.chosen);
+    const Correction next = find_correction(layout, out.outcome.effects);
     if (is_same_correction(out.about, next)) break;
-    out.about = next;
+    out.about = next.value;
     if (progress) progress("again, about the faults of sensors that were found");
     out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, used), layout.count());
     const bool last = round + 1 == kRounds;

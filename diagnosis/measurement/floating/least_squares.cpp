@@ -83,54 +83,37 @@ LeggedFitter::LeggedFitter(std::vector<ChannelRows> table, int columns) : channe
     floor_.push_back(least * least);
   }
   weight_.assign(channels().size(), 1.0), memory_ = weight_, noise_.assign(channels().size(), 0.0);
-  update_moments();
+  const std::vector<int> none;
+  update_moments(&none);
   update_weights(fit({}));
 }
 
-// Sums G += w (x x^T - d d^T) over rows, many at a time: a product of matrices is several times faster than one of
-// vectors for each row.
-class LeggedFitter::MomentSum {
- public:
-  explicit MomentSum(long columns) : x_(columns, kRowsAtOnce), d_(columns, kRowsAtOnce) {
-    m_.G = Eigen::MatrixXd::Zero(columns, columns), m_.b = Eigen::VectorXd::Zero(columns);
+// Of the columns `only`, or of all, those that the equation has, in turn.
+std::vector<long> LeggedFitter::list_used(size_t c, const std::vector<int>* only) const {
+  std::vector<long> out;
+  if (!only) {
+    out.resize(channels()[c].columns.size());
+    std::iota(out.begin(), out.end(), 0L);
+    return out;
   }
-
-  void add(const Eigen::Map<const Eigen::VectorXd>& x, const Eigen::Map<const Eigen::VectorXd>& d, double y, double e, double w) {
-    x_.col(filled_) = std::sqrt(w) * x, d_.col(filled_) = std::sqrt(w) * d;
-    m_.b += w * (y * x - e * d), m_.yy += w * (y * y - e * e), m_.total += w, m_.noise += w * e * e;
-    if (++filled_ == kRowsAtOnce) flush();
+  for (int column : *only) {
+    const auto i = static_cast<size_t>(column);
+    if (i < local_[c].size() && local_[c][i] >= 0) out.push_back(local_[c][i]);
   }
+  return out;
+}
 
-  Moments take() {
-    flush();
-    m_.G = Eigen::MatrixXd(m_.G.selfadjointView<Eigen::Lower>());
-    return std::move(m_);
-  }
-
- private:
-  void flush() {
-    if (filled_ == 0 || x_.rows() == 0) return;  // Eigen's products divide by their sizes
-    m_.G.selfadjointView<Eigen::Lower>().rankUpdate(x_.leftCols(filled_), 1.0);
-    m_.G.selfadjointView<Eigen::Lower>().rankUpdate(d_.leftCols(filled_), -1.0);
-    filled_ = 0;
-  }
-
-  static constexpr long kRowsAtOnce = 128;
-  Moments m_;
-  Eigen::MatrixXd x_, d_;
-  long filled_ = 0;
-};
-
-void LeggedFitter::update_moments() {
+void LeggedFitter::update_moments(const std::vector<int>* only) {
   for (size_t part = 0; part < 2; ++part) moments_[part].clear(), counts_[part].clear();
   for (size_t c = 0; c < channels().size(); ++c) {
     const ChannelRows& rows = channels()[c];
     const auto p = static_cast<long>(rows.columns.size());
-    MomentSum sums[2] = {MomentSum(p), MomentSum(p)};
+    const std::vector<long> used = list_used(c, only);
+    MomentSum sums[2] = {{p, used}, {p, used}};
     size_t n[2] = {0, 0};
     for (size_t i = 0; i < rows.rows(); ++i) {
       const size_t part = is_held(c, i) ? 1 : 0;
-      sums[part].add({rows.row(i), p}, {rows.noise_row(i), p}, rows.y[i], rows.noise_y[i], rows_[c][i]), ++n[part];
+      sums[part].add(rows.row(i), rows.noise_row(i), rows.y[i], rows.noise_y[i], rows_[c][i]), ++n[part];
     }
     for (size_t part = 0; part < 2; ++part) moments_[part].push_back(sums[part].take()), counts_[part].push_back(n[part]);
     const Moments &m0 = moments_[0][c], &m1 = moments_[1][c];
@@ -195,10 +178,10 @@ double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
   return memory;
 }
 
-void LeggedFitter::update_weights(const LeggedFit& so_far) {
+void LeggedFitter::update_weights(const LeggedFit& so_far, const std::vector<int>* only) {
   if (!so_far.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) update_row_weights(c, calc_residuals(so_far, c));
-  update_moments();
+  update_moments(only);
   const LeggedFit fit = this->fit(so_far.effects);
   if (!fit.x.allFinite()) return;
   for (size_t c = 0; c < channels().size(); ++c) {
@@ -214,6 +197,17 @@ std::vector<std::pair<int, double>> LeggedFitter::find_local(size_t channel, con
     if (at >= 0) out.emplace_back(at, factor);
   }
   return out;
+}
+
+bool LeggedFitter::changes(size_t channel, const Candidate& effect) const {
+  return std::any_of(effect.terms.begin(), effect.terms.end(), [&](const Terms& t) { return !find_local(channel, t).empty(); });
+}
+
+bool LeggedFitter::have_common_equation(const Candidate& a, const Candidate& b) const {
+  for (size_t c = 0; c < channels().size(); ++c) {
+    if (channels()[c].rows() > 0 && changes(c, a) && changes(c, b)) return true;
+  }
+  return false;
 }
 
 void LeggedFitter::add_normal(Part part, size_t c, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,

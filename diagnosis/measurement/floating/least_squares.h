@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "diagnosis/measurement/floating/candidates.h"
+#include "diagnosis/measurement/floating/moment_sum.h"
 #include "diagnosis/measurement/floating/row_table.h"
 
 namespace hrp::diagnosis::floating {
@@ -49,8 +50,9 @@ class LeggedFitter {
   // Whether rows in which even and odd samples differ by more than noise, at impacts, count in full.
   void count_impacts(bool in_full) { impacts_ = in_full; }
   // Weights from what a fit leaves, for the fits to come. Where the fit is not finite, or would not be with new weights of
-  // rows, the weights of equations stay.
-  void update_weights(const LeggedFit& fit);
+  // rows, the weights of equations stay. `only`: columns that the next fits use; all others tell nothing until the next
+  // call without.
+  void update_weights(const LeggedFit& fit, const std::vector<int>* only = nullptr);
   // Fits; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects) const;
   // The same coefficients from all equations but one: values, and their deviations by blocks (sandwich, fitted rows).
@@ -77,6 +79,8 @@ class LeggedFitter {
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
   // Rows by coefficients: of the halves' mean, or half their difference.
   Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+  // Whether any equation changes with both.
+  bool have_common_equation(const Candidate& a, const Candidate& b) const;
   // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without noise.
   double calc_overlap(const Candidate& a, const Candidate& b) const;
   // Of a row against all others.
@@ -85,13 +89,8 @@ class LeggedFitter {
   double calc_ceiling(size_t channel) const;
 
  private:
-  struct Moments {
-    Eigen::MatrixXd G;
-    Eigen::VectorXd b;
-    double yy = 0, total = 0, noise = 0;
-  };
-  class MomentSum;
   std::vector<std::pair<int, double>> find_local(size_t channel, const Terms& terms) const;
+  bool changes(size_t channel, const Candidate& effect) const;
   void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                   Eigen::VectorXd* b) const;
   double calc_left(Part part, size_t channel, const LeggedFit& fit) const;
@@ -100,7 +99,8 @@ class LeggedFitter {
   std::vector<Moments> moments_[2];
   std::vector<size_t> counts_[2];
   double calc_memory(size_t channel, std::vector<double> residuals) const;
-  void update_moments();
+  void update_moments(const std::vector<int>* only);
+  std::vector<long> list_used(size_t channel, const std::vector<int>* only) const;
   void update_row_weights(size_t channel, const std::vector<double>& residuals);
   void dampen_impacts(size_t channel, const std::vector<size_t>& bin);
 

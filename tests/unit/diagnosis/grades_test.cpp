@@ -31,6 +31,18 @@ TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
 }
 
+// A late accelerometer beside a slope that took everything was `certain`.
+TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
+  const auto judge = [](double share) {
+    const Json delay{{"effect", "sensor_delay"}, {"where", {{"sensor", "/imu/waist"}}}, {"share", share}, {"parameters", Json::object()}};
+    Json report{{"schema", 1}, {"verdict", "explained"}, {"fit", {{"validate", {{"before", 9.8}, {"after", 0.7}}}}}, {"findings", {delay}}};
+    upgrade_report(&report, true);
+    return report["findings"][0]["grade"].get<std::string>();
+  };
+  EXPECT_EQ(judge(0.0), "ambiguous");
+  EXPECT_EQ(judge(0.2), "certain");
+}
+
 // One pendulum, one recording: a gain of .69 was supported where a mass says the same in every motion.
 TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSimulation) {
   const auto judge = [](const char* effect, Grade of_torque) {

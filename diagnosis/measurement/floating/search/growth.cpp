@@ -93,13 +93,15 @@ bool merge_two(size_t first, size_t second, SearchState* state) {
 }
 
 // Replaces two effects of one family, such as masses of two links, by a single one that wins as much. The first of them
-// was chosen while the other was not known.
+// was chosen while the other was not known. It then stood in for some of the other in an equation that both change:
+// frictions of two joints do not, and every drive of a real robot has one.
 bool merge_any(SearchState* state) {
   const std::vector<Candidate>& chosen = state->chosen.effects;
   for (size_t i = 0; i < chosen.size(); ++i) {
     for (size_t k = i + 1; k < chosen.size(); ++k) {
       if (!chosen[i].is_listed() || !chosen[k].is_listed()) continue;
       if (chosen[i].info().family != chosen[k].info().family) continue;
+      if (!state->fitter.have_common_equation(chosen[i], chosen[k])) continue;
       if (merge_two(i, k, state)) return true;
     }
   }

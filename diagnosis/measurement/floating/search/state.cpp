@@ -2,6 +2,7 @@
 #include "diagnosis/measurement/floating/search/state.h"
 
 #include <algorithm>
+#include <set>
 
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
@@ -28,6 +29,21 @@ std::vector<Candidate> ban_without_information(SearchState* state) {
   // Each one alone can be fitted, all together cannot: the last one goes.
   if (told.size() == state->chosen.effects.size()) state->banned.push_back(told.back()), told.pop_back();
   return told;
+}
+
+// Columns that fits of these effects use. The place of a mass is a result of the fit, and takes others of its link.
+std::vector<int> list_columns(const ColumnLayout& layout, const std::vector<Candidate>& effects) {
+  std::set<int> out;
+  for (const Candidate& c : effects) {
+    for (const Terms& t : c.terms) {
+      for (const auto& [column, factor] : t) {
+        const int link = column / kLinkColumns;
+        out.insert(column);
+        for (int p = 0; link < layout.links && p < kLinkColumns; ++p) out.insert(layout.link(link, p));
+      }
+    }
+  }
+  return {out.begin(), out.end()};
 }
 
 }  // namespace
@@ -60,8 +76,9 @@ LeggedFit fit_without(const SearchState& state, size_t effect) {
 
 void settle(const std::vector<Candidate>& effects, SearchState* state) {
   state->chosen = fit_effects(*state, effects);
+  const std::vector<int> own = list_columns(state->layout, effects);  // until the last round no other effect is fitted
   for (int round = 0; round < kWeightRounds; ++round) {
-    state->fitter.update_weights(state->chosen);
+    state->fitter.update_weights(state->chosen, round + 1 < kWeightRounds ? &own : nullptr);
     state->chosen = fit_effects(*state, state->chosen.effects);
     if (!state->chosen.x.allFinite()) return settle(ban_without_information(state), state);
   }

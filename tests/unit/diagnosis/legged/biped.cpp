@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -14,6 +15,8 @@
 
 namespace hrp::diagnosis::floating {
 namespace {
+
+constexpr double kFootMass = 0.5;  // [kg] below each force sensor
 
 std::string make_joint(const std::string& name, const std::string& parent, const std::string& child,
                        const std::string& xyz) {
@@ -32,6 +35,7 @@ class Maker {
     e_.scenario.gravity_W = turn_y(hidden.slope) * level_;  // seen from the ground
     tree_ = e_.robot.tree;
     for (const char* foot : {"l_foot", "r_foot"}) {  // below the sensors
+      if (recorded.whole_feet) continue;
       tree_.links[static_cast<size_t>(tree_.find_link(foot))].inertia = {1e-9, Vector3d::Zero(),
                                                                          1e-12 * Matrix3d::Identity()};
     }
@@ -139,7 +143,7 @@ class Maker {
   }
 
   double find_share(double t) const {
-    return 0.5 + 0.3 * std::sin(1.3 * t + turn_);
+    return std::clamp(0.5 + (recorded_.lifts ? 0.8 : 0.3) * std::sin(1.3 * t + turn_), 0.0, 1.0);
   }  // of what the feet bear, the left one's
 
   void add_sample(double t, const Vector3d& a, const Model& model, const State& state, const Eigen::VectorXd& vdot,
@@ -154,7 +158,9 @@ class Maker {
       const auto link = static_cast<size_t>(tree_.find_link(side + "_foot"));
       const Transform X = get_pose(*data, static_cast<int>(link));
       const double part = side == "l" ? share : 1 - share;
-      const Vector3d force = part * needed.segment<3>(3);
+      // A foot in the air hangs on its sensor.
+      const Vector3d hung = recorded_.lifts && !recorded_.whole_feet ? Vector3d(0, 0, kFootMass * 9.81) : Vector3d::Zero();
+      const Vector3d force = part * (needed.segment<3>(3) + 2 * hung) - hung;
       const Vector3d moment = part * (needed.head<3>() - X.p.cross(needed.segment<3>(3)));
       wrenches[link] << moment, force;
       const double scale = side == "l" ? hidden_.force_scale : 1;
@@ -216,7 +222,7 @@ std::string make_biped_urdf() {
     const std::string y = side == "l" ? "0.1" : "-0.1";
     out += make_link(side + "_thigh", 4, -0.15) + make_link(side + "_shank", 3, -0.15) +
            make_link(
-               side + "_foot", 0.5, -0.03,
+               side + "_foot", kFootMass, -0.03,
                "<collision><origin xyz=\"0 0 -0.05\"/><geometry><box size=\"0.2 0.1 0.02\"/></geometry></collision>");
     out += make_joint(side + "_hip", "pelvis", side + "_thigh", "0 " + y + " 0");
     out += make_joint(side + "_knee", side + "_thigh", side + "_shank", "0 0 -0.3");

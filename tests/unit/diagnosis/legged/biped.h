@@ -40,6 +40,8 @@ struct Recorded {
   bool leans = false;      // both feet stay where they are
   bool right_foot = true;  // has a force sensor
   bool moments = true;     // of the force sensors
+  bool whole_feet = false; // forces of the ground on the whole foot, not of an ankle on the leg
+  bool lifts = false;      // bears all of its weight on one foot in turn
 };
 
 // Encoders and force sensors alone. Flat feet that stand tell how the body moves.

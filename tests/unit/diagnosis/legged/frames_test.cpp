@@ -9,6 +9,7 @@
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
+#include "diagnosis/measurement/floating/whole_readings.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
@@ -43,6 +44,23 @@ TEST(SensorFrames, NoneIsTurnedWhereNothingIsHidden) {
     recorded.leans = leans;
     EXPECT_TRUE(find_sensor_frames(make_biped({}, recorded)).empty());
   }
+}
+
+// The model has the sensors above the feet; the log has what the ground does to whole feet. Their weight was named as a
+// zero of the sensors.
+TEST(WholeReadings, AreToldByFeetInTheAir) {
+  Recorded recorded;
+  recorded.lifts = true;
+  EXPECT_TRUE(find_whole_readings(make_biped({}, recorded)).empty()) << "they hang on their sensors";
+  recorded.whole_feet = true;
+  const Experiment e = make_biped({}, recorded);
+  const std::vector<WholeReading> found = find_whole_readings(e);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].sensor, "l");
+  EXPECT_DOUBLE_EQ(found[0].mass, 0.5);
+  EXPECT_FALSE(diagnose_legged(e, nullptr, false).evidence.findings.empty()) << "0.5 kg on each foot";
+  EXPECT_TRUE(diagnose_legged(convert_whole_readings(e, found), nullptr, false).evidence.findings.empty());
+  EXPECT_TRUE(find_whole_readings(make_biped({})).empty());
 }
 
 // Its z axis points down by the model, as those of the iCub's feet do: a foot that is pressed reads negative there.

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/whole_readings.h"
+
+#include <cmath>
+
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/floating/contacts.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr size_t kFewest = 2;  // sensors: the zero of one may happen to be its foot's weight
+
+// Whether the feet together carry about the robot's weight: raw counts have no weight of a foot to compare.
+bool is_in_newtons(const LeggedLog& log) {
+  double sum = 0, count = 0;
+  for (const Clip& clip : log.clips) {
+    for (size_t k = 0; k < clip.size(); ++k, ++count) {
+      for (size_t s = 0; s < log.sensors.size(); ++s) sum += calc_vertical_force(log, clip, s, k);
+    }
+  }
+  const double weight = log.mass * log.experiment->scenario.gravity_W.norm();
+  return count > 0 && std::abs(sum / count / weight - 1) < kMinority;
+}
+
+// A foot that hangs on its sensor pulls it down by its weight. The whole foot in the air feels nothing.
+bool reads_whole_foot(const ForceLevels& level, double weight) {
+  return level.swings && level.air_spread < weight && std::abs(level.air) < kPart * weight;
+}
+
+}  // namespace
+
+std::vector<WholeReading> find_whole_readings(const Experiment& e) {
+  if (!e.scenario.floating_base || e.num_joints() == 0) return {};
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  const double g = e.scenario.gravity_W.norm();
+  std::vector<WholeReading> out;
+  for (size_t s = 0; s < log.sensors.size(); ++s) {
+    const double below = log.sensors[s].hangs + log.sensors[s].below.mass;  // one of both
+    if (below <= 0 || log.sensors[s].foot < 0) continue;
+    out.push_back({log.sensors[s].name, below, 0});
+  }
+  if (out.size() < kFewest || !is_in_newtons(log)) return {};
+  const Contacts contacts = find_contacts(log);
+  for (WholeReading& r : out) {
+    size_t s = 0;
+    while (log.sensors[s].name != r.sensor) ++s;
+    if (!reads_whole_foot(contacts.levels[s], r.mass * g)) return {};
+    r.air = contacts.levels[s].air;
+  }
+  return out;
+}
+
+// The foot stays part of the leg, and nothing is below the sensor.
+Experiment convert_whole_readings(Experiment e, const std::vector<WholeReading>& readings) {
+  for (const WholeReading& r : readings) {
+    for (const WrenchSpec& spec : e.scenario.sensors.wrenches) {
+      const int frame = e.robot.tree.find_frame(spec.link);
+      if (spec.name == r.sensor && frame >= 0) e.robot.tree.frames[static_cast<size_t>(frame)].below = {};
+    }
+  }
+  return e;
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Force sensors whose link has a mass. The model has the sensor above that link, as an ankle's is: its reading leaves the
+// foot's own weight and inertia out. Some logs hold what the ground does to the whole foot. Feet in the air show which.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis::floating {
+
+struct WholeReading {
+  std::string sensor;  // "l_foot" of "/wrench/l_foot"
+  double mass = 0;     // [kg] below it by the model
+  double air = 0;      // [N] that it reads upwards with the foot in the air
+};
+
+// All sensors of feet with a mass, if all read the whole foot; else none.
+std::vector<WholeReading> find_whole_readings(const Experiment& experiment);
+
+Experiment convert_whole_readings(Experiment experiment, const std::vector<WholeReading>& readings);
+
+}  // namespace hrp::diagnosis::floating
