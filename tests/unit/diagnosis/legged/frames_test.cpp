@@ -58,8 +58,8 @@ TEST(WholeReadings, AreToldByFeetInTheAir) {
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].sensor, "l");
   EXPECT_DOUBLE_EQ(found[0].mass, 0.5);
-  EXPECT_FALSE(diagnose_legged(e, nullptr, false).evidence.findings.empty()) << "0.5 kg on each foot";
-  EXPECT_TRUE(diagnose_legged(convert_whole_readings(e, found), nullptr, false).evidence.findings.empty());
+  EXPECT_FALSE(diagnose_legged(e, nullptr).evidence.findings.empty()) << "0.5 kg on each foot";
+  EXPECT_TRUE(diagnose_legged(convert_whole_readings(e, found), nullptr).evidence.findings.empty());
   EXPECT_TRUE(find_whole_readings(make_biped({})).empty());
 }
 
