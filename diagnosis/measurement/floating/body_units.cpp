@@ -58,11 +58,12 @@ class Finder {
     const double g = log_.experiment->scenario.gravity_W.norm(), size = sum.norm() / std::max(1.0, count) / g;
     if (count < 1.0 || std::abs(sum.z()) < kUpright * sum.norm()) return;
     const double unit = is_near(size, 1.0 / g) ? 1.0 / g : is_near(size, 1000.0 / g) ? 1000.0 / g : 1.0;
-    const double sign = sum.z() < 0.0 && !is_upside_down(log_, i, unit) ? -1.0 : 1.0;
+    const Upside upside = sum.z() < 0.0 ? find_upside(log_, i, unit) : Upside::kTurned;
+    const double sign = upside == Upside::kTurned ? 1.0 : -1.0;
     if (unit == 1.0 && (sign > 0.0 || !is_near(size, 1.0))) return;
     const std::string in = unit == 1.0 ? "" : unit < 1.0 ? "in g" : "in thousandths of g";
     out_.push_back({get_imu(i, "linear_acceleration"), sign * unit,
-                    "it counts " + in + (sign < 0.0 ? std::string(in.empty() ? "" : " and ") + "gravity upwards down, as a body at rest does not feel it" : "")});
+                    "it counts " + in + (sign < 0.0 ? std::string(in.empty() ? "" : " and ") + "gravity upwards down, as a body at rest does not feel it" : ""), upside == Upside::kUnknown});
   }
 
   // Against the rate of the same sensor's attitude, or of the base's pose where nothing moves between; else by its size.

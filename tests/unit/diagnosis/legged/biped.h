@@ -38,6 +38,7 @@ struct Recorded {
   bool leans = false;      // both feet stay where they are
   bool right_foot = true;  // has a force sensor
   bool moments = true;     // of the force sensors
+  bool pose = false;       // motion capture of the base
 };
 
 // Encoders and force sensors alone. Flat feet that stand tell how the body moves.
