@@ -113,6 +113,8 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::BodyUnit& u : found.bodies) progress("check: " + u.sensor + ": " + u.meaning);
   for (const floating::SensorFrame& f : found.frames) progress("check: " + f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
+  if (found.pose.is_turned()) progress("check: /base/pose: " + floating::describe(found.pose));
+  if (found.pose.late != 0.0) progress("check: /base/pose: its clock is moved by " + number(found.pose.late, 3) + " s");
   for (const RefutedFriction& r : found.friction) progress("check: " + all.robot.tree.joint(r.joint).name + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   std::optional<Experiment> converted;
   if (found.any()) converted = convert_recordings(all, found);

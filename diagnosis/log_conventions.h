@@ -7,6 +7,7 @@
 
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/pose_frames.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
@@ -20,8 +21,9 @@ struct LogConventions {
   std::vector<RefutedFriction> friction;
   std::vector<floating::BodyUnit> bodies;
   std::vector<floating::SensorFrame> frames;
+  floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !friction.empty(); }
-  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty(); }
+  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
