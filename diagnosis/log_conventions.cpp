@@ -324,6 +324,23 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   return out;
 }
 
+ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
+  ConventionRemarks out;
+  const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
+  const auto add = [&](const std::string& text) { out.found.push_back(text); };
+  for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
+  for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
+  for (const floating::BodyUnit& u : c.bodies) add(u.sensor + ": " + u.meaning);
+  for (const floating::SensorFrame& f : c.frames)
+    add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
+  if (c.pose.is_turned()) add("/base/pose: " + floating::describe(c.pose));
+  if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
+  for (const RefutedFriction& r : c.friction)
+    add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+  out.not_looked_for = floating::list_not_looked_for(e);
+  return out;
+}
+
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
   return drop_friction(floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose), c.friction);

@@ -5,6 +5,7 @@
 // (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h). All else is then judged in the model's own units.
 #pragma once
 
+#include "diagnosis/checks/checks.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/pose_frames.h"
@@ -29,6 +30,9 @@ struct LogConventions {
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
 // turned.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
+
+// What was found, in a line each, and what recordings are too short for.
+ConventionRemarks make_remarks(const Experiment& as_logged, const LogConventions& conventions);
 
 // The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);

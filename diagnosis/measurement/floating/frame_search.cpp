@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
@@ -25,6 +26,17 @@ bool drifts(const Left& left, const Matrix3d& R, double moved) {
   return false;
 }
 
+// Samples inside a clip that are kStep apart.
+std::vector<size_t> list_samples(const Clip& clip, Moments moments) {
+  const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
+  const auto margin = clip.edge + static_cast<size_t>(moments == Moments::kForClocks ? std::lround(kClock / clip.step) : 0);
+  std::vector<size_t> out;
+  for (size_t k = margin; k + margin < clip.size(); k += stride) out.push_back(k);
+  return out;
+}
+
+size_t get_least(Moments moments) { return moments == Moments::kForClocks ? kOfClocks : kOfTurns; }
+
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
 
 }  // namespace
@@ -32,16 +44,26 @@ double find_share(double part, double whole) { return whole > 0.0 ? part / whole
 void walk(const LeggedLog& log, Moments moments, const std::function<void(const Clip&, size_t, BodyMotion*)>& use) {
   for (const Clip& clip : log.clips) {
     BodyMotion motion(log, clip);
-    const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
-    const auto margin = clip.edge + static_cast<size_t>(moments == Moments::kForClocks ? std::lround(kClock / clip.step) : 0);
-    for (size_t k = margin; k + margin < clip.size(); k += stride) {
+    for (size_t k : list_samples(clip, moments)) {
       motion.update(k);
       use(clip, k, &motion);
     }
   }
 }
 
-bool is_enough(Moments moments, size_t count) { return count >= (moments == Moments::kForClocks ? kOfClocks : kOfTurns); }
+size_t count_moments(const LeggedLog& log, Moments moments) {
+  size_t count = 0;
+  for (const Clip& clip : log.clips) count += list_samples(clip, moments).size();
+  return count;
+}
+
+bool is_enough(Moments moments, size_t count) { return count >= get_least(moments); }
+
+std::string describe_need(Moments moments, size_t count) {
+  const std::string margin = moments == Moments::kForClocks ? ", " + number(kClock) + " s from the ends of recordings and gaps" : " without gaps";
+  return "that takes " + number(kStep * static_cast<double>(get_least(moments))) + " s of motion" + margin + "; there are " +
+         number(kStep * static_cast<double>(count), 2) + " s";
+}
 
 std::vector<Matrix3d> list_quarter_turns() {
   std::vector<Matrix3d> out{Matrix3d::Identity()};

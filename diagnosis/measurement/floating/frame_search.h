@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "diagnosis/measurement/floating/body_motion.h"
@@ -24,8 +25,10 @@ enum class Moments { kForTurns, kForClocks };
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, Moments moments, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);
 
-// Whether so many moments tell it.
+// How many there are, whether so many tell it, and what it takes.
+size_t count_moments(const LeggedLog& log, Moments moments);
 bool is_enough(Moments moments, size_t count);
+std::string describe_need(Moments moments, size_t count);
 
 // The 24 turns that take axes onto axes, the identity first.
 std::vector<Matrix3d> list_quarter_turns();

@@ -325,6 +325,21 @@ std::vector<SensorFrame> find_sensor_frames(const Experiment& e) {
   return out;
 }
 
+std::vector<std::string> list_not_looked_for(const Experiment& e) {
+  if (!e.scenario.floating_base || e.num_joints() == 0) return {};
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  if (log.imus.empty() && log.sensors.empty()) return {};
+  const std::string pose = log.base_pose ? " and of the base's pose" : "";
+  std::vector<std::string> out;
+  const auto add = [&](Moments moments, const std::string& what) {
+    const size_t count = count_moments(log, moments);
+    if (!is_enough(moments, count)) out.push_back(what + " of the body's sensors" + pose + " are not looked for: " + describe_need(moments, count));
+  };
+  add(Moments::kForTurns, "turned mountings");
+  add(Moments::kForClocks, "clocks that are far off");
+  return out;
+}
+
 Experiment convert_sensor_frames(Experiment e, const std::vector<SensorFrame>& frames) {
   for (const SensorFrame& f : frames) {
     for (Recording& r : e.recordings) {

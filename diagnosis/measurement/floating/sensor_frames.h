@@ -29,6 +29,9 @@ Upside find_upside(const LeggedLog& log, size_t imu, double per_unit);
 // stand; of force sensors, from the balance of the whole body. An IMU that agrees with legs that stand is not off.
 std::vector<SensorFrame> find_sensor_frames(const Experiment& experiment);
 
+// Clocks and mountings that recordings are too short to tell, with the reason.
+std::vector<std::string> list_not_looked_for(const Experiment& experiment);
+
 // The same experiment with readings in the model's axes and at the encoders' time.
 Experiment convert_sensor_frames(Experiment experiment, const std::vector<SensorFrame>& frames);
 
