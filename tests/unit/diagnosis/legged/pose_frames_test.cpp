@@ -114,14 +114,19 @@ TEST(PoseFrame, AConventionIsToldAndTheImuIsLeftAlone) {
   for (const PoseFrame& truth : kConventions) expect_found(truth, make_biped({}, kWithPose));
 }
 
+// The first recording alone, and so many samples of it, each of 4 ms.
+void cut(size_t samples, Experiment* e) {
+  e->recordings.resize(1);
+  Recording& r = e->recordings[0];
+  r.time.resize(samples);
+  for (JointColumns& joint : r.joints) joint.signal[0].resize(samples);
+  for (auto& [name, column] : r.other) column.resize(samples);
+}
+
 TEST(PoseFrame, WhatARecordingIsTooShortForIsSaid) {
   Experiment e = make_biped({}, kWithPose);
   EXPECT_TRUE(list_not_looked_for(e).empty());
-  e.recordings.resize(1);
-  Recording& r = e.recordings[0];
-  r.time.resize(250);  // 1 s
-  for (JointColumns& joint : r.joints) joint.signal[0].resize(250);
-  for (auto& [name, column] : r.other) column.resize(250);
+  cut(250, &e);
   const std::vector<std::string> texts = list_not_looked_for(e);
   ASSERT_EQ(texts.size(), 1u);
   EXPECT_NE(texts[0].find("clocks"), std::string::npos) << texts[0];
