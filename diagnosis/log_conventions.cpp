@@ -11,6 +11,7 @@
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
@@ -324,6 +325,11 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   return out;
 }
 
+Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
+  const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
+  return drop_friction(floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose), c.friction);
+}
+
 ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   ConventionRemarks out;
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
@@ -337,13 +343,10 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
   for (const RefutedFriction& r : c.friction)
     add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+  const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
+  if (!exchanged.empty()) add(exchanged);
   out.not_looked_for = floating::list_not_looked_for(e);
   return out;
-}
-
-Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
-  return drop_friction(floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose), c.friction);
 }
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {

@@ -4,24 +4,19 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
-#include <numeric>
 #include <utility>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/floating/frame_search.h"
+#include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
-#include "diagnosis/measurement/floating/standing_legs.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kTilt = 0.3;        // [m/s^2] to which feet that lie flat tell an accelerometer's direction: 0.03 g
 constexpr double kRate = 0.02;       // [rad/s] likewise of a gyroscope
-constexpr double kBlock = 0.5;       // [s] after which what is left of a walk is another error
-constexpr double kFewest = 4.0;      // blocks: three degrees of freedom
 constexpr double kArm = 0.1;         // [m] by which moments are compared with forces: half of a foot
 
 // An IMU's readings as others expect them, in its axes by the model.
@@ -66,75 +61,10 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
   };
 }
 
-// Legs that may stand, at a moment, and where the IMU is then: it turns by `more` than the base [rad/s].
-struct Standing {
-  const Clip* clip = nullptr;
-  size_t k = 0;
-  std::vector<StandingFeet> feet;
-  Matrix3d R_BI;
-  Vector3d more;
-};
-
-std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Moments moments) {
-  std::vector<Standing> out;
-  const ImuSensor& sensor = log.imus[imu];
-  if (!sensor.gyro) return out;
-  walk(log, moments, [&](const Clip& clip, size_t k, BodyMotion* motion) {
-    Standing s{&clip, k, list_standing_feet(log, motion), get_pose(motion->data(), sensor.link).R * sensor.R_LI,
-               get_velocity(motion->data(), sensor.link).head<3>() - get_velocity(motion->data(), 0).head<3>()};
-    if (s.feet.empty()) return;
-    if (!sensor.accelerometer) forget_up(&s.feet);
-    out.push_back(std::move(s));
-  });
-  if (!is_enough(moments, out.size())) out.clear();
-  return out;
-}
-
-// What an IMU is taken as.
-struct Taken {
-  Matrix3d R = Matrix3d::Identity();
-  Clock clock;
-  double per_unit = 1.0;  // what its accelerometer reads of 1 m/s^2
-};
-
-// [1] By moment, over what soles and encoders tell.
-std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& taken) {
-  const double g = taken.per_unit * log.experiment->scenario.gravity_W.norm();
-  std::vector<double> left;
-  for (const Standing& s : standing) {
-    const size_t k = shift(s.k, taken.clock, *s.clip, log);
-    const ImuTracks& tracks = s.clip->imus[imu];
-    const Vector3d rate = s.R_BI * (taken.R * get_values(tracks.gyro, k)) - s.more;
-    left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.R * get_values(tracks.accelerometer, k)) / g)));
-  }
-  return left;
-}
-
-// The mean before it is squared: feet that land or roll over an edge leave much, and tell nothing.
-Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Standing>& standing) {
-  return [&log, &standing, imu, per_unit](const Matrix3d& R, const Clock& clock) {
-    const std::vector<double> left = list_left(log, imu, standing, {R, clock, per_unit});
-    const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
-    return mean * mean + 1.0;
-  };
-}
-
-// 1: legs that stand say that `a` is right, -1: `b`, 0: they cannot tell. Half a second is one observation of an error whose
-// size is not known: its logarithm. One of the two is right, so that their odds decide.
+// 1: legs that stand say that `a` is right, -1: `b`, 0: they cannot tell.
 int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& a, const Taken& b) {
-  const std::vector<double> of_a = list_left(log, imu, standing, a), of_b = list_left(log, imu, standing, b);
-  std::map<std::pair<const Clip*, long>, std::pair<double, double>> blocks;
-  for (size_t i = 0; i < standing.size(); ++i) {
-    const Standing& s = standing[i];
-    auto& [left_a, left_b] = blocks[{s.clip, std::lround(std::floor((s.clip->time[s.k] - s.clip->time.front()) / kBlock))}];
-    left_a += 1.0 + of_a[i], left_b += 1.0 + of_b[i];
-  }
-  double sum = 0.0, square = 0.0;
-  for (const auto& [at, left] : blocks) sum += std::log(left.second / left.first), square += std::pow(std::log(left.second / left.first), 2);
-  const auto n = static_cast<double>(blocks.size());
-  const double variance = square / n - sum * sum / (n * n), nats = 0.5 * n * std::log(square / (n * variance));
-  if (n < kFewest || nats < kOdds) return 0;
-  return sum > 0.0 ? 1 : -1;
+  const double nats = calc_odds(standing, list_left(log, imu, standing, a), list_left(log, imu, standing, b));
+  return nats > kOdds ? 1 : nats < -kOdds ? -1 : 0;
 }
 
 SensorFrame make_frame(const std::string& sensor, const BestFrame& best) {
