@@ -57,6 +57,7 @@ class PoseFinder {
     if (!is_enough(Moments::kForTurns, of_turns.size())) return out;
     const double nominal = calc_left(of_turns, out, {});
     if (kPart * nominal > 1.0) find_convention(of_turns, nominal, &out);
+    if (accelerometer_ && !out.is_turned()) find_world(of_turns, &out);
     const std::vector<Moment> of_clocks = list_moments(log_, Moments::kForClocks);
     if (is_enough(Moments::kForClocks, of_clocks.size())) find_clock(of_clocks, &out);
     return out;
@@ -65,7 +66,10 @@ class PoseFinder {
  private:
   static LeggedLog without_pose(LeggedLog log) { return log.base_pose = false, log; }
 
-  double calc_left(const std::vector<Moment>& moments, const PoseFrame& frame, const Clock& clock) const {
+  // Which axis is up changes no rate: a pose that is late, too, tells it by the force alone.
+  enum class Of { kAll, kForce };
+
+  double calc_left(const std::vector<Moment>& moments, const PoseFrame& frame, const Clock& clock, Of of = Of::kAll) const {
     double sum = 0.0;
     const Eigen::Quaterniond q_body(frame.R_body), q_world(frame.R_world);
     for (const Moment& m : moments) {
@@ -73,7 +77,7 @@ class PoseFinder {
       const Eigen::Quaterniond q = put_in_order(frame.order, get_quaternion(*m.clip, &Track::value, k)).normalized();
       const Eigen::Quaterniond dq = put_in_order(frame.order, get_quaternion(*m.clip, &Track::rate, k));
       const Vector3d rate = q_body.conjugate() * (2.0 * (q.conjugate() * dq).vec());
-      sum += (rate - m.rate).squaredNorm() / (kRate * kRate);
+      if (of == Of::kAll) sum += (rate - m.rate).squaredNorm() / (kRate * kRate);
       if (accelerometer_) sum += (calc_force(*m.clip, k, q_world * q * q_body, frame.R_world) - m.force).squaredNorm() / (kForce * kForce);
     }
     return sum / static_cast<double>(moments.size()) + 1.0;
@@ -97,6 +101,16 @@ class PoseFinder {
         if (here < left) left = here, best = frame;
       }
       if (left < least) *out = best, out->left = left / nominal, least = kPart * left;
+    }
+  }
+
+  void find_world(const std::vector<Moment>& moments, PoseFrame* out) const {
+    const double nominal = calc_left(moments, *out, {}, Of::kForce);
+    double least = kPart * nominal;
+    for (const Matrix3d& R_world : list_worlds()) {
+      const PoseFrame frame{out->order, R_world, out->R_body, 0.0, 1.0};
+      const double here = calc_left(moments, frame, {}, Of::kForce);
+      if (here < least) least = here, *out = frame, out->left = here / nominal;
     }
   }
 

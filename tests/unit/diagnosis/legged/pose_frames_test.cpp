@@ -132,6 +132,19 @@ TEST(PoseFrame, WhatARecordingIsTooShortForIsSaid) {
   EXPECT_NE(texts[0].find("clocks"), std::string::npos) << texts[0];
 }
 
+// The gyroscope reads a hundred times too much: the force alone tells which axis is up.
+TEST(PoseFrame, TheAxisThatIsUpIsToldWhereNoRateAgrees) {
+  const PoseFrame truth{Order::kAsNamed, turn(M_PI / 2, 0, 0), Matrix3d::Identity(), 0.0, 1.0};
+  Experiment e = make_biped({}, kWithPose);
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      for (double& x : column) x *= name.find("angular") == std::string::npos ? 1.0 : 100.0;
+    }
+  }
+  write_otherwise(truth, &e);
+  EXPECT_TRUE(find_pose_frame(e).R_world.isApprox(truth.R_world, 1e-6));
+}
+
 class PoseOfARealWalk : public testing::Test {
  protected:
   void SetUp() override {
