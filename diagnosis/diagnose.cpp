@@ -16,41 +16,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-// "sway.csv has no column /wrench/left/force/z": what a floating base needs of each recording and does not have.
-std::string list_missing_columns(const Experiment& e) {
-  std::vector<std::string> needed;
-  const auto add = [&](const std::string& base, const char* parts) {
-    for (const char* part = parts; *part != '\0'; ++part) needed.push_back(base + "/" + *part);
-  };
-  for (const WrenchSpec& wrench : e.scenario.sensors.wrenches) {
-    add("/wrench/" + wrench.name + "/force", "xyz");
-    add("/wrench/" + wrench.name + "/torque", "xyz");
-  }
-  for (const ImuSpec& imu : e.scenario.sensors.imus) {
-    add("/imu/" + imu.name + "/orientation", "xyzw");
-    add("/imu/" + imu.name + "/angular_velocity", "xyz");
-    add("/imu/" + imu.name + "/linear_acceleration", "xyz");
-  }
-  std::string text;
-  if (e.scenario.sensors.wrenches.empty()) text = "sensors.wrench names none";
-  if (e.scenario.sensors.imus.empty()) text += std::string(text.empty() ? "" : "; ") + "sensors.imu names none";
-  for (const Recording& r : e.recordings) {
-    std::string columns;
-    for (const std::string& column : needed) {
-      if (!r.has(column)) columns += (columns.empty() ? " has no column " : ", ") + column;
-    }
-    if (!columns.empty()) text += (text.empty() ? "" : "; ") + r.spec.name + columns;
-  }
-  return text;
-}
-
 // Empty when the joints of a robot on a standing base can be simulated from the recordings, else why not.
 std::string find_obstacle(const Experiment& e) {
-  if (e.scenario.floating_base) {
-    const std::string missing = list_missing_columns(e);
-    return "a floating base needs, at every foot, a recorded wrench, and an IMU with attitude, angular velocity and "
-           "acceleration; " + (missing.empty() ? "this experiment's cannot be used" : missing);
-  }
+  if (e.scenario.floating_base) return floating::find_obstacle(e);
   if (e.num_joints() == 0) return "the robot has no joints";
   if (!e.scenario.feet.empty() && e.scenario.ground.present)
     return "a foot of a robot on a rail or stand touches the ground, and contact is not predicted here";

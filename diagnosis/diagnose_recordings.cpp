@@ -78,12 +78,12 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
            (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
 }
 
-Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
-                       const std::function<void(const Reports&)>& write_first) {
+Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventions, const DiagnosisOptions& options,
+                       const Progress& progress, const std::function<void(const Reports&)>& write_first) {
   std::optional<Experiment> part;
   if (is_long(all)) part = make_screened(all, kSearched);
   const Experiment& searched = part ? *part : all;
-  const Json checks = make_checks(all, searched);
+  const Json checks = make_checks(all, searched, conventions);
   for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
   if (is_in_torque_space(all) && calc_joint_seconds(all) > kWorthFirst) say_first(all, options, checks, progress, write_first);
   if (is_long(all)) {
@@ -109,15 +109,10 @@ Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, c
 Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
-  for (const EffortUnit& u : found.units) progress(std::string("check: ") + (u.of_gains ? "gains of " : "the effort of ") + all.robot.tree.joint(u.joint).name + " taken times " + number(u.scale, 3));
-  for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
-  for (const floating::BodyUnit& u : found.bodies) progress("check: " + u.sensor + ": " + u.meaning);
-  for (const floating::SensorFrame& f : found.frames) progress("check: " + f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
-  for (const floating::WholeReading& w : found.whole) progress("check: " + describe_whole_reading(w));
-  for (const RefutedFriction& r : found.friction) progress("check: " + all.robot.tree.joint(r.joint).name + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+  const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
   if (found.any()) converted = convert_recordings(all, found);
-  Reports reports = diagnose_whole(converted ? *converted : all, options, progress, write_first);
+  Reports reports = diagnose_whole(converted ? *converted : all, remarks, options, progress, write_first);
   if (!found.friction.empty()) reports.urdf = converted->robot.urdf;
   add_conventions(all, found, &reports);
   finish(all, &reports);
@@ -125,6 +120,7 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
 }
 
 std::string check_recordings(const Experiment& e) {
+  if (e.scenario.floating_base) return print_checks(make_checks(e, e, make_remarks(e, find_conventions(e, 1))));  // at once
   return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
 }
 

@@ -11,6 +11,7 @@
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
@@ -82,7 +83,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
 
 Json make_body_finding(const floating::BodyUnit& unit) {
   const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
-  return {{"effect", effect.name},
+  Json f = {{"effect", effect.name},
           {"family", get_family_name(effect.family)},
           {"where", {{"sensor", unit.sensor}}},
           {"parameters", {{"scale", make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1")}}},
@@ -93,36 +94,67 @@ Json make_body_finding(const floating::BodyUnit& unit) {
           {"of_log", true},
           {"statement", unit.sensor + ": " + unit.meaning + "."},
           {"alternatives", Json::array()}};
+  if (!unit.may_hang) return f;
+  const std::string imu = unit.sensor.substr(0, unit.sensor.rfind('/'));
+  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
+  f["alternatives"].push_back(make_alternative("sensor_misalignment", {{"sensor", imu}}, {{"rpy", make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad")}}));
+  return f;
 }
 
-Json make_frame_finding(const floating::SensorFrame& frame, const EffectInfo& effect, const char* parameter, const Json& value, const std::string& statement) {
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"sensor", frame.sensor}}},
-          {"parameters", {{parameter, value}}},
-          {"grade", get_grade_name(Grade::kSupported)},
-          {"probability", 0.99},
-          {"share", round_to(1.0 - frame.left, 3)},
-          {"weight", 1.0},
-          {"of_log", true},
-          {"statement", frame.sensor + statement},
-          {"alternatives", Json::array()}};
+// What a frame says of one effect: its value, and that of the rival in its place, which is off in the other sense.
+struct FrameValue {
+  const EffectInfo& effect;
+  const char* parameter;
+  Json value, of_rival;
+  std::string statement;
+};
+
+Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v) {
+  const EffectInfo& effect = v.effect;
+  Json f = {{"effect", effect.name},
+            {"family", get_family_name(effect.family)},
+            {"where", {{"sensor", frame.sensor}}},
+            {"parameters", {{v.parameter, v.value}}},
+            {"grade", get_grade_name(Grade::kSupported)},
+            {"probability", 0.99},
+            {"share", round_to(1.0 - frame.left, 3)},
+            {"weight", 1.0},
+            {"of_log", true},
+            {"statement", frame.sensor + v.statement},
+            {"alternatives", Json::array()}};
+  if (frame.rival.empty()) return f;
+  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
+  f["alternatives"].push_back(make_alternative(effect.name.c_str(), {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
+  return f;
 }
 
 // A turn onto other axes, and a clock that is far off: what a sensor has of both beside that is found in converted recordings.
 void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   constexpr double kTurn = 0.05, kDelay = 0.01;  // [rad, s] to which they are told here
+  const auto make_rpy = [&](const Matrix3d& R) {
+    const Vector3d rpy = floating::find_roll_pitch_yaw(R);
+    return make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad");
+  };
   if (frame.is_turned()) {
     const Vector3d rpy = floating::find_roll_pitch_yaw(frame.R);
     const auto degrees = [](double angle) { return number(std::round(angle * 180.0 / M_PI) + 0.0, 3); };  // no "-0"
-    findings->push_back(make_frame_finding(frame, get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad"),
-                                           ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
-                                               degrees(rpy.z()) + " degrees."));
+    const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
+                             degrees(rpy.z()) + " degrees.";
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(frame.R), make_rpy(frame.R.transpose()), text}));
   }
   if (frame.late == 0.0) return;
-  findings->push_back(make_frame_finding(frame, get_effect(EffectId::kSensorDelay), "delay", make_value(round_to(frame.late, 3), kDelay, "s"),
-                                         ": its clock is " + number(std::abs(frame.late), 3) + " s " + (frame.late > 0.0 ? "behind" : "ahead of") +
-                                             " that of the encoders. It was moved."));
+  const double late = round_to(frame.late, 3);
+  const std::string text = ": its clock is " + number(std::abs(late), 3) + " s " + (late > 0.0 ? "behind" : "ahead of") + " that of the encoders. It was moved.";
+  findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorDelay), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
+}
+
+// What the capture's body has of a turn, and its clock. A world with another axis up and an order of numbers are no effects.
+void add_pose_findings(const floating::PoseFrame& pose, Json* findings) {
+  floating::SensorFrame frame;
+  frame.sensor = "/base/pose", frame.R = pose.R_body.transpose(), frame.late = pose.late, frame.left = pose.left;
+  add_frame_findings(frame, findings);
 }
 
 // The base and the first joint's zero say the same where its axis is level.
@@ -271,6 +303,12 @@ void check_gravity(const Experiment& e, int jobs) {
                      number(should.z(), 3) + "] m/s^2: is the robot mounted otherwise?"));
 }
 
+// An IMU that the legs know is right by then: what differs from it is the pose.
+void find_frames(const Experiment& in_units, LogConventions* out) {
+  out->frames = floating::find_sensor_frames(in_units);
+  out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
+}
+
 }  // namespace
 
 std::string describe_whole_reading(const floating::WholeReading& w) {
@@ -284,7 +322,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   if (e.scenario.floating_base) {
     const Experiment in_units = floating::convert_body_units(e, out.bodies);
     out.whole = floating::find_whole_readings(in_units);
-    out.frames = floating::find_sensor_frames(floating::convert_whole_readings(in_units, out.whole));
+    find_frames(floating::convert_whole_readings(in_units, out.whole), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   out.units = find_effort_units(make_torque_data(e));
@@ -298,8 +336,28 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
-  const Experiment in_frames = floating::convert_sensor_frames(in_units, c.frames);
+  const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
+}
+
+ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
+  ConventionRemarks out;
+  const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
+  const auto add = [&](const std::string& text) { out.found.push_back(text); };
+  for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
+  for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
+  for (const floating::BodyUnit& u : c.bodies) add(u.sensor + ": " + u.meaning);
+  for (const floating::SensorFrame& f : c.frames)
+    add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
+  if (c.pose.is_turned()) add("/base/pose: " + floating::describe(c.pose));
+  if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
+  for (const floating::WholeReading& w : c.whole) add(describe_whole_reading(w));
+  for (const RefutedFriction& r : c.friction)
+    add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+  const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
+  if (!exchanged.empty()) add(exchanged);
+  out.not_looked_for = floating::list_not_looked_for(e);
+  return out;
 }
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
@@ -307,13 +365,14 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
-  if (c.bodies.empty() && c.frames.empty()) {
+  if (c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
     const TorqueData data = make_torque_data(as_logged);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
   }
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
+  add_pose_findings(c.pose, &own);
   Json& report = reports->report;
   for (const Json& finding : own) {
     if (report.contains("model") && !report["model"].empty() && !merge(finding, &report["model"]))
@@ -322,8 +381,11 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   }
   for (const Json& f : report["findings"]) findings.push_back(f);
   report["findings"] = findings;
-  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained))
+  if (own.empty()) {
+    // nothing but the pose's convention: it is said, and no physics
+  } else if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained))
     report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
   report["warnings"].push_back(text);
   reports->series["notes"].push_back(text);

@@ -6,8 +6,10 @@
 // above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
+#include "diagnosis/checks/checks.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/pose_frames.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
@@ -23,13 +25,17 @@ struct LogConventions {
   std::vector<floating::BodyUnit> bodies;
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
+  floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty(); }
-  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty(); }
+  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
 // turned.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
+
+// What was found, in a line each, and what recordings are too short for.
+ConventionRemarks make_remarks(const Experiment& as_logged, const LogConventions& conventions);
 
 // The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);

@@ -119,6 +119,14 @@ void remark_motion(const Json& joints, Json* remarks) {
   }
 }
 
+void remark_conventions(const ConventionRemarks& conventions, Json* remarks) {
+  for (const std::string& text : conventions.found) remarks->push_back(text);
+  for (const std::string& text : conventions.not_looked_for) remarks->push_back(text);
+  remarks->push_back(std::string("degrees, milliseconds, turned signs and exchanged columns: ") +
+                     (conventions.found.empty() ? "none was found" : "no other was found") +
+                     (conventions.not_looked_for.empty() ? "" : ", as far as they could be looked for"));
+}
+
 // Parts of one file as one row.
 Json gather_recordings(const Experiment& e) {
   Json list = Json::array();
@@ -147,7 +155,7 @@ std::string pad(std::string text, size_t width) {
 
 }  // namespace
 
-Json make_checks(const Experiment& e, const Experiment& searched) {
+Json make_checks(const Experiment& e, const Experiment& searched, const ConventionRemarks& conventions) {
   Json joints = Json::array(), remarks = Json::array();
   const Json recordings = gather_recordings(e);
   if (!e.scenario.floating_base && e.scenario.drive != "motion") joints = make_motion_checks(searched);
@@ -157,7 +165,7 @@ Json make_checks(const Experiment& e, const Experiment& searched) {
   remark_motion(joints, &remarks);
   remark_unit(joints, &remarks);
   remark_roles(searched, &remarks);
-  remarks.push_back("degrees, milliseconds, turned signs and exchanged columns: none was found");
+  remark_conventions(conventions, &remarks);
   return {{"recordings", recordings}, {"joints", joints}, {"remarks", remarks}};
 }
 

@@ -5,14 +5,20 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
 
+// What recordings count otherwise than the model, as it was taken out of them, and what could not be looked for.
+struct ConventionRemarks {
+  std::vector<std::string> found, not_looked_for;
+};
+
 // `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search
 // uses, or the same experiment; the motion checks use it.
-nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched);
+nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched, const ConventionRemarks& conventions = {});
 
 // The same as text for a terminal.
 std::string print_checks(const nlohmann::ordered_json& checks);

@@ -58,18 +58,21 @@ class Finder {
     const double g = log_.experiment->scenario.gravity_W.norm(), size = sum.norm() / std::max(1.0, count) / g;
     if (count < 1.0 || std::abs(sum.z()) < kUpright * sum.norm()) return;
     const double unit = is_near(size, 1.0 / g) ? 1.0 / g : is_near(size, 1000.0 / g) ? 1000.0 / g : 1.0;
-    const double sign = sum.z() < 0.0 && !is_upside_down(log_, i, unit) ? -1.0 : 1.0;
+    const Upside upside = sum.z() < 0.0 ? find_upside(log_, i, unit) : Upside::kTurned;
+    const double sign = upside == Upside::kTurned ? 1.0 : -1.0;
     if (unit == 1.0 && (sign > 0.0 || !is_near(size, 1.0))) return;
     const std::string in = unit == 1.0 ? "" : unit < 1.0 ? "in g" : "in thousandths of g";
     out_.push_back({get_imu(i, "linear_acceleration"), sign * unit,
-                    "it counts " + in + (sign < 0.0 ? std::string(in.empty() ? "" : " and ") + "gravity upwards down, as a body at rest does not feel it" : "")});
+                    "it counts " + in + (sign < 0.0 ? std::string(in.empty() ? "" : " and ") + "gravity upwards down, as a body at rest does not feel it" : ""), upside == Upside::kUnknown});
   }
 
-  // Against the rate of the same sensor's attitude, or of the base's pose where nothing moves between; else by its size.
+  // Against the rate of the same sensor's attitude, or of the base's pose where nothing moves between: sample by sample, else
+  // by how much both turn at all, which no clock and no mounting changes; else by its size.
   void find_gyroscope(size_t i) {
     const ImuSensor& imu = log_.imus[i];
-    const bool known = imu.attitude || (log_.base_pose && imu.link == 0);
-    if (known ? is_in_degrees(i) : calc_median_rate(i) > kFastest)
+    const Ratio ratio = imu.attitude || (log_.base_pose && imu.link == 0) ? calc_ratio(i) : Ratio{};
+    if (is_near(ratio.slope, 1.0)) return;
+    if (is_near(ratio.slope, kDegrees) || is_near(ratio.size, kDegrees) || calc_median_rate(i) > kFastest)
       out_.push_back({get_imu(i, "angular_velocity"), kDegrees, "it counts in degrees per second"});
   }
 
@@ -83,19 +86,25 @@ class Finder {
     return size.empty() ? 0.0 : find_median(std::move(size));
   }
 
-  bool is_in_degrees(size_t i) const {
+  // Reading over the attitude's rate: slope of a line, and ratio of sizes. 0 where it hardly turns.
+  struct Ratio {
+    double slope = 0.0, size = 0.0;
+  };
+
+  Ratio calc_ratio(size_t i) const {
     const ImuSensor& imu = log_.imus[i];
-    double same = 0.0, square = 0.0, count = 0.0;
+    double same = 0.0, square = 0.0, read = 0.0, count = 0.0;
     for (const Clip& clip : log_.clips) {
       for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride) {
-        Vector3d w, dw, reading;
+        Vector3d w, dw;
         calc_quaternion_rates(imu.attitude ? clip.imus[i].attitude : clip.base_attitude, k, &w, &dw);
-        for (int a = 0; a < 3; ++a) reading(a) = clip.imus[i].gyro[a].value[k];
+        const Vector3d reading = get_values(clip.imus[i].gyro, k);
         if (!imu.attitude) w = imu.R_LI.transpose() * w;
-        same += w.dot(reading), square += w.squaredNorm(), count += 1.0;
+        same += w.dot(reading), square += w.squaredNorm(), read += reading.squaredNorm(), count += 1.0;
       }
     }
-    return count > 0.0 && std::sqrt(square / count) > kTurns && is_near(same / square, kDegrees);
+    if (count == 0.0 || std::sqrt(square / count) <= kTurns) return {};
+    return {same / square, std::sqrt(read / square)};
   }
 
   // The ground presses: it does not pull.

@@ -15,6 +15,7 @@ struct BodyUnit {
   std::string sensor;   // "/imu/root/linear_acceleration": its columns are that and an axis
   double scale = 1.0;   // reading over SI value
   std::string meaning;  // "it counts in g"
+  bool may_hang = false;  // or else the sensor is turned by half a turn, about an axis that nothing tells
 };
 
 // Of a floating base whose recordings tell; upright most of the time.

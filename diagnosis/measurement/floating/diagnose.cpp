@@ -199,6 +199,12 @@ void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckRe
   if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
 }
 
+std::string join(const std::vector<std::string>& texts) {
+  std::string out;
+  for (const std::string& text : texts) out += (out.empty() ? "" : "; ") + text;
+  return out;
+}
+
 void say_equations(const std::vector<ChannelRows>& channels, bool walks, const Progress& progress) {
   if (!progress) return;
   const auto used = std::count_if(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() > 0; });
@@ -206,6 +212,25 @@ void say_equations(const std::vector<ChannelRows>& channels, bool walks, const P
 }
 
 }  // namespace
+
+std::string find_obstacle(const Experiment& e) {
+  Halves logs{make_legged_log(e, Half::kEven), make_legged_log(e, Half::kOdd), {}};
+  if (logs.even.clips.empty()) return join(logs.even.too_short);
+  logs.contacts = find_contacts(logs.even);
+  size_t most = 0;
+  std::string longest;
+  for (const ChannelRows& c : make_channels(logs)) {
+    if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + c.info.kind + ")";
+  }
+  const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " + std::to_string(most) + " of the " +
+                                         std::to_string(kFewestRows) + " means over 40 ms that are needed"
+                                   : "what was recorded does not tell the same quantity twice";
+  std::vector<std::string> texts{few};
+  for (const std::vector<std::string>* list : {&logs.even.too_short, &logs.even.missing}) texts.insert(texts.end(), list->begin(), list->end());
+  const bool flat = std::any_of(logs.even.feet.begin(), logs.even.feet.end(), [](const Foot& f) { return f.flat; });
+  if (!flat) texts.emplace_back("no foot has a flat sole, over which encoders would tell how the body turns");
+  return join(texts);
+}
 
 LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robots robots, Drives drives) {
   LeggedReport out;

@@ -29,4 +29,7 @@ enum class Drives { kJudged, kLeftOut };     // their equations
 LeggedReport diagnose_legged(const Experiment& experiment, const std::function<void(const std::string&)>& progress,
                              Robots robots = Robots::kAll, Drives drives = Drives::kJudged);
 
+// Why nothing of a floating base can be compared, by recording and column.
+std::string find_obstacle(const Experiment& e);
+
 }  // namespace hrp::diagnosis::floating

@@ -20,6 +20,8 @@ constexpr double kGapSamples = 3.5;  // the same in samples, at least
 constexpr double kSlowest = 0.02;    // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
 constexpr double kShortest = 0.6;    // [s] of a clip that is used
 
+constexpr double kOfEdge = 4;        // times the kernel's reach that a clip is long: half of it is left
+
 const char* const kAxes[] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
 
 std::string get_column(const ForceSensor& sensor, int axis) {
@@ -174,9 +176,11 @@ class ClipMaker {
     std::vector<Gap> gaps;
     const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongest, kGapSamples * step_), &gaps);
     note_gaps(gaps);
+    const size_t before = log_.clips.size();
     for (const Span& span : spans) {
       if (span.end > span.begin + 8 && r_.time[span.end - 1] - r_.time[span.begin] > kShortest) add_clip(span);
     }
+    if (log_.clips.size() == before) note_short(gaps.size());
   }
 
  private:
@@ -259,6 +263,16 @@ class ClipMaker {
     log_.notes.push_back(text);
   }
 
+  void note_short(size_t gaps) {
+    char text[200];
+    std::snprintf(text, sizeof text, "%s lasts %.2g s%s: too short, %.2g s without a gap are needed", r_.spec.name.c_str(),
+                  r_.time.back() - r_.time.front(), gaps > 0 ? ", with gaps" : "", std::max(kShortest, kOfEdge * find_edge() * step_));
+    log_.too_short.push_back(text);
+  }
+
+  double find_sigma() const { return half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_); }
+  double find_edge() const { return std::ceil(4 * find_sigma() / step_); }  // samples that the kernel reaches
+
   Track read(const Resampler& resampler, const std::string& column) const {
     const auto at = r_.other.find(column);
     if (at == r_.other.end()) return {};
@@ -332,13 +346,13 @@ class ClipMaker {
   }
 
   void add_clip(Span span) {
-    const double sigma = half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_);
+    const double sigma = find_sigma();
     const Resampler resampler(r_.time, span, step_, sigma, half_);
     Clip clip;
     clip.recording = index_, clip.train = r_.spec.train;
     clip.time = resampler.grid(), clip.step = step_, clip.sigma = sigma;
-    clip.edge = static_cast<size_t>(std::ceil(4 * sigma / step_));
-    if (clip.size() < 4 * clip.edge) return;
+    clip.edge = static_cast<size_t>(find_edge());
+    if (static_cast<double>(clip.size()) < kOfEdge * find_edge()) return;
     read_joints(resampler, &clip);
     read_sensors(resampler, &clip);
     find_roughness(resampler, &clip);

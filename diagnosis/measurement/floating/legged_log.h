@@ -76,6 +76,7 @@ struct LeggedLog {
   bool base_pose = false;
   std::vector<std::string> missing;  // "no column /wrench/l_sole/torque/x: ..."
   std::vector<std::string> notes;    // gaps, held samples
+  std::vector<std::string> too_short;  // recordings without a clip, with the reason
   double sample_time = 0;
   int num_joints() const { return tree.num_joints(); }
   bool is_driven(size_t joint) const { return has_effort[joint] || has_law[joint]; }

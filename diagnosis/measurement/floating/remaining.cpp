@@ -33,6 +33,15 @@ Remaining make_remaining(const ChannelRows& rows, double before, double after, b
   return r;
 }
 
+// What an equation predicts of a signal is worth nothing: it leaves nearly all that there is, and more than chance. Of few
+// rows this is all that tells.
+bool is_as_large_as_signal(const LeggedFitter& fitter, double mean_square, Part part, size_t channel) {
+  const ChannelRows& rows = fitter.channels()[channel];
+  const double size = rows.scale * rows.scale + rows.mean * rows.mean;
+  const double chance = fitter.floor(channel) / std::sqrt(std::max(1.0, fitter.count_independent(part, channel)));
+  return !is_of_soles(rows.info) && mean_square > kNearlyAll * kNearlyAll * size && mean_square > kUnlikely * chance;
+}
+
 }  // namespace
 
 Part find_judged_part(const LeggedFitter& fitter, size_t channel) {
@@ -47,7 +56,9 @@ bool is_of_soles(const ChannelInfo& info) { return info.kind.rfind("tilt", 0) ==
 
 bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
   const Part part = find_judged_part(fitter, channel);
-  if (get_mean_square(fitter, fit, channel) <= kUnlikely * kUnlikely * fitter.floor(channel)) return false;
+  const double left = get_mean_square(fitter, fit, channel);
+  if (is_as_large_as_signal(fitter, left, part, channel)) return true;
+  if (left <= kUnlikely * kUnlikely * fitter.floor(channel)) return false;
   const bool lasts = fitter.count_independent(part, channel) < kMinority * static_cast<double>(fitter.count(part, channel));
   return fitter.calc_ceiling(channel) > kClear || (lasts && !is_of_soles(fitter.channels()[channel].info));
 }

@@ -15,7 +15,7 @@ Part find_judged_part(const LeggedFitter& fitter, size_t channel);
 // [unit^2] Of an equation, beyond noise, on these rows.
 double get_mean_square(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel);
 
-// Something is left that could be predicted, or that is far beyond its noise.
+// Something is left that could be predicted, that is far beyond its noise, or as large as the signal itself.
 bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel);
 
 // Feet roll over their edges and lie a little askew: no mismatch by itself.

@@ -4,98 +4,20 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/floating/imu_over_legs.h"
+#include "diagnosis/measurement/floating/shift_columns.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kStep = 0.02;       // [s] between moments that are compared
-constexpr double kClock = 0.5;       // [s] by which a clock is looked for on either side
-constexpr double kClockStep = 0.01;  // [s]
-constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
-constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
 constexpr double kTilt = 0.3;        // [m/s^2] to which feet that lie flat tell an accelerometer's direction: 0.03 g
 constexpr double kRate = 0.02;       // [rad/s] likewise of a gyroscope
 constexpr double kArm = 0.1;         // [m] by which moments are compared with forces: half of a foot
-constexpr size_t kLeast = 100;       // moments
-
-// The 24 turns that take axes onto axes.
-std::vector<Matrix3d> list_quarter_turns() {
-  std::vector<Matrix3d> out{Matrix3d::Identity()};
-  for (int x = 0; x < 6; ++x) {
-    for (int y = 0; y < 6; ++y) {
-      if (x % 3 == y % 3) continue;
-      const Vector3d ex = (x < 3 ? 1.0 : -1.0) * Vector3d::Unit(x % 3), ey = (y < 3 ? 1.0 : -1.0) * Vector3d::Unit(y % 3);
-      Matrix3d R;
-      R << ex, ey, ex.cross(ey);
-      if (!R.isIdentity()) out.push_back(R);
-    }
-  }
-  return out;
-}
-
-// Calls `use` with the moments of a log that its motion is known at.
-void walk(const LeggedLog& log, const std::function<void(const Clip&, size_t, BodyMotion*)>& use) {
-  for (const Clip& clip : log.clips) {
-    BodyMotion motion(log, clip);
-    const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
-    const auto margin = clip.edge + static_cast<size_t>(std::lround(kClock / clip.step));
-    for (size_t k = margin; k + margin < clip.size(); k += stride) {
-      motion.update(k);
-      use(clip, k, &motion);
-    }
-  }
-}
-
-// A clock behind that of the encoders, and more so by `rate` of the time since the recording's begin.
-struct Clock {
-  double late = 0.0;  // [s]
-  double rate = 0.0;
-};
-
-// What turns and a clock leave: an error in squares.
-using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
-
-// A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
-bool drifts(const Left& left, const Matrix3d& R, double moved) {
-  for (double rate = -kFastest; rate <= kFastest; rate += kRateStep) {
-    if (left(R, {0.0, rate}) < moved) return true;
-  }
-  return false;
-}
-
-// `start`: what is known by now.
-SensorFrame find_best(const std::string& sensor, const Left& left, const SensorFrame& start = {}) {
-  SensorFrame best = start;
-  best.sensor = sensor;
-  const double nominal = left(Matrix3d::Identity(), {});
-  double least = left(best.R, {best.late, 0.0});
-  for (const Matrix3d& R : list_quarter_turns()) {
-    const double here = left(R, {best.late, 0.0});
-    if (here < least && here < kPart * nominal) least = here, best.R = R;
-  }
-  const double turned = least;
-  double late = best.late;
-  for (double t = -kClock; t <= kClock; t += kClockStep) {
-    const double here = left(best.R, {t, 0.0});
-    if (here < least) least = here, late = t;
-  }
-  const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar;
-  const bool worth = inside && least < kPart * turned && !drifts(left, best.R, least);
-  if (worth) best.late = late;
-  best.left = nominal > 0.0 ? (worth ? least : turned) / nominal : 1.0;
-  return best;
-}
-
-// The sample at which a clock read what the encoders' clock has at k.
-size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
-  const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
-  const double time = std::clamp(clock.late + clock.rate * since, -kClock, kClock);
-  return static_cast<size_t>(static_cast<long>(k) + std::lround(time / clip.step));
-}
 
 // An IMU's readings as others expect them, in its axes by the model.
 struct Expected {
@@ -104,24 +26,23 @@ struct Expected {
   Vector3d force, rate;
 };
 
-// At each moment; empty where nothing else tells the motion.
-std::vector<Expected> list_expected(const LeggedLog& log, size_t imu) {
+// At each moment; empty where nothing else tells the motion for long enough.
+std::vector<Expected> list_expected(const LeggedLog& log, size_t imu, Purpose purpose) {
   LeggedLog others = log;
   others.imus.clear();
   std::vector<Expected> expected;
   if (!log.imus[imu].gyro || BodyMotion::find_force_source(others) == MotionSource::kNone) return expected;
   const ImuSensor& sensor = log.imus[imu];
-  size_t clip_index = 0;
   for (const Clip& own : log.clips) {
-    others.clips = {log.clips[clip_index++]};
-    walk(others, [&](const Clip&, size_t k, BodyMotion* motion) {
+    others.clips = {own};
+    walk(others, purpose, [&](const Clip&, size_t k, BodyMotion* motion) {
       const Transform X = get_pose(motion->data(), sensor.link);
       const Matrix3d R_IB = (X.R * sensor.R_LI).transpose();
       expected.push_back({&own, k, R_IB * calc_point_acceleration(motion->data(), sensor.link, X * sensor.p_LI).tail<3>(),
                           R_IB * get_velocity(motion->data(), sensor.link).head<3>()});
     });
   }
-  if (expected.size() < kLeast) expected.clear();
+  if (!is_enough(purpose, expected.size())) expected.clear();
   return expected;
 }
 
@@ -140,10 +61,64 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
   };
 }
 
+// 1: legs that stand say that `a` is right, -1: `b`, 0: they cannot tell.
+int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& a, const Taken& b) {
+  const double nats = calc_odds(standing, list_left(log, imu, standing, a), list_left(log, imu, standing, b));
+  return nats > kOdds ? 1 : nats < -kOdds ? -1 : 0;
+}
+
+SensorFrame make_frame(const std::string& sensor, const BestFrame& best) {
+  SensorFrame out;
+  out.sensor = sensor, out.R = best.R, out.late = best.late, out.left = best.left;
+  return out;
+}
+
+// What moments for turns and those for clocks say; nominal where there are too few.
+template <class Moment, class Measure>
+BestFrame find_frame(const std::vector<Moment>& of_turns, const std::vector<Moment>& of_clocks, const Measure& measure) {
+  BestFrame best;
+  if (!of_turns.empty()) best = find_best_turn(measure(of_turns));
+  if (!of_clocks.empty()) best = find_best_clock(measure(of_clocks), best);
+  return best;
+}
+
+// What encoders of legs that stand say of an IMU.
+class OverLegs {
+ public:
+  OverLegs(const LeggedLog& log, size_t imu)
+      : log_(log), imu_(imu), of_turns_(list_standing(log, imu, Purpose::kForTurns)), of_clocks_(list_standing(log, imu, Purpose::kForClocks)) {}
+
+  BestFrame find_best() const {
+    return find_frame(of_turns_, of_clocks_, [this](const std::vector<Standing>& s) { return measure_over_legs(log_, imu_, 1.0, s); });
+  }
+
+  // 1: for this frame, -1: against it, 0: legs cannot tell.
+  int judge(const BestFrame& frame) const {
+    const std::vector<Standing>& moments = frame.late != 0.0 ? of_clocks_ : of_turns_;
+    if (moments.empty()) return 0;
+    return compare_over_legs(log_, imu_, moments, {frame.R, {frame.late, 0.0}, 1.0}, {});
+  }
+
+ private:
+  const LeggedLog& log_;
+  size_t imu_;
+  std::vector<Standing> of_turns_, of_clocks_;
+};
+
+// Encoders are the clock, and legs that stand the axes. Where they cannot tell, the IMU is off or what it is compared with.
 SensorFrame find_imu(const LeggedLog& log, size_t imu) {
-  const std::vector<Expected> expected = list_expected(log, imu);
-  if (expected.empty()) return {};
-  return find_best("/imu/" + log.imus[imu].name, measure_imu(log, imu, 1.0, expected));
+  const std::string name = "/imu/" + log.imus[imu].name;
+  const OverLegs legs(log, imu);
+  const BestFrame by_legs = legs.find_best();
+  if (!by_legs.is_nominal()) return make_frame(name, by_legs);
+  const std::vector<Expected> of_turns = list_expected(log, imu, Purpose::kForTurns), of_clocks = list_expected(log, imu, Purpose::kForClocks);
+  const BestFrame best = find_frame(of_turns, of_clocks, [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
+  if (best.is_nominal()) return {};
+  const int told = legs.judge(best);
+  if (told < 0 && log.base_pose) return {};
+  SensorFrame out = make_frame(name, best);
+  if (told == 0 && log.base_pose) out.rival = "/base/pose";
+  return out;
 }
 
 // What the motion asks of the ground, and what each sensor's wrench adds: [moment / arm; force] about the base, base axes.
@@ -158,7 +133,7 @@ struct Balance {
 std::vector<Balance> list_balances(const LeggedLog& log) {
   std::vector<Balance> out;
   Eigen::VectorXd tau;
-  walk(log, [&](const Clip& clip, size_t k, BodyMotion* motion) {
+  walk(log, Purpose::kForClocks, [&](const Clip& clip, size_t k, BodyMotion* motion) {
     tau.resize(motion->model().nv());
     calc_inverse_dynamics(motion->model(), motion->vdot(), nullptr, &motion->data(), &tau);
     Balance b;
@@ -174,12 +149,12 @@ std::vector<Balance> list_balances(const LeggedLog& log) {
 
 // All sensors together, as one computer reads them; then in turn, each beside the others as they stand by then.
 std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
-  std::vector<SensorFrame> frames(log.sensors.size());
+  std::vector<BestFrame> frames(log.sensors.size());
   const bool whole = !log.sensors.empty() && std::all_of(log.sensors.begin(), log.sensors.end(), [](const ForceSensor& s) { return s.has_wrench() && !s.world && s.foot >= 0; });
   const bool known = BodyMotion::find_force_source(log) != MotionSource::kNone && log.sensors.size() >= log.feet.size();
   if (!whole || !known) return {};
   const std::vector<Balance> balances = list_balances(log);
-  if (balances.size() < kLeast) return {};
+  if (!is_enough(Purpose::kForClocks, balances.size())) return {};
   const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, const Clock& clock, Vector6d* left) {
     const size_t k = shift(b.k, clock, *b.clip, log);
     const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k), m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
@@ -194,15 +169,17 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
     }
     return sum;
   };
-  const SensorFrame all = find_best("", [&](const Matrix3d& R, const Clock& clock) { return sum_up([](size_t) { return true; }, R, clock); });
-  for (SensorFrame& f : frames) f = all;
+  const BestFrame all = find_best([&](const Matrix3d& R, const Clock& clock) { return sum_up([](size_t) { return true; }, R, clock); });
+  for (BestFrame& f : frames) f = all;
   for (int round = 0; round < 2; ++round) {
     for (size_t s = 0; s < frames.size(); ++s) {
       const Left left = [&](const Matrix3d& R, const Clock& clock) { return sum_up([s](size_t o) { return o == s; }, R, clock); };
-      frames[s] = find_best("/wrench/" + log.sensors[s].name, left, frames[s]);
+      frames[s] = find_best(left, frames[s]);
     }
   }
-  return frames;
+  std::vector<SensorFrame> out;
+  for (size_t s = 0; s < frames.size(); ++s) out.push_back(make_frame("/wrench/" + log.sensors[s].name, frames[s]));
+  return out;
 }
 
 std::vector<SensorFrame> keep(std::vector<SensorFrame> frames) {
@@ -236,33 +213,35 @@ void turn_attitude(const std::string& base, const Matrix3d& R, Recording* r) {
   }
 }
 
-// reading(t + late) at t, by a line between samples.
-void shift_columns(const std::string& sensor, double late, Recording* r) {
-  for (auto& [name, column] : r->other) {
-    if (name.rfind(sensor + "/", 0) != 0) continue;
-    const std::vector<double> was = column;
-    size_t at = 0;
-    for (size_t k = 0; k < was.size(); ++k) {
-      const double t = std::clamp(r->time[k] + late, r->time.front(), r->time.back());
-      while (at + 2 < was.size() && r->time[at + 1] < t) ++at;
-      while (at > 0 && r->time[at] > t) --at;
-      const double share = std::clamp((t - r->time[at]) / (r->time[at + 1] - r->time[at]), 0.0, 1.0);
-      column[k] = was[at] + share * (was[at + 1] - was[at]);
-    }
+}  // namespace
+
+namespace {
+
+// The turn that leaves the least, and how much.
+std::pair<Matrix3d, double> find_least(const Left& left) {
+  std::pair<Matrix3d, double> best{Matrix3d::Identity(), 1e300};
+  for (const Matrix3d& R : list_quarter_turns()) {
+    const double here = left(R, {});
+    if (here < best.second) best = {R, here};
   }
+  return best;
 }
 
 }  // namespace
 
-bool is_upside_down(const LeggedLog& log, size_t imu, double per_unit) {
-  const std::vector<Expected> expected = list_expected(log, imu);
-  if (expected.empty()) return false;
-  const Left as_read = measure_imu(log, imu, per_unit, expected), reversed = measure_imu(log, imu, -per_unit, expected);
-  double turned = 1e300, counted = 1e300;
-  for (const Matrix3d& R : list_quarter_turns()) {
-    turned = std::min(turned, as_read(R, {})), counted = std::min(counted, reversed(R, {}));
+Upside find_upside(const LeggedLog& log, size_t imu, double per_unit) {
+  const std::vector<Standing> standing = list_standing(log, imu, Purpose::kForTurns);
+  if (!standing.empty()) {
+    const Matrix3d turned = find_least(measure_over_legs(log, imu, per_unit, standing)).first;
+    const Matrix3d counted = find_least(measure_over_legs(log, imu, -per_unit, standing)).first;
+    const int told = compare_over_legs(log, imu, standing, {turned, {}, per_unit}, {counted, {}, -per_unit});
+    if (told != 0) return told > 0 ? Upside::kTurned : Upside::kCounts;
   }
-  return turned < counted;
+  const std::vector<Expected> expected = list_expected(log, imu, Purpose::kForTurns);
+  if (expected.empty()) return Upside::kUnknown;
+  const double turned = find_least(measure_imu(log, imu, per_unit, expected)).second;
+  const double counted = find_least(measure_imu(log, imu, -per_unit, expected)).second;
+  return turned < kHalf * counted ? Upside::kTurned : counted < kHalf * turned ? Upside::kCounts : Upside::kUnknown;
 }
 
 std::vector<SensorFrame> find_sensor_frames(const Experiment& e) {
@@ -273,6 +252,21 @@ std::vector<SensorFrame> find_sensor_frames(const Experiment& e) {
   out = keep(std::move(out));
   const Experiment mounted = convert_sensor_frames(e, out);
   for (SensorFrame& f : keep(find_wrenches(make_legged_log(mounted, Half::kEven)))) out.push_back(std::move(f));
+  return out;
+}
+
+std::vector<std::string> list_not_looked_for(const Experiment& e) {
+  if (!e.scenario.floating_base || e.num_joints() == 0) return {};
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  if (log.imus.empty() && log.sensors.empty()) return {};
+  const std::string pose = log.base_pose ? " and of the base's pose" : "";
+  std::vector<std::string> out;
+  const auto add = [&](Purpose purpose, const std::string& what) {
+    const size_t count = count_moments(log, purpose);
+    if (!is_enough(purpose, count)) out.push_back(what + " of the body's sensors" + pose + " are not looked for: " + describe_need(purpose, count));
+  };
+  add(Purpose::kForTurns, "turned mountings");
+  add(Purpose::kForClocks, "clocks that are far off");
   return out;
 }
 

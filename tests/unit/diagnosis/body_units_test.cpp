@@ -2,11 +2,13 @@
 // Logs of a body in other units, made of recordings in SI units: each is told, and nothing of the others.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
+#include "diagnosis/measurement/floating/shift_columns.h"
 #include "test_places.h"
 
 namespace hrp::diagnosis::floating {
@@ -22,6 +24,20 @@ void scale(const std::string& sensor, double factor, Experiment* e) {
       for (double& x : column->second) x *= factor;
     }
   }
+}
+
+// The first seconds.
+void cut(double seconds, Recording* r) {
+  const size_t size = static_cast<size_t>(std::lower_bound(r->time.begin(), r->time.end(), r->time.front() + seconds) - r->time.begin());
+  const auto shorten = [&](std::vector<double>& column) {
+    if (!column.empty()) column.resize(size);
+  };
+  shorten(r->time);
+  for (JointColumns& joint : r->joints) {
+    for (std::vector<double>& column : joint.signal) shorten(column);
+    shorten(joint.command), shorten(joint.command_rate);
+  }
+  for (auto& [name, column] : r->other) shorten(column);
 }
 
 class OfAWalk : public testing::TestWithParam<const char*> {
@@ -70,9 +86,32 @@ TEST_P(OfAWalk, AnImuThatHangsUpsideDownIsTurnedAndCountsGravityRightly) {
   EXPECT_TRUE(frames[0].R.isApprox(Vector3d(1, -1, -1).asDiagonal().toDenseMatrix(), 1e-9));
 }
 
+// Of so short a walk the legs and the pose cannot tell a half turn from the other sign: both are said, or the turn is.
+TEST_P(OfAWalk, AnImuThatHangsUpsideDownForASecondIsNoSureSign) {
+  const std::string imu = "/imu/" + e_.scenario.sensors.imus[0].name;
+  for (Recording& r : e_.recordings) cut(1.0, &r);
+  for (Recording& r : e_.recordings) {
+    for (const char* column : {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
+      for (double& x : r.other.at(imu + column)) x = -x;
+    }
+  }
+  for (const BodyUnit& unit : find_body_units(e_)) EXPECT_TRUE(unit.may_hang) << unit.sensor << " " << unit.meaning;
+}
+
 TEST_P(OfAWalk, AGyroscopeInDegreesIsTold) {
   const std::string sensor = "/imu/" + e_.scenario.sensors.imus[0].name + "/angular_velocity";
   scale(sensor, 180.0 / M_PI, &e_);
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  ASSERT_EQ(units.size(), 1u);
+  EXPECT_EQ(units[0].sensor, sensor);
+}
+
+// The pose is 0.3 s late, so that no rate of it agrees with the gyroscope: its size tells.
+TEST_P(OfAWalk, AGyroscopeInDegreesIsToldBesideALatePose) {
+  if (!e_.scenario.sensors.base_pose) GTEST_SKIP() << "no pose";
+  const std::string sensor = "/imu/" + e_.scenario.sensors.imus[0].name + "/angular_velocity";
+  scale(sensor, 180.0 / M_PI, &e_);
+  for (Recording& r : e_.recordings) shift_columns("/base/pose", -0.3, &r);
   const std::vector<BodyUnit> units = find_body_units(e_);
   ASSERT_EQ(units.size(), 1u);
   EXPECT_EQ(units[0].sensor, sensor);

@@ -152,6 +152,7 @@ class Maker {
     const Matrix3d R = state.R_WB.toRotationMatrix();
     if (recorded_.imu) put(out, "/imu/waist/angular_velocity", R.transpose() * state.V_WB.head<3>(), 1e-3);
     if (recorded_.imu) put(out, "/imu/waist/linear_acceleration", R.transpose() * (a - e_.scenario.gravity_W), 0.02);
+    if (recorded_.pose) put_pose(out, place(t), state.R_WB);
     LinkWrenches wrenches(tree_.links.size(), Vector6d::Zero());
     const double share = find_share(t);
     for (const std::string side : {"l", "r"}) {
@@ -186,6 +187,11 @@ class Maker {
 
   void put(Recording* out, const std::string& base, const Vector3d& v, double noise) {
     for (int i = 0; i < 3; ++i) out->other[base + "/" + "xyz"[i]].push_back(v(i) + noise * normal_(random_));
+  }
+
+  void put_pose(Recording* out, const Vector3d& p, const Eigen::Quaterniond& q) {
+    for (int i = 0; i < 3; ++i) out->other[std::string("/base/pose/position/") + "xyz"[i]].push_back(p(i));
+    for (int i = 0; i < 4; ++i) out->other[std::string("/base/pose/orientation/") + "xyzw"[i]].push_back(q.coeffs()(i));
   }
 
   void put_wrench(Recording* out, const std::string& base, const Vector3d& force, const Vector3d& moment) {

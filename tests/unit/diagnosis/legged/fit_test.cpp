@@ -168,8 +168,8 @@ TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
 }
 
 // Two joints whose errors change from row to row, so that neither stands out: of this size [N m], and noise of which
-// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2.
-std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size) {
+// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2. `signal`: what is measured [N m].
+std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size, double signal = 20) {
   std::mt19937 random(29);
   std::normal_distribution<double> normal;
   RowHalves rows(1, 900, {{make_joint_channel("A"), {}}, {make_joint_channel("B"), {}}});
@@ -177,7 +177,7 @@ std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unstea
     const double errors[] = {size * normal(random), size * normal(random)},
                  opposed[] = {normal(random), normal(random)};
     rows.add_cell(i, 1, [&](RowTable* half, double sign) {
-      for (int c = 0; c < 2; ++c) half->begin_row(c, errors[c] + (sign > 0 ? 1 : -0.5) * opposed[c], 20);
+      for (int c = 0; c < 2; ++c) half->begin_row(c, errors[c] + (sign > 0 ? 1 : -0.5) * opposed[c], signal);
     });
   }
   const LeggedFitter fitter(rows.merge(), 1);
@@ -193,6 +193,12 @@ TEST(LeggedRemaining, AnEquationThatAnEffectOfManySizesHelpedIsListedWithItsPlac
   EXPECT_EQ(left[0].where.at("joint"), "B");
   EXPECT_NEAR(left[0].before, std::sqrt(0.5), 0.1);  // 1 - 0.5; four errors of 1.4 / sqrt(300) of the square
   EXPECT_DOUBLE_EQ(left[0].after, left[0].before);
+}
+
+// No column predicts it and it does not last, as in a recording of a second; but nothing of the signal is predicted.
+TEST(LeggedRemaining, AnEquationThatLeavesAsMuchAsItsSignalIsListed) {
+  EXPECT_TRUE(list_remaining_of_noise({}, 6, 20).empty());
+  EXPECT_EQ(list_remaining_of_noise({}, 6, 6).size(), 2u);
 }
 
 TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoise) {

@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iterator>
 #include <random>
 
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
+#include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/tracks.h"
+#include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -151,6 +154,30 @@ TEST(LoadShare, TheZeroMomentPointIsWhereAWeightHangs) {
   const Vector3d force(0, 0, 10), at(2, 0.3, -0.5);
   const Vector3d p = calc_zero_moment_point(at.cross(force), force, Vector3d::UnitZ(), Vector3d(0, 0, -0.9));
   EXPECT_LT((p - Vector3d(2, 0.3, -0.9)).norm(), 1e-12);
+}
+
+// 0.4 s with every sensor: the reason is their length, and no sensor is asked for.
+TEST(LeggedObstacle, OfRecordingsThatAreTooShortIsTheirLength) {
+  Experiment e = make_biped({}, kLeans);
+  for (Recording& r : e.recordings) {
+    r.time.resize(100);
+    for (JointColumns& joint : r.joints) joint.signal[0].resize(100);
+    for (auto& [name, column] : r.other) column.resize(100);
+  }
+  const std::string text = find_obstacle(e);
+  EXPECT_NE(text.find("walk_0.csv lasts 0.4 s: too short"), std::string::npos) << text;
+  EXPECT_EQ(text.find("/imu/"), std::string::npos) << text;
+}
+
+// One gyroscope over feet that are no flat soles: nothing is told twice.
+TEST(LeggedObstacle, OfAnImuAloneIsWhatWouldTellTheSame) {
+  Experiment e = make_biped({}, {.effort = false, .moments = false});
+  for (Recording& r : e.recordings) {
+    for (auto at = r.other.begin(); at != r.other.end();) at = at->first.find("angular") == std::string::npos ? r.other.erase(at) : std::next(at);
+  }
+  const std::string text = find_obstacle(e);
+  EXPECT_NE(text.find("does not tell the same quantity twice"), std::string::npos) << text;
+  EXPECT_NE(text.find("no column /base/pose/position/x"), std::string::npos) << text;
 }
 
 }  // namespace

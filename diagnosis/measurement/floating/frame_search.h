@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The search for quarter turns and for clocks that are far off, whatever tells what is left with them.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "diagnosis/measurement/floating/body_motion.h"
+
+namespace hrp::diagnosis::floating {
+
+// A clock behind that of the encoders, and more so by `rate` of the time since the recording's begin.
+struct Clock {
+  double late = 0.0;  // [s]
+  double rate = 0.0;
+};
+
+// What a turn and a clock leave: an error in squares.
+using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
+
+// [s] Purpose that are compared begin and end so far inside a clip: turns need no margin, clocks that of their search.
+enum class Purpose { kForTurns, kForClocks };
+
+// Calls `use` with the moments of a log that its motion is known at.
+void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);
+
+// How many there are, whether so many tell it, and what it takes.
+size_t count_moments(const LeggedLog& log, Purpose purpose);
+bool is_enough(Purpose purpose, size_t count);
+std::string describe_need(Purpose purpose, size_t count);
+
+// The 24 turns that take axes onto axes, the identity first.
+std::vector<Matrix3d> list_quarter_turns();
+
+// The sample at which a clock read what the encoders' clock has at k.
+size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log);
+
+// A turn and a clock that leave the least. What does not leave a quarter is no better than the model's.
+struct BestFrame {
+  Matrix3d R = Matrix3d::Identity();
+  double late = 0.0;  // [s]
+  double left = 1.0;  // share in squares
+  bool is_nominal() const { return R.isIdentity(1e-9) && late == 0.0; }
+};
+
+// `start`: what is known by now.
+BestFrame find_best(const Left& left, const BestFrame& start = {});
+BestFrame find_best_turn(const Left& left, const BestFrame& start = {});
+BestFrame find_best_clock(const Left& left, const BestFrame& turned);
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/imu_over_legs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <utility>
+
+#include "common/multibody/kinematics.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kBlock = 0.5;   // [s] after which what is left of a walk is another error
+constexpr double kFewest = 4.0;  // blocks: three degrees of freedom
+constexpr double kExact = 1e-9;  // of a square, that no two blocks agree to
+
+}  // namespace
+
+std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose purpose) {
+  std::vector<Standing> out;
+  const ImuSensor& sensor = log.imus[imu];
+  if (!sensor.gyro) return out;
+  walk(log, purpose, [&](const Clip& clip, size_t k, BodyMotion* motion) {
+    Standing s{&clip, k, list_standing_feet(log, motion), get_pose(motion->data(), sensor.link).R * sensor.R_LI,
+               get_velocity(motion->data(), sensor.link).head<3>() - get_velocity(motion->data(), 0).head<3>()};
+    if (s.feet.empty()) return;
+    if (!sensor.accelerometer) forget_up(&s.feet);
+    out.push_back(std::move(s));
+  });
+  if (!is_enough(purpose, out.size())) out.clear();
+  return out;
+}
+
+std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& taken) {
+  const double g = taken.per_unit * log.experiment->scenario.gravity_W.norm();
+  std::vector<double> left;
+  for (const Standing& s : standing) {
+    const size_t k = shift(s.k, taken.clock, *s.clip, log);
+    const ImuTracks& tracks = s.clip->imus[imu];
+    const Vector3d rate = s.R_BI * (taken.R * get_values(tracks.gyro, k)) - s.more;
+    left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.R * get_values(tracks.accelerometer, k)) / g)));
+  }
+  return left;
+}
+
+Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Standing>& standing) {
+  return [&log, &standing, imu, per_unit](const Matrix3d& R, const Clock& clock) {
+    const std::vector<double> left = list_left(log, imu, standing, {R, clock, per_unit});
+    const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
+    return mean * mean + 1.0;
+  };
+}
+
+double calc_odds(const std::vector<Standing>& standing, const std::vector<double>& left_a, const std::vector<double>& left_b) {
+  std::map<std::pair<const Clip*, long>, std::pair<double, double>> blocks;
+  for (size_t i = 0; i < standing.size(); ++i) {
+    const Standing& s = standing[i];
+    auto& [a, b] = blocks[{s.clip, std::lround(std::floor((s.clip->time[s.k] - s.clip->time.front()) / kBlock))}];
+    a += 1.0 + left_a[i], b += 1.0 + left_b[i];
+  }
+  double sum = 0.0, square = 0.0;
+  for (const auto& [at, left] : blocks) sum += std::log(left.second / left.first), square += std::pow(std::log(left.second / left.first), 2);
+  const auto n = static_cast<double>(blocks.size());
+  if (n < kFewest || square == 0.0) return 0.0;
+  const double variance = square / n - sum * sum / (n * n);
+  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kExact * square / n))), sum);
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Columns of left and right legs that are exchanged in other people's walks.
+#include "diagnosis/measurement/floating/exchanged_legs.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "test_places.h"
+#include "tests/unit/diagnosis/legged/biped.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+// Each joint's columns for those of its name with the other side.
+void exchange(const std::string& left, const std::string& right, Experiment* e) {
+  for (int j = 0; j < e->num_joints(); ++j) {
+    std::string name = e->robot.tree.joint(j).name;
+    if (name.rfind(left, 0) != 0) continue;
+    const int other = e->robot.tree.find_joint(name.replace(0, left.size(), right));
+    ASSERT_GE(other, 0) << name;
+    for (Recording& r : e->recordings) std::swap(r.joints[static_cast<size_t>(j)], r.joints[static_cast<size_t>(other)]);
+  }
+}
+
+class Exchanged : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam() / "experiment.yaml";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
+    e_ = load_experiment(path.string());
+  }
+  Experiment e_;
+};
+
+TEST_P(Exchanged, LegsOfARealWalkAreSuspected) {
+  exchange("l_", "r_", &e_), exchange("FL_", "FR_", &e_), exchange("RL_", "RR_", &e_);
+  EXPECT_NE(find_exchanged_legs(e_).find("look exchanged"), std::string::npos);
+}
+
+TEST_P(Exchanged, NoLegsAreSuspectedWhereColumnsAreRight) { EXPECT_EQ(find_exchanged_legs(e_), ""); }
+
+INSTANTIATE_TEST_SUITE_P(Recordings, Exchanged, testing::Values("icub_walking", "go1_walk"));
+
+TEST(ExchangedLegs, NoneAreSuspectedOfABodyWhoseLegsTurnAboutTheSameAxes) {
+  for (const bool leans : {false, true}) {
+    Recorded recorded;
+    recorded.leans = leans;
+    EXPECT_EQ(find_exchanged_legs(make_biped({}, recorded)), "");
+  }
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating
