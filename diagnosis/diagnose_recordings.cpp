@@ -45,6 +45,7 @@ void finish(const Experiment& e, Reports* reports) {
   name_simpler_laws(&report);
   lower_grades(&report);
   drop_idle_findings(&report);
+  list_once(&report);
   doubt_odd_sizes(e.robot.tree, &report);
   doubt_stiff_soles(e.robot.tree, &report);
   report["summary"] = make_summary_text(report);
