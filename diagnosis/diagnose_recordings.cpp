@@ -17,6 +17,7 @@
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
+#include "diagnosis/measurement/effort_dropouts.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -105,10 +106,15 @@ Reports diagnose_whole(const Experiment& all, const DiagnosisOptions& options, c
   return reports;
 }
 
+Experiment drop_what_is_no_effort(const Experiment& e) {
+  return is_in_torque_space(e) ? leave_out_dropouts(e, find_dropouts(e)) : e;
+}
+
 }  // namespace
 
-Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
+Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
+  const Experiment all = drop_what_is_no_effort(logged);
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
   for (const EffortUnit& u : found.units) progress(std::string("check: ") + (u.of_gains ? "gains of " : "the effort of ") + all.robot.tree.joint(u.joint).name + " taken times " + number(u.scale, 3));
   for (const JointZero& z : found.zeros) progress("check: the zero of " + all.robot.tree.joint(z.joint).name + " is taken as " + number(z.offset, 4) + " rad");
@@ -124,7 +130,8 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   return reports;
 }
 
-std::string check_recordings(const Experiment& e) {
+std::string check_recordings(const Experiment& logged) {
+  const Experiment e = drop_what_is_no_effort(logged);
   return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
 }
 
