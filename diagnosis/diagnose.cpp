@@ -28,10 +28,6 @@ std::string find_obstacle(const Experiment& e) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
       if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no column /joint_states/" + name + "/position";
-      if (is_effort_driven(e) && !r.joints[j].has(Quantity::kEffort) &&
-          e.robot.tree.joint(static_cast<int>(j)).actuated) {
-        return r.spec.name + " has no column /joint_states/" + name + "/effort, which drives the joint; if nothing drives it, list it under 'unactuated'";
-      }
     }
   }
   return "";
@@ -160,7 +156,7 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
     if (judge_links_alone(problem, progress, &reports)) return reports;
     if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
     if (judge_legged(problem, progress, floating::Robots::kAll, &reports)) return reports;
-    if (!e.scenario.floating_base && e.num_joints() > 0) obstacle += "; equations along the recorded motion: " + why;
+    if (!e.scenario.floating_base && e.num_joints() > 0 && !e.scenario.feet.empty()) obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }
   const LinkSensors behind = find_link_sensors(e);

@@ -17,6 +17,7 @@
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
+#include "diagnosis/measurement/effort_dropouts.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -45,6 +46,7 @@ void finish(const Experiment& e, Reports* reports) {
   name_simpler_laws(&report);
   lower_grades(&report);
   drop_idle_findings(&report);
+  list_once(&report);
   doubt_odd_sizes(e.robot.tree, &report);
   doubt_stiff_soles(e.robot.tree, &report);
   report["summary"] = make_summary_text(report);
@@ -104,10 +106,15 @@ Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventio
   return reports;
 }
 
+Experiment drop_what_is_no_effort(const Experiment& e) {
+  return is_in_torque_space(e) ? leave_out_dropouts(e, find_dropouts(e)) : e;
+}
+
 }  // namespace
 
-Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& options, const Progress& progress,
+Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
+  const Experiment all = drop_what_is_no_effort(logged);
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
   const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
@@ -119,7 +126,8 @@ Reports diagnose_recordings(const Experiment& all, const DiagnosisOptions& optio
   return reports;
 }
 
-std::string check_recordings(const Experiment& e) {
+std::string check_recordings(const Experiment& logged) {
+  const Experiment e = drop_what_is_no_effort(logged);
   if (e.scenario.floating_base) return print_checks(make_checks(e, e, make_remarks(e, find_conventions(e, 1))));  // at once
   return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
 }

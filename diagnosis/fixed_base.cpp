@@ -110,6 +110,21 @@ std::string list_joints(const Experiment& e, const std::vector<int>& joints) {
   return names;
 }
 
+// What is missing along the recorded motion, where no simulation can follow the recordings; `why` says it.
+Reports report_along_motion(const Problem& problem, TorqueVerdict torque, const std::string& why) {
+  const Experiment& e = *problem.experiment;
+  Reports reports = make_empty_reports(problem, why);
+  reports.report["missing"] = torque.evidence.missing;
+  if (!torque.judged) return reports;
+  fill_torque_fit(torque.torque, &torque.evidence.fit);
+  for (const std::string& text : e.warnings) torque.evidence.warnings.push_back(text);
+  torque.evidence.warnings.push_back(why);
+  torque.evidence.verdict = find_verdict(torque.evidence);
+  reports.report = make_report(torque.evidence);
+  reports.report["model"] = list_torque_model(e, torque.model, reports.report["findings"]);
+  return reports;
+}
+
 // Recordings in which a servo hums: no simulation follows them. What is missing at the joints that it does not shake is
 // judged along the recorded motion.
 Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
@@ -122,24 +137,31 @@ Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
     for (int joint : hum.shaken) r.use.col(joint).setConstant(false);
   }
   for (int joint : hum.shaken) data.velocity[static_cast<size_t>(joint)] = {};  // a hum in one phase looks like a constant
-  TorqueVerdict torque = judge_torque(std::move(data), problem.jobs);
-  Reports reports = make_empty_reports(problem, why);
-  if (!torque.judged) return reports;
-  fill_torque_fit(torque.torque, &torque.evidence.fit);
-  torque.evidence.warnings.push_back(why);
-  torque.evidence.verdict = find_verdict(torque.evidence);
-  reports.report = make_report(torque.evidence);
-  reports.report["model"] = list_torque_model(e, torque.model, reports.report["findings"]);
-  return reports;
+  return report_along_motion(problem, judge_torque(std::move(data), problem.jobs), why);
 }
 
-// Without the recordings whose log freezes, as long as others are left.
-std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& frozen) {
+// Recordings that a simulation from efforts cannot follow, because a driven joint's effort was not logged.
+std::vector<size_t> list_undriven(const Experiment& e) {
+  std::vector<size_t> list;
+  for (size_t r = 0; r < e.recordings.size() && is_effort_driven(e); ++r) {
+    bool complete = true;
+    for (int j = 0; j < e.num_joints(); ++j) complete = complete && (!e.robot.tree.joint(j).actuated || e.recordings[r].joints[static_cast<size_t>(j)].has(Quantity::kEffort));
+    if (!complete) list.push_back(r);
+  }
+  return list;
+}
+
+// Without these recordings, as long as others are left.
+std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& out) {
   std::vector<int> left;
   for (int r : recordings) {
-    if (std::find(frozen.begin(), frozen.end(), static_cast<size_t>(r)) == frozen.end()) left.push_back(r);
+    if (std::find(out.begin(), out.end(), static_cast<size_t>(r)) == out.end()) left.push_back(r);
   }
   return left.empty() ? recordings : left;
+}
+
+bool has_any(const std::vector<int>& recordings, const std::vector<size_t>& of) {
+  return std::any_of(of.begin(), of.end(), [&](size_t r) { return std::find(recordings.begin(), recordings.end(), static_cast<int>(r)) != recordings.end(); });
 }
 
 }  // namespace
@@ -151,7 +173,11 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   TorqueVerdict torque = judge_torque(*given.experiment, given.jobs);
   say(torque, progress);
   Problem problem = given;
-  problem.train = leave_out(given.train, torque.frozen), problem.validate = leave_out(given.validate, torque.frozen);
+  const std::vector<size_t> undriven = list_undriven(*given.experiment);
+  problem.train = leave_out(given.train, undriven), problem.validate = leave_out(given.validate, undriven);
+  if (has_any(problem.train, undriven) || has_any(problem.validate, undriven))
+    return report_along_motion(given, std::move(torque), "no simulation is driven by efforts that were not logged, so only the torque along the recorded motion is judged");
+  problem.train = leave_out(problem.train, torque.frozen), problem.validate = leave_out(problem.validate, torque.frozen);
   Problem whole = problem;
   split_subtrees(&whole);
   Outcome outcome;

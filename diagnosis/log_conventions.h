@@ -20,6 +20,7 @@ namespace hrp::diagnosis {
 
 struct LogConventions {
   std::vector<EffortUnit> units;
+  std::vector<int> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
   std::vector<JointZero> zeros;
   std::vector<RefutedFriction> friction;
   std::vector<floating::BodyUnit> bodies;

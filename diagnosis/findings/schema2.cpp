@@ -105,6 +105,16 @@ void lower_grades(Json* report) {
   }
 }
 
+void list_once(Json* report) {
+  if (!report->contains("not_identifiable")) return;
+  Json list = Json::array();
+  for (const Json& entry : (*report)["not_identifiable"]) {
+    const auto same = [&](const Json& other) { return other["effect"] == entry["effect"] && other.value("where", Json()) == entry.value("where", Json()); };
+    if (std::none_of(list.begin(), list.end(), same)) list.push_back(entry);
+  }
+  (*report)["not_identifiable"] = list;
+}
+
 void upgrade_report(Json* report, bool has_held) {
   Json& r = *report;
   if (r.value("schema", 1) == 2) return;

@@ -22,4 +22,8 @@ void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_jso
 // not improve. Applies to reports of any method.
 void lower_grades(nlohmann::ordered_json* report);
 
+// Keeps the first entry of `not_identifiable` for each effect and place. Several sets of effects, and several methods, may
+// have the same effect.
+void list_once(nlohmann::ordered_json* report);
+
 }  // namespace hrp::diagnosis

@@ -55,15 +55,32 @@ double find_position_noise(const Experiment& e, size_t joint) {
 EffortSource find_source(const Experiment& e, size_t j) {
   const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
   if (!joint.actuated) return EffortSource::kRecorded;  // without a drive: y = 0
-  bool effort = true, command = true;
+  bool effort = true, command = true, learnt = false;
   for (const Recording& r : e.recordings) {
-    effort = effort && r.joints[j].has(Quantity::kEffort);
+    const bool logged = r.joints[j].has(Quantity::kEffort);
+    effort = effort && logged, learnt = learnt || (logged && r.spec.train);
     command = command && !r.joints[j].command.empty();
   }
   if (effort) return EffortSource::kRecorded;
   const auto it = e.scenario.servo_joints.find(joint.name);
   const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-  return command && e.scenario.drive == "servo" && gains.kp > 0.0 ? EffortSource::kServoLaw : EffortSource::kNone;
+  if (command && e.scenario.drive == "servo" && gains.kp > 0.0) return EffortSource::kServoLaw;
+  return learnt ? EffortSource::kRecorded : EffortSource::kNone;
+}
+
+// What is not said of a joint's drive because its effort was not logged, with the files; empty if everything is.
+std::string describe_unlogged(const Experiment& e, int joint, EffortSource source) {
+  if (source == EffortSource::kServoLaw || !e.robot.tree.joint(joint).actuated) return "";
+  std::string files;
+  for (const Recording& r : e.recordings) {
+    const bool told = source == EffortSource::kRecorded && r.joints[static_cast<size_t>(joint)].has(Quantity::kEffort);
+    if (!told) files += (files.empty() ? "" : ", ") + r.spec.name;
+  }
+  if (files.empty()) return "";
+  const std::string what = files + ": no column " + e.signal_name(joint, Quantity::kEffort);
+  if (source == EffortSource::kRecorded) return what + ": of this joint's drive the other recordings tell";
+  return what + (e.scenario.drive == "servo" ? ", and no command with gains" : "") +
+         ": nothing is said of this joint's drive; if nothing drives it, list it under 'unactuated'";
 }
 
 // Effort by the servo law at the recording's own samples [N m], and its rate from the commands [N m/s].
@@ -112,10 +129,8 @@ class Maker {
     for (size_t j = 0; j < n; ++j) {
       data_.source.push_back(find_source(e_, j));
       noise_.push_back(find_position_noise(e_, j));
-      if (data_.source[j] == EffortSource::kNone)
-        data_.missing.push_back(e_.recordings[0].spec.name + ": no column " +
-                                e_.signal_name(static_cast<int>(j), Quantity::kEffort) +
-                                ", and no command with gains: nothing is said of this joint's drive");
+      const std::string unlogged = describe_unlogged(e_, static_cast<int>(j), data_.source[j]);
+      if (!unlogged.empty()) data_.missing.push_back(unlogged);
     }
     for (const LinkSpec& link : e_.robot.tree.links) data_.load_p_L.push_back(link.inertia.p_LLcm_L);
     data_.cutoff = kFastestMotion;
@@ -242,6 +257,7 @@ class Maker {
     if (!out.tau.allFinite()) leave_out_unknown(&out);
     if (curved_) add_filter_gap(in, &out);
     if (!data_.feet.empty()) add_foot_loads(in, &out);
+    leave_out_unlogged(in, &out);
     data_.recordings.push_back(std::move(out));
   }
 
@@ -249,6 +265,20 @@ class Maker {
   void leave_out_unknown(TorqueRecording* r) const {
     r->known = r->tau.array().isFinite();
     r->tau = r->known.select(r->tau, r->effort);
+  }
+
+  bool is_unlogged(const Recording& in, size_t j) const {
+    return data_.source[j] == EffortSource::kRecorded && e_.robot.tree.joint(static_cast<int>(j)).actuated && !in.joints[j].has(Quantity::kEffort);
+  }
+
+  // The same where the effort was not logged, but is in another recording.
+  void leave_out_unlogged(const Recording& in, TorqueRecording* r) const {
+    for (size_t j = 0; j < data_.source.size(); ++j) {
+      if (!is_unlogged(in, j)) continue;
+      const long column = static_cast<long>(j);
+      if (r->known.size() == 0) r->known.setConstant(r->q.rows(), r->q.cols(), true);
+      r->known.col(column).setConstant(false), r->effort.col(column) = r->tau.col(column);
+    }
   }
 
   Eigen::MatrixXd smooth_columns(Eigen::MatrixXd m, double step, double cutoff) const {
@@ -352,7 +382,7 @@ class Maker {
     out->v.col(joint) = differentiate(out->q.col(joint), out->step);
     out->a.col(joint) = differentiate(out->v.col(joint), out->step);
     const JointSpec& spec = e_.robot.tree.joint(static_cast<int>(joint));
-    if (!spec.actuated || data_.source[j] == EffortSource::kNone) return true;
+    if (!spec.actuated || data_.source[j] == EffortSource::kNone || is_unlogged(in, j)) return true;
     if (data_.source[j] == EffortSource::kRecorded) {
       const ServoReading& log = data_.servo[j];
       out->effort.col(joint) = (smooth(in.joints[j].signal[2]).array() - log.bias) / log.scale;
@@ -433,8 +463,11 @@ class Maker {
       const long inner = r.q.rows() - 2 * r.trim;
       if (!r.train || inner <= 0) continue;
       Eigen::MatrixXd x = make_load_columns(r, j).middleRows(r.trim, inner);
-      if (r.known.size() > 0) x.array().colwise() *= r.known.col(j).segment(r.trim, inner).cast<double>();
-      const Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
+      Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
+      if (r.known.size() > 0) {
+        const Eigen::ArrayXd known = r.known.col(j).segment(r.trim, inner).cast<double>();
+        x.array().colwise() *= known, y.array() *= known;
+      }
       xx += x.transpose() * x, xy += x.transpose() * y, fit.left += y.squaredNorm();
     }
     fit.theta = xx.completeOrthogonalDecomposition().solve(xy);

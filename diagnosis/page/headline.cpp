@@ -180,6 +180,12 @@ std::string make_ceiling_sentence(const json& report) {
          " % of what a free model of the recorded signals predicts.";
 }
 
+std::string make_unit_sentence(const json& report) {
+  std::string names;
+  for (const json& joint : get_list(report, "untold_units")) names += (names.empty() ? "" : ", ") + format_value(joint);
+  return names.empty() ? "" : "This motion does not tell the unit of the effort of " + names + ": values there are in the unit of the log.";
+}
+
 std::string make_left_sentence(const json& report) {
   const json* worst = nullptr;
   for (const json& r : get_list(report, "remaining")) {
@@ -258,6 +264,8 @@ std::vector<std::string> make_headline(const json& report) {
       const bool told = std::any_of(out.begin(), out.end(), [&](const std::string& sentence) { return sentence.find(statement) != std::string::npos; });
       if (!told) out.push_back(statement);
     }
+    const std::string unit = make_unit_sentence(report);
+    if (!unit.empty() && out[0].find(unit) == std::string::npos) out.push_back(unit);
     return out;
   }
   if (findings.size() <= kFew) {
@@ -265,7 +273,7 @@ std::vector<std::string> make_headline(const json& report) {
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_left_sentence(report),
+  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
                                       make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }

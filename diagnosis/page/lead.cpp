@@ -59,7 +59,7 @@ std::vector<std::pair<std::string, json>> list_parameters(const json& finding) {
 std::string describe_parameters(const json& finding) {
   std::string out;
   for (const auto& [name, p] : list_parameters(finding)) out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
-  return out;
+  return out + (get(finding, "in_log_unit") == json(true) ? " (unit of the log)" : "");
 }
 
 const VerdictWords& find_verdict_words(const std::string& verdict) {

@@ -15,6 +15,8 @@ using namespace html;
 
 using Row = std::vector<std::string>;
 
+constexpr size_t kMostMissing = 4;  // lines about what was not recorded; the others are counted
+
 // Characters that a terminal shows, not bytes.
 size_t count_columns(const std::string& text) {
   return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xc0) != 0x80; }));
@@ -48,6 +50,15 @@ std::string print_findings(const json& report) {
   return rows.size() > 1 ? "\n" + print_table(rows) : "";
 }
 
+// By file and column, so that nobody takes it for judged.
+std::string print_missing(const json& report) {
+  std::string out;
+  const json& list = get_list(report, "missing");
+  for (size_t i = 0; i < std::min(kMostMissing, list.size()); ++i) out += "Not recorded: " + (list[i].is_string() ? list[i].get<std::string>() : "") + ".\n";
+  if (list.size() > kMostMissing) out += "Not recorded: " + std::to_string(list.size() - kMostMissing) + " more, see report.json.\n";
+  return out.empty() ? "" : "\n" + out;
+}
+
 }  // namespace
 
 std::string make_summary_text(const json& report) {
@@ -64,7 +75,8 @@ std::string make_terminal_text(const json& report) {
     const std::string statement = typeset(get_text(item, "statement"));
     if (out.find(statement) == std::string::npos) out += "\n" + statement;
   }
-  return out + (out.back() == '\n' ? "" : "\n");
+  out += out.back() == '\n' ? "" : "\n";
+  return out + print_missing(report);
 }
 
 }  // namespace hrp::diagnosis

@@ -230,12 +230,16 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
 
 Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
+  const bool named = outcome.explained || outcome.partly;
+  const std::string data = problem.validate.empty() ? "recordings" : "held-out recordings";
+  const std::string why = named ? "explains the " + data + " about as well as what is reported"
+                                : "is in one of several sets of effects that explain the " + data + " about equally; none of them is reported";
   for (const Trial& rival : outcome.indistinguishable) {
     for (const Effect& effect : rival.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
       list.push_back({{"effect", get_effect(effect.id).name},
                       {"where", make_where(*problem.experiment, effect)},
-                      {"why", "explains the held-out recordings about as well as what is reported"},
+                      {"why", why},
                       {"motion_that_would_tell", kOtherMotion}});
     }
   }

@@ -5,6 +5,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/log_conventions.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -37,12 +38,12 @@ TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueCon
 }
 
 // A disc on a vertical axis: friction, and a rotor of fifty times its inertia, take all of the effort, in whatever unit.
-TEST(EffortUnits, OfAMotorWithoutALoadTheUnitCannotBeChecked) {
-  const std::string disc = R"(<robot name="disc"><link name="stand"/>
+const std::string kDisc = R"(<robot name="disc"><link name="stand"/>
     <link name="disc"><inertial><mass value="0.1"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002"/></inertial></link>
     <joint name="motor" type="revolute"><parent link="stand"/><child link="disc"/><axis xyz="0 0 1"/>
       <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
-  Experiment e = make_simulated_experiment("units_disc", disc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+TEST(EffortUnits, OfAMotorWithoutALoadTheUnitCannotBeChecked) {
+  Experiment e = make_simulated_experiment("units_disc", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
   Experiment arm = simulate_arm("units_told", make_arm_drives());
   e.scenario.drive = arm.scenario.drive = "effort";
   EXPECT_FALSE(tells_unit(make_torque_data(e), 0));
@@ -192,6 +193,24 @@ TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
     EXPECT_TRUE(u.of_gains);
     EXPECT_NEAR(u.scale, 10.0, 1.0);  // a tenth, as for currents
   }
+}
+
+// A motor that turns a disc against friction, logged in hundredths: nothing tells that they are no N m.
+TEST(EffortUnits, WhatIsFoundWhereTheUnitIsNotToldIsInTheUnitOfTheLog) {
+  Experiment e = make_simulated_experiment("units_untold", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  e.scenario.drive = "effort";
+  const Json report = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {}).report;
+  ASSERT_FALSE(report["findings"].empty());
+  EXPECT_EQ(report["untold_units"], Json({"motor"}));
+  EXPECT_NE(report["warnings"].dump().find("/joint_states/motor/effort: this motion does not tell its unit"), std::string::npos);
+  EXPECT_NE(report["summary"].get<std::string>().find("the unit of the effort of motor"), std::string::npos) << report["summary"];
+  for (const Json& f : report["findings"]) EXPECT_TRUE(f.contains("in_log_unit")) << f["statement"];
+}
+
+TEST(EffortUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {
+  Experiment e = simulate_arm("units_sure", make_arm_drives());
+  e.scenario.drive = "effort";
+  EXPECT_TRUE(find_conventions(e, 1).untold.empty());
 }
 
 TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {

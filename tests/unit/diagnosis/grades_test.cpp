@@ -4,9 +4,12 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shapley.h"
+#include "diagnosis/evidence/best_model.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
+#include "diagnosis/report/report.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -57,6 +60,28 @@ TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSi
   EXPECT_EQ(judge("torque_constant_error", Grade::kAmbiguous)["grade"], "ambiguous");
   EXPECT_EQ(judge("torque_constant_error", Grade::kAmbiguous)["alternatives"][0]["effect"], "mass_error");
   EXPECT_EQ(judge("backlash", Grade::kSupported)["grade"], "ambiguous");
+}
+
+// Two sets of effects with the same hysteresis are one thing that is not told.
+TEST(Grades, WhatIsNotIdentifiableIsListedOncePerPlace) {
+  const auto entry = [](const char* effect, const char* joint) { return Json{{"effect", effect}, {"where", {{"joint", joint}}}, {"why", ""}}; };
+  Json report{{"not_identifiable", {entry("hysteresis", "shoulder"), entry("hysteresis", "elbow"), entry("hysteresis", "shoulder"), {{"effect", "restitution"}}}}};
+  list_once(&report);
+  EXPECT_EQ(report["not_identifiable"], Json({entry("hysteresis", "shoulder"), entry("hysteresis", "elbow"), {{"effect", "restitution"}}}));
+}
+
+TEST(Grades, WhereNothingIsReportedNoRivalExplainsAsMuchAsWhatIs) {
+  const Experiment e = simulate_arm("grades_rivals", make_arm_drives());
+  const Problem problem = make_problem(e, 1);
+  Outcome outcome;
+  outcome.nominal = outcome.chosen = simulate_trial(problem, {});
+  outcome.mismatch = true;
+  outcome.indistinguishable = {outcome.nominal};
+  outcome.indistinguishable[0].hypothesis = {{EffectId::kViscous, kElbow, {0.4}}};
+  const Json report = make_reports(problem, outcome).report;
+  ASSERT_EQ(report["not_identifiable"].size(), 1u);
+  const std::string why = report["not_identifiable"][0]["why"];
+  EXPECT_EQ(why.find("as well as what is reported"), std::string::npos) << why;
 }
 
 TEST(Grades, AScaleIsAbsentAtOneAndNotAtZero) {
