@@ -7,6 +7,7 @@
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/many_drives/legged_torques.h"
 #include "diagnosis/measurement/floating/correct_log.h"
+#include "diagnosis/measurement/floating/servo_fit.h"
 #include "diagnosis/torque_report.h"
 
 namespace hrp::diagnosis::many_drives {
@@ -70,6 +71,7 @@ bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, con
                      Reports* out) {
   LeggedLogs logs{make_legged_log(e, Half::kAll), make_legged_log(e, Half::kEven), {}};
   if (!has_drives(logs.smooth)) return false;
+  if (!floating::find_servos(e).empty()) return false;  // joints follow commands by servos that the model lacks: those first
   logs.contacts = find_contacts(logs.smooth);
   if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
   const TorqueVerdict alone = judge_torque(make_legged_torques(logs), jobs);
