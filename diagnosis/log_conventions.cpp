@@ -356,8 +356,8 @@ std::string describe_whole_reading(const floating::WholeReading& w) {
 
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
-  if (e.scenario.floating_base) out.bodies = floating::find_body_units(e);
   if (e.scenario.floating_base) {
+    out.bodies = floating::find_body_units(e);
     const Experiment in_units = floating::convert_body_units(e, out.bodies);
     out.whole = floating::find_whole_readings(in_units);
     find_frames(floating::convert_whole_readings(in_units, out.whole), &out);
@@ -421,10 +421,9 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   }
   for (const Json& f : report["findings"]) findings.push_back(f);
   report["findings"] = findings;
-  if (own.empty()) {
-    // nothing but the pose's convention: it is said, and no physics
-  } else if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained))
-    report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  // Nothing but the pose's convention is said, and is no physics.
+  const bool open = report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained);
+  if (open && !own.empty()) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
   report["warnings"].push_back(text);

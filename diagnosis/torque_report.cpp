@@ -54,4 +54,11 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
   return list;
 }
 
+Json list_whole_model(const Experiment& e, const Hypothesis& model, const Json& findings, const Json& body) {
+  Json list = Json::array();
+  for (const Json& f : body) list.push_back(make_model_entry(f));
+  for (const Json& effect : list_torque_model(e, model, findings)) list.push_back(effect);
+  return list;
+}
+
 }  // namespace hrp::diagnosis

@@ -13,4 +13,7 @@ void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit);
 // The model with the grades of the findings that its effects stand for: [{effect, where, parameters, grade}].
 Json list_torque_model(const Experiment& experiment, const Hypothesis& model, const Json& findings);
 
+// The same after the entries of `body`: findings of links, feet and sensors that another method has found.
+Json list_whole_model(const Experiment& experiment, const Hypothesis& model, const Json& findings, const Json& body);
+
 }  // namespace hrp::diagnosis

@@ -278,7 +278,7 @@ class Judge {
   static void doubt_law(const Where& where, TorqueVerdict* out) {
     for (Finding& f : out->evidence.findings) {
       if (f.where != where || f.grade != Grade::kSupported) continue;
-      f.grade = Grade::kAmbiguous;
+      make_ambiguous(&f);
       f.statement += " What remains follows the motion closely, so another law may be the true one.";
     }
   }

@@ -102,6 +102,20 @@ const char* get_verdict_name(Verdict verdict) {
   return names[static_cast<int>(verdict)];
 }
 
+std::string say_ambiguous(std::string statement) {
+  for (Grade grade : {Grade::kCertain, Grade::kSupported}) {
+    const std::string before = std::string("(") + get_grade_name(grade) + ")";
+    const size_t at = statement.find(before);
+    if (at != std::string::npos) statement.replace(at, before.size(), std::string("(") + get_grade_name(Grade::kAmbiguous) + ")");
+  }
+  return statement;
+}
+
+void make_ambiguous(Finding* finding) {
+  finding->grade = Grade::kAmbiguous;
+  finding->statement = say_ambiguous(finding->statement);
+}
+
 void sort_findings(std::vector<Finding>* findings) {
   std::stable_sort(findings->begin(), findings->end(), [](const Finding& a, const Finding& b) {
     return a.weight != b.weight ? a.weight > b.weight : a.grade < b.grade;

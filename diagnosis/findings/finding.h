@@ -111,6 +111,10 @@ struct Evidence {
   std::vector<std::string> warnings;
 };
 
+// Lowers the grade, in the statement, too.
+void make_ambiguous(Finding* finding);
+std::string say_ambiguous(std::string statement);
+
 // Sorts by weight, largest first; for equal weights certain, supported, ambiguous.
 void sort_findings(std::vector<Finding>* findings);
 

@@ -72,15 +72,8 @@ void upgrade_finding(double share, bool may_be_certain, Json* finding) {
 }  // namespace
 
 void make_ambiguous(Json* finding) {
-  const std::string after = get_grade_name(Grade::kAmbiguous);
-  std::string text = finding->value("statement", "");
-  for (Grade grade : {Grade::kCertain, Grade::kSupported}) {
-    const std::string before = std::string("(") + get_grade_name(grade) + ")";
-    const size_t at = text.find(before);
-    if (at != std::string::npos) text.replace(at, before.size(), "(" + after + ")");
-  }
-  (*finding)["grade"] = after;
-  if (!text.empty()) (*finding)["statement"] = text;
+  (*finding)["grade"] = get_grade_name(Grade::kAmbiguous);
+  if (finding->contains("statement")) (*finding)["statement"] = say_ambiguous((*finding)["statement"]);
 }
 
 void doubt_unconfirmed(const std::vector<Finding>& torque, Json* report) {

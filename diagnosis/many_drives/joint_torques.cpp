@@ -4,16 +4,11 @@
 #include <algorithm>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/many_drives/grid_series.h"
 #include "diagnosis/standing/motion.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
-
-SmoothSeries differentiate_twice(const Eigen::VectorXd& value, double step) {
-  const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
-  const Eigen::VectorXd rate = differentiate(value, step);
-  return {list(value), list(rate), list(differentiate(rate, step))};
-}
 
 // Converts one recording to a uniform time grid, with the same filter for all signals. Joints are on the grid already;
 // IMU and feet are resampled. The local cubics of the input preserve everything below the cutoff.
@@ -30,7 +25,7 @@ class Gridder {
     }
     out.grid = out.samples;
     for (long j = 0; j < grid_.q.cols(); ++j) {
-      out.position.push_back(differentiate_twice(grid_.q.col(j), grid_.step));
+      out.position.push_back(differentiate_twice<SmoothSeries>(grid_.q.col(j), grid_.step));
       out.velocity.emplace_back(), out.effort.emplace_back(), out.command.emplace_back();
     }
     for (const SmoothSeries& s : in_.wrench) out.wrench.push_back(filter(s));
@@ -42,7 +37,7 @@ class Gridder {
  private:
   SmoothSeries filter(const SmoothSeries& s) const {
     const Eigen::VectorXd even = resample(in_.time, s.value, grid_.begin, grid_.step, grid_.q.rows());
-    return differentiate_twice(low_pass(even, grid_.step, cutoff_), grid_.step);
+    return differentiate_twice<SmoothSeries>(low_pass(even, grid_.step, cutoff_), grid_.step);
   }
 
   const StandRecording& in_;

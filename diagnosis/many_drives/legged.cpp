@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/many_drives/legged.h"
 
-#include <algorithm>
-#include <iterator>
-
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/many_drives/legged_torques.h"
 #include "diagnosis/measurement/floating/correct_log.h"
@@ -40,23 +37,19 @@ void append(const std::vector<T>& more, std::vector<T>* list) {
 void doubt_positions(std::vector<Finding>* findings) {
   for (Finding& f : *findings) {
     if (f.grade != Grade::kSupported || f.family != get_family_name(EffectFamily::kTorqueOverPosition)) continue;
-    f.grade = Grade::kAmbiguous;
+    make_ambiguous(&f);
     f.statement += " Steps repeat each other, so another effect that returns with each step may be the true one.";
   }
 }
 
-// Findings of bodies, soles and sensors beside those of joints. Their grade is at most `supported`, as for the joints,
-// because the drives are not completely known.
+// Findings of bodies, soles and sensors beside those of joints.
 Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
   const Evidence& body = legged.evidence;
   Evidence out = torque.evidence;
   if (legged.walks) doubt_positions(&out.findings);
   out.method = "joints: " + out.method + ", with the recorded motion of the base and the forces on its feet; bodies, soles and "
                "sensors: equations in which no drive has a part; errors are shares of each effort's spread";
-  for (Finding f : body.findings) {
-    if (f.grade == Grade::kCertain) f.grade = Grade::kSupported;
-    out.findings.push_back(std::move(f));
-  }
+  append(body.findings, &out.findings);
   sort_findings(&out.findings);
   append(body.mismatch, &out.mismatch), append(body.remaining, &out.remaining);
   append(body.not_identifiable, &out.not_identifiable), append(body.missing, &out.missing), append(body.warnings, &out.warnings);
@@ -69,26 +62,26 @@ Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
 
 bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, const std::function<void(const std::string&)>& progress,
                      Reports* out) {
-  LeggedLogs logs{make_legged_log(e, Half::kAll), make_legged_log(e, Half::kEven), {}};
+  LeggedLogs logs{{}, make_legged_log(e, Half::kEven), {}};
   if (!has_drives(logs.smooth)) return false;
   if (!floating::find_servos(e).empty()) return false;  // joints follow commands by servos that the model lacks: those first
   logs.contacts = find_contacts(logs.smooth);
   if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
+  logs.raw = make_legged_log(e, Half::kAll);
   const TorqueVerdict alone = judge_torque(make_legged_torques(logs), jobs);
   if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
   progress("torques are missing in most joints: first the equations in which no drive has a part");
-  const LeggedReport body = floating::diagnose_legged(e, progress, robots, floating::Drives::kLeftOut);
+  LeggedReport body = floating::diagnose_legged(e, progress, robots, floating::Drives::kLeftOut);
+  // The drives are not completely known, so nothing is certain.
+  for (Finding& f : body.evidence.findings) {
+    if (f.grade == Grade::kCertain) f.grade = Grade::kSupported;
+  }
   progress("missing torque of every joint, with what was found");
   const TorqueVerdict torque = judge_torque(make_legged_torques(correct(body, logs)), jobs);
   if (!has_real_drives(torque)) return false;
   const Evidence evidence = merge(body, torque);
   out->report = make_report(evidence), out->series = body.series;
-  Json model = Json::array();
-  for (const Json& f : out->report["findings"]) {
-    if (!f["where"].contains("joint")) model.push_back(make_model_entry(f));
-  }
-  for (const Json& effect : list_torque_model(e, torque.model, out->report["findings"])) model.push_back(effect);
-  out->report["model"] = std::move(model);
+  out->report["model"] = list_whole_model(e, torque.model, out->report["findings"], make_report(body.evidence)["findings"]);
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/many_drives/grid_series.h"
 #include "diagnosis/measurement/floating/equations/residuals.h"
 #include "diagnosis/measurement/torque_flags.h"
 
@@ -17,7 +18,6 @@ using floating::BodyMotion;
 using floating::BodySample;
 using floating::Clip;
 using floating::ImuTracks;
-using floating::LeggedLog;
 using floating::Track;
 
 // A clip on the rows [begin, begin + count) of a torque recording's grid, with that recording's filter.
@@ -52,7 +52,9 @@ class Gridder {
     Flags sudden = Flags::Constant(count_, false);
     const long reach = std::lround(kFilterReach / cutoff_ / grid_.step);
     const auto mark = [&](const Track& t) {
-      if (!t.empty()) mark_sudden(resample(t), low_pass(resample(t), grid_.step, cutoff_), reach, &sudden);
+      if (t.empty()) return;
+      const Eigen::VectorXd raw = resample(t);
+      mark_sudden(raw, low_pass(raw, grid_.step, cutoff_), reach, &sudden);
     };
     for (const Track& t : in_.force) mark(t);
     return !sudden;
@@ -73,11 +75,7 @@ class Gridder {
     return diagnosis::resample(in_.time, t.value, find_time(0), grid_.step, count_);
   }
 
-  Track make_track(const Eigen::VectorXd& value) const {
-    const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
-    const Eigen::VectorXd rate = differentiate(value, grid_.step);
-    return {list(value), list(rate), list(differentiate(rate, grid_.step))};
-  }
+  Track make_track(const Eigen::VectorXd& value) const { return differentiate_twice<Track>(value, grid_.step); }
 
   Track filter(const Track& t) const {
     return t.empty() ? Track{} : make_track(low_pass(resample(t), grid_.step, cutoff_));
@@ -110,14 +108,13 @@ class ClipTorques {
     const Clip grid = gridder_.run();
     BodyMotion motion(logs_.raw, grid);
     const Flags calm = gridder_.find_calm();
-    std::vector<Flags> known(static_cast<size_t>(logs_.raw.num_joints()), Flags::Constant(gridder_.count(), false));
     for (long k = reach_; k + reach_ < gridder_.count(); ++k) {
       if (!calm[k] || !motion.update(static_cast<size_t>(k))) continue;
       const BodySample at{logs_.raw, grid, clip_, static_cast<size_t>(k), motion};
       const BodySample smooth{logs_.smooth, logs_.smooth.clips[clip_], clip_, gridder_.find_sample(k), motion};
       tau->row(gridder_.begin() + k) = calc_residuals(at, none_, Vector3d::Zero()).load;
-      for (size_t j = 0; j < known.size(); ++j) {
-        if (!is_joint_known(smooth, logs_.contacts, static_cast<int>(j))) (*tau)(gridder_.begin() + k, static_cast<long>(j)) = kUnknown;
+      for (int j = 0; j < logs_.raw.num_joints(); ++j) {
+        if (!is_joint_known(smooth, logs_.contacts, j)) (*tau)(gridder_.begin() + k, j) = kUnknown;
       }
     }
   }

@@ -82,13 +82,6 @@ Json list_body_findings(const StandProblem& p, const StandOutcome& body, bool ha
   return report["findings"];
 }
 
-Json list_model(const Experiment& e, const Hypothesis& drives, const Json& findings, const Json& body) {
-  Json model = Json::array();
-  for (const Json& f : body) model.push_back(make_model_entry(f));
-  for (const Json& effect : list_torque_model(e, drives, findings)) model.push_back(effect);
-  return model;
-}
-
 Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& whole, TorqueVerdict torque) {
   Evidence& evidence = torque.evidence;
   evidence.method = "joints: " + evidence.method +
@@ -100,7 +93,7 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   const bool has_held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
   Json out = make_report(evidence);
   const Json found = list_body_findings(p, body, has_held);
-  out["model"] = list_model(*p.experiment, torque.model, out["findings"], found);
+  out["model"] = list_whole_model(*p.experiment, torque.model, out["findings"], found);
   for (size_t i = found.size(); i-- > 0;) out["findings"].insert(out["findings"].begin(), found[i]);
   out["mismatch"] = make_stand_report(p, whole)["mismatch"];
   return out;

@@ -73,10 +73,13 @@ double find_least(const TorqueData& data, const std::vector<EffortUnit>& units) 
 bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   if (!std::all_of(units.begin(), units.end(), is_wide))
     units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
-  if (std::all_of(units.begin(), units.end(), [](const EffortUnit& u) { return std::log(u.low) > kFactor; })) return true;
+  const auto is_large = [](const EffortUnit& u) { return std::log(u.low) > kFactor; };
+  if (std::all_of(units.begin(), units.end(), is_large)) return true;
+  // Nearer to one, no load has to be asked for.
+  if (!std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) { return is_large(u) || std::log(u.scale) < -kFactor; })) return false;
   const double least = find_least(data, units);
   return std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) {
-    return std::log(u.low) > kFactor || std::log(least < kLoad ? u.scale : u.high) < -least;
+    return is_large(u) || std::log(least < kLoad ? u.scale : u.high) < -least;
   });
 }
 

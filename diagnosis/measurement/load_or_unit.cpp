@@ -10,20 +10,23 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kNuisance = 4;  // v, direction, a, constant
+constexpr long kNuisance = 4;     // v, direction, a, constant
+constexpr long kLoadColumns = 4;  // mass and moment
 constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
 
-// Columns of a load of a link in the rows of collect_efforts().
-Eigen::MatrixXd collect_load(const TorqueData& data, int joint, int link) {
-  const Term load{&find_term_row(&TermRow::load), link};
-  Eigen::MatrixXd out(0, load.columns());
+// Columns of a load of each link in the rows of collect_efforts(), by joint; those of one link stand together.
+std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {
+  std::vector<Eigen::MatrixXd> out(joints.size());
   for (const TorqueRecording& r : data.recordings) {
     if (!r.train) continue;
-    const Eigen::MatrixXd columns = calc_whole_columns(data, r, {load})[static_cast<size_t>(joint)];
-    for (long k = 0; k < r.kept(); ++k) {
-      if (!r.use(k, joint)) continue;
-      out.conservativeResize(out.rows() + 1, Eigen::NoChange);
-      out.row(out.rows() - 1) = columns.row(k);
+    const std::vector<Eigen::MatrixXd> columns = calc_whole_columns(data, r, loads);
+    for (size_t i = 0; i < joints.size(); ++i) {
+      const Eigen::MatrixXd& from = columns[static_cast<size_t>(joints[i])];
+      long at = out[i].rows();
+      out[i].conservativeResize(at + r.use.col(joints[i]).count(), from.cols());
+      for (long k = 0; k < r.kept(); ++k) {
+        if (r.use(k, joints[i])) out[i].row(at++) = from.row(k);
+      }
     }
   }
   return out;
@@ -31,9 +34,13 @@ Eigen::MatrixXd collect_load(const TorqueData& data, int joint, int link) {
 
 // Sums of squares of weighted rows: y = X p, p = mass [kg] and moment [kg m] of a load.
 struct Squares {
-  Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(4, 4);
-  Eigen::VectorXd xy = Eigen::VectorXd::Zero(4);
+  Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(kLoadColumns, kLoadColumns);
+  Eigen::VectorXd xy = Eigen::VectorXd::Zero(kLoadColumns);
   double yy = 0.0;
+
+  void add(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, double weight) {
+    xx += weight * x.transpose() * x, xy += weight * x.transpose() * y, yy += weight * y.squaredNorm();
+  }
 
   // What the best load of at most `most` [kg] leaves.
   double calc_left(double most) const {
@@ -79,26 +86,24 @@ UnitRows collect_efforts(const TorqueData& data, int joint) {
 Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y) { return y - X * X.colPivHouseholderQr().solve(y); }
 
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
-  const int links = static_cast<int>(data.experiment->robot.tree.links.size());
-  std::vector<Squares> of_link(static_cast<size_t>(links));
+  std::vector<Term> loads;
+  for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link) loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
+  const std::vector<Eigen::MatrixXd> of_loads = collect_loads(data, joints, loads);
+  std::vector<Squares> of_link(loads.size());
   double of_unit = 0.0;  // [samples] each joint's squares over what its own scale leaves
-  for (int joint : joints) {
-    const UnitRows rows = collect_efforts(data, joint);
+  for (size_t i = 0; i < joints.size(); ++i) {
+    const UnitRows rows = collect_efforts(data, joints[i]);
     const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
     const double left = effort.squaredNorm() - std::pow(tau.dot(effort), 2) / std::max(1e-300, tau.squaredNorm());
     const double weight = static_cast<double>(tau.size()) / std::max(1e-300, left);
     of_unit += static_cast<double>(tau.size());
-    for (int link = 1; link < links; ++link) {
-      const Eigen::MatrixXd load = take_out(rows.nuisance, collect_load(data, joint, link));
-      Squares& s = of_link[static_cast<size_t>(link)];
-      s.xx += weight * load.transpose() * load, s.xy += weight * load.transpose() * (effort - tau);
-      s.yy += weight * (effort - tau).squaredNorm();
-    }
+    const Eigen::MatrixXd columns = take_out(rows.nuisance, of_loads[i]);
+    for (size_t link = 0; link < loads.size(); ++link) of_link[link].add(columns.middleCols(kLoadColumns * static_cast<long>(link), kLoadColumns), effort - tau, weight);
   }
   const double most = calc_moving_mass(data.experiment->robot.tree);
   // Evidence of the scales against the load [nats].
   const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kCorrelated * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
-  return !std::all_of(of_link.begin() + 1, of_link.end(), prefers_unit);
+  return !std::all_of(of_link.begin(), of_link.end(), prefers_unit);
 }
 
 }  // namespace hrp::diagnosis
