@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
 constexpr double kHeight = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
+constexpr double kEqual = 1e-9;    // share of the stance's force: smoothing of equal readings leaves less
 constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
 
 ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
@@ -33,6 +34,7 @@ ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   }
   levels.air = find_quantile(low, 0.5);
   levels.air_spread = 0.5 * (find_quantile(low, 0.84) - find_quantile(low, 0.16));
+  levels.cut = levels.air - find_quantile(low, 0.05) <= kEqual * levels.stance;
   return levels;
 }
 

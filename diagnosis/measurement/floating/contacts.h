@@ -17,6 +17,7 @@ struct ForceLevels {
   double air = 0, stance = 0;
   double air_spread = 0;  // deviation of what it reads there
   bool swings = false;  // the reading does fall to the level of the air
+  bool cut = false;     // most readings there are one and the same: the log keeps no smaller ones
 };
 
 struct Contacts {

@@ -14,9 +14,12 @@ struct WholeReading {
   std::string sensor;  // "l_foot" of "/wrench/l_foot"
   double mass = 0;     // [kg] below it by the model
   double air = 0;      // [N] that it reads upwards with the foot in the air
+  // The log keeps no smaller forces, and the feet carry what hangs above the sensors: the foot hangs on its sensor, and
+  // nothing tells how it pulls at it in the air.
+  bool cut = false;
 };
 
-// All sensors of feet with a mass, if all read the whole foot; else none.
+// All sensors of feet with a mass, if all read the whole foot in the air; else none.
 std::vector<WholeReading> find_whole_readings(const Experiment& experiment);
 
 Experiment convert_whole_readings(Experiment experiment, const std::vector<WholeReading>& readings);

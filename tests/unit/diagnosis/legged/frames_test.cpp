@@ -63,6 +63,24 @@ TEST(WholeReadings, AreToldByFeetInTheAir) {
   EXPECT_TRUE(find_whole_readings(make_biped({})).empty());
 }
 
+// A log without negative forces reads 0 for every foot in the air, as whole feet would. The sum of the feet's forces tells.
+TEST(WholeReadings, AreNotTakenFromALogThatKeepsNoNegativeForces) {
+  Recorded recorded;
+  recorded.lifts = true;
+  for (const bool whole : {false, true}) {
+    recorded.whole_feet = whole;
+    Experiment e = make_biped({}, recorded);
+    for (Recording& r : e.recordings) {
+      for (const char* column : {"/wrench/l/force/z", "/wrench/r/force/z"}) {
+        for (double& force : r.other.at(column)) force = std::max(0.0, force);
+      }
+    }
+    const std::vector<WholeReading> found = find_whole_readings(e);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].cut, !whole);
+  }
+}
+
 // Its z axis points down by the model, as those of the iCub's feet do: a foot that is pressed reads negative there.
 TEST(SensorFrames, ASensorThatHangsUpsideDownInTheModelIsNotTurned) {
   Experiment e = make_biped({}, kLeans);
