@@ -17,7 +17,9 @@ namespace {
 
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
-constexpr long kFewest = 50;      // samples
+constexpr long kFewest = 50;      // samples: ten for each regressor
+constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
+constexpr long kRotor = 2;        // column of the acceleration in the regressors of collect_efforts()
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
 constexpr double kFollows = 0.6;
@@ -38,20 +40,40 @@ bool is_turned(const UnitRows& rows, double scale) {
   return std::abs(std::log(-scale)) < std::log(1.0 + kMuch);  // masses of a model are not further off
 }
 
-// The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide.
-std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
-  const UnitRows rows = collect_efforts(data, joint);
-  if (rows.tau.size() < kFewest) return std::nullopt;
-  const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
+// The share of the effort that a torque explains by chance is that of its regressors in independent samples: few samples
+// count only for what they explain beyond it (adjusted coefficient of determination). Zero if none is left.
+double discount_chance(double share, const UnitRows& rows, long regressors) {
+  if (rows.tau.size() >= kFewest) return share;
+  const double samples = static_cast<double>(rows.tau.size()) / kCorrelated, free = samples - static_cast<double>(regressors);
+  return free > 0.0 ? std::max(0.0, 1.0 - (1.0 - share) * (samples - 1.0) / free) : 0.0;
+}
+
+// The bracket of effort and tau beside these regressors. Empty if they explain tau, or if it is too wide.
+std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& rows, const Eigen::MatrixXd& beside, int joint) {
+  const Eigen::VectorXd tau = take_out(beside, rows.tau), effort = take_out(beside, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
   const bool told = tt > kMuch * kMuch * calc_variance(rows.tau) * static_cast<double>(tau.size());
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
   EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
-  const double width = std::log(unit.high / unit.low), far = std::abs(std::log(std::abs(unit.scale)));
-  if (unit.scale < 0.0 && !is_turned(rows, unit.scale)) return std::nullopt;
+  const double share = discount_chance(unit.low / unit.high, rows, beside.cols() + 1);
+  const double width = share > 0.0 ? -std::log(share) : 1e300, far = std::abs(std::log(std::abs(unit.scale)));
+  if (unit.scale < 0.0 && !is_turned(rows, unit.scale) && may_be_load(data, {joint})) return std::nullopt;
   if (width > std::min(kBracket * std::max(kFactor, far), -2.0 * std::log(kFollows))) return std::nullopt;
   return unit;
+}
+
+// The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide. Where weight does not
+// tell tau from the rotor's torque, as on a slide or an upright axis: the rotor only adds to the bodies' inertia. Efforts
+// that are much less than the bodies alone take are in another unit, whatever the rotor.
+std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
+  const UnitRows rows = collect_efforts(data, joint);
+  const std::optional<EffortUnit> unit = find_bracket(data, rows, rows.nuisance, joint);
+  if (unit) return unit;
+  Eigen::MatrixXd no_rotor(rows.nuisance.rows(), kRotor + 1);
+  no_rotor << rows.nuisance.leftCols(kRotor), rows.nuisance.rightCols(1);
+  const std::optional<EffortUnit> least = find_bracket(data, rows, no_rotor, joint);
+  return least && least->scale > 0.0 && std::log(least->low) > kFactor ? least : std::nullopt;
 }
 
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }

@@ -3,6 +3,8 @@
 // what is merely a wrong gain or a heavy load is no unit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "common/base/diagnostics.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/log_conventions.h"
@@ -128,6 +130,44 @@ TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
 
 TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
   EXPECT_EQ(find_units(make_logged("units_count", make_arm_drives(), {0.1, 0.1})).size(), 2u);
+}
+
+// A rotor adds to the disc's inertia and never takes from it: volts that are far below the disc's own torque are no N m.
+TEST(EffortUnits, EffortsBelowWhatTheBodiesAloneTakeAreAnotherUnitWhateverTheRotor) {
+  std::string disc = kDisc;
+  const std::string light = R"(ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002")";
+  disc.replace(disc.find(light), light.size(), R"(ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2")");
+  Experiment e = make_simulated_experiment("units_disc_volts", disc, {"motor"}, {{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}}});
+  e.scenario.drive = "effort";
+  EXPECT_TRUE(find_units(e).empty());
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[0].signal[2]) y /= 35.0;
+  }
+  const std::vector<EffortUnit> units = find_units(e);
+  ASSERT_EQ(units.size(), 1u);
+  EXPECT_NEAR(units[0].scale, 35.0, 3.5);  // a tenth, as above
+}
+
+// A second and a half at 100 Hz: few samples tell a unit that leaves hardly anything of the efforts.
+TEST(EffortUnits, AShortLogTellsItsUnitIfThatExplainsTheEfforts) {
+  Experiment e = make_logged("units_short", make_arm_drives(), {8.0, 8.0});
+  e.recordings.resize(1);
+  Recording& r = e.recordings[0];
+  const auto end = std::upper_bound(r.time.begin(), r.time.end(), r.time.front() + 1.5);
+  const auto size = static_cast<size_t>(end - r.time.begin());
+  const auto cut = [&](std::vector<double>& column) { column.resize(std::min(column.size(), size)); };
+  cut(r.time);
+  for (JointColumns& joint : r.joints) {
+    cut(joint.command), cut(joint.command_rate);
+    for (std::vector<double>& column : joint.signal) cut(column);
+  }
+  for (const EffortUnit& u : find_units(e)) EXPECT_NEAR(u.scale, 8.0, 0.8) << u.joint;  // a tenth, as above
+  EXPECT_EQ(find_units(e).size(), 2u);
+}
+
+// Hardly any friction tells which way the drive acts. No load turns the torque of all motions into minus eight times.
+TEST(EffortUnits, ATurnedCurrentThatNoLoadExplainsIsRefused) {
+  EXPECT_THROW(find_units(make_logged("units_turned_amperes", {}, {1.0, -0.125})), InputError);
 }
 
 TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
