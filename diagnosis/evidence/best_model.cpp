@@ -106,8 +106,7 @@ class Chooser {
     consider("parameters of the missing torque", model_);
     const double without = consider("friction and rotors by least squares", plain);
     const double with = consider("friction, rotors and gears by least squares", geared);
-    const Hypothesis sliding = find_preslidings(problem_, model_), start = find_preslidings(problem_, with < without ? geared : plain);
-    consider("the same with pre-sliding by simulation", sliding);
+    const Hypothesis start = find_preslidings(problem_, with < without ? geared : plain);
     if (is_effort_driven(*whole_.experiment)) {
       const CalcResiduals windows = make_window_residuals(whole_);
       const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
@@ -115,7 +114,7 @@ class Chooser {
       consider("half way there", find_middle(model_, fitted));
       consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
     }
-    const Hypothesis fitted = polish_joints(problem_, sliding, &rows_);
+    const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
     consider("fitted through each joint's simulation", fitted);
     consider("half way there", find_middle(model_, fitted));  // errors of both fits tend to have opposite signs
     consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
@@ -222,7 +221,7 @@ class Chooser {
   }
 
   const Problem &problem_, &whole_;
-  const Hypothesis& model_;
+  const Hypothesis model_;  // displacements before slipping are those of the simulation
   const std::function<void(const std::string&)>& progress_;
   const TorqueData data_;
   const EffortRows rows_;
@@ -252,7 +251,8 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
 
 Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress) {
-  return Chooser(problem, whole, model, progress).run(searched);
+  // Efforts along the recorded motion would prefer a model with the ripples of their logs.
+  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), progress).run(searched);
 }
 
 }  // namespace hrp::diagnosis

@@ -163,6 +163,20 @@ Hypothesis find_preslidings(const Problem& problem, const Hypothesis& model) {
   });
 }
 
+Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model) {
+  if (is_effort_driven(*problem.experiment)) return model;
+  return change_joints(problem, model, [](JointAlone* alone, Hypothesis own, int) {
+    for (size_t i = own.size(); i-- > 0;) {
+      if (own[i].id != EffectId::kCogging) continue;
+      Hypothesis without = own;
+      without.erase(without.begin() + static_cast<long>(i));
+      const Score with = alone->score(own), score = alone->score(without);
+      if (score.ok && (!with.ok || score.chi2 < with.chi2)) own = without;
+    }
+    return own;
+  });
+}
+
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
   return split_asymmetry(change_joints(problem, model, [&](JointAlone* alone, const Hypothesis& own, int joint) {
     if (efforts) alone->residuals = efforts->add_to(alone->residuals, problem.train, own, joint);
