@@ -89,7 +89,8 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
 
 bool has_same_links(const Hypothesis& model, const Hypothesis& links) {
   const Hypothesis own = take_links(model);
-  return std::equal(own.begin(), own.end(), links.begin(), links.end(), [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; });
+  const auto is_same = [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; };
+  return std::equal(own.begin(), own.end(), links.begin(), links.end(), is_same);
 }
 
 class Chooser {

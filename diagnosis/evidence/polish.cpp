@@ -102,7 +102,8 @@ Hypothesis scan_presliding(const JointAlone& alone, const Hypothesis& own) {
 
 // Applies `change` to the effects of each joint that has some, along the recorded paths of the others. An empty result
 // changes nothing.
-Hypothesis change_joints(const Problem& problem, const Hypothesis& model, const std::function<Hypothesis(JointAlone* alone, const Hypothesis& own, int joint)>& change) {
+using ChangeJoint = std::function<Hypothesis(JointAlone* alone, const Hypothesis& own, int joint)>;
+Hypothesis change_joints(const Problem& problem, const Hypothesis& model, const ChangeJoint& change) {
   const Hypothesis links = take_links(model);
   const JointPaths paths(problem, links);
   const int n = problem.experiment->num_joints();
