@@ -33,11 +33,13 @@ Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
   return model;
 }
 
-// Mean of the parameters of two fits of the same effects. Effects that `b` lacks keep the parameters of `a`.
+// Mean of the parameters of two fits of the same effects. Effects that `b` lacks keep the parameters of `a`. Parameters
+// that are scanned over decades have no mean: those of `b` stay.
 Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   for (Effect& effect : a) {
     const auto other = std::find_if(b.begin(), b.end(), [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
-    for (size_t i = 0; other != b.end() && i < effect.p.size(); ++i) effect.p[i] = 0.5 * (effect.p[i] + other->p[i]);
+    for (size_t i = 0; other != b.end() && i < effect.p.size(); ++i)
+      effect.p[i] = list_infos(effect.id)[i].scanned ? other->p[i] : 0.5 * (effect.p[i] + other->p[i]);
   }
   return a;
 }
@@ -67,6 +69,13 @@ std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const 
 constexpr double kNoError = 1e300;  // nothing was compared
 struct Errors {
   double position = kNoError, effort = kNoError;
+  std::vector<double> positions, efforts;  // by joint, in the signal's unit; NaN: not compared
+};
+
+// A model that was compared.
+struct Compared {
+  Hypothesis hypothesis;
+  Errors errors;
 };
 
 double join(const Problem& problem, const std::vector<double>& rms, Quantity quantity, const std::vector<double>& spreads) {
@@ -76,6 +85,12 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
     if (spread > 0.0 && std::isfinite(rms[j])) sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
   }
   return n > 0.0 ? std::sqrt(sum / n) : kNoError;
+}
+
+bool has_same_links(const Hypothesis& model, const Hypothesis& links) {
+  const Hypothesis own = take_links(model);
+  const auto is_same = [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; };
+  return std::equal(own.begin(), own.end(), links.begin(), links.end(), is_same);
 }
 
 class Chooser {
@@ -92,7 +107,7 @@ class Chooser {
     consider("parameters of the missing torque", model_);
     const double without = consider("friction and rotors by least squares", plain);
     const double with = consider("friction, rotors and gears by least squares", geared);
-    const Hypothesis& start = with < without ? geared : plain;
+    const Hypothesis start = find_preslidings(problem_, with < without ? geared : plain);
     if (is_effort_driven(*whole_.experiment)) {
       const CalcResiduals windows = make_window_residuals(whole_);
       const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
@@ -106,6 +121,7 @@ class Chooser {
     consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
     if (!searched.empty()) consider_searched(split_asymmetry(searched), plain);
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
+    consider("the best of these at each joint", mix_joints());
     if (is_effort_driven(*whole_.experiment)) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
       consider("least squares with richer laws, fitted to positions alone", polish_joints(problem_, start, nullptr, true));
@@ -152,7 +168,30 @@ class Chooser {
     for (size_t j = 0; positions.size() < spreads_.size() && j < spreads_.size(); ++j)
       positions.push_back(trial.validate.rms(j * kQuantities) / whole_.weights[j * kQuantities]);
     const std::vector<double> efforts = calc_torque_residuals(data_, make_plant(*whole_.experiment, trial.hypothesis), !whole_.validate.empty());
-    return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_)};
+    return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_), positions, efforts};
+  }
+
+  // The drives of several models: at each joint those with the lowest product of the joint's own two errors. Only models
+  // with the links of the best one compete, because a link's effects change what every drive has to give.
+  Hypothesis mix_joints() const {
+    const Hypothesis links = take_links(best_.hypothesis);
+    Hypothesis mixed = links;
+    for (size_t j = 0; j < spreads_.size(); ++j) {
+      const Compared* chosen = nullptr;
+      double least = kNoError;
+      for (const Compared& one : compared_) {
+        const double cost = calc_joint_cost(one.errors, j);
+        if (cost < least && has_same_links(one.hypothesis, links)) chosen = &one, least = cost;
+      }
+      const Hypothesis own = take_joint(chosen ? chosen->hypothesis : best_.hypothesis, static_cast<int>(j));
+      mixed.insert(mixed.end(), own.begin(), own.end());
+    }
+    return mixed;
+  }
+
+  static double calc_joint_cost(const Errors& errors, size_t j) {
+    const bool driven = j < errors.efforts.size() && std::isfinite(errors.efforts[j]);
+    return j < errors.positions.size() ? errors.positions[j] * (driven ? errors.efforts[j] : 1.0) : kNoError;
   }
 
   // Product [1] of position error and effort error, each relative to plain least squares, with a penalty where one is
@@ -173,6 +212,7 @@ class Chooser {
     const Trial trial = simulate_trial(whole_, hypothesis);
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return kNoError;
+    compared_.push_back({hypothesis, errors});
     const bool driven = errors.effort < kNoError;  // joints without a drive have no effort
     progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
               " % of their spread" + (driven ? ", efforts " + number(100.0 * errors.effort, 3) + " %" : ""));
@@ -182,12 +222,13 @@ class Chooser {
   }
 
   const Problem &problem_, &whole_;
-  const Hypothesis& model_;
+  const Hypothesis model_;  // displacements before slipping are those of the simulation
   const std::function<void(const std::string&)>& progress_;
   const TorqueData data_;
   const EffortRows rows_;
   std::vector<double> spreads_;  // [N m] standard deviation of each joint's effort
   Errors reference_;
+  std::vector<Compared> compared_;
   Trial best_;
   double least_ = kNoError;
 };
@@ -211,7 +252,8 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
 
 Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress) {
-  return Chooser(problem, whole, model, progress).run(searched);
+  // Efforts along the recorded motion would prefer a model with the ripples of their logs.
+  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), progress).run(searched);
 }
 
 }  // namespace hrp::diagnosis

@@ -22,7 +22,8 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
 //
 // - `model`, fitted to the missing torque, and the same with parameters fitted through simulation;
 // - plain least squares of friction and rotors, with and without gear losses, and the same fitted through simulation;
-// - `searched`, the result of the search, alone and beside friction and rotors; empty if the search found nothing.
+// - `searched`, the result of the search, alone and beside friction and rotors; empty if the search found nothing;
+// - the best of these with richer laws, and each joint with the laws of the candidate that is best there.
 //
 // `problem` searches by subtrees; `whole` is the problem of the whole robot. `progress` gets one line per candidate.
 Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,

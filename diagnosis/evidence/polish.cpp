@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
+#include "diagnosis/search/nearby.h"
 #include "diagnosis/simulation/windows.h"
 
 namespace hrp::diagnosis {
@@ -35,9 +38,35 @@ Hypothesis with(Hypothesis own, const Effect& added) {
   return own;
 }
 
+// A joint's dry friction has one displacement, whatever its laws are. None without dry friction.
+std::optional<double> get_presliding(const Hypothesis& own) {
+  for (const Effect& effect : own) {
+    const std::vector<EffectParameter>& infos = list_infos(effect.id);
+    for (size_t i = 0; i < infos.size(); ++i) {
+      if (infos[i].scanned) return effect.p[i];
+    }
+  }
+  return std::nullopt;
+}
+
+Hypothesis with_presliding(Hypothesis own, double displacement) {
+  for (Effect& effect : own) {
+    const std::vector<EffectParameter>& infos = list_infos(effect.id);
+    for (size_t i = 0; i < infos.size(); ++i) {
+      if (infos[i].scanned) effect.p[i] = displacement;
+    }
+  }
+  return own;
+}
+
+bool is_logged(const Experiment& e, int joint) {
+  return std::all_of(e.recordings.begin(), e.recordings.end(),
+                     [&](const Recording& r) { return r.joints[static_cast<size_t>(joint)].has(Quantity::kEffort); });
+}
+
 // Hypotheses with one additional law, or with a Stribeck curve in place of Coulomb friction. Only a joint with a drive
-// (`driven`) has a gain.
-std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded, bool driven) {
+// (`driven`) has a gain, and only a recorded effort (`logged`) a late log.
+std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded, bool driven, bool logged) {
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {
     if (own[i].id != EffectId::kCoulomb) continue;
@@ -52,21 +81,56 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));
   if (!has(EffectId::kRotorInertia)) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
-  if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0}}));
+  if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0, get_presliding(own).value_or(kPresliding)}}));
+  const Place log = at_sensor(joint, Reading::kEffort);
+  if (logged && !contains(own, EffectId::kSensorDelay, log)) list.push_back(with(own, {EffectId::kSensorDelay, log, {kInstant}}));
   if (driven && !has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
+}
+
+Hypothesis scan_presliding(const JointAlone& alone, const Hypothesis& own) {
+  const Score before = alone.score(own);
+  Hypothesis best = own;
+  double least = before.ok ? before.chi2 : 1e300;
+  for (double displacement : kPreslidings) {
+    const Hypothesis tried = with_presliding(own, displacement);
+    const Score score = alone.score(tried);
+    if (score.ok && score.chi2 < least) best = tried, least = score.chi2;
+  }
+  return best;
+}
+
+// Applies `change` to the effects of each joint that has some, along the recorded paths of the others. An empty result
+// changes nothing.
+using ChangeJoint = std::function<Hypothesis(JointAlone* alone, const Hypothesis& own, int joint)>;
+Hypothesis change_joints(const Problem& problem, const Hypothesis& model, const ChangeJoint& change) {
+  const Hypothesis links = take_links(model);
+  const JointPaths paths(problem, links);
+  const int n = problem.experiment->num_joints();
+  std::vector<Hypothesis> changed(static_cast<size_t>(n));
+  parallel_for(problem.jobs, n, [&](int j) {
+    const Hypothesis own = take_joint(model, j);
+    if (own.empty()) return;
+    JointAlone alone(paths, j);
+    changed[static_cast<size_t>(j)] = change(&alone, own, j);
+    if (changed[static_cast<size_t>(j)].empty()) changed[static_cast<size_t>(j)] = own;
+  });
+  Hypothesis out = links;
+  for (const Hypothesis& own : changed) out.insert(out.end(), own.begin(), own.end());
+  return out;
 }
 
 Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
   const bool commanded = !is_effort_driven(*alone.problem.experiment), driven = alone.problem.experiment->robot.tree.joint(joint).actuated;
+  const bool logged = is_logged(*alone.problem.experiment, joint);
   const Score before = alone.score(own);
   double least = before.chi2;
   if (!before.ok || least < kQuiet * before.count) return own;
   for (int round = 0; round < kMostAdded; ++round) {
     Hypothesis best;
     double limit = (1.0 - kBlur) * least;
-    for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven)) {
+    for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven, logged)) {
       const FitResult tried = alone.fit(h, kTryIterations);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
     }
@@ -94,25 +158,31 @@ Hypothesis split_asymmetry(const Hypothesis& model) {
   return out;
 }
 
-Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
-  const Hypothesis links = take_links(model);
-  const JointPaths paths(problem, links);
-  const int n = problem.experiment->num_joints();
-  std::vector<Hypothesis> fitted(static_cast<size_t>(n));
-  parallel_for(problem.jobs, n, [&](int j) {
-    const Hypothesis own = take_joint(model, j);
-    if (own.empty()) return;
-    JointAlone alone(paths, j);
-    if (efforts) alone.residuals = efforts->add_to(alone.residuals, problem.train, own, j);
-    fitted[static_cast<size_t>(j)] = enriched ? enrich(alone, own, j) : alone.fit_to_the_end(own);
+Hypothesis find_preslidings(const Problem& problem, const Hypothesis& model) {
+  return change_joints(problem, model, [](JointAlone* alone, const Hypothesis& own, int) {
+    return get_presliding(own) ? scan_presliding(*alone, own) : own;
   });
-  Hypothesis out = links;
-  for (int j = 0; j < n; ++j) {
-    const Hypothesis& own = fitted[static_cast<size_t>(j)];
-    const Hypothesis kept = own.empty() ? take_joint(model, j) : own;
-    out.insert(out.end(), kept.begin(), kept.end());
-  }
-  return split_asymmetry(out);
+}
+
+Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model) {
+  if (is_effort_driven(*problem.experiment)) return model;
+  return change_joints(problem, model, [](JointAlone* alone, Hypothesis own, int) {
+    for (size_t i = own.size(); i-- > 0;) {
+      if (own[i].id != EffectId::kCogging) continue;
+      Hypothesis without = own;
+      without.erase(without.begin() + static_cast<long>(i));
+      const Score with = alone->score(own), score = alone->score(without);
+      if (score.ok && (!with.ok || score.chi2 < with.chi2)) own = without;
+    }
+    return own;
+  });
+}
+
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
+  return split_asymmetry(change_joints(problem, model, [&](JointAlone* alone, const Hypothesis& own, int joint) {
+    if (efforts) alone->residuals = efforts->add_to(alone->residuals, problem.train, own, joint);
+    return enriched ? enrich(*alone, own, joint) : alone->fit_to_the_end(own);
+  }));
 }
 
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations) {

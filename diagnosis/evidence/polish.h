@@ -13,6 +13,16 @@ namespace hrp::diagnosis {
 // given, adds the effort residuals.
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts = nullptr, bool enriched = false);
 
+// Returns the model with the pre-sliding displacement of each joint's dry friction that fits the training recordings
+// best. The missing torque does not show it, because friction is full along almost all of a motion. A simulation does:
+// a displacement that is too large lets every stop and every reversal creep. No other parameter changes.
+Hypothesis find_preslidings(const Problem& problem, const Hypothesis& model);
+
+// Leaves out ripples of torque over position that the servo's simulation contradicts: it follows the recorded motion of
+// the training recordings better without them. A torque on the joint moves the joint; a ripple of the effort's log does
+// not. Returns the model unchanged for robots that are driven by recorded efforts.
+Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model);
+
 // Fits all parameters again through the whole robot. A joint alone follows recorded paths of its neighbours, which
 // contain encoder noise. Returns the model unchanged if this would take too long.
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations);

@@ -2,6 +2,8 @@
 // The model that a user gets: positions and efforts count alike in its fit and in its choice.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
@@ -71,6 +73,61 @@ TEST(BestModel, HasNoCentreOfMassBeyondItsLink) {
   const Problem problem = make_problem(e, 1);
   const Trial best = choose_best_model(problem, problem, make_drives(), {far}, [](const std::string&) {});
   EXPECT_FALSE(contains(best.hypothesis, far.id, far.place));
+}
+
+// Friction that slips at once: the usual displacement of 0.5 mrad would let the arm creep at every reversal.
+TEST(FindPreslidings, OfFrictionThatSlipsAtOnceAreAMatterOfMicroradians) {
+  Hypothesis hidden = make_drives();
+  hidden[1].p[2] = 3e-6, hidden[4].p[1] = 3e-6;
+  const Experiment e = make_simulated_experiment("preslidings", kArm, kJoints, hidden);
+  const Problem problem = make_problem(e, 1);
+  const Hypothesis found = find_preslidings(problem, make_drives());
+  EXPECT_LE(found[1].p[2], 3e-5);  // an encoder's step: below it nothing shows
+  EXPECT_LE(found[4].p[1], 3e-5);
+  EXPECT_EQ(found[1].p[0], make_drives()[1].p[0]);
+  EXPECT_LT(simulate_trial(problem, found).rms, 0.5 * simulate_trial(problem, make_drives()).rms);
+}
+
+// The log reads 0.4 N m over the position, and nothing acts on the joint.
+TEST(DropRipples, OfALogAreNoTorqueOnTheJoint) {
+  const Effect ripple{EffectId::kCogging, kElbow, {0.4, 20.0, 0.3}};
+  Experiment e = make_simulated_experiment("log_ripple", kArm, kJoints, make_drives());
+  for (Recording& r : e.recordings) {
+    JointColumns& elbow = r.joints[kElbow];
+    for (size_t k = 0; k < r.size(); ++k) elbow.signal[2][k] -= 0.4 * std::sin(20.0 * elbow.signal[0][k] + 0.3);
+  }
+  Hypothesis model = make_drives();
+  model.push_back(ripple);
+  const Problem problem = make_problem(e, 1);
+  EXPECT_FALSE(contains(drop_ripples_of_logs(problem, model), ripple.id, ripple.place));
+  EXPECT_FALSE(contains(choose_best_model(problem, problem, model, {}, [](const std::string&) {}).hypothesis, ripple.id, ripple.place));
+}
+
+TEST(DropRipples, ThatMoveTheJointStay) {
+  const Effect ripple{EffectId::kCogging, kElbow, {0.4, 20.0, 0.3}};
+  Hypothesis hidden = make_drives();
+  hidden.push_back(ripple);
+  const Experiment e = make_simulated_experiment("joint_ripple", kArm, kJoints, hidden);
+  EXPECT_TRUE(contains(drop_ripples_of_logs(make_problem(e, 1), hidden), ripple.id, ripple.place));
+}
+
+TEST(RicherLaws, HaveTheLateLogOfAnEffort) {
+  Hypothesis hidden = make_drives();
+  const Place log = at_sensor(kElbow, Reading::kEffort);
+  hidden.push_back({EffectId::kSensorDelay, log, {0.02}});
+  const Experiment e = make_simulated_experiment("richer_log", kArm, kJoints, hidden);
+  const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), nullptr, true);
+  const auto late = std::find_if(found.begin(), found.end(), [&](const Effect& effect) { return effect.id == EffectId::kSensorDelay && effect.place == log; });
+  ASSERT_NE(late, found.end());
+  EXPECT_NEAR(late->p[0], 0.02, 0.001);  // a fifth of the sampling time
+}
+
+TEST(RicherLaws, HaveAllParametersOfFrictionThatGrowsWithLoad) {
+  const Experiment e = make_simulated_experiment("richer_load", kArm, kJoints, make_drives());
+  Hypothesis model = make_drives();
+  model[4] = {EffectId::kCoulomb, kElbow, {0.5, 0.0, 5e-4}};  // the elbow's friction grows with its load
+  for (const Effect& effect : polish_joints(make_problem(e, 1), model, nullptr, true))
+    EXPECT_EQ(effect.p.size(), list_infos(effect.id).size()) << get_effect(effect.id).name;
 }
 
 // Of the true model windows leave noise: the start states are recorded ones.
