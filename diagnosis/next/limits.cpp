@@ -27,19 +27,23 @@ const JointColumns* find_columns(const Experiment& e, size_t joint) {
   return nullptr;
 }
 
-// Start of a motion: the stated pose, else the first command.
+// Start of a motion: the stated pose, else the first command, else the first position.
 double find_start(const Experiment& e, size_t joint) {
   const auto stated = e.scenario.initial_joints.find(e.robot.tree.joint(static_cast<int>(joint)).name);
   if (stated != e.scenario.initial_joints.end()) return stated->second;
-  const JointColumns* columns = find_columns(e, joint);
-  return columns ? columns->command.front() : 0.0;
+  if (const JointColumns* columns = find_columns(e, joint)) return columns->command.front();
+  for (double q : e.recordings[0].joints[joint].signal[0]) {
+    if (std::isfinite(q)) return q;
+  }
+  return 0.0;
 }
 
-// Range of the recorded commands, for joints without limits.
+// Range of the recorded commands, or of positions without commands, for joints without limits.
 void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   limits->lower = limits->upper = limits->start;
   for (const Recording& r : e.recordings) {
-    for (double q : r.joints[joint].command) {
+    const JointColumns& columns = r.joints[joint];
+    for (double q : columns.command.empty() ? columns.signal[0] : columns.command) {
       if (std::isfinite(q)) limits->lower = std::min(limits->lower, q), limits->upper = std::max(limits->upper, q);
     }
   }
