@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/next/candidate.h"
+#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/open_terms.h"
 #include "diagnosis/next/plan_list.h"
@@ -285,9 +288,20 @@ class Proposer {
   Next next_;
 };
 
-// More effects than this are compared by the torque that they need: the search for replacements by simulation replaces
-// no more of them (explanations.cpp), and its simulations grow with their square.
-constexpr size_t kFewEffects = 6;
+// True if the report judges joints by their missing torque, and most of these have friction or a rotor that the model
+// lacks. Replacing these effects one by one in a simulation would take minutes, and would not be the report's comparison.
+bool has_losses_everywhere(const Experiment& e, const Json& report) {
+  std::set<std::string> judged, lossy;
+  for (const Json& one : report.value("remaining", Json::array())) {
+    if (one["where"].contains("joint")) judged.insert(one["where"]["joint"].get<std::string>());
+  }
+  for (const Effect& effect : read_model(e, report)) {
+    const std::vector<TermRow>& rows = list_term_rows();
+    const bool of_drive = std::any_of(rows.begin(), rows.end(), [&](const TermRow& r) { return r.of_motor_and_gear && r.effect->id == effect.id; });
+    if (of_drive && effect.place.kind == PlaceKind::kJoint) lossy.insert(e.robot.tree.joint(effect.place.index).name);
+  }
+  return !judged.empty() && static_cast<double>(lossy.size()) >= kEveryDrive * static_cast<double>(judged.size());
+}
 
 // Reason why no motion can be proposed; empty if one can.
 std::string find_obstacle(const Experiment& e) {
@@ -308,7 +322,7 @@ Next propose_fixed(const Experiment& e, const Json& report, const NextOptions& o
   Next next;
   next.nothing = find_obstacle(e);
   if (!next.nothing.empty()) return next;
-  if (is_effort_driven(e) || read_model(e, report).size() > kFewEffects) return propose_by_torque(e, report, options, progress);
+  if (is_effort_driven(e) || has_losses_everywhere(e, report)) return propose_by_torque(e, report, options, progress);
   return Proposer(e, options, progress).run(report);
 }
 
