@@ -49,7 +49,27 @@ void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   }
 }
 
+const ServoGains& find_gains(const Experiment& e, const JointSpec& joint) {
+  const auto it = e.scenario.servo_joints.find(joint.name);
+  return it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
+}
+
+// Largest effort of the servo's stiffness, for logs without efforts.
+double find_servo_effort(const Experiment& e, size_t joint) {
+  const ServoGains& gains = find_gains(e, e.robot.tree.joint(static_cast<int>(joint)));
+  double most = 0.0;
+  for (const Recording& r : e.recordings) {
+    const JointColumns& c = r.joints[joint];
+    for (size_t k = 0; k < std::min(c.command.size(), c.signal[0].size()); ++k) {
+      if (std::isfinite(c.signal[0][k])) most = std::max(most, gains.kp * std::abs(c.command[k] - c.signal[0][k]));
+    }
+  }
+  return std::min(most, gains.effort_limit);
+}
+
 double find_seen_effort(const Experiment& e, size_t joint) {
+  const bool recorded = std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[joint].has(Quantity::kEffort); });
+  if (!recorded) return e.scenario.drive == "servo" ? find_servo_effort(e, joint) : 0.0;
   double most = 0.0;
   for (const Recording& r : e.recordings) {
     for (double effort : r.joints[joint].signal[static_cast<size_t>(Quantity::kEffort)]) {
@@ -60,9 +80,7 @@ double find_seen_effort(const Experiment& e, size_t joint) {
 }
 
 double find_effort(const Experiment& e, const JointSpec& joint) {
-  const auto it = e.scenario.servo_joints.find(joint.name);
-  const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-  return kUsedShare * std::min(joint.effort_limit, gains.effort_limit);
+  return kUsedShare * std::min(joint.effort_limit, find_gains(e, joint).effort_limit);
 }
 
 JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {

@@ -65,7 +65,8 @@ class Finder {
       const auto term = find_term(out_.design.whole, info, effect.place.index, 0.0);
       return term ? std::optional<Found>(Found{-1, {*term}}) : std::nullopt;
     }
-    if (effect.place.kind != PlaceKind::kJoint) return std::nullopt;
+    const bool of_log = effect.place.kind == PlaceKind::kSensor && effect.place.reading == Reading::kEffort;
+    if (effect.place.kind != PlaceKind::kJoint && !of_log) return std::nullopt;
     for (size_t i = 0; i < out_.design.joints.size(); ++i) {
       if (out_.design.joints[i].joint == effect.place.index) return find_own(effect, info, i);
     }
@@ -149,17 +150,30 @@ class Finder {
     Effect other;
     const bool known = read_effect(e_, alternative, &other);
     const auto found = known ? find(other) : std::nullopt;
-    if (!found || has(*found)) {
-      const std::string name = known ? get_label(e_, other) : alternative.value("effect", "");
+    const std::string name = known ? get_label(e_, other) : alternative.value("effect", "");
+    if (!found) {
       out_.untold.push_back(label + ", or " + name + ": these motions do not tell the two apart" + get_motion(alternative));
       return false;
     }
+    // An effect that the model has already takes over what it can: the rival is the rest.
     TorqueModel model = rest.model;
-    insert(*found, &model);
     Hypothesis hypothesis = rest.hypothesis;
-    hypothesis.push_back(other);
-    out_.questions.push_back({get_label(e_, other) + " instead of " + label, truth, make_side(model, hypothesis), false});
+    if (!has(*found)) insert(*found, &model), hypothesis.push_back(other);
+    add_question(name, label, truth, make_side(std::move(model), std::move(hypothesis)));
     return true;
+  }
+
+  // Rivals with the same terms are one.
+  void add_question(const std::string& name, const std::string& label, const TorqueSide& truth, TorqueSide&& rival) {
+    const std::string end = " instead of " + label;
+    for (OpenQuestion& q : out_.questions) {
+      const bool same = q.rival.model.own == rival.model.own && q.rival.model.whole == rival.model.whole;
+      const size_t at = q.label.rfind(end);
+      if (!same || at == std::string::npos) continue;
+      q.label.insert(at, " or " + name);
+      return;
+    }
+    out_.questions.push_back({name + end, truth, std::move(rival), false});
   }
 
   static std::string get_motion(const Json& alternative) {

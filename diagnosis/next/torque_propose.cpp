@@ -31,6 +31,7 @@ struct TorqueCandidate {
   Commands commands;
   std::vector<Comparison> comparisons;  // by question
   Eigen::MatrixXd fisher;               // about the report's model
+  std::string fault;                    // of a larger size
   bool ok = false;
 };
 
@@ -61,6 +62,10 @@ class TorqueProposer {
     }
     try_motions();
     choose();
+    for (const TorqueCandidate& c : candidates_) {
+      const bool there = std::find(next_.rejected.begin(), next_.rejected.end(), c.fault) != next_.rejected.end();
+      if (!c.fault.empty() && !there) next_.rejected.push_back(c.fault);
+    }
     if (next_.proposals.empty()) next_.nothing = "No motion is safe within the limits under every explanation.";
     return next_;
   }
@@ -144,17 +149,23 @@ class TorqueProposer {
     return safety->find_fault_of(*played.motion, readings, leave);
   }
 
+  static std::string name(const MotionPlan& plan) { return std::string(get_family_word(plan.family)) + (plan.loads.empty() ? "" : " with a load"); }
+
   // The largest size, from the plan's own, that is safe under the report's model.
   void try_motion(const MotionPlan& plan, Safety* safety, TorqueCandidate* c) const {
     c->plan = plan, c->ok = false;
     for (MotionPlan& p = c->plan; p.size >= kLeastSize; p.size *= kSmaller) {
       c->commands = make_motion(p, limits_);
       Played played;
-      if (!play(p, c->commands, &played) || !find_fault(played, {"", terms_.best, 0.0}, safety, nullptr).empty()) continue;
+      const std::string fault = play(p, c->commands, &played) ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr) : "the simulated robot leaves all bounds, or moves no judged joint";
+      if (!fault.empty()) {
+        c->fault = name(p) + ": " + fault + " under the report's model";
+        continue;
+      }
       c->comparisons.clear();
       for (const OpenQuestion& q : terms_.questions) c->comparisons.push_back(rows_->compare(played.rows, q.truth, q.rival));
       c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher;
-      c->ok = true;
+      c->ok = true, c->fault.clear();
       return;
     }
   }
@@ -257,15 +268,17 @@ class TorqueProposer {
       play(best->plan, best->commands, &played);
       const std::string fault = find_any_fault(*best, played, &leave);
       if (fault.empty()) {
-        best->ok = false;
+        best->ok = false, best->fault.clear();
         gained += best->fisher;
         add_proposal(*best, played, gained, leave);
         continue;
       }
-      next_.rejected.push_back(std::string(get_family_word(best->plan.family)) + (best->plan.loads.empty() ? "" : " with a load") + ": " + fault);
+      best->fault = name(best->plan) + ": " + fault;
+      const std::string larger = best->fault;
       MotionPlan smaller = best->plan;
       smaller.size *= kSmaller;
       try_motion(smaller, safety_[0].get(), best);
+      best->fault = larger;
     }
   }
 
