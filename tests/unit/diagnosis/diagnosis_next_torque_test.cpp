@@ -145,7 +145,7 @@ TEST(NextByTorque, TheNumberOfSimulationsOfAChosenMotionIsBounded) {
 }
 
 // Nobody knows the gains, but everybody's controller can follow a motion. It begins at rest, where the drive carries the
-// weight: 2 kg at 0.2 m and 1 kg at 0.55 m.
+// weight: 2 kg at 0.2 m and 1 kg at 0.55 m, which pull in the direction of a positive angle.
 TEST(NextByTorque, ARobotDrivenByEffortsGetsAMotionWithTheEffortsThatItNeeds) {
   Experiment e = simulate_arm("next_torque_effort", make_arm_drives());
   e.scenario.drive = "effort";
@@ -156,7 +156,7 @@ TEST(NextByTorque, ARobotDrivenByEffortsGetsAMotionWithTheEffortsThatItNeeds) {
   ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
   const Proposal& p = next.proposals[0];
   ASSERT_EQ(p.effort.size(), 2u);
-  EXPECT_NEAR(p.effort[kShoulder].front(), 9.81 * (2.0 * 0.2 + 1.0 * 0.55), 0.3);
+  EXPECT_NEAR(p.effort[kShoulder].front(), -9.81 * (2.0 * 0.2 + 1.0 * 0.55), 0.3);
   EXPECT_TRUE(p.stop.empty());  // nothing tells how far it will be from the motion
   NextOptions weak = make_options();
   weak.limits = {"shoulder.effort=5"};
