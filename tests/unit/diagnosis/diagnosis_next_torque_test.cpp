@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/next/limits.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/torque_propose.h"
 #include "diagnosis/next/torque_rows.h"
@@ -161,6 +162,15 @@ TEST(NextByTorque, ARobotDrivenByEffortsGetsAMotionWithTheEffortsThatItNeeds) {
   NextOptions weak = make_options();
   weak.limits = {"shoulder.effort=5"};
   EXPECT_NE(propose(e, make_open_report(), weak, kQuietly).nothing.find("No motion is safe"), std::string::npos);
+}
+
+// 200 N m/rad times 0.15 rad is 30 N m; twice that is more than the description allows, 0.9 times 50 N m.
+TEST(NextByTorque, WithoutRecordedEffortsTheServoSaysWhatTheDriveGave) {
+  Experiment e = simulate_arm("next_torque_servo", {});
+  for (Recording& r : e.recordings) r.joints[kElbow].signal[2].clear();
+  EXPECT_NEAR(make_limits(e, {}).joints[kElbow].effort, 0.5 * 45.0, 1e-9);
+  e.recordings[0].joints[kElbow].signal[0][0] = e.recordings[0].joints[kElbow].command[0] - 0.15;
+  EXPECT_NEAR(make_limits(e, {}).joints[kElbow].effort, 45.0, 1e-9);
 }
 
 TEST(NextByTorque, WithoutAMotionTheReportsWordsSayWhichKindWouldTell) {
