@@ -13,6 +13,9 @@ import unittest
 
 SOURCE = pathlib.Path(sys.argv.pop() if len(sys.argv) > 2 else ".").resolve()
 BIN = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else "build/bin")
+sys.path.insert(0, str(SOURCE / "scripts" / "diagnosis"))
+import closed_loop  # noqa: E402
+
 SECONDS = 3.6  # the weight is shifted, one foot swings and lands
 CUT = 0.4      # [s] of the recording that its logger missed at the beginning
 
@@ -92,6 +95,17 @@ class ClosedLoop(unittest.TestCase):
         said = resimulate(self.folder, "--wait", "2", "--controller", f"{sys.executable} -c {shlex.quote(law)} {{domain}}", expected=2)
         self.assertIn("never answered", said)
         self.assertIn("hrp/sensor_data", said)
+
+    def test_a_set_that_closes_its_log_after_the_controller_has_gone_has_run_to_its_end(self):
+        """As on a busy machine: the controller heard of the end two seconds before hrp-simulate ended."""
+        programs = self.folder / "busy"
+        programs.mkdir()
+        slow = programs / "hrp-simulate"
+        slow.write_text("#!/bin/sh\necho 'the place of controller is free, on DDS domain 3'\nsleep 2.5\n")
+        slow.chmod(0o755)
+        controller = closed_loop.Controller("true {domain}", programs)
+        status, _ = closed_loop.run(programs, self.scenario, self.folder / "busy.mcap", controller, 10.0)
+        self.assertEqual(status, 0)
 
 
 if __name__ == "__main__":

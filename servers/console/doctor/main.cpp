@@ -41,43 +41,8 @@ hrp::Findings look_into(const hrp::JoinedRun& run, const hrp::JoinOptions& join,
   return findings;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Finds out why a program sees no run or no data. Checks this machine, this session and one run. Prints one line\n"
-               "per check: ok, or the problem and how to solve it. Does not change the run. Takes about five seconds.", "hrp-doctor");
-  app.set_version_flag("--version", hrp::get_version_text("hrp-doctor"));
-  app.footer("What is checked:\n"
-             "  folder         the list of runs is in a folder that only you can enter\n"
-             "  run            there is a run, and only one fits the options\n"
-             "  interface      loopback, or the one of --network-interface, exists and is up\n"
-             "  multicast      discovery packets come back (--network-interface only)\n"
-             "  vendor         a message over loopback arrives with each DDS, and between them\n"
-             "  shared memory  /dev/shm has no files of dead Fast DDS programs\n"
-             "  environment    ROS_DOMAIN_ID, CYCLONEDDS_URI, FASTRTPS_DEFAULT_PROFILES_FILE fit the run\n"
-             "  clock          it does not jump; with several machines, it is synchronized\n"
-             "  files          a process may open enough files\n"
-             "  domain         the domain of the run has room for one more participant\n"
-             "  discovery      participants of the domain, and their vendors\n"
-             "  phase          the run is not paused and does not wait for a server\n"
-             "  qos            no reader asks for more than a writer offers, or misses the last sample\n"
-             "  types, names   topics have the types and names of idl/\n"
-             "Exit status: 0 no problem, 1 a problem, 2 wrong command line.\n"
-             "Examples:\n"
-             "  hrp-doctor                                    the only run of this machine\n"
-             "  hrp-doctor --domain 7                         a run of servers started by hand\n"
-             "  hrp-doctor --domain 7 --network-interface 192.168.1.10");
-  hrp::JoinOptions join;
-  join.only_looks = true;
-  hrp::BusOptions options;
-  hrp::add_join_options(app, &join);
-  app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; default: loopback");
-  app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, the same as for the servers")->check(CLI::ExistingFile);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? hrp::kExitOk : hrp::kExitBadInput;
-  }
+// Prints each finding as soon as it is known.
+hrp::Findings check_all(const hrp::JoinOptions& join, const hrp::BusOptions& options) {
   hrp::Findings all;
   const auto add = [&all](const hrp::Findings& more) {
     print(more);
@@ -93,6 +58,50 @@ int main(int argc, char** argv) {
   add(hrp::check_environment(choice.run ? choice.run->entry.domain : -1));
   add({hrp::check_clock(runs, several_machines), hrp::check_files()});
   if (choice.run) add(look_into(*choice.run, join, options));
+  return all;
+}
+
+constexpr const char* kChecks =
+    "What is checked:\n"
+    "  folder         the list of runs is in a folder that only you can enter\n"
+    "  run            there is a run, and only one fits the options\n"
+    "  interface      loopback, or the one of --network-interface, exists and is up\n"
+    "  multicast      discovery packets come back (--network-interface only)\n"
+    "  vendor         a message over loopback arrives with each DDS, and between them\n"
+    "  shared memory  /dev/shm has no files of dead Fast DDS programs\n"
+    "  environment    ROS_DOMAIN_ID, CYCLONEDDS_URI, FASTRTPS_DEFAULT_PROFILES_FILE fit the run\n"
+    "  clock          it does not jump; with several machines, it is synchronized\n"
+    "  files          a process may open enough files\n"
+    "  domain         the domain of the run has room for one more participant\n"
+    "  discovery      participants of the domain, and their vendors\n"
+    "  phase          the run is not paused and does not wait for a server\n"
+    "  qos            no reader asks for more than a writer offers, or misses the last sample\n"
+    "  types, names   topics have the types and names of idl/\n"
+    "Exit status: 0 no problem, 1 a problem, 2 wrong command line.\n"
+    "Examples:\n"
+    "  hrp-doctor                                    the only run of this machine\n"
+    "  hrp-doctor --domain 7                         a run of servers started by hand\n"
+    "  hrp-doctor --domain 7 --network-interface 192.168.1.10";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Finds out why a program sees no run or no data. Checks this machine, this session and one run. Prints one line\n"
+               "per check: ok, or the problem and how to solve it. Does not change the run. Takes about five seconds.", "hrp-doctor");
+  app.set_version_flag("--version", hrp::get_version_text("hrp-doctor"));
+  app.footer(kChecks);
+  hrp::JoinOptions join;
+  join.only_looks = true;
+  hrp::BusOptions options;
+  hrp::add_join_options(app, &join);
+  app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; default: loopback");
+  app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, the same as for the servers")->check(CLI::ExistingFile);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? hrp::kExitOk : hrp::kExitBadInput;
+  }
+  const hrp::Findings all = check_all(join, options);
   const auto problems = std::count_if(all.begin(), all.end(), [](const hrp::Finding& each) { return each.problem; });
   std::printf("%s\n", problems == 0 ? "no problem" : (std::to_string(problems) + (problems == 1 ? " problem" : " problems")).c_str());
   return problems == 0 ? hrp::kExitOk : hrp::kExitFailed;
