@@ -102,6 +102,24 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   return f;
 }
 
+// A zero that is off by gravity: no effect of the table takes gravity out as the body turns.
+Json make_gravity_finding(const floating::GoneGravity& gone) {
+  const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kZero);
+  const double std = std::max(gone.left, kBlur);
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"sensor", gone.sensor}}},
+          {"parameters", {{"value", make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2")}}},
+          {"grade", get_grade_name(Grade::kSupported)},
+          {"probability", 0.99},
+          {"share", 1.0},
+          {"weight", 1.0},
+          {"of_log", true},
+          {"statement", gone.sensor + ": gravity is not in it: on average it reads " + number(gone.left, 2) + " m/s^2 " +
+                            (gone.follows ? "and nothing of how the body leans. A filter took gravity out." : "of 9.8. It was zeroed at rest, or a filter took gravity out.")},
+          {"alternatives", Json::array()}};
+}
+
 // What a frame says of one effect: its value, and that of the rival in its place, which is off in the other sense.
 struct FrameValue {
   const EffectInfo& effect;
@@ -357,8 +375,10 @@ std::string describe_whole_reading(const floating::WholeReading& w) {
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base) {
-    out.bodies = floating::find_body_units(e);
-    const Experiment in_units = floating::convert_body_units(e, out.bodies);
+    out.weightless = floating::find_gone_gravity(e);
+    const Experiment heavy = floating::return_gravity(e, out.weightless);
+    out.bodies = floating::find_body_units(heavy);
+    const Experiment in_units = floating::convert_body_units(heavy, out.bodies);
     out.whole = floating::find_whole_readings(in_units);
     find_frames(floating::convert_whole_readings(in_units, out.whole), &out);
   }
@@ -374,7 +394,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_units = floating::convert_body_units(convert_zeros(convert_efforts(e, c.units), c.zeros), c.bodies);
+  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(e, c.units), c.zeros), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
@@ -385,6 +405,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
   for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
+  for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
   for (const floating::BodyUnit& u : c.bodies) add(u.sensor + ": " + u.meaning);
   for (const floating::SensorFrame& f : c.frames)
     add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
@@ -405,11 +426,12 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_untold_units(as_logged, c.untold, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
-  if (c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
+  if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
     const TorqueData data = make_torque_data(as_logged);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
   }
+  for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
   add_pose_findings(c.pose, &own);

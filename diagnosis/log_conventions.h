@@ -9,6 +9,7 @@
 #include "diagnosis/checks/checks.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/gone_gravity.h"
 #include "diagnosis/measurement/floating/pose_frames.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
@@ -23,12 +24,13 @@ struct LogConventions {
   std::vector<int> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
   std::vector<JointZero> zeros;
   std::vector<RefutedFriction> friction;
+  std::vector<floating::GoneGravity> weightless;
   std::vector<floating::BodyUnit> bodies;
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty(); }
-  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
+  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is

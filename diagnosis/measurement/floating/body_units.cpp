@@ -35,6 +35,7 @@ class Finder {
       if (log_.imus[i].gyro) find_gyroscope(i);
     }
     for (size_t s = 0; s < log_.sensors.size(); ++s) find_force(s);
+    find_kilograms();
     if (log_.base_pose) find_position();
     return std::move(out_);
   }
@@ -119,6 +120,26 @@ class Finder {
     if (-low < kPressed * std::max(0.0, high) || -low < 0.5 * weight) return;
     out_.push_back({"/wrench/" + log_.sensors[s].name + "/force", -1.0, "it counts what the foot does to the ground"});
     if (log_.sensors[s].has_wrench()) out_.push_back({"/wrench/" + log_.sensors[s].name + "/torque", -1.0, "it counts what the foot does to the ground"});
+  }
+
+  // What all feet bear is the weight, and in kilograms a tenth of it. Raw counts that come so near by chance are rare, and
+  // their scales are then told as such.
+  void find_kilograms() {
+    const bool all = !log_.feet.empty() && std::all_of(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) {
+      return f.sensor >= 0 && log_.sensors[static_cast<size_t>(f.sensor)].axis[2];
+    });
+    if (!all) return;
+    double sum = 0.0, count = 0.0;
+    for (const Clip& clip : log_.clips) {
+      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride, count += 1.0) {
+        for (size_t s = 0; s < log_.sensors.size(); ++s) sum += log_.sensors[s].foot >= 0 ? calc_vertical_force(log_, clip, s, k) : 0.0;
+      }
+    }
+    const double g = log_.experiment->scenario.gravity_W.norm();
+    if (count == 0.0 || !is_near(sum / count / ((log_.mass - log_.mass_below) * g), 1.0 / g)) return;
+    for (const ForceSensor& sensor : log_.sensors) {
+      if (sensor.foot >= 0) out_.push_back({"/wrench/" + sensor.name + "/force", 1.0 / g, "it counts in kilograms"});
+    }
   }
 
   // A base stands about as high as its legs are long.

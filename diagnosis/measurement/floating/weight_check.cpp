@@ -260,7 +260,8 @@ class WeightChecker {
     return out;
   }
 
-  // Forces in an unknown unit: required = sum of (reading - zero) / scale, the zero from feet in the air.
+  // Forces in an unknown unit: required = sum of (reading - reading in the air) / scale. The ground bears the feet, too,
+  // whether they hang below their sensors or are part of what those feel.
   void find_units(const ChannelRows& c) {
     out_.raw_counts = true;
     const long n = at_.sensors;
@@ -275,7 +276,7 @@ class WeightChecker {
         const double f = c.row(i)[places[static_cast<size_t>(s)]];
         sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
       }
-      readings.push_back(reading), needed.push_back(sum - c.y[i]);
+      readings.push_back(reading), needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
       auto& [A, b] = normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
       A += reading * reading.transpose(), b += needed.back() * reading;
     }
@@ -320,6 +321,12 @@ class WeightChecker {
     fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 
+  // [kg] that the model has below a sensor.
+  double get_hanging(int s) const {
+    const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
+    return sensor.hangs + sensor.below.mass;  // one of both
+  }
+
   void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
     const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
     double spread = 0;
@@ -332,9 +339,16 @@ class WeightChecker {
     f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
+    // A foot that hangs on its sensor pulls at it, which is no zero.
+    const double hanging = -get_hanging(s) * get_gravity() / per_unit;
+    if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
     Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
     zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
     zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
+    if (hanging != 0) {
+      zero.grade = Grade::kAmbiguous;
+      zero.statement += format(" Or it is %.1f counts, and the foot's own weight hangs on the sensor.", level.air - hanging);
+    }
     out_.findings.push_back(std::move(zero));
   }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/gone_gravity.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
 #include "test_places.h"
@@ -96,6 +97,45 @@ TEST_P(OfAWalk, AnImuThatHangsUpsideDownForASecondIsNoSureSign) {
     }
   }
   for (const BodyUnit& unit : find_body_units(e_)) EXPECT_TRUE(unit.may_hang) << unit.sensor << " " << unit.meaning;
+}
+
+// Zeroed while it stood: a body on its feet cannot read nothing on average. What is put back is gravity, upwards.
+TEST_P(OfAWalk, AnAccelerometerWithoutGravityIsToldAndGravityPutBack) {
+  EXPECT_TRUE(find_gone_gravity(e_).empty());
+  const std::string sensor = "/imu/" + e_.scenario.sensors.imus[0].name + "/linear_acceleration";
+  Vector3d mean = Vector3d::Zero();
+  double count = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    for (const Recording& r : e_.recordings) {
+      for (double x : r.other.at(sensor + "/" + "xyz"[a])) {
+        if (std::isfinite(x)) mean(a) += x, count += 1.0 / 3.0;
+      }
+    }
+  }
+  mean /= count;
+  for (int a = 0; a < 3; ++a) {
+    for (Recording& r : e_.recordings) {
+      for (double& x : r.other.at(sensor + "/" + "xyz"[a])) x -= mean(a);
+    }
+  }
+  const std::vector<GoneGravity> gone = find_gone_gravity(e_);
+  ASSERT_EQ(gone.size(), 1u);
+  EXPECT_EQ(gone[0].sensor, sensor);
+  EXPECT_NEAR(gone[0].value.norm(), 9.81, 0.1);
+  const Experiment back = return_gravity(e_, gone);
+  EXPECT_TRUE(find_gone_gravity(back).empty());
+  EXPECT_TRUE(find_body_units(back).empty());
+}
+
+TEST_P(OfAWalk, ForcesInKilogramsAreToldWhereTheFeetBearAWeight) {
+  if (!e_.scenario.sensors.base_pose) GTEST_SKIP() << "its forces are raw counts";
+  const std::string sensor = "/wrench/" + e_.scenario.sensors.wrenches[0].name + "/force";
+  for (const WrenchSpec& w : e_.scenario.sensors.wrenches) scale("/wrench/" + w.name + "/force", 1.0 / 9.81, &e_);
+  const std::vector<BodyUnit> units = find_body_units(e_);
+  ASSERT_EQ(units.size(), e_.scenario.sensors.wrenches.size());
+  EXPECT_EQ(units[0].sensor, sensor);
+  EXPECT_NEAR(units[0].scale, 1.0 / 9.81, 1e-12);
+  EXPECT_TRUE(find_body_units(convert_body_units(e_, units)).empty());
 }
 
 TEST_P(OfAWalk, AGyroscopeInDegreesIsTold) {
