@@ -27,25 +27,49 @@ const JointColumns* find_columns(const Experiment& e, size_t joint) {
   return nullptr;
 }
 
-// Start of a motion: the stated pose, else the first command.
+// Start of a motion: the stated pose, else the first command, else the first position.
 double find_start(const Experiment& e, size_t joint) {
   const auto stated = e.scenario.initial_joints.find(e.robot.tree.joint(static_cast<int>(joint)).name);
   if (stated != e.scenario.initial_joints.end()) return stated->second;
-  const JointColumns* columns = find_columns(e, joint);
-  return columns ? columns->command.front() : 0.0;
+  if (const JointColumns* columns = find_columns(e, joint)) return columns->command.front();
+  for (double q : e.recordings[0].joints[joint].signal[0]) {
+    if (std::isfinite(q)) return q;
+  }
+  return 0.0;
 }
 
-// Range of the recorded commands, for joints without limits.
+// Range of the recorded commands, or of positions without commands, for joints without limits.
 void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   limits->lower = limits->upper = limits->start;
   for (const Recording& r : e.recordings) {
-    for (double q : r.joints[joint].command) {
+    const JointColumns& columns = r.joints[joint];
+    for (double q : columns.command.empty() ? columns.signal[0] : columns.command) {
       if (std::isfinite(q)) limits->lower = std::min(limits->lower, q), limits->upper = std::max(limits->upper, q);
     }
   }
 }
 
+const ServoGains& find_gains(const Experiment& e, const JointSpec& joint) {
+  const auto it = e.scenario.servo_joints.find(joint.name);
+  return it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
+}
+
+// Largest effort of the servo's stiffness, for logs without efforts.
+double find_servo_effort(const Experiment& e, size_t joint) {
+  const ServoGains& gains = find_gains(e, e.robot.tree.joint(static_cast<int>(joint)));
+  double most = 0.0;
+  for (const Recording& r : e.recordings) {
+    const JointColumns& c = r.joints[joint];
+    for (size_t k = 0; k < std::min(c.command.size(), c.signal[0].size()); ++k) {
+      if (std::isfinite(c.signal[0][k])) most = std::max(most, gains.kp * std::abs(c.command[k] - c.signal[0][k]));
+    }
+  }
+  return std::min(most, gains.effort_limit);
+}
+
 double find_seen_effort(const Experiment& e, size_t joint) {
+  const bool recorded = std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[joint].has(Quantity::kEffort); });
+  if (!recorded) return e.scenario.drive == "servo" ? find_servo_effort(e, joint) : 0.0;
   double most = 0.0;
   for (const Recording& r : e.recordings) {
     for (double effort : r.joints[joint].signal[static_cast<size_t>(Quantity::kEffort)]) {
@@ -56,9 +80,7 @@ double find_seen_effort(const Experiment& e, size_t joint) {
 }
 
 double find_effort(const Experiment& e, const JointSpec& joint) {
-  const auto it = e.scenario.servo_joints.find(joint.name);
-  const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-  return kUsedShare * std::min(joint.effort_limit, gains.effort_limit);
+  return kUsedShare * std::min(joint.effort_limit, find_gains(e, joint).effort_limit);
 }
 
 JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {

@@ -86,18 +86,20 @@ std::string make_overlay(const json& overlay, const json& explanations) {
   std::string out = make_plot(time, curves, signal + unit);
   if (coincide(curves)) out += make_plot(time, subtract_first(curves), "difference from the first explanation" + unit);
   out += "<p class='small'>";
-  for (size_t i = 0; i < curves.size() && i < explanations.size(); ++i)
-    out += "<span style='color:" + std::string(get_colour(i)) + "'>&#9632;</span> " + escape(explanations[i].get<std::string>()) + " &nbsp; ";
+  const json& own = html::get_list(overlay, "labels");
+  const json& labels = own.empty() ? explanations : own;
+  for (size_t i = 0; i < curves.size() && i < labels.size(); ++i)
+    out += "<span style='color:" + std::string(get_colour(i)) + "'>&#9632;</span> " + escape(labels[i].get<std::string>()) + " &nbsp; ";
   return out + "</p>";
 }
 
 std::string percent(double share) { return share > 0.99 ? "over 99 %" : format_number(std::round(100.0 * share), 3) + " %"; }
 
-std::string make_expected(const json& motion) {
+std::string make_expected(const json& motion, const std::string& scale) {
   std::string rows;
   for (const json& one : html::get_list(motion, "expected")) {
     rows += "<tr><td>" + escape(html::get_text(one, "against")) + "</td><td class='num'>" + percent(html::get_number(one, "probability", 0.0)) +
-            "</td><td class='num'>" + format_number(html::get_number(one, "difference", 0.0), 3) + " times the noise</td></tr>";
+            "</td><td class='num'>" + format_number(html::get_number(one, "difference", 0.0), 3) + " " + escape(scale) + "</td></tr>";
   }
   if (rows.empty()) return "";
   return "<table><tr><th>Is it this instead?</th><th>chance that this motion decides</th><th>difference that stays after fitting</th></tr>" + rows + "</table>";
@@ -135,7 +137,9 @@ std::string make_steps(const json& motion) {
          "<li>Support the load, then take it off, before the drives are switched off.</li></ol>";
 }
 
-std::string make_motion(const json& motion, const json& explanations, size_t number) {
+std::string make_motion(const json& motion, const json& next, size_t number) {
+  const json& explanations = html::get_list(next, "explanations");
+  const std::string scale = html::get_text(next, "scale");
   std::string joints;
   for (const json& joint : html::get_list(motion, "joints")) joints += (joints.empty() ? "" : ", ") + escape(joint.get<std::string>());
   const std::string steps = make_steps(motion);
@@ -144,7 +148,7 @@ std::string make_motion(const json& motion, const json& explanations, size_t num
          escape(html::get_text(motion, "file")) + "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) + " s) and record it. Moving: " + joints + ".</p>" +
          steps + "<p>Add the recording to the experiment" + (held ? "; it is held out: nothing is fitted to it, it judges" : "") + ":</p><pre>" +
          escape(html::get_text(motion, "line")) + "</pre>" + make_stop(motion) + make_overlay(html::get_object(motion, "overlay"), explanations) +
-         make_expected(motion) + make_intervals(motion);
+         make_expected(motion, scale) + make_intervals(motion);
 }
 
 std::string make_list(const json& next, const char* key, const char* title) {
@@ -169,12 +173,17 @@ std::string make_next_page(const nlohmann::ordered_json& given, const std::strin
   const json next = copy_json(given);
   std::string out = "<!doctype html><html lang='en'><meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>Next experiment: " + escape(robot) +
                     "</title><style>" + kReportStyle + "</style><main><p class='over'>Next experiment</p><h1>" + escape(robot) + "</h1>" + make_lead(next);
-  const json& explanations = html::get_list(next, "explanations");
   size_t number = 0;
-  for (const json& motion : html::get_list(next, "motions")) out += make_motion(motion, explanations, ++number);
+  for (const json& motion : html::get_list(next, "motions")) out += make_motion(motion, next, ++number);
+  out += make_list(next, "words", "Motions that would tell") + make_list(next, "untold", "What these motions do not tell");
   out += make_list(next, "rejected", "Not safe, therefore not proposed") + make_list(next, "remarks", "What was not checked");
-  return out + "<p class='small'>Every motion was simulated under the nominal model and under every explanation before it was proposed: positions, speeds, efforts and "
-               "collisions stay within the limits. Start with somebody at the emergency stop.</p></main></html>\n";
+  if (html::get_list(next, "motions").empty()) return out + "</main></html>\n";
+  const std::string checked = html::get_text(next, "checked");
+  return out + "<p class='small'>" +
+         (checked.empty() ? "Every motion was simulated under the nominal model and under every explanation before it was proposed: positions, speeds, efforts and "
+                            "collisions stay within the limits. "
+                          : escape(checked)) +
+         "Start with somebody at the emergency stop.</p></main></html>\n";
 }
 
 }  // namespace hrp::diagnosis

@@ -3,22 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/next/candidate.h"
 #include "diagnosis/next/ends.h"
-#include "diagnosis/next/hung_loads.h"
+#include "diagnosis/next/open_terms.h"
+#include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/stance.h"
+#include "diagnosis/next/torque_propose.h"
 #include "diagnosis/search/starts.h"
 #include "diagnosis/search/trial.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr unsigned kSeeds = 2;          // of each family
 constexpr double kSmaller = 0.8;        // factor on a size that is not safe
 constexpr double kLeastSize = 0.2;      // smallest one that is tried
 constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
@@ -83,46 +88,8 @@ class Proposer {
   // Joints at which the possible effects act, and joints that carry such links.
   std::vector<char> find_concerned() const {
     std::vector<char> moves(static_cast<size_t>(e_.num_joints()), 0);
-    for (const Explanation& one : explanations_.list) {
-      for (const Effect& effect : one.hypothesis) {
-        const int joint = find_joint(effect);
-        if (joint >= 0) moves[static_cast<size_t>(joint)] = 1;
-        if (effect.place.kind != PlaceKind::kLink) continue;
-        for (int link = effect.place.index; link > 0; link = e_.robot.tree.links[static_cast<size_t>(link)].parent) moves[static_cast<size_t>(link) - 1] = 1;
-      }
-    }
+    for (const Explanation& one : explanations_.list) mark_concerned(e_, one.hypothesis, &moves);
     return moves;
-  }
-
-  std::vector<MotionPlan> list_plans() const {
-    std::vector<MotionPlan> plans;
-    const std::vector<char> all(static_cast<size_t>(e_.num_joints()), 1), some = find_concerned();
-    const bool apart = some != all && std::find(some.begin(), some.end(), 1) != some.end();
-    for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
-      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-        MotionPlan plan;
-        plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod, plan.moves = all;
-        plans.push_back(plan);
-        if (!apart) continue;
-        plan.moves = some, plan.seed += kSeeds;
-        plans.push_back(plan);
-      }
-    }
-    add_loaded(&plans);
-    return plans;
-  }
-
-  // Adds motions with loads. A weight shows best if joints are slow or at rest.
-  void add_loaded(std::vector<MotionPlan>* plans) const {
-    const std::vector<MotionPlan> bare = *plans;
-    for (const LoadSpec& load : list_hung_loads(e_.robot.tree, limits_.load)) {
-      for (MotionPlan plan : bare) {
-        const bool slow = plan.family == Family::kPostures || plan.family == Family::kCreep || plan.family == Family::kTwoSpeeds;
-        if (!slow || plan.seed > kSeeds) continue;
-        plan.loads = {load};
-        plans->push_back(plan);
-      }
-    }
   }
 
   bool is_safe(const TrialMotion& motion, Safety* safety) const {
@@ -152,7 +119,7 @@ class Proposer {
   }
 
   void try_motions() {
-    const std::vector<MotionPlan> plans = list_plans();
+    const std::vector<MotionPlan> plans = list_plans(e_, limits_, find_concerned(), options_.seconds);
     progress_(std::to_string(explanations_.list.size()) + " explanations along " + std::to_string(plans.size()) + " motions");
     candidates_.resize(plans.size());
     std::vector<std::unique_ptr<Safety>> own(static_cast<size_t>(options_.jobs));
@@ -321,25 +288,51 @@ class Proposer {
   Next next_;
 };
 
+// True if the report judges joints by their missing torque, and most of these have friction or a rotor that the model
+// lacks. Replacing these effects one by one in a simulation would take minutes, and would not be the report's comparison.
+bool has_losses_everywhere(const Experiment& e, const Json& report) {
+  std::set<std::string> judged, lossy;
+  for (const Json& one : report.value("remaining", Json::array())) {
+    if (one["where"].contains("joint")) judged.insert(one["where"]["joint"].get<std::string>());
+  }
+  for (const Effect& effect : read_model(e, report)) {
+    const std::vector<TermRow>& rows = list_term_rows();
+    const bool of_drive = std::any_of(rows.begin(), rows.end(), [&](const TermRow& r) { return r.of_motor_and_gear && r.effect->id == effect.id; });
+    if (of_drive && effect.place.kind == PlaceKind::kJoint) lossy.insert(e.robot.tree.joint(effect.place.index).name);
+  }
+  return !judged.empty() && static_cast<double>(lossy.size()) >= kEveryDrive * static_cast<double>(judged.size());
+}
+
 // Reason why no motion can be proposed; empty if one can.
 std::string find_obstacle(const Experiment& e) {
   if (e.num_joints() == 0) return "The robot has no joints.";
-  if (e.scenario.drive != "servo" && e.scenario.drive != "voltage")
+  if (e.scenario.drive != "servo" && e.scenario.drive != "voltage" && !is_effort_driven(e))
     return "The recordings are driven by " + e.scenario.drive + ", not by commands to servos: no command can be proposed without the servo's gains.";
+  for (int j = 0; j < e.num_joints() && is_effort_driven(e); ++j) {
+    const JointSpec& joint = e.robot.tree.joint(j);
+    if (!joint.actuated) return joint.name + " has no drive: no motion of it can be commanded.";
+  }
   for (const JointColumns& joint : e.recordings[0].joints) {
     if (joint.has(Quantity::kPosition)) return "";
   }
   return "No joint position was recorded.";
 }
 
+Next propose_fixed(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress) {
+  Next next;
+  next.nothing = find_obstacle(e);
+  if (!next.nothing.empty()) return next;
+  if (is_effort_driven(e) || has_losses_everywhere(e, report)) return propose_by_torque(e, report, options, progress);
+  return Proposer(e, options, progress).run(report);
+}
+
 }  // namespace
 
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
-  if (experiment.scenario.floating_base) return propose_stance(experiment, report, options, progress);
-  Next next;
-  next.nothing = find_obstacle(experiment);
-  if (!next.nothing.empty()) return next;
-  return Proposer(experiment, options, progress).run(report);
+  const bool floating = experiment.scenario.floating_base;
+  Next next = floating ? propose_stance(experiment, report, options, progress) : propose_fixed(experiment, report, options, progress);
+  if (!next.nothing.empty()) next.words = list_motion_words(report);
+  return next;
 }
 
 }  // namespace hrp::diagnosis

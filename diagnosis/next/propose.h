@@ -37,6 +37,7 @@ struct Overlay {
   std::string signal, unit;
   std::vector<double> time;
   std::vector<std::vector<double>> curves;  // by explanation
+  std::vector<std::string> labels;          // by curve; empty: those of all explanations
 };
 
 struct Proposal {
@@ -48,7 +49,8 @@ struct Proposal {
   std::vector<ExpectedInterval> intervals;    // after this motion and all before it
   Overlay overlay;
   double worth = 0.0;
-  std::vector<double> stop;  // by joint [rad or m]: stop if a joint is further from its command
+  std::vector<double> stop;  // by joint [rad or m]: stop if a joint is further from its command; empty: not known
+  std::vector<std::vector<double>> effort;  // [N m or N] expected, by joint; empty: a servo follows the commands
 };
 
 struct Next {
@@ -57,6 +59,10 @@ struct Next {
   std::vector<Proposal> proposals;      // best first
   std::vector<std::string> remarks;     // limits that are unknown, checks that were not made
   std::vector<std::string> rejected;    // motions that would tell more but are not safe, and why
+  std::vector<std::string> words;       // without a motion: which kind of motion would tell, from the report
+  std::vector<std::string> untold;      // alternatives that these motions cannot tell apart
+  std::string checked;                  // how the motions were checked; empty: simulated under every explanation
+  std::string scale = "times the noise";  // unit of Expected::difference
   bool unseen = false;
   int tried = 0;                        // number of simulated motions
 };

@@ -60,6 +60,10 @@ Safety::Safety(const Experiment& experiment, const Limits& limits)
 std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave) {
   std::vector<double> readings;
   if (!simulate_trial(motion, hypothesis, &readings)) return "the simulated robot leaves all bounds";
+  return find_fault_of(motion, readings, leave);
+}
+
+std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave) {
   const size_t first = motion.problem.smooth[0].start, rows = motion.experiment.recordings[0].size();
   const std::string fault = find_joint_fault(readings, first, rows);
   const std::vector<double>& time = motion.experiment.recordings[0].time;

@@ -19,6 +19,9 @@ class Safety {
   // given: by joint [rad or m], increased to the largest difference from the command.
   std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave = nullptr);
 
+  // The same for given readings [sample][joint][quantity] of a motion: commands of `motion`, whoever predicts the rest.
+  std::string find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave = nullptr);
+
   // What is not checked, and why.
   const std::vector<std::string>& remarks() const { return remarks_; }
 

@@ -54,4 +54,17 @@ std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Rec
   return motion;
 }
 
+std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const Recording& like, const Commands& commands,
+                                                  const std::vector<std::vector<double>>& efforts, const std::vector<LoadSpec>& loads) {
+  auto motion = std::make_unique<TrialMotion>();
+  motion->experiment = bare;
+  motion->experiment.recordings = {make_recording(like, commands, loads)};
+  std::vector<JointColumns>& joints = motion->experiment.recordings[0].joints;
+  for (size_t j = 0; j < joints.size(); ++j) {
+    joints[j].signal[1] = commands.velocity[j], joints[j].signal[2] = efforts[j];
+  }
+  motion->problem = make_problem(motion->experiment, 1);
+  return motion;
+}
+
 }  // namespace hrp::diagnosis

@@ -14,16 +14,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string make_csv(const Experiment& e, const Commands& commands) {
+std::string make_csv(const Experiment& e, const Proposal& p) {
+  const Commands& commands = p.commands;
   std::string text = "time";
   for (int j = 0; j < e.num_joints(); ++j) {
     const std::string base = ",/joint_commands/" + e.robot.tree.joint(j).name;
-    text += base + "/position" + base + "/velocity";
+    text += base + "/position" + base + "/velocity" + (p.effort.empty() ? "" : base + "/effort");
   }
   for (size_t k = 0; k < commands.time.size(); ++k) {
     text += "\n" + number(commands.time[k], 10);
-    for (size_t j = 0; j < commands.position.size(); ++j)
+    for (size_t j = 0; j < commands.position.size(); ++j) {
       text += "," + number(commands.position[j][k], 10) + "," + number(commands.velocity[j][k], 10);
+      if (!p.effort.empty()) text += "," + number(p.effort[j][k], 6);
+    }
   }
   return text + "\n";
 }
@@ -73,7 +76,7 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
           {"worth", round_to(p.worth, 3)},
           {"expected", expected},
           {"intervals", intervals},
-          {"overlay", {{"signal", p.overlay.signal}, {"unit", p.overlay.unit}, {"time", p.overlay.time}, {"curves", p.overlay.curves}}}};
+          {"overlay", {{"signal", p.overlay.signal}, {"unit", p.overlay.unit}, {"time", p.overlay.time}, {"curves", p.overlay.curves}, {"labels", p.overlay.labels}}}};
 }
 
 Json make_json(const Next& next, const std::vector<std::string>& joints) {
@@ -86,6 +89,10 @@ Json make_json(const Next& next, const std::vector<std::string>& joints) {
           {"motions", motions},
           {"tried", next.tried},
           {"rejected", next.rejected},
+          {"words", next.words},
+          {"untold", next.untold},
+          {"checked", next.checked},
+          {"scale", next.scale},
           {"remarks", next.remarks}};
 }
 
@@ -95,7 +102,7 @@ void write_next(const Experiment& experiment, const Next& next, const std::strin
   const fs::path out = fs::path(folder) / "next";
   fs::remove_all(out);
   fs::create_directories(out);
-  for (const Proposal& p : next.proposals) write_file(out / p.file, make_csv(experiment, p.commands));
+  for (const Proposal& p : next.proposals) write_file(out / p.file, make_csv(experiment, p));
   std::vector<std::string> joints;
   for (int j = 0; j < experiment.num_joints(); ++j) joints.push_back(experiment.robot.tree.joint(j).name);
   const Json json = make_json(next, joints);
@@ -107,8 +114,10 @@ std::string propose_next(const Experiment& experiment, const std::string& folder
                          const Progress& progress) {
   const Next next = propose(experiment, report, options, progress);
   write_next(experiment, next, folder);
-  if (!next.nothing.empty()) return "\nNext experiment: none. " + next.nothing + "\n";
-  std::string text = "\nNext experiment (" + folder + "/next/next.html):\n";
+  std::string text;
+  for (const std::string& one : next.words) text += "  " + one + ".\n";
+  if (!next.nothing.empty()) return "\nNext experiment: none. " + next.nothing + "\n" + (text.empty() ? "" : "Motions that would tell:\n") + text;
+  text = "\nNext experiment (" + folder + "/next/next.html):\n";
   for (const Proposal& p : next.proposals) {
     double decided = 0.0;
     for (const Expected& one : p.expected) decided += one.probability / static_cast<double>(p.expected.size());

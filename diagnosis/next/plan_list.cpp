@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/plan_list.h"
+
+#include <algorithm>
+
+#include "diagnosis/next/hung_loads.h"
+#include "diagnosis/search/starts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr unsigned kSeeds = 2;  // of each family
+
+// Adds motions with loads. A weight shows best if joints are slow or at rest.
+void add_loaded(const Experiment& e, const Limits& limits, std::vector<MotionPlan>* plans) {
+  const std::vector<MotionPlan> bare = *plans;
+  for (const LoadSpec& load : list_hung_loads(e.robot.tree, limits.load)) {
+    for (MotionPlan plan : bare) {
+      const bool slow = plan.family == Family::kPostures || plan.family == Family::kCreep || plan.family == Family::kTwoSpeeds;
+      if (!slow || plan.seed > kSeeds) continue;
+      plan.loads = {load};
+      plans->push_back(plan);
+    }
+  }
+}
+
+}  // namespace
+
+void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vector<char>* moves) {
+  for (const Effect& effect : hypothesis) {
+    const int joint = find_joint(effect);
+    if (joint >= 0) (*moves)[static_cast<size_t>(joint)] = 1;
+    if (effect.place.kind != PlaceKind::kLink) continue;
+    for (int link = effect.place.index; link > 0; link = e.robot.tree.links[static_cast<size_t>(link)].parent) (*moves)[static_cast<size_t>(link) - 1] = 1;
+  }
+}
+
+std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned, double seconds) {
+  std::vector<MotionPlan> plans;
+  const std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);
+  const bool apart = concerned != all && std::find(concerned.begin(), concerned.end(), 1) != concerned.end();
+  for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
+    for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      MotionPlan plan;
+      plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod, plan.moves = all;
+      plans.push_back(plan);
+      if (!apart) continue;
+      plan.moves = concerned, plan.seed += kSeeds;
+      plans.push_back(plan);
+    }
+  }
+  add_loaded(e, limits, &plans);
+  return plans;
+}
+
+}  // namespace hrp::diagnosis
