@@ -6,6 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
+#include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_loads.h"
@@ -74,7 +75,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
     return f;
   }
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
-                          number(kNinetyFive * std, 2) + " N m (a motor's current, or a share?).";
+                          number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") + " (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
@@ -352,9 +353,9 @@ bool is_in_log_unit(const Json& finding) {
 void add_untold_units(const Experiment& e, const std::vector<int>& untold, Reports* reports) {
   Json& report = reports->report;
   for (int joint : untold) {
-    const std::string name = e.robot.tree.joint(joint).name;
+    const std::string name = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
     const std::string text = e.signal_name(joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
-                             " is in the unit of the log, and in N m only if that is N m";
+                             " is in the unit of the log, and in " + unit + " only if that is " + unit;
     report["untold_units"].push_back(name);
     report["warnings"].push_back(text), reports->series["notes"].push_back(text);
     for (Json& f : report["findings"]) {

@@ -45,7 +45,7 @@ void add_options(CLI::App* app, Options* o) {
       ->capture_default_str();
   app->add_flag("--next", o->next,
                "also proposes motions that decide between the remaining explanations, and are safe under all of them.\n"
-               "For fixed bases and standing robots. Writes DIR/next/*.csv, o->next.json, o->next.html");
+               "For fixed bases and standing robots. Writes DIR/next/*.csv, next.json, next.html");
   app->add_option("--limit", o->motions.limits,
                  "tightens a limit of these motions (SI units): speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
       ->needs("--next");

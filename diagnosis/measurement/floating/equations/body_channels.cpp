@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidates.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
@@ -110,7 +111,7 @@ void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayou
   const auto i = static_cast<size_t>(j);
   const JointSpec& joint = log.tree.joint(j);
   const std::string signal = "/joint_states/" + joint.name + "/effort";
-  const std::string unit = joint.kind == JointKind::kRevolute ? "N m" : "N";
+  const std::string unit = get_joint_unit(joint, "N m");
   if (is_compared(log, contacts, j)) {
     std::vector<int> columns = list_columns(log, layout, channels->pulled, j + 1);
     for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout.joint(j, c));
