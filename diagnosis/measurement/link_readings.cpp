@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/link_readings.h"
 
-#include "common/effects/units.h"
 #include "common/multibody/kinematics.h"
 
 namespace hrp::diagnosis {
@@ -42,7 +41,7 @@ LinkReadings::LinkReadings(const TreeSpec& tree, const Vector3d& gravity_W, cons
       size_ += count;
     };
     if (sensor.kind == LinkSensorKind::kTorque)
-      add("", get_joint_unit(tree_.joint(sensor.joint), "N m"), 1);
+      add("", tree_.joint(sensor.joint).kind == JointKind::kPrismatic ? "N" : "N m", 1);
     if (sensor.kind == LinkSensorKind::kWrench) add("/force", "N", 3), add("/torque", "N m", 3);
     if (sensor.kind == LinkSensorKind::kImu) add("/angular_velocity", "rad/s", 3), add("/linear_acceleration", "m/s^2", 3);
     beyond_.emplace_back(tree_.links.size(), 0);
