@@ -100,9 +100,10 @@ class ClosedLoop(unittest.TestCase):
         """As on a busy machine: the controller heard of the end two seconds before hrp-simulate ended."""
         programs = self.folder / "busy"
         programs.mkdir()
-        slow = programs / "hrp-simulate"
-        slow.write_text("#!/bin/sh\necho 'the place of controller is free, on DDS domain 3'\nsleep 2.5\n")
-        slow.chmod(0o755)
+        for name, does in (("hrp-simulate", "echo 'the place of controller is free, on DDS domain 3'; sleep 2.5"),
+                           ("hrp-run", "echo 'step 100 t = 0.5'")):
+            (programs / name).write_text(f"#!/bin/sh\n{does}\n")
+            (programs / name).chmod(0o755)
         controller = closed_loop.Controller("true {domain}", programs)
         status, _ = closed_loop.run(programs, self.scenario, self.folder / "busy.mcap", controller, 10.0)
         self.assertEqual(status, 0)
