@@ -18,7 +18,6 @@ namespace {
 constexpr double kOverwhelming = 20.0;    // [nats] with this gain, a term is named even if its share is small
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own data, in average stretches
 
-bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
 
 class Grader {
  public:
@@ -360,6 +359,8 @@ class Grader {
 };
 
 }  // namespace
+
+bool is_same_family(const Term& a, const Term& b) { return a.effect().family == b.effect().family; }
 
 double calc_nominal_held(const JointDesign& joint) {
   double c = 0.0, n = 0.0;

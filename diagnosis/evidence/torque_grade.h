@@ -15,6 +15,8 @@ struct TermPlace {
   size_t at = 0;
 };
 
+bool is_same_family(const Term& a, const Term& b);
+
 // Another term that fits equally well in the place of a term.
 struct Rival {
   Term term;

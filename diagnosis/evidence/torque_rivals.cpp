@@ -97,10 +97,18 @@ class RivalSearch {
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
+    if (here && judges_held(other, with)) return true;
     // A term that not every drive has and that the recordings hardly need: others do nearly as well, prior costs aside.
     const double weak = g_.term.row->usual ? 0.0 : kWholeGain - g_.gain;
     if (weak > 0.0 && with.evidence + costs > fit_.evidence - kSame - weak) return true;
     return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
+  }
+
+  // Two laws of one family, whatever their odds in training: recordings that were not fitted are the independent judge. Where
+  // much is left that no law describes, odds change with the filter, and the held-out error may prefer the other law.
+  bool judges_held(const Term& other, const TorqueFit& with) const {
+    return design_.joints[i_].has_held && is_same_family(other, g_.term) && with.held[i_] <= fit_.held[i_] &&
+           with.evidence - alone_.evidence > kOdds;
   }
 
   // True if a term of the whole robot has a nonzero column in the joint's rows.
@@ -140,17 +148,30 @@ class RivalSearch {
       const bool of_drive = g_.place.joint >= 0;
       if (other.row->scales_model && of_drive) continue;
       if (other.row->scales_effort && (!of_drive || !design_.joints[i_].loaded)) continue;
-      TorqueModel model = rest_;
-      model.own[i_].push_back(term);
-      std::sort(model.own[i_].begin(), model.own[i_].end());
-      const TorqueFit fit = fit_torque(design_, model);
-      const Slots slots = list_slots(design_, model);
-      const size_t at = static_cast<size_t>(std::find(model.own[i_].begin(), model.own[i_].end(), term) - model.own[i_].begin());
-      if (!fills(other, fit, fit.theta.segment(slots.own[i_][at], other.columns()))) continue;
-      const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
-      if (!is_physical(design_, i_, model.own[i_], own)) continue;
-      rivals_.push_back({other, fit.theta.segment(slots.own[i_][at], other.columns()), {}, model, {static_cast<int>(i_), at}});
+      if (add_own(term, rest_) || !is_same_family(other, g_.term)) continue;
+      // Small terms that fit the one law may have no physical value beside the other: it is tried without each of them.
+      for (size_t at = 0; at < rest_.own[i_].size(); ++at) {
+        TorqueModel rest = rest_;
+        rest.own[i_].erase(rest.own[i_].begin() + static_cast<long>(at));
+        if (add_own(term, std::move(rest))) break;
+      }
     }
+  }
+
+  // Adds the joint's term beside `model` to the rivals, if it fills the place and all values are physical.
+  bool add_own(size_t term, TorqueModel model) {
+    const Term& other = design_.joints[i_].terms[term];
+    model.own[i_].push_back(term);
+    std::sort(model.own[i_].begin(), model.own[i_].end());
+    const TorqueFit fit = fit_torque(design_, model);
+    const Slots slots = list_slots(design_, model);
+    const size_t at = static_cast<size_t>(std::find(model.own[i_].begin(), model.own[i_].end(), term) - model.own[i_].begin());
+    const Eigen::VectorXd value = fit.theta.segment(slots.own[i_][at], other.columns());
+    if (!fills(other, fit, value)) return false;
+    const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
+    if (!is_physical(design_, i_, model.own[i_], own)) return false;
+    rivals_.push_back({other, value, {}, model, {static_cast<int>(i_), at}});
+    return true;
   }
 
   long count_columns(size_t i, const std::vector<size_t>& terms) const {
