@@ -247,11 +247,21 @@ class TorqueProposer {
     return fault == faults.end() ? "" : *fault;
   }
 
+  // A report asks only what its recordings raise: of a joint that hardly moved, or of an effect that they do not show, it has
+  // no question. Several sines of all joints show most of all effects, so the first motion, the one that is fitted, is of
+  // this family wherever one is safe.
+  bool is_rich(const TorqueCandidate& c) const {
+    const bool all = std::all_of(c.plan.moves.begin(), c.plan.moves.end(), [](char moves) { return moves != 0; });
+    return c.plan.family == Family::kMultisine && all && c.plan.loads.empty();
+  }
+
   TorqueCandidate* find_best(const Eigen::MatrixXd& gained) {
+    const bool any_rich = std::any_of(candidates_.begin(), candidates_.end(), [&](const TorqueCandidate& c) { return c.ok && is_rich(c); });
     TorqueCandidate* best = nullptr;
     double most = -1.0;
     for (TorqueCandidate& c : candidates_) {
-      const double worth = c.ok ? calc_worth(c, gained) : -1.0;
+      if (!c.ok || (next_.proposals.empty() && any_rich && !is_rich(c))) continue;
+      const double worth = calc_worth(c, gained);
       if (worth > most) most = worth, best = &c;
     }
     return best;
