@@ -18,7 +18,6 @@ namespace {
 constexpr double kOverwhelming = 20.0;    // [nats] with this gain, a term is named even if its share is small
 constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own data, in average stretches
 
-
 class Grader {
  public:
   Grader(const TorqueDesign& design, const Choice& choice, int jobs)

@@ -18,7 +18,6 @@ namespace {
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = 50;      // samples: ten for each regressor
-constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
 constexpr long kRotor = 2;        // column of the acceleration in the regressors of collect_efforts()
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.

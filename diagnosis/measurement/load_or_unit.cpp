@@ -12,7 +12,6 @@ namespace {
 
 constexpr long kNuisance = 4;     // v, direction, a, constant
 constexpr long kLoadColumns = 4;  // mass and moment
-constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
 
 // Columns of a load of each link in the rows of collect_efforts(), by joint; those of one link stand together.
 std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {

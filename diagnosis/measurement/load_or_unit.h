@@ -12,6 +12,8 @@ namespace hrp::diagnosis {
 // most what moves of the robot.
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
+constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
+
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
 struct UnitRows {
   Eigen::VectorXd tau, effort;  // [N m], logged unit

@@ -10,6 +10,12 @@
 
 namespace hrp::diagnosis {
 
+constexpr double kSmaller = 0.8;    // factor on a size that is not safe
+constexpr double kLeastSize = 0.2;  // smallest one that is tried
+// Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family, which
+// may miss the same effects.
+constexpr double kDrawback = 0.9;
+
 // Marks the joints at which effects act, and the joints that carry such links. `moves`: by joint.
 void mark_concerned(const Experiment& experiment, const Hypothesis& hypothesis, std::vector<char>* moves);
 

@@ -24,12 +24,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSmaller = 0.8;        // factor on a size that is not safe
-constexpr double kLeastSize = 0.2;      // smallest one that is tried
 constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
-// Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family, which
-// may miss the same effects.
-constexpr double kDrawback = 0.9;
 
 class Proposer {
  public:

@@ -18,9 +18,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSmaller = 0.8;     // factor on a size that is not safe
-constexpr double kLeastSize = 0.2;   // smallest one that is tried
-constexpr double kDrawback = 0.9;    // as in propose.cpp: a load by hand, or the second of its family
 constexpr int kMostChecks = 12;      // of chosen motions; each needs up to 4 + kMostRivals simulations
 constexpr size_t kMostCurves = 8;
 // Rise of chi2 at which the report no longer lists a rival (kOdds, in nats of likelihood).
