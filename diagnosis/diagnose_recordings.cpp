@@ -18,6 +18,7 @@
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/measurement/effort_dropouts.h"
+#include "diagnosis/measurement/stamps.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -106,15 +107,18 @@ Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventio
   return reports;
 }
 
-Experiment drop_what_is_no_effort(const Experiment& e) {
-  return is_in_torque_space(e) ? leave_out_dropouts(e, find_dropouts(e)) : e;
+// Without efforts that are none, at the times when the rows were taken.
+Experiment mend_log(const Experiment& logged) {
+  if (!is_in_torque_space(logged)) return logged;
+  const Experiment e = correct_stamps(logged);
+  return leave_out_dropouts(e, find_dropouts(e));
 }
 
 }  // namespace
 
 Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
-  const Experiment all = drop_what_is_no_effort(logged);
+  const Experiment all = mend_log(logged);
   const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
   const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
@@ -127,7 +131,7 @@ Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& op
 }
 
 std::string check_recordings(const Experiment& logged) {
-  const Experiment e = drop_what_is_no_effort(logged);
+  const Experiment e = mend_log(logged);
   if (e.scenario.floating_base) return print_checks(make_checks(e, e, make_remarks(e, find_conventions(e, 1))));  // at once
   return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
 }

@@ -21,7 +21,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
-constexpr int kIterations = 6, kWholeIterations = 2;
+constexpr int kIterations = 6, kWholeIterations = 3;
 
 // A joint's effects and their chi-square in the training recordings.
 struct Fitted {
@@ -235,15 +235,17 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   Hypothesis loosened = model->hypothesis;
   const std::vector<LooseGear> gears = find_all_loose_gears(problem, &loosened);
   if (gears.empty()) return {};
-  Trial best = simulate_trial(whole, loosened);
-  const auto is_better = [&] { return best.validate.ok && best.rms < model->rms; };
-  // Effects at other joints may have compensated for the rigid gear, so the whole robot is fitted again.
-  if (!is_better()) best = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
-  if (!is_better()) return {};
+  Trial best = simulate_trial(whole, split_asymmetry(loosened));
+  // The joint was fitted along recorded paths, which move without its play, and effects at other joints may have
+  // compensated for the rigid gear. Therefore the whole robot is fitted again.
+  const Trial fitted = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
+  if (fitted.validate.ok && !(best.validate.ok && best.rms <= fitted.rms)) best = fitted;
+  if (!best.validate.ok || !(best.rms < model->rms)) return {};
   *model = best;
   std::vector<Finding> findings;
-  for (const LooseGear& gear : gears) {
+  for (LooseGear gear : gears) {
     if (!gear.named) continue;
+    gear.joint = take_joint(best.hypothesis, gear.law().place.index);
     findings.push_back(tell(*problem.experiment, gear));
     progress("    " + findings.back().statement);
   }
