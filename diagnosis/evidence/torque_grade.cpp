@@ -57,7 +57,26 @@ class Grader {
       compare(&graded_[static_cast<size_t>(g)]);
       decide(&graded_[static_cast<size_t>(g)]);
     });
+    name_expected();
     return graded_;
+  }
+
+  // Where friction shows that a real drive is there, its rotor and its viscous friction are there, too. Three standard
+  // errors guard against terms that may not exist; the rest of a drive is listed as ambiguous from 95 %.
+  void name_expected() {
+    for (GradedTerm& g : graded_) {
+      const auto shows_drive = [&](const GradedTerm& other) {
+        return other.place.joint == g.place.joint && other.term.row->usual && other.grade == Grade::kSupported;
+      };
+      const bool drive = g.place.joint >= 0 && std::any_of(graded_.begin(), graded_.end(), shows_drive);
+      if (!g.named && drive && is_expected(g)) g.named = true, g.grade = Grade::kAmbiguous;
+    }
+  }
+
+  bool is_expected(const GradedTerm& g) const {
+    const double size = std::abs(g.parameters[0]);
+    const bool told = size > kNinetyFive * g.std[0] && size >= g.width[0] && g.agreement >= kAgree;
+    return g.term.row->usual && told && g.gain > 0.0 && g.share > 0.0 && g.helps_held && is_visible(g);
   }
 
   void add(const TermPlace& place) {

@@ -85,10 +85,14 @@ Series sum_background(const Dirt& dirt, const std::string& joint, const Motion& 
   return sum;
 }
 
-// Appends the shares of the background at a joint of `missing` [(N m)^2].
-void add_background(const Dirt& dirt, const std::string& joint, const Motion& motion, double missing, Json* list) {
+// Appends the shares of the background at a joint of `missing` [(N m)^2], and by what factor each torque exceeds the
+// `noise` [N m] of the joint's effort (root mean square; 0: not known).
+void add_background(const Dirt& dirt, const std::string& joint, const Motion& motion, double missing, double noise, Json* list) {
   for (const Hidden& h : dirt.background) {
-    if (is_of(h, joint)) list->push_back(make_entry(h, mean_square(calc_taken(h, motion)) / missing));
+    if (!is_of(h, joint)) continue;
+    const double square = mean_square(calc_taken(h, motion));
+    list->push_back(make_entry(h, square / missing));
+    if (noise > 0) list->back()["over_noise"] = tidy(std::sqrt(square) / noise);
   }
 }
 
@@ -119,7 +123,7 @@ class Influences {
       const std::string& name = joint(draft_.robot, j).name;
       const double missing = find_missing(name);
       const Motion motion = take_motion(with_, name);
-      add_background(draft_.dirt, name, motion, missing, &list);
+      add_background(draft_.dirt, name, motion, missing, find_noise(draft_, "/joint_states/" + name + "/effort"), &list);
       for (std::size_t h = 0; h < on_top.size(); ++h) on_top[h] = std::max(on_top[h], find_share(h, name, missing));
     }
     for (std::size_t h = 0; h < on_top.size(); ++h) {
@@ -171,7 +175,7 @@ Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const 
     const Motion motion = take_motion(columns, name);
     const auto [low, high] = std::minmax_element(motion.q.begin(), motion.q.end());
     if (motion.q.empty() || *high - *low < least_travel) continue;
-    add_background(dirt, name, motion, std::max(1e-300, mean_square(sum_background(dirt, name, motion))), &list);
+    add_background(dirt, name, motion, std::max(1e-300, mean_square(sum_background(dirt, name, motion))), 0, &list);
   }
   return list;
 }

@@ -9,7 +9,8 @@
 namespace hrp::cases {
 
 // How much of its place's mismatch each listed effect causes, on a held-out recording: mean square of its torque over
-// that of everything that is missing there; of effects on top also by the positions that they move.
+// that of everything that is missing there; of effects on top also by the positions that they move. Of what a dirty world
+// has everywhere also `over_noise`: the torque over the noise of the joint's effort.
 nlohmann::ordered_json make_influences(const Draft& draft);
 
 // The same of what a dirty world has everywhere, of a recording's `columns` as they truly were, velocities and efforts

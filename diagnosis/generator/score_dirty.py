@@ -5,6 +5,7 @@ What is claimed is compared by family, by effect and by value. Only the Python s
 import math
 
 MATTERS = 0.1  # share of its joint's mismatch from which an effect has to be named
+SEEN = 1.0     # torque over the noise of the joint's effort, below which no log shows an effect: a joint that stands still
 FAMILIES = {
     "dry friction": ("coulomb_friction", "stribeck_friction", "load_dependent_friction", "backdriving_friction"),
     "speed-dependent loss": ("viscous_friction", "back_emf"),
@@ -86,6 +87,8 @@ class Tally:
         self.listed = truth["hidden"] + truth["background"]
         self.weighty = [e for e in truth.get("influence", []) if e["share"] >= MATTERS]
         self.named = [e for e in self.weighty if self.is_named(e, self.findings)]
+        self.seen = [e for e in self.weighty if e.get("over_noise", SEEN) >= SEEN]
+        self.named_seen = [e for e in self.seen if e in self.named]
         self.claims = [f for f in self.findings if is_claim(f)]
         self.claimed = [e for e in self.weighty if self.is_named(e, self.claims)]
         self.true_family = [f for f in self.claims if self.has(self.same_family(*options(f)[0]))]
@@ -158,7 +161,8 @@ def summary(tallies):
     return [
         ["dirty worlds: effects of a tenth of a joint's mismatch named at their place, by family (bar: 90 %)",
          share(every("named"), every("weighty"))],
-        ["... of these in a supported or certain finding", share(every("claimed"), every("weighty"))],
+        ["... without those whose torque is below the noise of the joint's effort", share(every("named_seen"), every("seen"))],
+        ["... of all in a supported or certain finding", share(every("claimed"), every("weighty"))],
         ["... effects on top, of any size, named at their place by family", share(len(found), len(on_top))],
         ["supported or certain findings whose family is there (bar: 95 %)", share(every("true_family"), every("claims"))],
         ["... whose effect, or a listed alternative, is there (bar: 90 %)", share(every("true_effect"), every("claims"))],

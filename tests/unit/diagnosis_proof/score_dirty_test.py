@@ -39,6 +39,12 @@ class DirtyScorer(unittest.TestCase):
         t = tally(truth(ROTOR, STRIBECK, weak=[ROTOR]), found("coulomb_friction", joint="a"))
         self.assertEqual((len(t.weighty), t.word()), (1, "right"))
 
+    def test_what_no_log_shows_is_counted_apart(self):
+        t = truth(ROTOR, STRIBECK)
+        t["influence"][0]["over_noise"], t["influence"][1]["over_noise"] = 0.01, 20.0
+        t = tally(t, found("coulomb_friction", joint="a"))
+        self.assertEqual((len(t.weighty), len(t.named), len(t.seen), len(t.named_seen)), (2, 1, 1, 1))
+
     def test_a_claim_is_judged_by_family_and_by_effect_or_alternative(self):
         t = tally(truth(STRIBECK), found("coulomb_friction", joint="a"),
                   found("load_dependent_friction", alternatives=["stribeck_friction"], joint="a"))
