@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
@@ -115,6 +116,20 @@ TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
     zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
   EXPECT_GE(zeros, 2) << "one of each ankle";
   EXPECT_GE(askew, 1);
+}
+
+// 150 N at the edge of the sole would turn it by 375 rad.
+TEST(LeggedLeans, AnAnkleThatWouldTurnByRadiansIsNoElasticJoint) {
+  const Experiment e = make_biped({}, kLeans);
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  int checked = 0;
+  for (const Candidate& c : list_candidates(log, ColumnLayout(log))) {
+    if (c.law != &get_laws().elasticity || c.where.at("joint") != "l_ankle") continue;
+    EXPECT_FALSE(is_sensible(c, Eigen::VectorXd::Constant(1, 1 / 0.04), 1.0));
+    EXPECT_TRUE(is_sensible(c, Eigen::VectorXd::Constant(1, 1 / 100.0), 1.0));
+    ++checked;
+  }
+  EXPECT_EQ(checked, 1);
 }
 
 }  // namespace
