@@ -57,6 +57,22 @@ TEST(LeggedLeans, ZeroOfAMomentIsFoundAtItsSensor) {
   EXPECT_NEAR(e.findings[0].parameters[0].value[1], 3, 0.15);  // 5 %: what equations are exact to
 }
 
+// Moments about the base would tell whose it is, but for a zero of the other sensor's moment, which makes the same.
+TEST(LeggedLeans, ZeroOfAForceMayBeTheOtherFootsWhileFeetStay) {
+  Experiment e = make_biped({}, kLeans);
+  for (Recording& r : e.recordings) {
+    for (double& force : r.other.at("/wrench/l/force/z")) force += 6;
+  }
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_FALSE(found.findings.empty());
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_bias");
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
+    return a.effect == "sensor_bias" && a.where.at("sensor") == "/wrench/r/force";
+  })) << f.statement;
+}
+
 // Who sways a robot by hand adds a force that nobody recorded: one equation keeps it, the others are as they were.
 TEST(LeggedLeans, AHandThatPushesLeavesNoDoubtAboutTheZeroOfAMoment) {
   Hidden hidden;
