@@ -384,7 +384,9 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     out.bodies = floating::find_body_units(heavy);
     const Experiment in_units = floating::convert_body_units(heavy, out.bodies);
     out.whole = floating::find_whole_readings(in_units);
-    find_frames(floating::convert_whole_readings(in_units, out.whole), &out);
+    const Experiment whole = floating::convert_whole_readings(in_units, out.whole);
+    out.sides = floating::find_exchanged_sides(whole);
+    find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   const TorqueData as_logged = make_torque_data(e);
@@ -399,7 +401,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(e, c.units), c.zeros), c.weightless), c.bodies);
-  const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(in_units, c.frames), c.pose);
+  const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
 
@@ -416,6 +418,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (c.pose.is_turned()) add("/base/pose: " + floating::describe(c.pose));
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
   for (const floating::WholeReading& w : c.whole) add(describe_whole_reading(w));
+  if (c.sides.any()) add(floating::describe(c.sides));
   for (const RefutedFriction& r : c.friction)
     add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
@@ -427,6 +430,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
+  if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
   add_untold_units(as_logged, c.untold, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();

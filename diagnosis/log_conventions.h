@@ -2,13 +2,14 @@
 // Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
 // whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
-// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), and are
+// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), sides (measurement/floating/exchanged_sides.h), and are
 // above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/checks/checks.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
+#include "diagnosis/measurement/floating/exchanged_sides.h"
 #include "diagnosis/measurement/floating/gone_gravity.h"
 #include "diagnosis/measurement/floating/pose_frames.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
@@ -28,8 +29,9 @@ struct LogConventions {
   std::vector<floating::BodyUnit> bodies;
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
+  floating::ExchangedSides sides;
   floating::PoseFrame pose;
-  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty(); }
+  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty() || sides.any(); }
   bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 

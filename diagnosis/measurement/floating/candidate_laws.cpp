@@ -59,6 +59,7 @@ void add_joint_laws(LawTable* t) {
   t->joint_offset = make_angle(EffectId::kJointOffset), t->joint_offset.least = kSmallAngle;
   t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kLargestGap;
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
+  t->elasticity.is_sensible = &is_stiff_enough;
   t->viscous = make_positive(EffectId::kViscous), t->coulomb = make_positive(EffectId::kCoulomb);
   t->load_friction = make_positive(EffectId::kLoadFriction), t->rotor_inertia = make_positive(EffectId::kRotorInertia);
   t->torque_constant = make_scale(EffectId::kTorqueConstant, kKnown);

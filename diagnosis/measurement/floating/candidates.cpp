@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMounting = 0.01;  // [rad] to which force sensors are screwed on
 constexpr double kThick = 0.03;     // [m] of housings about joints, at least
-// A sole that gives: what it does at most under half of the robot's weight, pressed at its edge.
+// A sole that gives, or a joint of a leg: what it does at most under half of the robot's weight, pressed at the sole's edge.
 constexpr double kMostTilt = 0.5;   // [rad]
 constexpr double kMostSink = 0.05;  // [m]
 constexpr double kMostLag = 0.2;    // [s] damping over stiffness
@@ -113,6 +113,7 @@ class Lister {
     const auto one = [&](const CandidateLaw& law, int column) { add(law, where, j, {{{at_.joint(j, column), 1.0}}}); };
     if (log_.has_position[i]) {
       one(laws_.joint_offset, kOffsetColumn), one(laws_.backlash, kPlayColumn), one(laws_.elasticity, kGiveColumn);
+      if (find_lever(j) > 0) out_.back().prior = {find_most_turn(find_lever(j))};
     }
     if (!log_.is_driven(i) && joint.actuated) return;
     one(laws_.viscous, kViscousColumn), one(laws_.coulomb, kDryColumn), one(laws_.load_friction, kLoadColumn);
@@ -222,12 +223,15 @@ class Lister {
     add(laws_.flat_sole, where, f, list_columns(at_.foot(f, 0), kHoldColumn)).prior = make_sole_prior(foot);
   }
 
+  double find_half_weight() const { return 0.5 * log_.mass * log_.experiment->scenario.gravity_W.norm(); }
+  double find_most_turn(double lever) const { return kMostTilt / (find_half_weight() * lever); }  // [rad/(N m)]
+
   // Soles are told about the axes that a motion presses them about. Robots that lean forward tell pitch alone.
   std::vector<double> make_sole_prior(const Foot& foot) const {
     std::vector<double> out(kHoldColumn, 0.0);
-    const double force = 0.5 * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    const double force = find_half_weight();
     const auto put = [&](int give, int damp, int shift, double lever) {
-      const double most = kMostTilt / (force * lever);
+      const double most = find_most_turn(lever);
       out[static_cast<size_t>(give)] = most, out[static_cast<size_t>(damp)] = kMostLag;
       out[static_cast<size_t>(shift)] = out[static_cast<size_t>(shift) + 1] = most * lever;
     };

@@ -3,53 +3,18 @@
 
 #include <cmath>
 #include <numeric>
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
+#include "diagnosis/measurement/floating/sides.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 double find_mean(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size()); }
-
-// What the right leg's joint may be called: "left" or one "l" of the left one's name otherwise.
-std::vector<std::string> list_right_names(const std::string& left) {
-  const std::pair<const char*, const char*> sides[] = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"l", "r"}, {"L", "R"}};
-  std::vector<std::string> out;
-  for (const auto& [from, to] : sides) {
-    for (size_t at = left.find(from); at != std::string::npos; at = left.find(from, at + 1))
-      out.push_back(left.substr(0, at) + to + left.substr(at + std::string(from).size()));
-  }
-  return out;
-}
-
-// Joints of legs, left and right.
-std::vector<std::pair<size_t, size_t>> list_pairs(const LeggedLog& log) {
-  std::set<int> moving;
-  for (const Foot& foot : log.feet) {
-    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent) moving.insert(link - 1);
-  }
-  std::vector<std::pair<size_t, size_t>> out;
-  for (int j : moving) {
-    for (const std::string& name : list_right_names(log.tree.joint(j).name)) {
-      const int other = log.tree.find_joint(name);
-      if (other >= 0 && moving.count(other) > 0) out.emplace_back(static_cast<size_t>(j), static_cast<size_t>(other));
-    }
-  }
-  return out;
-}
-
-LeggedLog exchange(LeggedLog log, const std::vector<std::pair<size_t, size_t>>& pairs) {
-  for (Clip& clip : log.clips) {
-    for (const auto& [a, b] : pairs) std::swap(clip.position[a], clip.position[b]);
-  }
-  return log;
-}
 
 // Feet lie a little askew, each its own way: only how the body turns tells legs apart.
 std::vector<Standing> list_turning(const LeggedLog& log, size_t imu) {
@@ -64,10 +29,10 @@ std::string find_exchanged_legs(const Experiment& e) {
   if (!e.scenario.floating_base || e.num_joints() == 0) return "";
   const LeggedLog log = make_legged_log(e, Half::kEven);
   const int imu = BodyMotion::find_main_imu(log);
-  const std::vector<std::pair<size_t, size_t>> pairs = list_pairs(log);
+  const std::vector<std::pair<size_t, size_t>> pairs = list_leg_pairs(log);
   if (imu < 0 || pairs.empty()) return "";
   const auto i = static_cast<size_t>(imu);
-  const LeggedLog other = exchange(log, pairs);
+  const LeggedLog other = exchange_legs(log, pairs);
   const std::vector<Standing> as_named = list_turning(log, i), exchanged = list_turning(other, i);
   if (as_named.empty() || as_named.size() != exchanged.size()) return "";
   const std::vector<double> left = list_left(log, i, as_named, {}), left_exchanged = list_left(other, i, exchanged, {});

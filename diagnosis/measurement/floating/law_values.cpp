@@ -121,6 +121,9 @@ bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x, double) {
 
 bool is_soft_point(const Candidate&, const Eigen::VectorXd& x, double) { return x(0) > kRigidHeight; }
 
+// A transmission does not turn by radians: it gives less than its prior.
+bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x, double) { return c.prior.empty() || x(0) < c.prior[0]; }
+
 bool is_bend(const Candidate&, const Eigen::VectorXd& x, double) {
   // Noise may make the give about one axis negative.
   return x.maxCoeff() > 0 && x.minCoeff() > -kHalf * x.maxCoeff();

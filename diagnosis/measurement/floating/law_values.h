@@ -31,6 +31,7 @@ bool is_payload_near(const Candidate& c, const Eigen::VectorXd& x, double reach)
 bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x, double reach);
 bool is_soft_sole(const Candidate& c, const Eigen::VectorXd& x, double reach);
 bool is_soft_point(const Candidate& c, const Eigen::VectorXd& x, double reach);
+bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x, double reach);
 bool is_bend(const Candidate& c, const Eigen::VectorXd& x, double reach);
 
 // The candidate with its terms about the values x; false: x has no place that is possible.

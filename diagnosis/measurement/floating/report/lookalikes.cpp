@@ -43,10 +43,22 @@ void add_ankle_zeros(const LeggedLog& log, const Meant& is_meant, const char* mo
   }
 }
 
+// A force's zero under feet that stay in their places, without torques of joints. The other foot's zero beside a zero of
+// its moment is the same constant in all equations of the whole body, and a sensor has zeros in all of its axes.
+bool is_constant_of_all_feet(const ReportState& state, const FoundEffect& f) {
+  const LeggedLog& log = state.log;
+  const bool force = is(f, laws().sensor_bias) && f.effect.where.dump().find("/force") != std::string::npos;
+  if (!force || state.contacts.walks || log.sensors.size() < 2) return false;
+  for (size_t j = 0; j < log.has_position.size(); ++j) {
+    if (log.is_driven(j)) return false;
+  }
+  return true;
+}
+
 // A force sensor's zero that only the sum of the feet's forces shows. Another foot's zero, one of all feet, or a mass
 // makes the same sum.
 void add_other_zeros(const ReportState& state, const FoundEffect& f, Finding* zero) {
-  if (!f.sums_up) return;
+  if (!f.sums_up && !is_constant_of_all_feet(state, f)) return;
   constexpr const char* kMotion = "each foot in the air once; the robot on a scale";
   const std::vector<ForceSensor>& sensors = state.log.sensors;
   for (size_t s = 0; s < sensors.size(); ++s) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "diagnosis/measurement/floating/exchanged_sides.h"
 #include "test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
@@ -41,6 +42,17 @@ TEST_P(Exchanged, LegsOfARealWalkAreSuspected) {
 
 TEST_P(Exchanged, NoLegsAreSuspectedWhereColumnsAreRight) { EXPECT_EQ(find_exchanged_legs(e_), ""); }
 
+// Vertical forces alone. A trot bears on diagonals: exchanged feet press in the same middle there, and nothing is said.
+TEST_P(Exchanged, FeetThatBearWhileTheyAreInTheAirAreExchangedBack) {
+  EXPECT_FALSE(find_exchanged_sides(e_).any());
+  if (e_.scenario.feet.size() > 2) return;
+  ExchangedSides x;
+  x.feet = {{"l_sole", "r_sole"}};
+  const ExchangedSides found = find_exchanged_sides(convert_sides(e_, x));
+  EXPECT_EQ(found.feet.size(), 1u);
+  EXPECT_TRUE(found.legs.empty());
+}
+
 INSTANTIATE_TEST_SUITE_P(Recordings, Exchanged, testing::Values("icub_walking", "go1_walk"));
 
 TEST(ExchangedLegs, NoneAreSuspectedOfABodyWhoseLegsTurnAboutTheSameAxes) {
@@ -49,6 +61,41 @@ TEST(ExchangedLegs, NoneAreSuspectedOfABodyWhoseLegsTurnAboutTheSameAxes) {
     recorded.leans = leans;
     EXPECT_EQ(find_exchanged_legs(make_biped({}, recorded)), "");
   }
+}
+
+Experiment exchange_forces(Experiment e) {
+  ExchangedSides x;
+  x.feet = {{"l", "r"}};
+  return convert_sides(std::move(e), x);
+}
+
+// Nothing but the balance of moments tells: both legs turn about the same axes, and both feet stay.
+TEST(ExchangedSides, FeetThatPressOnTheOtherSideThanTheMotionAsksForAreExchangedBack) {
+  Recorded recorded = kLeans;
+  recorded.lifts = true;
+  const ExchangedSides found = find_exchanged_sides(exchange_forces(make_biped({}, recorded)));
+  ASSERT_EQ(found.feet.size(), 1u);
+  EXPECT_EQ(found.feet[0], std::pair(std::string("l"), std::string("r")));
+  EXPECT_TRUE(found.legs.empty());
+  EXPECT_LT(found.left, 0.25) << "as any convention";
+  EXPECT_NE(describe(found).find("exchanged"), std::string::npos);
+}
+
+TEST(ExchangedSides, NoneAreExchangedWhereColumnsAreRight) {
+  for (const bool leans : {false, true}) {
+    Recorded recorded;
+    recorded.leans = leans;
+    EXPECT_FALSE(find_exchanged_sides(make_biped({}, recorded)).any());
+  }
+}
+
+// A load on one side stays on that side; so does a hand that sways the robot.
+TEST(ExchangedSides, NeitherALoadOnOneSideNorAHandLooksLikeAnExchange) {
+  Hidden hidden;
+  hidden.load = 5, hidden.place = {0, 0.3, 0};
+  EXPECT_FALSE(find_exchanged_sides(make_biped(hidden)).any());
+  hidden = {}, hidden.push = 200;
+  EXPECT_FALSE(find_exchanged_sides(make_biped(hidden, kLeans)).any());
 }
 
 }  // namespace

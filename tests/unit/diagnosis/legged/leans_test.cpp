@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
@@ -54,6 +55,22 @@ TEST(LeggedLeans, ZeroOfAMomentIsFoundAtItsSensor) {
   EXPECT_EQ(e.findings[0].effect, "sensor_bias");
   EXPECT_EQ(e.findings[0].where.at("sensor"), "/wrench/l/torque");
   EXPECT_NEAR(e.findings[0].parameters[0].value[1], 3, 0.15);  // 5 %: what equations are exact to
+}
+
+// Moments about the base would tell whose it is, but for a zero of the other sensor's moment, which makes the same.
+TEST(LeggedLeans, ZeroOfAForceMayBeTheOtherFootsWhileFeetStay) {
+  Experiment e = make_biped({}, kLeans);
+  for (Recording& r : e.recordings) {
+    for (double& force : r.other.at("/wrench/l/force/z")) force += 6;
+  }
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  ASSERT_FALSE(found.findings.empty());
+  const Finding& f = found.findings[0];
+  EXPECT_EQ(f.effect, "sensor_bias");
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
+    return a.effect == "sensor_bias" && a.where.at("sensor") == "/wrench/r/force";
+  })) << f.statement;
 }
 
 // Who sways a robot by hand adds a force that nobody recorded: one equation keeps it, the others are as they were.
@@ -115,6 +132,20 @@ TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
     zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
   EXPECT_GE(zeros, 2) << "one of each ankle";
   EXPECT_GE(askew, 1);
+}
+
+// 150 N at the edge of the sole would turn it by 375 rad.
+TEST(LeggedLeans, AnAnkleThatWouldTurnByRadiansIsNoElasticJoint) {
+  const Experiment e = make_biped({}, kLeans);
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  int checked = 0;
+  for (const Candidate& c : list_candidates(log, ColumnLayout(log))) {
+    if (c.law != &get_laws().elasticity || c.where.at("joint") != "l_ankle") continue;
+    EXPECT_FALSE(is_sensible(c, Eigen::VectorXd::Constant(1, 1 / 0.04), 1.0));
+    EXPECT_TRUE(is_sensible(c, Eigen::VectorXd::Constant(1, 1 / 100.0), 1.0));
+    ++checked;
+  }
+  EXPECT_EQ(checked, 1);
 }
 
 }  // namespace

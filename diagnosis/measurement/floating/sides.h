@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is left of a robot and what is right, by names that differ in left and right alone.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "diagnosis/measurement/floating/legged_log.h"
+
+namespace hrp::diagnosis::floating {
+
+using SidePairs = std::vector<std::pair<size_t, size_t>>;  // left, right
+
+SidePairs list_leg_pairs(const LeggedLog& log);     // joints above feet
+SidePairs list_sensor_pairs(const LeggedLog& log);  // force sensors of feet with the same axes, by index in the log
+
+// The log with each joint's positions, or each sensor's readings, for those of the other side.
+LeggedLog exchange_legs(LeggedLog log, const SidePairs& joints);
+LeggedLog exchange_feet(LeggedLog log, const SidePairs& sensors);
+
+}  // namespace hrp::diagnosis::floating
