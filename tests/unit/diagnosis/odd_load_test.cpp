@@ -67,6 +67,8 @@ TEST(OddLoad, TheReportNamesTheLoadWithItsRecordingAndTheModelIsThatOfTheOthers)
     EXPECT_EQ(f["only_in"][0], e.recordings[0].spec.file);
   }
   EXPECT_EQ(loads, 1);
+  const std::string summary = reports.report["summary"], only = "only in " + e.recordings[0].spec.file;
+  EXPECT_NE(summary.find(only), std::string::npos) << summary;
 }
 
 }  // namespace
