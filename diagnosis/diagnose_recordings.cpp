@@ -19,6 +19,7 @@
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/measurement/effort_dropouts.h"
 #include "diagnosis/measurement/stamps.h"
+#include "diagnosis/odd_load_report.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -64,7 +65,6 @@ std::optional<Reports> make_first(const Experiment& e, int jobs) {
   first.report = make_report(torque.evidence);
   first.report["preliminary"] = true;
   first.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"robot", e.robot.tree.name}};
-  finish(e, &first);
   return first;
 }
 
@@ -107,6 +107,13 @@ Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventio
   return reports;
 }
 
+std::optional<OddLoad> find_odd(const Experiment& e) {
+  if (!is_in_torque_space(e) || e.recordings.size() < 2) return std::nullopt;
+  const Experiment part = is_long(e) ? make_screened(e, kFirst) : e;
+  const TorqueData data = make_torque_data(part);
+  return data.recordings.empty() ? std::nullopt : find_odd_load(data);
+}
+
 // Without efforts that are none, at the times when the rows were taken.
 Experiment mend_log(const Experiment& logged) {
   if (!is_in_torque_space(logged)) return logged;
@@ -123,10 +130,17 @@ Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& op
   const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
   if (found.any()) converted = convert_recordings(all, found);
-  Reports reports = diagnose_whole(converted ? *converted : all, remarks, options, progress, write_first);
+  const std::optional<OddLoad> odd = find_odd(converted ? *converted : all);
+  if (odd && odd->leave_out) converted = leave_out(converted ? *converted : all, *odd);
+  const auto complete = [&](Reports* reports) {
+    add_conventions(all, found, reports);
+    if (odd) add_odd_load(all, *odd, reports);
+    finish(all, reports);
+  };
+  const auto complete_first = [&](Reports first) { complete(&first), write_first(first); };
+  Reports reports = diagnose_whole(converted ? *converted : all, remarks, options, progress, complete_first);
   if (!found.friction.empty()) reports.urdf = converted->robot.urdf;
-  add_conventions(all, found, &reports);
-  finish(all, &reports);
+  complete(&reports);
   return reports;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "diagnosis/estimate/significance.h"
 
@@ -22,6 +23,7 @@ class RivalSearch {
     compare_own();
     compare_whole();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
+    if (g_.term.whole() && g_.term.row->needs_drive) compare_gains();
     return rivals_;
   }
 
@@ -63,6 +65,42 @@ class RivalSearch {
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
       if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
         add_whole(other, p, model);
+    }
+  }
+
+  // The gain of joint i by the model's torque, or nothing if it is in the model already.
+  std::optional<size_t> find_gain(size_t i) const {
+    const std::vector<Term>& terms = design_.joints[i].terms;
+    for (size_t term : rest_.own[i]) {
+      if (terms[term].row->scales_model || terms[term].row->scales_effort) return std::nullopt;
+    }
+    for (size_t term = 0; term < terms.size(); ++term) {
+      if (terms[term].row->scales_model) return term;
+    }
+    return std::nullopt;
+  }
+
+  // Drives that give less than they say leave a share of the weight that they carry, as a force that lifts a link does. The
+  // gains of all joints that the term loads therefore compete with it together.
+  void compare_gains() {
+    TorqueModel model = rest_;
+    std::vector<std::pair<size_t, size_t>> gains;  // joint of the design, term
+    for (size_t i = 0; i < design_.joints.size(); ++i) {
+      const std::optional<size_t> gain = shows(g_.term, design_.joints[i]) ? find_gain(i) : std::nullopt;
+      if (!gain) continue;
+      std::vector<size_t>& own = model.own[i];
+      own.insert(std::upper_bound(own.begin(), own.end(), *gain), *gain);
+      gains.emplace_back(i, *gain);
+    }
+    const TorqueFit fit = fit_torque(design_, model);
+    if (gains.empty() || fit.evidence <= fit_.evidence - kSame) return;
+    const Slots slots = list_slots(design_, model);
+    for (const auto& [i, gain] : gains) {
+      const std::vector<size_t>& own = model.own[i];
+      const Eigen::VectorXd values = fit.theta.segment(slots.own[i][0], count_columns(i, own));
+      const size_t at = static_cast<size_t>(std::find(own.begin(), own.end(), gain) - own.begin());
+      if (!is_physical(design_, i, own, values)) continue;
+      rivals_.push_back({design_.joints[i].terms[gain], fit.theta.segment(slots.own[i][at], 1), {}, model, {static_cast<int>(i), at}});
     }
   }
 

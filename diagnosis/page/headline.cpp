@@ -206,12 +206,19 @@ std::string tell_alone(const json& finding) {
   return others.empty() ? text : text + " These recordings cannot tell it from: " + others + ".";
 }
 
+// The recordings in which it is, if it is not in all.
+std::string describe_only_in(const json& finding) {
+  std::string files;
+  for (const json& file : get(finding, "only_in")) files += (files.empty() ? "" : ", ") + file.get<std::string>();
+  return files.empty() ? "" : " (only in " + files + ")";
+}
+
 }  // namespace
 
 std::string describe_places(const std::vector<const json*>& findings) {
   std::map<std::string, std::vector<std::string>> by_kind;
   for (const json* f : findings) {
-    for (const auto& item : get_object(*f, "where").items()) by_kind[item.key()].push_back(format_value(item.value()));
+    for (const auto& item : get_object(*f, "where").items()) by_kind[item.key()].push_back(format_value(item.value()) + describe_only_in(*f));
   }
   std::string out;
   for (const auto& [kind, names] : by_kind) {

@@ -46,5 +46,28 @@ TEST(TorqueRivals, DryFrictionThatPredictsHeldOutRecordingsBetterIsListed) {
   EXPECT_FALSE(lists_constant_level(make_friction("rivals_load", false)));
 }
 
+// Drives that give three quarters of what they log, behind friction that takes most of the effort: what is missing of the
+// weight looks like a force that lifts a link, or like a light link.
+TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) {
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {12.0}}, {EffectId::kCoulomb, kShoulder, {8.0, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {6.0}}, {EffectId::kCoulomb, kElbow, {4.0, 0.0, 5e-4}}};
+  Experiment e = simulate_arm("rivals_gains", hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      for (double& y : joint.signal[2]) y *= 0.75;
+    }
+  }
+  const std::string gain = get_effect(EffectId::kTorqueConstant).name;
+  bool any = false;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) {
+    any = any || f.effect == gain;
+    if (!f.where.contains("link")) continue;
+    EXPECT_NE(f.grade, Grade::kSupported) << f.statement;
+    any = any || std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == gain; });
+  }
+  EXPECT_TRUE(any);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A load that the robot carries in one recording only is told from physics of the machine.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/measurement/odd_load.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kMass = 1.0;  // [kg], as much as the fore arm
+
+Hypothesis make_loaded() {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {kMass, 0.3, 0.0, 0.0, 0.0}});
+  return hidden;
+}
+
+// The arm without a load, but for these recordings.
+Experiment make_mixed(const std::string& name, const std::vector<size_t>& loaded) {
+  Experiment e = simulate_arm(name, make_arm_drives());
+  const Experiment with = simulate_arm(name + "_loaded", make_loaded());
+  for (size_t r : loaded) e.recordings[r] = with.recordings[r];
+  e.scenario.drive = "effort";
+  return e;
+}
+
+std::optional<OddLoad> find(const Experiment& e) { return find_odd_load(make_torque_data(e)); }
+
+TEST(OddLoad, ALoadInOneTrainingRecordingIsFoundThereAndLeftOut) {
+  const Experiment e = make_mixed("odd_load_train", {0});
+  const std::optional<OddLoad> odd = find(e);
+  ASSERT_TRUE(odd);
+  EXPECT_EQ(odd->file, e.recordings[0].spec.file);
+  EXPECT_EQ(odd->link, kFore);
+  EXPECT_NEAR(odd->mass, kMass, 3.0 * odd->std);
+  EXPECT_TRUE(odd->leave_out);
+  EXPECT_EQ(leave_out(e, *odd).recordings.size(), e.recordings.size() - 1);
+}
+
+// Without the only held-out recording nothing could be judged: the load is said, and the recording stays.
+TEST(OddLoad, ALoadInTheOnlyHeldOutRecordingIsSaidAndStays) {
+  const std::optional<OddLoad> odd = find(make_mixed("odd_load_held", {2}));
+  ASSERT_TRUE(odd);
+  EXPECT_FALSE(odd->leave_out);
+}
+
+TEST(OddLoad, FrictionAndALoadThatIsAlwaysThereAreNone) {
+  EXPECT_FALSE(find(make_mixed("odd_load_none", {})));
+  EXPECT_FALSE(find(make_mixed("odd_load_all", {0, 1, 2})));
+}
+
+// One model for all recordings spread the load over friction and rotors before, and named it nowhere.
+TEST(OddLoad, TheReportNamesTheLoadWithItsRecordingAndTheModelIsThatOfTheOthers) {
+  const Experiment e = make_mixed("odd_load_report", {0});
+  DiagnosisOptions options;
+  options.patience = 0.02;
+  const Reports reports = diagnose_recordings(e, options, [](const std::string&) {}, [](const Reports&) {});
+  int loads = 0;
+  for (const Json& f : reports.report["findings"]) {
+    if (f["effect"] != "payload") continue;
+    ++loads;
+    ASSERT_TRUE(f.contains("only_in")) << f["statement"];
+    EXPECT_EQ(f["only_in"][0], e.recordings[0].spec.file);
+  }
+  EXPECT_EQ(loads, 1);
+  const std::string summary = reports.report["summary"], only = "only in " + e.recordings[0].spec.file;
+  EXPECT_NE(summary.find(only), std::string::npos) << summary;
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
