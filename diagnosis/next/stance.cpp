@@ -52,8 +52,10 @@ class StanceProposer {
     next_.remarks = limits_.remarks;
     next_.remarks.insert(next_.remarks.end(), worlds_.remarks.begin(), worlds_.remarks.end());
     for (const StanceWorld& world : worlds_.list) next_.explanations.push_back(world.label);
-    if (worlds_.list.empty() || worlds_.values.empty()) {
-      next_.nothing = "Nothing was found that can be simulated on the robot's feet.";
+    next_.unseen = worlds_.unseen;
+    if (worlds_.list.empty() || (worlds_.values.empty() && worlds_.list.size() < 2)) {
+      next_.nothing = worlds_.unseen ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
+                                     : "Nothing was found that can be simulated on the robot's feet.";
       return next_;
     }
     try_motions();
@@ -177,6 +179,7 @@ class StanceProposer {
   std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
+    if (p == 0) return list;
     const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kUnknownStep));
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
