@@ -26,8 +26,9 @@ std::string make_label(const Json& effects) {
   return text.empty() ? "nothing" : text;
 }
 
-// The scenario with these effects; empty if the simulator lacks a law for one of them.
+// The scenario with these effects; empty if the simulator lacks a law for one of them, or the report states no values.
 std::optional<Scenario> make_scenario(const Experiment& e, const Json& effects) {
+  if (std::any_of(effects.begin(), effects.end(), [](const Json& one) { return !one.contains("parameters"); })) return std::nullopt;
   try {
     const std::string text = make_scenario_text(e, nlohmann::json::parse(effects.dump()));
     if (text.find("# not simulated") != std::string::npos) return std::nullopt;

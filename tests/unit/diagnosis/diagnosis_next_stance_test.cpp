@@ -117,6 +117,15 @@ TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
   EXPECT_LT(calc_travel_of(e, motion, "left_ankle_roll"), 1e-9);
 }
 
+// Reports name some alternatives without values.
+TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Json bare = {{"effect", "com_error"}, {"where", {{"link", "left_thigh"}}}};
+  const StanceWorlds worlds = make_stance_worlds(e, make_open_report(bare));
+  EXPECT_EQ(worlds.list.size(), 1u);
+  EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
+}
+
 // A waist that stood still may have any friction: no mismatch does not mean that nothing is left to learn.
 TEST(NextStance, AJointThatStoodStillMayHideFriction) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
