@@ -216,11 +216,11 @@ class StanceProposer {
     return fault;
   }
 
-  // The first motion is the one that is fitted. Where joints stood still, it moves all of them if it is safe: no report
-  // names an effect of a joint that moves in held-out recordings only.
+  // Where joints stood still, the first motion, which is fitted, moves all of them if it is safe, and the others move at
+  // least the limbs. An effect of a joint that moves in only one of the two kinds of recordings is not named.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
-    const bool first = worlds_.unseen && next_.proposals.empty() && c.plan.family == Family::kStir;
-    return calc_worth(c, gained) + (first ? 1.0 + kValues : 0.0);
+    const bool moves_all = c.plan.family == Family::kStir || (!next_.proposals.empty() && c.plan.family == Family::kSwing);
+    return calc_worth(c, gained) + (worlds_.unseen && moves_all ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
