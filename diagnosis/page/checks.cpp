@@ -25,7 +25,7 @@ std::string make_recordings(const json& checks) {
     rows += "<tr>" + cell(escape(get_text(r, "file"))) + cell(get_text(r, "role") == "validate" ? "held out" : "used for fitting") +
             cell(format_number(get_number(r, "duration"), 4) + " s") + cell(format_number(get_number(r, "rate"), 4) + " Hz") +
             cell(gaps == 0 ? "none" : format_number(get_number(r, "lost"), 3) + " s") +
-            cell(held == 0 ? "none" : std::to_string(held) + " signals") + "</tr>";
+            cell(held == 0 ? "none" : std::to_string(held) + (held == 1 ? " signal" : " signals")) + "</tr>";
   }
   return table({"recording", "role", "length", "rate", "gaps", "held samples"}, rows);
 }

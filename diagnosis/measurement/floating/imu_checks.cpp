@@ -158,14 +158,14 @@ class ImuChecker {
     Remaining r;
     r.where = {{"sensor", name}}, r.unit = "m/s^2", r.before = r.after = mean.norm();
     r.statement = name + format(": standing, it differs from the base's recorded pose by %.3f, %.3f, %.3f m/s^2", mean.x(), mean.y(), mean.z()) +
-                  format(" (x y z; recordings by %.3f)", spread.maxCoeff()) + describe_size(imu) +
-                  ". Its zero, its scale or its mounting is off, or the pose is turned.";
+                  format(" (x y z; recordings by %.3f).", spread.maxCoeff()) + describe_size(imu) +
+                  " Its zero, its scale or its mounting is off, or the pose is turned.";
     out_.remaining.push_back(std::move(r));
   }
 
   std::string describe_size(size_t imu) const {
     const std::vector<double> sizes = list_stands(imu);
-    return sizes.empty() ? "" : format(", and reads %.4f of gravity, which differs by %.3f from place to place", find_median(sizes), kGravity);
+    return sizes.empty() ? "" : format(" It reads %.4f of gravity, which differs by %.3f from place to place.", find_median(sizes), kGravity);
   }
 
   // [m/s^2] By recording, while the robot stands on all feet.

@@ -75,8 +75,8 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   if (landing < kRougher * calm || std::max(peak, dip) < kBlur * weight) return;
   Remaining r;
   r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
-  r.statement = format("landings (%.0f): in the quarter second after a foot comes down the feet's force rises by %.0f N above what the motion takes and falls by %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +
-                format(", %.1f times as much as else. Soles, skin or ground that give or rebound do that; which one is not told.", landing / std::max(1e-9, calm));
+  r.statement = format("landings (%.0f): in the quarter second after a landing, the feet's force peaks %.0f N above what the motion takes, and falls %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +
+                format(". The rest of the time it differs %.1f times less. Soles, skin or ground that give or rebound do that. Which of them it is does not show.", landing / std::max(1e-9, calm));
   out->remaining.push_back(std::move(r));
 }
 

@@ -43,13 +43,13 @@ class WeightChecker {
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
     const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
-      out_.notes.push_back(carry + ", but not the same in all phases: no mass does that" + odd);
+      out_.notes.push_back(carry + ", but not the same in all phases: no mass does that." + odd);
       return add_differing(*c, phases);
     }
     if (is_off(k)) return add_weight(k, weight, phases + odd);
     const Consensus main = weigh_main_phase(*c, weight);
     if (is_off(main)) return add_weight(main, weight, phases + describe_odd(*c, main));
-    out_.notes.push_back(carry + ": they agree" + odd);
+    out_.notes.push_back(carry + ": they agree." + odd);
   }
 
   bool has_raw_counts() const {
@@ -88,10 +88,11 @@ class WeightChecker {
     });
   }
 
+  // A sentence, or nothing.
   static std::string describe_odd(const ChannelRows& c, const Consensus& k) {
     if (k.odd == 0) return "";
     const std::string part = count_recordings(c) > 1 ? "recording" : "quarter";
-    return format("; %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") + " (a sensor of theirs, or pushes)";
+    return format(" %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") + ": its sensors, or pushes.";
   }
 
   // By phase: what the feet carry over what the model weighs, by blocks.
@@ -121,7 +122,7 @@ class WeightChecker {
     return names + " alone";
   }
 
-  // The phases, if two of them differ by more than chance and than masses do. Empty: they do not.
+  // Sentences about the phases, if two of them differ by more than chance and than masses do. Empty: they do not.
   std::string describe_phases(const ChannelRows& c, double weight) const {
     const std::map<int, Consensus> phases = weigh_phases(c, weight);
     bool differ = false;
@@ -130,17 +131,17 @@ class WeightChecker {
       for (const auto& [other, b] : phases) {
         differ = differ || std::abs(a.mean - b.mean) > std::max(kKnownWeight, 3 * std::hypot(a.std, b.std));
       }
-      text += (text.empty() ? "on " : ", on ") + name_phase(phase) + format(" %.3f +- %.3f", a.mean, 2 * a.std);
+      text += (text.empty() ? "" : ", ") + format("%.3f +- %.3f on ", a.mean, 2 * a.std) + name_phase(phase);
     }
     if (!differ) return "";
-    return "; by phase they carry " + text + ": no mass differs by phase, but scales, zeros and cross-talk of force sensors do";
+    return " By phase they carry " + text + ". No mass differs by phase. Scales, zeros and cross-talk of force sensors do.";
   }
 
   void add_differing(const ChannelRows& c, const std::string& phases) {
     if (phases.empty()) return;
     Remaining r;
     r.where = {{"link", log_.tree.links[0].name}}, r.unit = "N", r.before = r.after = find_rms(c.y);
-    r.statement = "What the feet carry does not fit the model's weight" + phases + ".";
+    r.statement = "What the feet carry does not fit the model's weight." + phases;
     out_.remaining.push_back(std::move(r));
   }
 
@@ -200,7 +201,7 @@ class WeightChecker {
   }
 
   // One number, many causes: nothing but other sensors, or another load, can tell them apart.
-  void add_weight(const Consensus& k, double weight, const std::string& odd) {
+  void add_weight(const Consensus& k, double weight, const std::string& more_words) {
     const double more = (k.mean - 1) * weight, error = k.std * weight, g = get_gravity();
     const LinkInertia& root = log_.tree.links[0].inertia;
     const double own = std::max(1e-6, root.mass);
@@ -214,9 +215,9 @@ class WeightChecker {
       f.alternatives.push_back(make_alternative(heavier, link, scale, kMotion));
     }
     f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = format("The feet carry %.3f +- %.3f of what the model weighs: ", k.mean, 2 * k.std) +
-                  format(more > 0 ? "the model is too light by %.1f %% (%.2f kg, %.1f N)" : "the model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
-                  ", or the force sensors' scale or zero is off; standing and walking alone cannot tell which" + odd + ".";
+    f.statement = format("The feet carry %.3f +- %.3f of what the model weighs. ", k.mean, 2 * k.std) +
+                  format(more > 0 ? "The model is too light by %.1f %% (%.2f kg, %.1f N)" : "The model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
+                  ", or the scale or zero of the force sensors is off. Standing and walking alone cannot tell which." + more_words;
     add_sensors(k, more, error, &f);
     out_.findings.push_back(std::move(f));
     Candidate mass;
@@ -334,9 +335,11 @@ class WeightChecker {
     spread = std::sqrt(spread);
     const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
     const EffectInfo &scale = laws_.sensor_scale.info(), &bias = laws_.sensor_bias.info();
-    Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, 1 / per_unit, spread / (per_unit * per_unit))});
+    Estimate counts = make_value(scale, 1 / per_unit, spread / (per_unit * per_unit));
+    counts.unit = "counts/N";
+    Finding f = make_finding(scale, {{"sensor", name}}, {counts});
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = name + format(": these are no newtons but raw counts; %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
+    f.statement = name + format(": these are no newtons but raw counts: %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
     // A foot that hangs on its sensor pulls at it, which is no zero.

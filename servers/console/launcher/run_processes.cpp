@@ -6,11 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <climits>
 #include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <sstream>
 
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
@@ -23,6 +19,7 @@
 #include "servers/console/launcher/monitor.h"
 #include "servers/console/launcher/remote_server.h"
 #include "servers/console/launcher/run_set.h"
+#include "servers/console/launcher/server_commands.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
@@ -47,85 +44,20 @@ constexpr auto kLinkPatience = std::chrono::seconds(10);
 // Whom a run waits for is told after this time.
 constexpr auto kWaitPatience = std::chrono::milliseconds(1000);
 
-const char* get_default_program(const std::string& role) {
-  if (role == "model_parser") return "hrp-model-parser";
-  if (role == "scheduler") return "hrp-scheduler";
-  if (role == "logger") return "hrp-logger";
-  if (role == "dynamics") return "hrp-dynamics";
-  if (role == "collision_checker") return "hrp-collision-checker";
-  if (role == "vision") return "hrp-vision";
-  return "hrp-controller";
-}
-
-std::string find_own_folder() {
-  char path[PATH_MAX];
-  const ssize_t size = readlink("/proc/self/exe", path, sizeof path);
-  const std::string self(path, size > 0 ? static_cast<size_t>(size) : 0);
-  return self.substr(0, self.find_last_of('/'));
-}
-
-// A name without a slash is a program of ours, beside this one.
-std::string find_program(const std::string& name) {
-  return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
-}
-
-// The same for a command of people's: where there is none of ours, the one that a shell would run.
-std::string find_command(const std::string& name) {
-  std::string own = find_program(name);
-  const char* folders = std::getenv("PATH");
-  if (access(own.c_str(), X_OK) == 0 || own == name || folders == nullptr) return own;
-  std::istringstream list(folders);
-  for (std::string folder; std::getline(list, folder, ':');) {
-    std::string path = (folder.empty() ? "." : folder) + "/" + name;
-    if (access(path.c_str(), X_OK) == 0) return path;
-  }
-  return own;
-}
-
-std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
-
-std::string join_robots(const Scenario& scenario) {
-  std::string names;
-  for (const std::string& robot : list_robots(scenario)) names += (names.empty() ? "" : ",") + robot;
-  return names;
-}
-
-std::vector<std::string> list_meshes(const RobotDescription& robot, bool visible) {
-  std::vector<std::string> files;
-  const auto add = [&files](const CollisionShape& shape) {
-    if (!shape.mesh.empty()) files.push_back(shape.mesh);
-  };
-  if (!visible) std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
-  else for (const VisualShape& visual : robot.visuals) add(visual.shape);
-  return files;
-}
-
 class ProcessRun {
  public:
   ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
-      : options_(options), scenario_(scenario), log_(log), progress_(options.quiet) {}
+      : options_(options), scenario_(scenario), log_(log), commands_(options, scenario, log), progress_(options.quiet) {}
 
   RunOutcome run();
 
  private:
-  bool is_left_out(const std::string& role) const {
-    return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
-  }
-  // Nobody looks where there are no cameras and no lidars.
-  bool is_needed(const std::string& role) const { return role != "vision" || scenario_.sensors.has_vision(); }
-  std::vector<std::string> make_role_arguments(const std::string& role) const;
-  ChildSpec make_child(const std::string& role) const;
-  std::vector<std::string> find_files_of(const std::string& role) const;
-  std::vector<std::string> find_motion(const std::string& robot) const;
-  void start_remote(const std::string& role);
+  void start_server(const std::string& role);
   void look_at_remotes();
   const RemoteServer* find_remote(const std::string& role) const;
   std::string describe_end_of(const ChildEnd& end) const;
-  std::string make_join_command(const std::string& role) const;
   void note_wait(const std::string& late);
-  std::vector<int> find_cores_of(const std::string& role) const;
   void start_all();
-  void start_viewer();
   void say_what_is_missing();
   void say_who_can_listen() const;
   void watch();
@@ -143,6 +75,7 @@ class ProcessRun {
   const LaunchOptions& options_;
   const Scenario& scenario_;
   std::string log_;
+  ServerCommands commands_;
   DomainClaim claim_;
   Children children_;
   std::vector<std::unique_ptr<RemoteServer>> remotes_;
@@ -160,111 +93,6 @@ class ProcessRun {
   Clock::time_point waits_since_;
   Clock::time_point start_, first_step_;
 };
-
-std::vector<int> ProcessRun::find_cores_of(const std::string& role) const {
-  // Processes that take turns are fastest on one core: a wake-up across cores costs several times a switch on one.
-  const std::vector<int> cores = find_cores();
-  if (!options_.pin || cores.size() < 2) return {};
-  const size_t loop_core = static_cast<size_t>(claim_.domain()) % cores.size();  // runs side by side spread out
-  const bool in_loop = role == "dynamics" || role == "collision_checker" || is_controller(role);
-  std::vector<int> chosen;
-  for (size_t i = 0; i < cores.size(); ++i) {
-    if ((i == loop_core) == in_loop) chosen.push_back(cores[i]);
-  }
-  return chosen;
-}
-
-// What a server of this run is told beside the place where it meets the others.
-std::vector<std::string> ProcessRun::make_role_arguments(const std::string& role) const {
-  std::vector<std::string> arguments;
-  if (role == "model_parser") arguments.push_back(options_.scenario);
-  if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
-  if (role == "dynamics" && options_.ros_rate > 0.0) arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
-  if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
-  if (role == "logger" && !scenario_.robots.empty()) arguments.insert(arguments.end(), {"--robots", join_robots(scenario_)});
-  if (!find_robot_of(role).empty()) arguments.insert(arguments.end(), {"--robot", find_robot_of(role)});
-  if (role == "logger" && options_.force) arguments.push_back("--force");
-  if (role == "logger" && options_.durable) arguments.push_back("--durable");
-  if (role != "scheduler") return arguments;
-  std::string waited_for = is_left_out("logger") ? "dynamics" : "dynamics,logger";
-  if (scenario_.sensors.every_picture && is_needed("vision")) waited_for += ",vision";
-  arguments.insert(arguments.end(), {"--wait-for", waited_for});
-  arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
-  if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
-  if (options_.paused) arguments.push_back("--paused");
-  if (options_.ros_services) arguments.push_back("--ros-services");
-  return arguments;
-}
-
-ChildSpec ProcessRun::make_child(const std::string& role) const {
-  const auto program = options_.programs.find(role);
-  const auto vendor = options_.dds_for.find(role);
-  ChildSpec child;
-  child.role = role;
-  const auto command = options_.commands.find(role);
-  const bool is_command = command != options_.commands.end();
-  auto& arguments = child.arguments;
-  if (is_command) {
-    arguments = command->second;
-    arguments[0] = find_command(arguments[0]);
-  } else {
-    arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second)};
-  }
-  arguments.insert(arguments.end(), {"--domain", std::to_string(claim_.domain()), "--dds",
-                                     vendor == options_.dds_for.end() ? options_.dds : vendor->second});
-  // They then leave it to us to say what went wrong.
-  const bool ours = program == options_.programs.end() && !is_command;
-  if (ours) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
-  if (!options_.secure.empty()) arguments.insert(arguments.end(), {"--secure", options_.secure});
-  const std::vector<std::string> own = make_role_arguments(role);
-  arguments.insert(arguments.end(), own.begin(), own.end());
-  child.cores = find_cores_of(role);
-  return child;
-}
-
-// Robot and scenario come over the bus. What comes from files are meshes and the motion that a controller plays.
-std::vector<std::string> ProcessRun::find_files_of(const std::string& role) const {
-  if (is_controller(role)) return find_motion(find_robot_of(role));
-  if (role == "dynamics" && options_.programs.count(role) == 0) return {};
-  const RobotDescription robot = load_robot(scenario_);
-  std::vector<std::string> files = list_meshes(robot, role == "vision");
-  for (const OtherRobot& other : robot.robots) {
-    for (const std::string& file : list_meshes(other.description, role == "vision")) files.push_back(file);
-  }
-  return files;
-}
-
-// The file that a controller plays: of another robot, or of the first one (""). None or one.
-std::vector<std::string> ProcessRun::find_motion(const std::string& robot) const {
-  Scenario scenario = scenario_;
-  for (const RobotPlacement& placement : scenario_.robots) {
-    if (placement.name == robot) scenario = load_scenario(placement.scenario);
-  }
-  return scenario.controller.type == "motion" ? std::vector<std::string>{scenario.controller.motion} : std::vector<std::string>{};
-}
-
-void ProcessRun::start_remote(const std::string& role) {
-  RemoteCommand command;
-  command.role = role;
-  command.host = options_.on.at(role);
-  command.token = claim_.entry().token;
-  command.files = find_files_of(role);
-  const auto program = options_.programs.find(role);
-  const auto vendor = options_.dds_for.find(role);
-  std::string path = program == options_.programs.end() ? get_default_program(role) : program->second;
-  if (path.find('/') == std::string::npos) path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
-  command.arguments = {path, "--domain", std::to_string(claim_.domain()), "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second,
-                       "--far-launcher", "--network-interface", turn_network(claim_.entry().network, find_address(command.host))};
-  for (const std::string& word : make_role_arguments(role)) command.arguments.push_back(word);
-  if (!options_.secure.empty()) {
-    command.arguments.insert(command.arguments.end(), {"--secure", command.host.secure.empty() ? std::filesystem::absolute(options_.secure).string() : command.host.secure});
-    command.files.push_back(command.arguments.back());
-  }
-  remotes_.push_back(std::make_unique<RemoteServer>(command));
-  std::vector<std::string> ssh = options_.ssh;
-  ssh[0] = find_command(ssh[0]);
-  remotes_.back()->start(ssh, &children_);
-}
 
 const RemoteServer* ProcessRun::find_remote(const std::string& role) const {
   for (const auto& remote : remotes_) {
@@ -294,26 +122,36 @@ std::string ProcessRun::describe_end_of(const ChildEnd& end) const {
   return end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) + step;
 }
 
+void ProcessRun::start_server(const std::string& role) {
+  if (options_.on.count(role) == 0) {
+    children_.start(commands_.make_child(role, claim_.entry()));
+    return;
+  }
+  remotes_.push_back(std::make_unique<RemoteServer>(commands_.make_remote(role, claim_.entry())));
+  std::vector<std::string> ssh = options_.ssh;
+  ssh[0] = find_command(ssh[0]);
+  remotes_.back()->start(ssh, &children_);
+}
+
 void ProcessRun::start_all() {
   claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
   RunEntry entry = claim_.entry();
   entry.vendor = options_.dds;
   entry.network = options_.on.empty() ? "" : find_network(options_.on);
   entry.token = make_run_token();
-  entry.log = is_left_out("logger") ? "" : log_;
+  entry.log = commands_.is_left_out("logger") ? "" : log_;
   entry.free_places = options_.without;
   entry.secured = !options_.secure.empty();
   claim_.describe(entry);
   // Children first: this process has no threads yet.
   for (const std::string& role : list_roles(scenario_)) {
-    if (is_left_out(role) || !is_needed(role)) continue;
-    if (options_.on.count(role) > 0) {
-      start_remote(role);
-    } else {
-      children_.start(make_child(role));
-    }
+    if (commands_.is_left_out(role) || !commands_.is_needed(role)) continue;
+    start_server(role);
   }
-  if (options_.view) start_viewer();
+  if (options_.view) {
+    viewer_ = std::make_shared<Children>();
+    viewer_->start(commands_.make_viewer(claim_.entry()));
+  }
   BusOptions bus;
   bus.secure = options_.secure;
   bus.vendor = options_.dds;
@@ -323,31 +161,10 @@ void ProcessRun::start_all() {
   monitor_ = std::make_unique<RunMonitor>(*bus_, claim_.entry().token, list_robots(scenario_));
 }
 
-void ProcessRun::start_viewer() {
-  ChildSpec child;
-  child.role = "viewer";
-  child.arguments = {find_program("hrp-viewer"), "--domain", std::to_string(claim_.domain()), "--dds", options_.dds,
-                     "--port", std::to_string(options_.view_port), "--then", log_};
-  if (!options_.secure.empty()) child.arguments.insert(child.arguments.end(), {"--secure", options_.secure});
-  viewer_ = std::make_shared<Children>();
-  viewer_->start(child);
-}
-
-// A command line that takes a free place, whatever else runs on this machine.
-std::string ProcessRun::make_join_command(const std::string& role) const {
-  // The template of the tree: with our own controller there would have been no need to leave the place free.
-  std::string command = find_own_folder() + "/" + (is_controller(role) ? "my-controller" : get_default_program(role));
-  if (access(command.c_str(), X_OK) != 0) command = "scripts/build.sh " + get_file_name(command) + " && " + command;
-  command += " --run " + std::to_string(getpid());
-  if (!options_.secure.empty()) command += " --secure " + quote_word(options_.secure);
-  for (const std::string& word : make_role_arguments(role)) command += " " + quote_word(word);
-  return command;
-}
-
 void ProcessRun::say_what_is_missing() {
   for (const std::string& role : options_.without) {
     std::printf("The place of %s is free, on DDS domain %d (%s). To join from another terminal:\n  %s\n", role.c_str(),
-                claim_.domain(), options_.dds.c_str(), make_join_command(role).c_str());
+                claim_.domain(), options_.dds.c_str(), commands_.make_join_command(role).c_str());
     if (is_controller(role)) {
       std::printf("  source: controller/template/my_controller.cpp; any program that reads %s and answers each\n"
                   "  sample with %s of the same epoch and step will do (docs/client_in_c.md)\n",
@@ -375,9 +192,9 @@ void ProcessRun::note_wait(const std::string& late) {
   RunEntry entry = claim_.entry();
   entry.waits_for = waits ? late : "";
   claim_.describe(entry);
-  if (!waits || !is_left_out(late) || !first_step_seen_) return;  // at the start it was said
+  if (!waits || !commands_.is_left_out(late) || !first_step_seen_) return;  // at the start it was said
   progress_.clear();
-  std::printf("waits for %s; to join: %s\n", late.c_str(), make_join_command(late).c_str());
+  std::printf("waits for %s; to join: %s\n", late.c_str(), commands_.make_join_command(late).c_str());
   std::fflush(stdout);
 }
 
