@@ -6,10 +6,12 @@ score_next.py DIR           the table, and DIR/next.json
 score_next.py DIR --open    names of the cases that need another round, one a line
 """
 import argparse
+import csv
 import json
 import math
 import pathlib
 import statistics
+import xml.etree.ElementTree
 
 import score_cases
 import score_dirty
@@ -91,14 +93,21 @@ def find_ratios(case, kind, wide=False):
     return [after[key] / before[key] for key in keys if key in kept]
 
 
-def list_passed(root, case):
-    """Recordings of proposed motions in which a joint passes what its URDF allows (3 rad either way in all cases)."""
-    passed = []
-    for path in sorted((root / "proposed/cases" / case["name"]).glob("next_*.csv")):
-        lines = path.read_text().splitlines()
-        names = lines[0].split(",")
-        columns = [i for i, n in enumerate(names) if n.startswith("/joint_states/") and n.endswith("/position")]
-        if any(abs(float(row[i])) > 3.0 for row in (line.split(",") for line in lines[1:]) for i in columns if row[i]):
+def read_ranges(urdf):
+    """Lowest and highest position of every joint that has limits."""
+    limits = ((joint.get("name"), joint.find("limit")) for joint in xml.etree.ElementTree.parse(urdf).getroot().iter("joint"))
+    return {name: (float(limit.get("lower")), float(limit.get("upper"))) for name, limit in limits
+            if limit is not None and limit.get("lower") and limit.get("upper")}
+
+
+def list_passed(root, case, kind):
+    """Recordings of added motions in which a joint passes what its URDF allows."""
+    folder, passed = root / kind / "cases" / case["name"], []
+    for path in sorted(folder.glob("next_*.csv")):
+        ranges = read_ranges(folder / "robot.urdf")
+        rows = list(csv.DictReader(path.read_text().splitlines()))
+        columns = [(f"/joint_states/{name}/position", ends) for name, ends in ranges.items()]
+        if any(row.get(column) and not ends[0] <= float(row[column]) <= ends[1] for row in rows for column, ends in columns):
             passed.append(path.name)
     return passed
 
@@ -118,7 +127,7 @@ def summarise(root, cases):
     # The hidden robot falls or throws a joint off its command at once: no recording comes of it.
     out["not_played"] = [c["name"] for c in opened if not c["made"]["proposed"]]
     out["loads"] = sum(bool(m.get("loads")) for c in opened for m in c["next"]["motions"])
-    out["limits_passed"] = [name for c in opened for name in list_passed(root, c)]
+    out["limits_passed"] = {kind: [name for c in opened for name in list_passed(root, c, kind)] for kind in KINDS}
     return out, opened
 
 
@@ -132,7 +141,7 @@ def print_table(out, opened):
     print(f"| median of intervals, against before | 1 | {number(a['median_interval_ratio'])} ({a['intervals']}) | {number(b['median_interval_ratio'])} ({b['intervals']}) | 0.5 |")
     print(f"| of those that can be halved | 1 | {number(a['median_wide_ratio'])} ({a['wide_intervals']}) | {number(b['median_wide_ratio'])} ({b['wide_intervals']}) | 0.5 |")
     print(f"| wrong names | {out['first_wrong_names']} | {a['wrong_names']} | {b['wrong_names']} | not more |")
-    print(f"| motions in which a limit was passed | | {len(out['limits_passed'])} | not looked at | 0 |")
+    print(f"| motions in which a limit was passed | | {len(out['limits_passed']['proposed'])} | {len(out['limits_passed']['multisines'])} | 0 |")
     print(f"| falls, and motions that could not be played | | {len(out['not_played'])} | {sum(not c['made']['multisines'] for c in opened)} | 0 |\n")
     print(f"{out['loads']} of {sum(len(c['next']['motions']) for c in opened)} proposed motions ask for a load by hand\n")
     for c in opened:

@@ -92,7 +92,7 @@ std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<Mo
                                             const std::string& folder) {
   const Proposer proposer(base, folder, seconds);
   std::vector<ProposedMotion> tried, chosen;
-  for (int f = static_cast<int>(next::Family::kSway); f < static_cast<int>(next::Family::kEnd); ++f) {
+  for (int f = static_cast<int>(next::Family::kSway); f <= static_cast<int>(next::Family::kStir); ++f) {
     for (int seed = 1; seed <= seeds; ++seed) {
       tried.push_back(proposer.try_motion(static_cast<next::Family>(f), static_cast<unsigned>(seed)));
       if (!tried.back().check.ok()) tried.pop_back();

@@ -6,6 +6,7 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/next/limits.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/trial.h"
@@ -17,7 +18,6 @@ constexpr size_t kCandidates = 10;  // candidates in the place of an effect
 constexpr size_t kMost = 8;         // explanations in total; each needs simulations of every motion
 constexpr size_t kLargest = 6;      // findings that are replaced in turn
 constexpr double kNats = 10.0;
-constexpr double kStill = 0.05;     // [rad or m] travel below which a joint has shown nothing
 
 // Value of a parameter; the law's default or the neutral value if the report does not state one.
 double find_value(const Json& parameters, const EffectParameter& info) {
@@ -113,29 +113,17 @@ class Finder {
   void add_hidden() {
     const Experiment& e = *problem_.experiment;
     for (int j = 0; j < e.num_joints() && out_.list.size() < kMost; ++j) {
-      if (find_travel(j) > kStill && !is_all_still()) continue;
-      const double effort = e.robot.tree.joint(j).effort_limit;
-      if (!std::isfinite(effort)) continue;
-      Effect friction{find_term_row(&TermRow::level).effect->id, j, {}};
-      for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kMinor * effort : info.value);
-      Explanation hidden{{friction}, get_label(e, {friction}), 0.0, false};
-      out_.list.push_back(hidden);
+      if (calc_travel(e, j) > kStill && !is_all_still()) continue;
+      const Hypothesis friction = make_hidden_friction(e, j);
+      if (!friction.empty()) out_.list.push_back({friction, get_label(e, friction), 0.0, false});
     }
   }
 
   bool is_all_still() const {
     for (int j = 0; j < problem_.experiment->num_joints(); ++j) {
-      if (find_travel(j) > kStill) return false;
+      if (calc_travel(*problem_.experiment, j) > kStill) return false;
     }
     return true;
-  }
-
-  double find_travel(int joint) const {
-    double low = 1e300, high = -1e300;
-    for (const SmoothRecording& smooth : problem_.smooth) {
-      for (double q : smooth.joints[static_cast<size_t>(joint)].q) low = std::min(low, q), high = std::max(high, q);
-    }
-    return high - low;
   }
 
   // Keeps the best explanation and those that are about as good. Alternatives of the report stay, even if their stated
@@ -188,6 +176,14 @@ double count_readings(const Problem& problem) {
     }
   }
   return count;
+}
+
+Hypothesis make_hidden_friction(const Experiment& experiment, int joint) {
+  const double effort = experiment.robot.tree.joint(joint).effort_limit;
+  if (!std::isfinite(effort)) return {};
+  Effect friction{find_term_row(&TermRow::level).effect->id, joint, {}};
+  for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kMinor * effort : info.value);
+  return {friction};
 }
 
 bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect) {

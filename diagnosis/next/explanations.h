@@ -27,6 +27,10 @@ struct Explanations {
 // Number of readings of all joints in all recordings.
 double count_readings(const Problem& problem);
 
+// Dry friction that a joint may hide as long as it does not move: a small part of its largest effort. Empty without such a
+// limit.
+Hypothesis make_hidden_friction(const Experiment& experiment, int joint);
+
 // Converts an effect of a report; false if no simulator knows it or the robot does not have its place.
 bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect);
 

@@ -193,6 +193,13 @@ bool is_file(const std::string& word) {
 
 }  // namespace
 
+double calc_travel(const Experiment& experiment, int joint) {
+  JointLimits seen;
+  seen.start = find_start(experiment, static_cast<size_t>(joint));
+  take_seen_range(experiment, static_cast<size_t>(joint), &seen);
+  return seen.upper - seen.lower;
+}
+
 Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated) {
   Limits limits;
   for (int j = 0; j < experiment.num_joints(); ++j)

@@ -37,4 +37,9 @@ struct Limits {
 // {elbow: {speed: 0.3}}. Stated limits only tighten the description's. Throws InputError if they cannot be read.
 Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated);
 
+// [rad or m] range of a joint's recorded commands, or of its positions without commands. Below kStill the joint has shown
+// nothing.
+double calc_travel(const Experiment& experiment, int joint);
+constexpr double kStill = 0.05;
+
 }  // namespace hrp::diagnosis

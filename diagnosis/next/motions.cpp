@@ -17,7 +17,6 @@ class Draw {
  public:
   explicit Draw(unsigned seed) : engine_(seed) {}
   double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() - engine_.min()) / static_cast<double>(engine_.max() - engine_.min()); }
-  double log_uniform(double low, double high) { return std::exp(uniform(std::log(low), std::log(high))); }
 
  private:
   std::mt19937 engine_;
@@ -31,13 +30,17 @@ double rise(double t) {
 
 using Curve = std::function<double(double)>;  // -1 to 1 as a function of time [s]
 
+// One sine in each of six equal bands of log f. If all were drawn from the whole range, some joints would get slow ones only:
+// their inertia would not show, and all that a quick neighbour does to them would look like an effect of their own.
 Curve make_sines(Draw& draw) {
   struct Term { double a, w, p; };
+  constexpr int kBands = 6;
+  constexpr double kLow = 0.12, kHigh = 3.0;  // [Hz]
   std::vector<Term> terms;
   double total = 0.0;
-  for (int i = 0; i < 6; ++i) {
-    const double f = draw.log_uniform(0.12, 3.0);
-    terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / 0.12), 2.0 * M_PI * f, draw.uniform(0.0, 2.0 * M_PI)});
+  for (int i = 0; i < kBands; ++i) {
+    const double width = std::log(kHigh / kLow) / kBands, f = kLow * std::exp(width * (i + draw.uniform(0.0, 1.0)));
+    terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / kLow), 2.0 * M_PI * f, draw.uniform(0.0, 2.0 * M_PI)});
     total += terms.back().a;
   }
   return [terms, total](double t) {
@@ -147,7 +150,7 @@ double find_largest(const std::vector<double>& values) {
 }  // namespace
 
 const char* get_family_word(Family family) {
-  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir"};
+  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir", "swing"};
   return words[static_cast<size_t>(family)];
 }
 
@@ -163,7 +166,8 @@ const char* get_family_sentence(Family family) {
       "The feet stand, the body sways sideways.",
       "The feet stand, the body moves forward and back.",
       "The feet stand, the knees bend.",
-      "The feet stand, the body moves sideways, forward and down."};
+      "The feet stand, the body moves sideways, forward and down, and the limbs that stand on nothing swing.",
+      "The feet and the body stand, the limbs that stand on nothing swing."};
   return sentences[static_cast<size_t>(family)];
 }
 

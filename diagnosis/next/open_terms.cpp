@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/next/explanations.h"
+#include "diagnosis/next/limits.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -101,10 +102,26 @@ class Finder {
     return side;
   }
 
+  bool is_finding(const Effect& effect) const {
+    const Json findings = report_.value("findings", Json::array());
+    return std::any_of(findings.begin(), findings.end(), [&](const Json& finding) {
+      Effect found;
+      return read_effect(e_, finding, &found) && found.id == effect.id && found.place == effect.place;
+    });
+  }
+
+  // The report's model has terms for every joint. Those of a joint that did not move cancel each other at rest (a level of
+  // friction and a constant torque), so their values are arbitrary. With these values each motion of this joint would seem
+  // to need too large efforts, and the joint would stay as unknown as it is.
+  bool is_arbitrary(const Effect& effect) const {
+    return effect.place.kind == PlaceKind::kJoint && calc_travel(e_, effect.place.index) < kStill && !is_finding(effect);
+  }
+
   void read_best() {
     TorqueModel model;
     model.own.resize(out_.design.joints.size());
-    const Hypothesis all = read_model(e_, report_);
+    Hypothesis all = read_model(e_, report_);
+    all.erase(std::remove_if(all.begin(), all.end(), [&](const Effect& effect) { return is_arbitrary(effect); }), all.end());
     for (const Effect& effect : all) {
       if (const auto found = find(effect)) insert(*found, &model);
     }

@@ -52,8 +52,10 @@ class StanceProposer {
     next_.remarks = limits_.remarks;
     next_.remarks.insert(next_.remarks.end(), worlds_.remarks.begin(), worlds_.remarks.end());
     for (const StanceWorld& world : worlds_.list) next_.explanations.push_back(world.label);
-    if (worlds_.list.empty() || worlds_.values.empty()) {
-      next_.nothing = "Nothing was found that can be simulated on the robot's feet.";
+    next_.unseen = worlds_.unseen;
+    if (worlds_.list.empty() || (worlds_.values.empty() && worlds_.list.size() < 2)) {
+      next_.nothing = worlds_.unseen ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
+                                     : "Nothing was found that can be simulated on the robot's feet.";
       return next_;
     }
     try_motions();
@@ -177,6 +179,7 @@ class StanceProposer {
   std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
+    if (p == 0) return list;
     const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kUnknownStep));
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
@@ -213,6 +216,13 @@ class StanceProposer {
     return fault;
   }
 
+  // Where joints stood still, the first motion, which is fitted, moves all of them if it is safe, and the others move at
+  // least the limbs. An effect of a joint that moves in only one of the two kinds of recordings is not named.
+  double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
+    const bool moves_all = c.plan.family == Family::kStir || (!next_.proposals.empty() && c.plan.family == Family::kSwing);
+    return calc_worth(c, gained) + (worlds_.unseen && moves_all ? 1.0 + kValues : 0.0);
+  }
+
   void choose() {
     const long p = static_cast<long>(worlds_.list[0].moved.size());
     Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(p, p);
@@ -220,10 +230,11 @@ class StanceProposer {
       StanceCandidate* best = nullptr;
       double most = -1.0;
       for (StanceCandidate& c : candidates_) {
-        const double worth = c.ok ? calc_worth(c, gained) : -1.0;
-        if (worth > most) most = worth, best = &c;
+        const double rank = c.ok ? calc_rank(c, gained) : -1.0;
+        if (rank > most) most = rank, best = &c;
       }
       if (!best) return;
+      const double worth = calc_worth(*best, gained);
       best->ok = false;
       std::vector<double> leave;
       const std::string fault = find_fault(*best, &leave);
@@ -232,7 +243,7 @@ class StanceProposer {
         continue;
       }
       gained += calc_gain(*best);
-      add_proposal(*best, most, leave);
+      add_proposal(*best, worth, leave);
     }
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/next/stance_motions.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
@@ -10,6 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] amplitude of the body: forward, sideways, vertical
+constexpr double kSwing = 0.4;                    // [rad or m] amplitude of joints that carry no foot
 constexpr double kBodySpeed = 0.25;               // [m/s]
 constexpr int kIterations = 6;                    // of inverse kinematics, from the last pose
 constexpr double kClose = 1e-5;    // [m and rad] tolerance of a foot's pose
@@ -31,8 +33,17 @@ std::vector<char> find_ways(Family family) {
     case Family::kSway: return {0, 1, 0};
     case Family::kLean: return {1, 0, 0};
     case Family::kSquat: return {0, 0, 1};
+    case Family::kSwing: return {0, 0, 0};
     default: return {1, 1, 1};
   }
+}
+
+// Limits of joints that swing by this share of their amplitude.
+Limits make_swing_limits(Limits limits, double size) {
+  for (JointLimits& joint : limits.joints) {
+    joint.lower = std::max(joint.lower, joint.start - size * kSwing), joint.upper = std::min(joint.upper, joint.start + size * kSwing);
+  }
+  return limits;
 }
 
 // Keeps all feet in place by Newton steps of the joints.
@@ -64,6 +75,15 @@ class Legs {
   }
 
   const Eigen::VectorXd& q() const { return state_.q; }
+
+  // Whether a joint moves no foot.
+  std::vector<char> find_free() {
+    update_kinematics(model_, state_, &data_);
+    const Eigen::RowVectorXd largest = calc_jacobian().cwiseAbs().colwise().maxCoeff();
+    std::vector<char> free;
+    for (double most : largest) free.push_back(most < kClose);
+    return free;
+  }
 
  private:
   Eigen::VectorXd calc_error() {
@@ -110,6 +130,14 @@ bool finish(const Limits& limits, double period, Commands* out) {
   return true;
 }
 
+// Joints that carry no foot, as far as the plan and its family move them.
+std::vector<char> find_swinging(Legs& legs, const MotionPlan& plan) {
+  std::vector<char> moves = legs.find_free();
+  const bool any = plan.family == Family::kSwing || plan.family == Family::kStir;
+  for (size_t j = 0; j < moves.size(); ++j) moves[j] = any && j < plan.moves.size() && plan.moves[j] && moves[j];
+  return moves;
+}
+
 }  // namespace
 
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits) {
@@ -118,11 +146,15 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
   body.moves = find_ways(plan.family), body.size = 1.0;
   const Commands ways = make_motion(body, make_body_limits(plan.size));
   Legs legs(experiment, limits);
+  MotionPlan limbs = body;
+  limbs.moves = find_swinging(legs, plan);
+  if (plan.family == Family::kSwing && std::count(limbs.moves.begin(), limbs.moves.end(), 1) == 0) return {};
+  const Commands swings = make_motion(limbs, make_swing_limits(limits, plan.size));
   Commands out;
   out.time = ways.time, out.position.resize(limits.joints.size());
   for (size_t k = 0; k < ways.time.size(); ++k) {
     if (!legs.follow({ways.position[0][k], ways.position[1][k], ways.position[2][k]})) return {};
-    for (size_t j = 0; j < limits.joints.size(); ++j) out.position[j].push_back(legs.q()[static_cast<long>(j)]);
+    for (size_t j = 0; j < limits.joints.size(); ++j) out.position[j].push_back(limbs.moves[j] ? swings.position[j][k] : legs.q()[static_cast<long>(j)]);
   }
   return finish(limits, plan.period, &out) ? out : Commands{};
 }

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/next/stance_worlds.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/next/explanations.h"
+#include "diagnosis/next/limits.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
 namespace {
+
+constexpr size_t kMostHidden = 8;  // each is simulated along every motion
 
 std::string make_label(const Json& effects) {
   std::string text;
@@ -21,8 +26,9 @@ std::string make_label(const Json& effects) {
   return text.empty() ? "nothing" : text;
 }
 
-// The scenario with these effects; empty if the simulator lacks a law for one of them.
+// The scenario with these effects; empty if the simulator lacks a law for one of them, or the report states no values.
 std::optional<Scenario> make_scenario(const Experiment& e, const Json& effects) {
+  if (std::any_of(effects.begin(), effects.end(), [](const Json& one) { return !one.contains("parameters"); })) return std::nullopt;
   try {
     const std::string text = make_scenario_text(e, nlohmann::json::parse(effects.dump()));
     if (text.find("# not simulated") != std::string::npos) return std::nullopt;
@@ -73,6 +79,7 @@ class Maker {
     if (!add(model)) return;
     add_ends(model);
     for (const Json& finding : findings) add_alternatives(model, finding);
+    if (model.empty() && report.value("verdict", "") == "no_mismatch") add_hidden();
     if (const auto nominal = make_scenario(e, Json::array())) out_.ends.push_back({"the nominal model", *nominal, {}});
   }
 
@@ -117,6 +124,28 @@ class Maker {
       Json together = rest;
       together.push_back(other);
       add(together);
+    }
+  }
+
+  // The stillest joints first. A motion tells of such a friction whatever its level is, so it has no free value.
+  void add_hidden() {
+    out_.unseen = true;
+    std::vector<std::pair<double, int>> still;
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      const double travel = calc_travel(e_, j);
+      if (travel < kStill) still.push_back({travel, j});
+    }
+    std::stable_sort(still.begin(), still.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostHidden; ++i) {
+      for (const Effect& friction : make_hidden_friction(e_, still[i].second)) {
+        Json parameters = Json::object();
+        const std::vector<EffectParameter>& infos = list_infos(friction.id);
+        for (size_t p = 0; p < infos.size(); ++p) {
+          if (std::isfinite(infos[p].neutral)) parameters[infos[p].name] = {{"value", friction.p[p]}};
+        }
+        const Json where = {{"joint", e_.robot.tree.joint(still[i].second).name}};
+        if (add(Json::array({{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}}))) out_.list.back().moved.clear();
+      }
     }
   }
 

@@ -29,6 +29,7 @@ struct StanceWorlds {
   std::vector<StanceValue> values;   // by list[0].moved
   std::vector<StanceWorld> ends;     // further cases for safety: nominal; every value at either end of its interval
   std::vector<std::string> remarks;  // alternatives that no simulator knows
+  bool unseen = false;               // no mismatch: the others are what joints that hardly moved may hide
 };
 
 // Converts a report's model and its alternatives to scenarios.

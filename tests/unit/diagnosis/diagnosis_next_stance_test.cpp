@@ -9,6 +9,7 @@
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/stance_motions.h"
 #include "diagnosis/next/stance_trial.h"
+#include "diagnosis/next/stance_worlds.h"
 #include "diagnosis/report/report.h"
 #include "test_places.h"
 
@@ -82,7 +83,7 @@ TEST(NextStance, TheBodyMovesAndTheSolesStay) {
   const Limits limits = make_limits(e, {});
   for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kEnd); ++f) {
     MotionPlan plan;
-    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0;
+    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
     const Commands motion = make_stance_motion(e, plan, limits);
     ASSERT_FALSE(motion.time.empty()) << get_family_word(plan.family);
     double travel = 0.0;
@@ -95,6 +96,49 @@ TEST(NextStance, TheBodyMovesAndTheSolesStay) {
     EXPECT_GT(travel, 0.01) << get_family_word(plan.family);
     EXPECT_EQ(run_stance(e, make_truth(e), motion, limits).fault.find("foot"), std::string::npos);
   }
+}
+
+double calc_travel_of(const Experiment& e, const Commands& motion, const std::string& joint) {
+  const std::vector<double>& q = motion.position[static_cast<size_t>(e.robot.tree.find_joint(joint))];
+  const auto [low, high] = std::minmax_element(q.begin(), q.end());
+  return *high - *low;
+}
+
+TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kSwing, plan.seconds = 4.0;
+  EXPECT_TRUE(make_stance_motion(e, plan, limits).time.empty());  // nothing may move
+  plan.moves.assign(limits.joints.size(), 1);
+  const Commands motion = make_stance_motion(e, plan, limits);
+  ASSERT_FALSE(motion.time.empty());
+  EXPECT_GT(calc_travel_of(e, motion, "waist"), 0.2);
+  EXPECT_LT(calc_travel_of(e, motion, "left_ankle_roll"), 1e-9);
+}
+
+// Reports name some alternatives without values.
+TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Json bare = {{"effect", "com_error"}, {"where", {{"link", "left_thigh"}}}};
+  const StanceWorlds worlds = make_stance_worlds(e, make_open_report(bare));
+  EXPECT_EQ(worlds.list.size(), 1u);
+  EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
+}
+
+// A waist that stood still may have any friction: no mismatch does not mean that nothing is left to learn.
+TEST(NextStance, AJointThatStoodStillMayHideFriction) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Experiment still = e;
+  for (Recording& r : still.recordings) {
+    JointColumns& waist = r.joints[static_cast<size_t>(e.robot.tree.find_joint("waist"))];
+    for (auto* column : {&waist.command, &waist.signal[0]}) std::fill(column->begin(), column->end(), 0.0);
+  }
+  const StanceWorlds worlds = make_stance_worlds(still, {{"verdict", "no_mismatch"}, {"findings", Json::array()}});
+  EXPECT_TRUE(worlds.unseen);
+  ASSERT_GE(worlds.list.size(), 2u);
+  EXPECT_EQ(worlds.list[0].label, "nothing");
+  EXPECT_TRUE(std::any_of(worlds.list.begin(), worlds.list.end(), [](const StanceWorld& w) { return w.label == "coulomb_friction@waist"; }));
 }
 
 // A body that is thrown aside leaves no doubt.

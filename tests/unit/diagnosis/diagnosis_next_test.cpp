@@ -126,6 +126,36 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
   }
 }
 
+// Share of the mean square that frequencies up to 0.6 Hz have.
+double calc_slow_share(const std::vector<double>& x, double period) {
+  const double n = static_cast<double>(x.size());
+  double slow = 0.0, all = 0.0;
+  for (double one : x) all += one * one / n;
+  for (int bin = 1; bin <= static_cast<int>(0.6 * n * period); ++bin) {
+    double c = 0.0, s = 0.0;
+    for (size_t k = 0; k < x.size(); ++k) {
+      const double phase = 2.0 * M_PI * bin * static_cast<double>(k) / n;
+      c += x[k] * std::cos(phase) / n, s += x[k] * std::sin(phase) / n;
+    }
+    slow += 2.0 * (c * c + s * s);
+  }
+  return slow / all;
+}
+
+// Else what a quick neighbour does to a slow joint looks like an effect of the joint's own.
+TEST(NextExperiment, SinesMoveEveryJointSlowlyAndFast) {
+  const Limits limits = make_limits(simulate_arm("next_sines", {}), {});
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    MotionPlan plan;
+    plan.moves = {1, 1}, plan.seed = seed, plan.seconds = 6.0;
+    const Commands motion = make_motion(plan, limits);
+    for (size_t j = 0; j < 2; ++j) {
+      EXPECT_LT(calc_slow_share(motion.velocity[j], plan.period), 0.9) << seed;
+      EXPECT_GT(calc_slow_share(motion.position[j], plan.period), 0.1) << seed;
+    }
+  }
+}
+
 TEST(NextExperiment, ViscousAgainstDryFrictionMovesAtTwoSpeedsAndExpectsADecision) {
   const Experiment e = make_poor_experiment("next_friction", kArm, make_viscous());
   const Next next = propose(e, make_open_report(), make_options(), kQuietly);

@@ -95,6 +95,25 @@ TEST(NextByTorque, EveryAlternativeOfTheReportIsAQuestion) {
   EXPECT_EQ(terms.values.size(), 6u);
 }
 
+// At rest a level of friction and a constant torque cancel: whatever their values, they say nothing about a motion.
+TEST(NextByTorque, TermsOfAJointThatStoodStillAreNoValues) {
+  Experiment e = simulate_arm("next_torque_still", make_arm_drives());
+  for (Recording& r : e.recordings) {
+    for (auto* column : {&r.joints[kElbow].command, &r.joints[kElbow].signal[0]}) std::fill(column->begin(), column->end(), e.recordings[0].joints[kElbow].command[0]);
+  }
+  Json report = make_many_report();
+  report["model"] = report["findings"];
+  Json said = Json::array();
+  for (const Json& finding : report["findings"]) {
+    if (finding["where"]["joint"] != "elbow" || finding["effect"] == "rotor_inertia") said.push_back(finding);
+  }
+  report["findings"] = said;
+  const Hypothesis best = find_open_terms(e, report).best.hypothesis;
+  EXPECT_EQ(std::count_if(best.begin(), best.end(), [](const Effect& x) { return x.place.index == kShoulder; }), 3);
+  ASSERT_EQ(std::count_if(best.begin(), best.end(), [](const Effect& x) { return x.place.index == kElbow; }), 1);
+  EXPECT_EQ(best.back().id, EffectId::kRotorInertia);  // what the report names is a value
+}
+
 // What a recording knows is what the same motion would tell once more. Filters and folds change it little.
 TEST(NextByTorque, ARepeatedRecordingTellsAsMuchAsItsShare) {
   const Experiment e = simulate_arm("next_torque_twice", make_arm_drives());

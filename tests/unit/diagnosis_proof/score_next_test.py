@@ -57,6 +57,17 @@ class ScoreNext(unittest.TestCase):
             self.assertEqual((out["proposed"]["right"], out["multisines"]["right"], out["loads"]), (0, 1, 1))
             self.assertEqual(score_next.judge(opened[0]["truth"], opened[0]["proposed"]), "no answer")
 
+    def test_a_limit_is_passed_where_the_urdf_says_so(self):
+        with tempfile.TemporaryDirectory() as folder:
+            case = pathlib.Path(folder) / "multisines/cases/case-001"
+            case.mkdir(parents=True)
+            (case / "robot.urdf").write_text('<robot><joint name="knee"><limit lower="-0.5" upper="2"/></joint><joint name="mount"/></robot>')
+            (case / "next_train_1.csv").write_text("time,/joint_states/knee/position\n0,0.1\n0.1,-0.6\n")
+            (case / "next_validate_1.csv").write_text("time,/joint_states/knee/position\n0,1.9\n0.1,\n")
+            passed = lambda kind: score_next.list_passed(pathlib.Path(folder), {"name": "case-001"}, kind)
+            self.assertEqual(passed("multisines"), ["next_train_1.csv"])
+            self.assertEqual(passed("proposed"), [])
+
 
 if __name__ == "__main__":
     unittest.main()
