@@ -87,6 +87,16 @@ std::vector<int> ServerCommands::find_cores_of(const std::string& role, int doma
   return chosen;
 }
 
+std::string ServerCommands::get_program(const std::string& role) const {
+  const auto chosen = options_.programs.find(role);
+  return chosen == options_.programs.end() ? get_default_program(role) : chosen->second;
+}
+
+std::string ServerCommands::get_vendor(const std::string& role) const {
+  const auto chosen = options_.dds_for.find(role);
+  return chosen == options_.dds_for.end() ? options_.dds : chosen->second;
+}
+
 // What a server of this run is told beside the place where it meets the others.
 std::vector<std::string> ServerCommands::make_role_arguments(const std::string& role) const {
   std::vector<std::string> arguments;
@@ -110,8 +120,6 @@ std::vector<std::string> ServerCommands::make_role_arguments(const std::string& 
 }
 
 ChildSpec ServerCommands::make_child(const std::string& role, const RunEntry& entry) const {
-  const auto program = options_.programs.find(role);
-  const auto vendor = options_.dds_for.find(role);
   ChildSpec child;
   child.role = role;
   const auto command = options_.commands.find(role);
@@ -121,12 +129,11 @@ ChildSpec ServerCommands::make_child(const std::string& role, const RunEntry& en
     arguments = command->second;
     arguments[0] = find_command(arguments[0]);
   } else {
-    arguments = {find_program(program == options_.programs.end() ? get_default_program(role) : program->second)};
+    arguments = {find_program(get_program(role))};
   }
-  arguments.insert(arguments.end(), {"--domain", std::to_string(entry.domain), "--dds",
-                                     vendor == options_.dds_for.end() ? options_.dds : vendor->second});
+  arguments.insert(arguments.end(), {"--domain", std::to_string(entry.domain), "--dds", get_vendor(role)});
   // They then leave it to us to say what went wrong.
-  const bool ours = program == options_.programs.end() && !is_command;
+  const bool ours = options_.programs.count(role) == 0 && !is_command;
   if (ours) arguments.insert(arguments.end(), {"--parent", std::to_string(getpid())});
   if (!options_.secure.empty()) arguments.insert(arguments.end(), {"--secure", options_.secure});
   const std::vector<std::string> own = make_role_arguments(role);
@@ -162,11 +169,9 @@ RemoteCommand ServerCommands::make_remote(const std::string& role, const RunEntr
   command.host = options_.on.at(role);
   command.token = entry.token;
   command.files = find_files_of(role);
-  const auto program = options_.programs.find(role);
-  const auto vendor = options_.dds_for.find(role);
-  std::string path = program == options_.programs.end() ? get_default_program(role) : program->second;
+  std::string path = get_program(role);
   if (path.find('/') == std::string::npos) path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
-  command.arguments = {path, "--domain", std::to_string(entry.domain), "--dds", vendor == options_.dds_for.end() ? options_.dds : vendor->second,
+  command.arguments = {path, "--domain", std::to_string(entry.domain), "--dds", get_vendor(role),
                        "--far-launcher", "--network-interface", turn_network(entry.network, find_address(command.host))};
   for (const std::string& word : make_role_arguments(role)) command.arguments.push_back(word);
   if (!options_.secure.empty()) {

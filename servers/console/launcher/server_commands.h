@@ -33,6 +33,8 @@ class ServerCommands {
   std::string make_join_command(const std::string& role) const;
 
  private:
+  std::string get_program(const std::string& role) const;
+  std::string get_vendor(const std::string& role) const;
   std::vector<std::string> make_role_arguments(const std::string& role) const;
   std::vector<std::string> find_files_of(const std::string& role) const;
   std::vector<std::string> find_motion(const std::string& robot) const;
