@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "diagnosis/checks/checks.h"
 #include "diagnosis/checks/on_all.h"
@@ -117,8 +118,9 @@ std::optional<OddLoad> find_odd(const Experiment& e) {
 // Without efforts that are none, at the times when the rows were taken.
 Experiment mend_log(const Experiment& logged) {
   if (!is_in_torque_space(logged)) return logged;
-  const Experiment e = correct_stamps(logged);
-  return leave_out_dropouts(e, find_dropouts(e));
+  Experiment e = correct_stamps(logged);
+  const std::vector<Dropout> dropouts = find_dropouts(e);
+  return leave_out_dropouts(std::move(e), dropouts);
 }
 
 }  // namespace

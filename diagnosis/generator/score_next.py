@@ -103,10 +103,11 @@ def read_ranges(urdf):
 def list_passed(root, case, kind):
     """Recordings of added motions in which a joint passes what its URDF allows."""
     folder, passed = root / kind / "cases" / case["name"], []
-    for path in sorted(folder.glob("next_*.csv")):
-        ranges = read_ranges(folder / "robot.urdf")
+    paths = sorted(folder.glob("next_*.csv"))
+    ranges = read_ranges(folder / "robot.urdf") if paths else {}
+    columns = [(f"/joint_states/{name}/position", ends) for name, ends in ranges.items()]
+    for path in paths:
         rows = list(csv.DictReader(path.read_text().splitlines()))
-        columns = [(f"/joint_states/{name}/position", ends) for name, ends in ranges.items()]
         if any(row.get(column) and not ends[0] <= float(row[column]) <= ends[1] for row in rows for column, ends in columns):
             passed.append(path.name)
     return passed

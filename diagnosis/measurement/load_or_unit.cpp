@@ -11,7 +11,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr long kNuisance = 4;     // v, direction, a, constant
-constexpr long kLoadColumns = 4;  // mass and moment
 
 // Columns of a load of each link in the rows of collect_efforts(), by joint; those of one link stand together.
 std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {

@@ -12,6 +12,7 @@ namespace hrp::diagnosis {
 // most what moves of the robot.
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
+constexpr long kLoadColumns = 4;     // of a load: mass and moment
 constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
 
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.

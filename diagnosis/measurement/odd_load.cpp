@@ -12,7 +12,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kLoadColumns = 4;  // mass and moment
 constexpr long kCommon = 6;       // v, direction, a, 1, tau, |tau| direction: the same in all recordings
 constexpr double kCost = 10.0;    // [nats] four parameters, which link and which recording
 constexpr long kFewest = 60;      // samples of a joint: ten for each regressor

@@ -13,7 +13,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
-constexpr double kHeight = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
 constexpr double kEqual = 1e-9;    // share of the stance's force: smoothing of equal readings leaves less
 constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
 
@@ -75,7 +74,7 @@ std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Cl
       height[f] = up.dot(get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC) - log.feet[f].radius;
     }
     const double lowest = *std::min_element(height.begin(), height.end());
-    for (size_t f = 0; f < height.size(); ++f) out[f][k] = height[f] < lowest + kHeight;
+    for (size_t f = 0; f < height.size(); ++f) out[f][k] = height[f] < lowest + kRaisedFoot;
   }
   return out;
 }

@@ -6,6 +6,8 @@
 
 namespace hrp::diagnosis::floating {
 
+constexpr double kRaisedFoot = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
+
 // One foot's time on the ground or in the air.
 struct Contact {
   size_t clip = 0, foot = 0, begin = 0, end = 0;  // samples

@@ -12,6 +12,7 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/sides.h"
@@ -20,7 +21,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kPlace = 0.02;  // [m] to which masses and middles of soles tell where a robot presses
-constexpr double kRaised = 0.012;  // [m] over the lowest foot, within which feet stand, as in contacts.cpp
 
 enum Way { kAsNamed, kFeet, kLegs, kBoth, kWays };
 const char* const kWayNames[] = {"", "force sensors of feet alone", "joints of legs alone", "joints of legs and force sensors of feet"};
@@ -111,7 +111,7 @@ std::vector<double> list_left(const std::vector<Moment>& moments, const std::vec
   std::vector<double> left;
   for (size_t i : told) {
     const auto& [sum, count] = sums.at(moments[i].clip);
-    left.push_back(std::hypot((moments[i].off - sum / count).norm() / kPlace, moments[i].raised / kRaised));
+    left.push_back(std::hypot((moments[i].off - sum / count).norm() / kPlace, moments[i].raised / kRaisedFoot));
   }
   return left;
 }
