@@ -9,21 +9,19 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_loads.h"
+#include "diagnosis/explained.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
+#include "diagnosis/mounting.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
-constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
-constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
+constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
 constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
-constexpr double kExact = 1e-4;     // of an effort's squares: an explanation that leaves less needs no zero beside it
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
@@ -228,55 +226,15 @@ bool merge(const Json& finding, Json* list) {
                    e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
 }
 
-// What explains: all effects on the list, or only those of joints and their drives.
-enum class Of { kAll, kJoints };
-
-// The best that effects on the list can do for these recordings.
-struct Explanation {
-  std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
-  double cost = 0.0;                     // [nats] of its terms
-
-  bool is_exact() const {
-    return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
-  }
-};
-
-Explanation explain(const Experiment& e, int jobs, Of of = Of::kAll) {
-  Explanation out;
-  TorqueData data = make_torque_data(e);
-  if (data.recordings.empty()) return out;
-  TorqueDesign design = make_torque_design(std::move(data));
-  if (design.joints.empty()) return out;
-  const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
-  for (size_t i = 0; i < design.joints.size(); ++i) {
-    const JointDesign& joint = design.joints[i];
-    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
-    out.effective.push_back(joint.effective);
-    for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
-  }
-  for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;
-  return out;
-}
-
-// [nats] by which a is the better explanation. What the richer of two sets of terms leaves is less correlated, which is no
-// merit: both count the same samples.
-double compare(const Explanation& a, const Explanation& b) {
-  if (a.cross.size() != b.cross.size()) return -1e300;
-  double nats = b.cost - a.cost;
-  for (size_t i = 0; i < a.cross.size(); ++i)
-    nats += 0.5 * std::min(a.effective[i], b.effective[i]) * std::log(b.cross[i] / a.cross[i]);
-  return nats;
-}
-
 // Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
-Explanation polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
-  Explanation best = explain(convert_zeros(e, *zeros), jobs);
+Explained polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
+  Explained best = explain(convert_zeros(e, *zeros), jobs);
   for (double step : {0.02, 0.01, 0.005, 0.0025}) {
     for (size_t i = 0; i < zeros->size(); ++i) {
       for (double sign : {1.0, -1.0}) {
         std::vector<JointZero> moved = *zeros;
         moved[i].offset += sign * step;
-        const Explanation other = explain(convert_zeros(e, moved), jobs);
+        const Explained other = explain(convert_zeros(e, moved), jobs);
         if (compare(other, best) > 0.0) best = other, *zeros = moved;
       }
     }
@@ -291,35 +249,18 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
-  const Explanation without = explain(e, jobs);
+  const Explained without = explain(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
   // the logged zeros, a zero alone has to do so, too.
-  const Explanation by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explanation{};
+  const Explained by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explained{};
   const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
-  if (!alone && gain < cost + kNats) return {};
+  if (!alone && gain < cost + kClearNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
   }
   return found.joints;
-}
-
-// A robot that hangs on a wall in a model that stands: no load and no force is named for it.
-void check_gravity(const Experiment& e, int jobs) {
-  const TorqueData data = make_torque_data(e);
-  if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
-  const FoundGravity found = find_gravity(data);
-  const double g = e.scenario.gravity_W.norm(), size = found.g_W.norm() / g;
-  const double angle = std::atan2(found.g_W.cross(e.scenario.gravity_W).norm(), found.g_W.dot(e.scenario.gravity_W));
-  if (found.left > kNearlyAll || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
-  Experiment turned = e;
-  turned.scenario.gravity_W = g * found.g_W.normalized();
-  if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;
-  const Vector3d should = turned.scenario.gravity_W;
-  throw InputError(e.scenario.make_diagnostic(
-      "gravity", "does not fit the efforts, which are those of gravity [" + number(should.x(), 3) + ", " + number(should.y(), 3) + ", " +
-                     number(should.z(), 3) + "] m/s^2: is the robot mounted otherwise?"));
 }
 
 // An IMU that the legs know is right by then: what differs from it is the pose.
@@ -390,12 +331,16 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   const TorqueData as_logged = make_torque_data(e);
-  out.units = find_effort_units(as_logged), out.untold = list_untold(as_logged, out.units);
+  out.units = find_effort_units(as_logged);
+  for (const EffortUnit& unit : out.units) {
+    if (unit.scale < 0.0) refuse_turned_effort(e, unit.joint, unit.scale, jobs);
+  }
+  out.untold = list_untold(as_logged, out.units);
   Experiment in_torques = convert_efforts(e, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
   out.zeros = find_zeros(in_torques, jobs);
-  if (out.zeros.empty()) check_gravity(in_torques, jobs);
+  if (out.zeros.empty()) check_mounting(in_torques, jobs);
   return out;
 }
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <optional>
 
-#include "common/base/diagnostics.h"
-#include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -104,13 +102,6 @@ bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   });
 }
 
-[[noreturn]] void fail_turned(const TorqueData& data, const EffortUnit& unit) {
-  const Recording& recording = data.experiment->recordings[data.recordings.front().index];
-  const std::string column = data.experiment->signal_name(unit.joint, Quantity::kEffort);
-  refuse_input(recording.find_place(column),
-               "is " + number(1.0 / unit.scale, 3) + " times the torque that the motion takes: is its sign turned?");
-}
-
 // Mean scale (of logarithms) of the joints with narrow brackets. Empty if there are none or if they disagree.
 std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
@@ -174,7 +165,7 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
     std::optional<EffortUnit> unit = find_unit(data, static_cast<int>(j));
     if (!unit) continue;
     if (unit->scale < 0.0 && servo) return {};
-    if (unit->scale < 0.0) fail_turned(data, *unit);
+    if (unit->scale < 0.0) return {*unit};
     unit->of_gains = of_gains;
     units.push_back(*unit);
   }

@@ -26,7 +26,7 @@ struct EffortUnit {
 
 // One entry for each joint whose efforts (or, without efforts, stated gains) are in another unit. Empty if they are
 // torques or the motion does not determine it. The efforts of a servo are compared with its law instead (servo_law.h).
-// Throws InputError if an effort has the wrong sign.
+// If an effort has the wrong sign: that joint alone, with a scale below zero.
 std::vector<EffortUnit> find_effort_units(const TorqueData& data);
 
 // True if the joint's recorded effort shows whether it is a torque: by the servo's law, or by the torque that weight and

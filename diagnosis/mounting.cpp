@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/mounting.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "common/base/diagnostics.h"
+#include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/explained.h"
+#include "diagnosis/measurement/joint_zeros.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
+constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
+
+Experiment turn_gravity(Experiment e, const Vector3d& direction) {
+  e.scenario.gravity_W = e.scenario.gravity_W.norm() * direction.normalized();
+  return e;
+}
+
+bool is_other(const Experiment& e, const Vector3d& g_W) {
+  return std::atan2(g_W.cross(e.scenario.gravity_W).norm(), g_W.dot(e.scenario.gravity_W)) >= kMounted;
+}
+
+// The gravity that fits by least squares, if it is as large as gravity is. Zero otherwise.
+Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
+  const FoundGravity found = find_gravity(data);
+  const double size = found.g_W.norm() / e.scenario.gravity_W.norm();
+  const bool other = found.left <= kNearlyAll && std::abs(size - 1.0) <= kGravity && is_other(e, found.g_W);
+  return other ? found.g_W : Vector3d::Zero();
+}
+
+// Floors, walls and ceilings: the base's axes. Along a short motion, friction and a constant of each joint hide which
+// gravity fits by least squares; its size and six directions are known beforehand.
+struct Mounting {
+  Vector3d g_W = Vector3d::Zero();  // zero: no other one
+  Explained by_joints;            // what effects of joints alone explain under it
+};
+
+Mounting find_best(const Experiment& e, int jobs) {
+  Mounting best;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (double sign : {1.0, -1.0}) {
+      const Vector3d g_W = sign * Vector3d::Unit(axis);
+      if (!is_other(e, g_W)) continue;
+      const Explained own = explain(turn_gravity(e, g_W), jobs, Of::kJoints);
+      if (own.cross.empty() || (!best.g_W.isZero() && compare(own, best.by_joints) <= 0.0)) continue;
+      best = {turn_gravity(e, g_W).scenario.gravity_W, own};
+    }
+  }
+  return best;
+}
+
+// A wrong direction of gravity is no detail: some joint's effort remains, whatever its drive does.
+bool leaves_much(const Explained& by_joints) {
+  return std::any_of(by_joints.cross.begin(), by_joints.cross.end(), [](double left) { return left > kDetail; });
+}
+
+[[noreturn]] void refuse_gravity(const Experiment& e, const Vector3d& g_W) {
+  const auto digits = [](double x) { return number(std::round(x * 100.0) / 100.0 + 0.0, 3); };  // no "-0"
+  throw InputError(e.scenario.make_diagnostic(
+      "gravity", "does not fit the efforts, which are those of gravity [" + digits(g_W.x()) + ", " + digits(g_W.y()) + ", " + digits(g_W.z()) +
+                     "] m/s^2: is the robot mounted otherwise?"));
+}
+
+// All efforts, or that of one joint, with the other sign.
+Experiment turn_efforts(Experiment e, int joint) {
+  for (Recording& r : e.recordings) {
+    for (size_t j = 0; j < r.joints.size(); ++j) {
+      if (joint >= 0 && j != static_cast<size_t>(joint)) continue;
+      for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y = -y;
+    }
+  }
+  return e;
+}
+
+}  // namespace
+
+// No load and no force is named for a robot that hangs on a wall.
+void check_mounting(const Experiment& e, int jobs) {
+  const TorqueData data = make_torque_data(e);
+  if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
+  const Vector3d squares = find_by_squares(e, data);
+  if (!squares.isZero()) {
+    const Experiment turned = turn_gravity(e, squares);
+    if (compare(explain(turned, jobs), explain(e, jobs)) >= kClearNats) refuse_gravity(e, turned.scenario.gravity_W);
+  }
+  const Explained by_joints = explain(e, jobs, Of::kJoints);
+  if (!leaves_much(by_joints)) return;
+  // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
+  const Mounting best = find_best(e, jobs);
+  if (best.g_W.isZero() || compare(best.by_joints, by_joints) < kClearNats) return;
+  if (compare(best.by_joints, explain(e, jobs)) >= kClearNats) refuse_gravity(e, best.g_W);
+}
+
+void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
+  const Mounting best = find_best(e, jobs);
+  const auto beats = [&](int turned) { return compare(best.by_joints, explain(turn_efforts(e, turned), jobs)) >= kClearNats; };
+  if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
+  const std::string column = e.signal_name(joint, Quantity::kEffort);
+  refuse_input(e.recordings.front().find_place(column),
+               "is " + number(1.0 / scale, 3) + " times the torque that the motion takes: is its sign turned?");
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Robots that are mounted otherwise than the model: on a wall, below a ceiling. The weight of all links then acts in another
+// direction. Taken joint by joint, it looks like efforts of the wrong sign, and for the whole robot like a force.
+#pragma once
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+// Throws InputError, with the gravity that fits, if that explains the efforts clearly better than every effect under the
+// stated one.
+void check_mounting(const Experiment& experiment, int jobs);
+
+// For an effort that is `scale` times (below zero) the torque that the joint's motion takes. Throws InputError: another
+// gravity, if that explains all efforts clearly better than turned signs do, else the turned sign of this one.
+[[noreturn]] void refuse_turned_effort(const Experiment& experiment, int joint, double scale, int jobs);
+
+}  // namespace hrp::diagnosis
