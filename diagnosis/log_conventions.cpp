@@ -283,6 +283,21 @@ std::vector<int> list_untold(const TorqueData& data, const std::vector<EffortUni
   return told && units.empty() ? std::vector<int>{} : untold;
 }
 
+// A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
+// looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
+// nothing else is off.
+void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
+  const std::vector<RefutedFriction> friction = find_refuted_friction(e);
+  const Experiment as_logged = drop_friction(e, friction);
+  const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
+  if (zeros.empty()) return;
+  const Explained by_zeros = explain(convert_zeros(as_logged, zeros), jobs);
+  if (compare(by_zeros, explain(convert_recordings(e, *out), jobs)) < kClearNats) return;
+  const TorqueData at_zeros = make_torque_data(convert_zeros(e, zeros));
+  if (!find_effort_units(at_zeros).empty()) return;
+  out->units.clear(), out->untold = list_untold(at_zeros, {}), out->friction = friction, out->zeros = zeros;
+}
+
 // True if a parameter is a torque or inertia, and so as large as the log's unit.
 bool is_in_log_unit(const Json& finding) {
   return std::any_of(finding["parameters"].begin(), finding["parameters"].end(), [](const Json& p) {
@@ -332,14 +347,15 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   const TorqueData as_logged = make_torque_data(e);
   out.units = find_effort_units(as_logged);
-  for (const EffortUnit& unit : out.units) {
-    if (unit.scale < 0.0) refuse_turned_effort(e, unit.joint, unit.scale, jobs);
-  }
+  const auto find_turned = [&] { return std::find_if(out.units.begin(), out.units.end(), [](const EffortUnit& u) { return u.scale < 0.0; }); };
+  if (find_turned() != out.units.end()) prefer_zeros_alone(e, jobs, &out);
+  if (find_turned() != out.units.end()) refuse_turned_effort(e, find_turned()->joint, find_turned()->scale, jobs);
   out.untold = list_untold(as_logged, out.units);
   Experiment in_torques = convert_efforts(e, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
   out.zeros = find_zeros(in_torques, jobs);
+  if (!out.units.empty()) prefer_zeros_alone(e, jobs, &out);
   if (out.zeros.empty()) check_mounting(in_torques, jobs);
   return out;
 }

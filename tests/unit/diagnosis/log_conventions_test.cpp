@@ -40,6 +40,15 @@ TEST(LogConventions, AZeroThatIsOffIsNamedWithItsSizeAndNoForceIs) {
   }
 }
 
+// At half a turn, the weight's torque has the other sign; the sign of the effort is right.
+TEST(LogConventions, AZeroThatIsOffByHalfATurnIsNoEffortOfTheWrongSign) {
+  const LogConventions found = find_conventions(make_logged("half_a_turn", kShoulder, M_PI, 1.0), 1);
+  EXPECT_TRUE(found.units.empty());
+  ASSERT_EQ(found.zeros.size(), 1u);
+  EXPECT_EQ(found.zeros[0].joint, kShoulder);
+  EXPECT_NEAR(std::abs(found.zeros[0].offset), M_PI, 0.03);  // what friction near rest moves the zero by
+}
+
 TEST(LogConventions, AnAxisThatTurnsTheOtherWayIsRefusedWithItsColumn) {
   try {
     find_conventions(make_logged("turned_axis", kElbow, 0.0, -1.0), 1);
