@@ -117,6 +117,40 @@ TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
   EXPECT_LT(calc_travel_of(e, motion, "left_ankle_roll"), 1e-9);
 }
 
+// Such legs cannot follow a sway or a rise: many humanoids walk from this pose.
+TEST(NextStance, ARobotWithNearlyStraightKneesBendsThemFirst) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Limits limits = make_limits(e, {});
+  for (const char* side : {"left_", "right_"}) {
+    for (const auto& [joint, angle] : {std::pair{"hip_pitch", -0.04}, {"knee", 0.08}, {"ankle_pitch", -0.04}}) {
+      JointLimits& one = limits.joints[static_cast<size_t>(e.robot.tree.find_joint(std::string(side) + joint))];
+      one.start = angle;
+      if (std::string(joint) == "knee") one.lower = angle;  // knees do not bend backwards
+    }
+  }
+  for (Family family : {Family::kSway, Family::kSquat}) {
+    MotionPlan plan;
+    plan.family = family, plan.size = 0.5, plan.seconds = 6.0, plan.moves.assign(limits.joints.size(), 1);
+    const Commands motion = make_stance_motion(e, plan, limits);
+    ASSERT_FALSE(motion.time.empty()) << get_family_word(family);
+    EXPECT_GT(calc_travel_of(e, motion, "left_knee"), 0.1);
+    EXPECT_NEAR(motion.position[static_cast<size_t>(e.robot.tree.find_joint("left_knee"))].back(), 0.08, 1e-3);
+  }
+}
+
+// A waist that pitches carries the trunk, 9.66 of 36.9 kg with its centre 0.169 m above: 0.0443 m of the robot's centre per rad.
+TEST(NextStance, AHeavyLimbSwingsLessThanALightOne) {
+  Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  e.robot.tree.joint(e.robot.tree.find_joint("waist")).axis_F = Vector3d::UnitY();
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kSwing, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
+  const Commands motion = make_stance_motion(e, plan, limits);
+  ASSERT_FALSE(motion.time.empty());
+  EXPECT_LT(calc_travel_of(e, motion, "waist"), 2.0 * 0.01 / 0.0443 + 1e-3);  // 1 cm to either side
+  EXPECT_GT(calc_travel_of(e, motion, "waist"), 0.05);
+}
+
 // Reports name some alternatives without values.
 TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
