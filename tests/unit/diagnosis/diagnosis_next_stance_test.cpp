@@ -144,7 +144,7 @@ TEST(NextStance, AHeavyLimbSwingsLessThanALightOne) {
   e.robot.tree.joint(e.robot.tree.find_joint("waist")).axis_F = Vector3d::UnitY();
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kSwing, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
+  plan.family = Family::kSwing, plan.seed = 2, plan.seconds = 8.0, plan.moves.assign(limits.joints.size(), 1);
   const Commands motion = make_stance_motion(e, plan, limits);
   ASSERT_FALSE(motion.time.empty());
   EXPECT_LT(calc_travel_of(e, motion, "waist"), 2.0 * 0.01 / 0.0443 + 1e-3);  // 1 cm to either side
