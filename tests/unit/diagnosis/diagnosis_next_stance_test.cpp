@@ -160,6 +160,27 @@ TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
 }
 
+// What is wrong with a log changes nothing that the robot does.
+TEST(NextStance, AFaultOfALogKeepsNoModelFromBeingSimulated) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Json report = make_open_report(make_load(1.0, 0.0));
+  report["findings"].push_back({{"effect", "sensor_bias"}, {"where", {{"sensor", "/joint_states/left_knee/effort"}}}, {"parameters", {{"value", {{"value", 1.0}}}}}});
+  const StanceWorlds worlds = make_stance_worlds(e, report);
+  EXPECT_EQ(worlds.list.size(), 2u);  // the soles, and the load in the left one's place
+  EXPECT_NE(worlds.remarks[0].find("sensor_bias"), std::string::npos);
+}
+
+// Both models have the right sole: its values change the readings of both alike, and are simulated once.
+TEST(NextStance, ARivalIsSimulatedOnlyForValuesOfItsOwn) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const StanceWorlds worlds = make_stance_worlds(e, make_open_report(make_load(1.0, 0.0)));
+  ASSERT_EQ(worlds.list.size(), 2u);
+  EXPECT_EQ(worlds.list[0].moves.size(), 12u);  // six of each sole
+  const auto own = std::count_if(worlds.list[1].moves.begin(), worlds.list[1].moves.end(), [](const StanceMove& m) { return m.shared < 0; });
+  EXPECT_EQ(worlds.list[1].moves.size(), 7u);
+  EXPECT_EQ(own, 1);  // the mass; a centre of three numbers is not moved
+}
+
 // A waist that stood still may have any friction: no mismatch does not mean that nothing is left to learn.
 TEST(NextStance, AJointThatStoodStillMayHideFriction) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
