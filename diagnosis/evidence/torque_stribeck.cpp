@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kFinest = 0.01, kWidest = 0.6;  // range of the velocities tried, relative to the fastest
 constexpr double kStep = 1.2;           // ratio of successive velocities
-constexpr size_t kFewestRecordings = 3;  // two hardly determine a variance
+constexpr long kParts = 4;              // of a recording
+constexpr size_t kFewestGroups = 3;      // two hardly determine a variance
 
 void widen(double value, double std, Range* range) {
   range->low = std::min(range->low, value - kNinetyFive * std), range->high = std::max(range->high, value + kNinetyFive * std);
@@ -75,11 +76,20 @@ const Point* find_best(const std::vector<Point>& points) {
   return best == points.end() || best->velocity == 0.0 ? nullptr : &*best;
 }
 
-// The samples of all other recordings.
-TorqueSamples leave_out(const TorqueSamples& all, double recording, const Excesses& excesses, Excesses* left) {
+// Between the velocities tried: steps from one to the next would count as differences.
+double find_log_velocity(const std::vector<Point>& points, const Point* best) {
+  const Point *before = best - 1, *after = best + 1;
+  const bool inside = best > points.data() && after < points.data() + points.size() && before->velocity > 0.0 && after->velocity > 0.0;
+  return std::log(best->velocity) + (inside ? std::log(kStep) * calc_vertex(before->likelihood, best->likelihood, after->likelihood) : 0.0);
+}
+
+using Groups = std::vector<long>;  // by sample
+
+// The samples of all other groups.
+TorqueSamples leave_out(const TorqueSamples& all, const Groups& groups, long group, const Excesses& excesses, Excesses* left) {
   std::vector<long> rows;
   for (long k = 0; k < all.of.rows(); ++k) {
-    if (all.of(k, 0) != recording) rows.push_back(k);
+    if (groups[static_cast<size_t>(k)] != group) rows.push_back(k);
   }
   TorqueSamples out;
   out.x = all.x(rows, Eigen::all), out.y = all.y(rows);
@@ -96,20 +106,26 @@ void widen_by_jackknife(const std::vector<double>& values, Range* range) {
   widen(range->value, std::sqrt(static_cast<double>(values.size()) - 1.0) * spread.get(), range);
 }
 
-// The likelihood knows the noise. Friction that is uneven, or fades as the drive warms up, differs between recordings.
-void widen_by_recordings(const TorqueSamples& samples, long at, const Excesses& excesses, double effective, DryCurve* curve) {
+// Recordings, each in this many parts of its time.
+Groups divide(const TorqueSamples& samples, long parts) {
+  Groups groups;
+  for (long k = 0; k < samples.of.rows(); ++k)
+    groups.push_back(parts * std::lround(samples.of(k, 0)) + std::min(parts - 1, static_cast<long>(static_cast<double>(parts) * samples.of(k, 1))));
+  return groups;
+}
+
+void widen_by_groups(const TorqueSamples& samples, const Groups& groups, long at, const Excesses& excesses, double effective, DryCurve* curve) {
   std::vector<double> level, rest, velocity;
-  const std::set<double> recordings(samples.of.col(0).begin(), samples.of.col(0).end());
-  for (double recording : recordings) {
+  for (long group : std::set<long>(groups.begin(), groups.end())) {
     Excesses left;
-    const TorqueSamples others = leave_out(samples, recording, excesses, &left);
+    const TorqueSamples others = leave_out(samples, groups, group, excesses, &left);
     if (others.x.rows() <= others.x.cols() + 1) continue;
     const std::vector<Point> points = scan(others, at, left, effective);
     const Point* best = find_best(points);
     if (!best) continue;
-    level.push_back(best->level), rest.push_back(best->rest), velocity.push_back(std::log(best->velocity));
+    level.push_back(best->level), rest.push_back(best->rest), velocity.push_back(find_log_velocity(points, best));
   }
-  if (level.size() < kFewestRecordings) return;
+  if (level.size() < kFewestGroups) return;
   widen_by_jackknife(level, &curve->level), widen_by_jackknife(rest, &curve->rest);
   Range speed{std::log(curve->velocity.value), std::log(curve->velocity.low), std::log(curve->velocity.high)};
   widen_by_jackknife(velocity, &speed);
@@ -157,7 +173,9 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
     curve.velocity.high = std::max(curve.velocity.high, p.velocity * kStep);
     widen(p.level, p.level_std, &curve.level), widen(p.rest, p.rest_std, &curve.rest);
   }
-  widen_by_recordings(samples, at, excesses, effective, &curve);
+  // The likelihood knows the noise. Friction that is uneven, or fades as the drive warms up, differs between recordings, and
+  // between their parts where a joint moved in one or two recordings only.
+  for (long parts : {1L, kParts}) widen_by_groups(samples, divide(samples, parts), at, excesses, effective, &curve);
   return curve;
 }
 
