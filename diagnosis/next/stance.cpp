@@ -20,18 +20,19 @@ namespace {
 
 constexpr unsigned kSeeds = 2;
 
+using Readings = std::vector<double>;
+
 // A motion that is safe under every explanation, and its information.
 struct StanceCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<StanceRun> runs;          // by explanation
   std::vector<double> weights;          // of readings
+  std::vector<Readings> slopes;         // by value of the report's model
   std::vector<Comparison> comparisons;  // against the first one as truth
   std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
-
-using Readings = std::vector<double>;
 
 double dot(const Readings& a, const Readings& b) {
   double sum = 0.0;
@@ -118,22 +119,24 @@ class StanceProposer {
     }
     if (!c->fault.empty()) return;
     c->weights = make_weights(c->runs[0]);
-    for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(*c, i));
+    for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(c, i));
     c->ok = true;
   }
 
-  Comparison compare(const StanceCandidate& c, size_t i) const {
+  // Starts with the report's model, whose slopes the others share.
+  Comparison compare(StanceCandidate* c, size_t i) const {
     std::vector<Readings> slopes;
-    for (const Scenario& moved : worlds_.list[i].moved) {
-      slopes.push_back(subtract(play(moved, c.commands), c.runs[i], c.weights));
-      slopes.back().resize(c.runs[i].readings.size(), 0.0);
+    for (const StanceMove& move : worlds_.list[i].moves) {
+      slopes.push_back(move.shared >= 0 ? c->slopes[static_cast<size_t>(move.shared)] : subtract(play(move.scenario, c->commands), c->runs[i], c->weights));
+      slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
-    const Readings difference = subtract(c.runs[i], c.runs[0], c.weights);
+    if (i == 0) c->slopes = slopes;
+    const Readings difference = subtract(c->runs[i], c->runs[0], c->weights);
     Comparison out;
     const long p = static_cast<long>(slopes.size());
     out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
-    const auto recorded = std::count_if(c.weights.begin(), c.weights.end(), [](double w) { return w > 0.0; });
-    out.count = static_cast<double>(c.runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
+    const auto recorded = std::count_if(c->weights.begin(), c->weights.end(), [](double w) { return w > 0.0; });
+    out.count = static_cast<double>(c->runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
     for (long a = 0; a < p; ++a) {
       out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
       for (long b = 0; b < p; ++b) out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
@@ -162,7 +165,7 @@ class StanceProposer {
 
   // Information of the recordings, in units of the steps of the derivatives: a step is one standard deviation.
   Eigen::MatrixXd make_known(size_t world) const {
-    const long p = static_cast<long>(worlds_.list[world].moved.size());
+    const long p = static_cast<long>(worlds_.list[world].moves.size());
     Eigen::MatrixXd known = Eigen::MatrixXd::Zero(p, p);
     for (long i = 0; world == 0 && i < p; ++i) known(i, i) = worlds_.values[static_cast<size_t>(i)].std > 0.0 ? 1.0 : 0.0;
     return known;
@@ -222,7 +225,7 @@ class StanceProposer {
   }
 
   void choose() {
-    const long p = static_cast<long>(worlds_.list[0].moved.size());
+    const long p = static_cast<long>(worlds_.list[0].moves.size());
     Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(p, p);
     while (static_cast<int>(next_.proposals.size()) < options_.count) {
       StanceCandidate* best = nullptr;
