@@ -143,7 +143,8 @@ ValueFault find_values(const EffectInfo& effect, const std::map<std::string, dou
     if (given && !parameter.stated) return {parameter.name, "is no parameter of a robot"};
     const std::string fault = given ? find_fault(parameter, at->second) : "";
     if (!fault.empty()) return {parameter.name, fault + " " + parameter.unit};
-    values->push_back(given ? at->second : parameter.value);
+    const double open = parameter.scanned ? std::nan("") : parameter.value;  // searches scan what a law leaves open
+    values->push_back(given ? at->second : open);
   }
   for (const auto& [key, value] : stated) {
     const auto same = [&k = key](const EffectParameter& parameter) { return parameter.key() == k; };

@@ -13,11 +13,12 @@ using P = EffectParameter;
 bool take_positive(const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }
 
 P make_presliding() {
-  return P("presliding", "rad").search(1e-6, 0.1).size(kPresliding).optional(kPresliding).internal().as_scanned();
+  return P("presliding", "rad").bounds(1e-6, 0.1).size(kPresliding).optional(kPresliding).as_nuisance().as_scanned();
 }
 
+// NaN: not stated. What is stated differs from the default, which a simulator takes for friction that holds exactly.
 void set_presliding(double value, JointLaws* laws) {
-  if (std::isfinite(value)) laws->presliding = value;
+  if (std::isfinite(value)) laws->presliding = value == kPresliding ? std::nextafter(kPresliding, 1.0) : value;
 }
 
 // Adds levels [N m] in motion and at rest to the friction that is there.

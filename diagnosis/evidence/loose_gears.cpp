@@ -14,6 +14,7 @@
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/json.h"
+#include "diagnosis/search/nearby.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/starts.h"
 
@@ -21,6 +22,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
+constexpr double kFinestWalk = 1.5;  // finest step of the walk before a fit
 constexpr int kIterations = 6, kWholeIterations = 3;
 constexpr size_t kFullFits = 2;       // of one kind of transmission: a few iterations do not tell the best start for certain
 // Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit does
@@ -48,32 +50,78 @@ struct Fitted {
   double cost = 1e300;
 };
 
+// Chi-square that the best rigid gear leaves: training, held-out, and each recording.
+struct Rigid {
+  double train = 1e300, held = 1e300;
+  std::vector<double> each;
+};
+
+bool is_carried(const TreeSpec& tree, int link, int joint) {
+  while (link > 0 && link != joint + 1) link = tree.links[static_cast<size_t>(link)].parent;
+  return link == joint + 1;
+}
+
+// Effects of links that the joint carries were fitted with a rigid gear. They may stand for its play.
+Hypothesis drop_carried(const TreeSpec& tree, Hypothesis model, int joint) {
+  model.erase(std::remove_if(model.begin(), model.end(), [&](const Effect& e) { return e.place.kind == PlaceKind::kLink && is_carried(tree, e.place.index, joint); }),
+              model.end());
+  return model;
+}
+
 // One joint.
 class Gear {
  public:
   Gear(const JointPaths& paths, const Hypothesis& model, int joint)
       : joint_(joint), alone_(paths, joint), own_{take_joint(model, joint)} {}
 
-  std::optional<LooseGear> run() {
+  const Rigid& rigid() const { return rigid_; }
+
+  // `other`: the same gear, rigid, beside other links.
+  std::optional<LooseGear> run(const Rigid& other = {}) {
     const auto rotor = std::find_if(own_.effects.begin(), own_.effects.end(), is_rigid_rotor);
     if (rotor == own_.effects.end() || is_quiet(own_.effects)) return std::nullopt;
     at_ = static_cast<size_t>(rotor - own_.effects.begin());
     own_ = judge(own_.effects);
     improve(&own_, alone_.fit(own_.effects, kTryIterations).hypothesis);
+    rigid_ = other;
+    take_rigid();
     std::vector<Fitted> loose;
     for (const Effect& law : list_transmissions(joint_, get_rotor(own_.effects[at_]))) {
       for (Fitted& fitted : loosen(law)) {
-        if (fitted.cost < kPromising * own_.cost) loose.push_back(std::move(fitted));
+        if (fitted.cost < kPromising * rigid_.train) loose.push_back(std::move(fitted));
       }
     }
     if (loose.empty()) return std::nullopt;
     improve(&own_, alone_.fit_to_the_end(own_.effects));
+    take_rigid();
     for (Fitted& fitted : loose) improve(&fitted, alone_.fit_to_the_end(fitted.effects));
-    std::stable_sort(loose.begin(), loose.end(), [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
+    sort(&loose);
+    // The rigid gear's joint has been offered richer laws before.
+    const double limit = (1.0 + kDetail) * loose[0].cost;
+    for (Fitted& fitted : loose) {
+      if (fitted.cost < limit) improve(&fitted, enrich(alone_, fitted.effects, joint_));
+    }
+    sort(&loose);
     return describe(loose, find_simplest(loose));
   }
 
  private:
+  static void sort(std::vector<Fitted>* loose) {
+    std::stable_sort(loose->begin(), loose->end(), [](const Fitted& a, const Fitted& b) { return a.cost < b.cost; });
+  }
+
+  void take_rigid() {
+    if (!(own_.cost < rigid_.train)) return;
+    rigid_ = {own_.cost, get_held(own_.effects), {}};
+    for (int r : list_recordings()) rigid_.each.push_back(alone_.score(own_.effects, {r}).chi2);
+  }
+
+  std::vector<int> list_recordings() const {
+    std::vector<int> recordings = alone_.problem.train;
+    recordings.insert(recordings.end(), alone_.problem.validate.begin(), alone_.problem.validate.end());
+    return recordings;
+  }
+
   bool is_quiet(const Hypothesis& h) const {
     const Score score = alone_.score(h, alone_.problem.validate);
     return !score.ok || score.rms() < kAboveNoise;
@@ -90,10 +138,13 @@ class Gear {
   // The joint with this transmission, from the best starts after a few iterations, best first.
   std::vector<Fitted> loosen(const Effect& law) const {
     std::vector<std::pair<double, Hypothesis>> tries;
-    const size_t count = list_infos(law.id)[0].walked ? kGapStarts : 1;
+    const bool gap = list_infos(law.id)[0].walked;
+    const size_t count = gap ? kGapStarts : 1;
     for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_starts(law), count)) {
       Hypothesis start = own_.effects;
       start[at_] = option;
+      // Stiffness and damping of the teeth are as far off as the gap: a walk along each leads to where a fit can begin.
+      if (gap) start = try_nearby(alone_.problem, start, kFinestWalk);
       FitResult tried = alone_.fit(start, kTryIterations);
       if (tried.ok) tries.push_back({tried.train.chi2, std::move(tried.hypothesis)});
     }
@@ -128,13 +179,12 @@ class Gear {
   }
 
   bool helps_everywhere(const Hypothesis& loose) const {
-    const Problem& p = alone_.problem;
-    std::vector<int> recordings = p.train;
-    recordings.insert(recordings.end(), p.validate.begin(), p.validate.end());
-    return std::all_of(recordings.begin(), recordings.end(), [&](int r) {
+    const std::vector<int> recordings = list_recordings();
+    for (size_t i = 0; i < recordings.size(); ++i) {
       // Each single recording has to gain, too.
-      return alone_.score(loose, {r}).chi2 < (1.0 - kMinor) * alone_.score(own_.effects, {r}).chi2;
-    });
+      if (!(alone_.score(loose, {recordings[i]}).chi2 < (1.0 - kMinor) * rigid_.each[i])) return false;
+    }
+    return true;
   }
 
   // Standard errors from the spread of fits to single recordings.
@@ -165,12 +215,12 @@ class Gear {
     // Of the squared residual of the rigid gear, in training and held-out recordings: below kLargely the loose gear is used
     // for prediction, below kHalf it is also reported. Friction that varies with position or warms up leaves as much as a
     // little elasticity, and a spring and damper fit up to a third of it.
-    if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLargely * own_.cost) return std::nullopt;
-    const double rigid = get_held(own_.effects), held = get_held(chosen.effects);
+    if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLargely * rigid_.train) return std::nullopt;
+    const double rigid = rigid_.held, held = get_held(chosen.effects);
     if (held > kLargely * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
     gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
-    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / own_.cost) < kHalf;
+    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf;
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
@@ -183,6 +233,7 @@ class Gear {
   const int joint_;
   const JointAlone alone_;
   Fitted own_;
+  Rigid rigid_;
   size_t at_ = 0;
 };
 
@@ -228,7 +279,13 @@ std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis
   std::vector<std::optional<LooseGear>> found(joints.size());
   parallel_for(problem.jobs, static_cast<int>(found.size()), [&](int i) {
     const auto k = static_cast<size_t>(i);
-    found[k] = Gear(paths, model, joints[k]).run();
+    Gear gear(paths, model, joints[k]);
+    found[k] = gear.run();
+    const Hypothesis fewer = drop_carried(problem.experiment->robot.tree, moving, joints[k]);
+    if (found[k] || fewer.size() == moving.size()) return;
+    const JointPaths other(problem, fewer);
+    found[k] = Gear(other, model, joints[k]).run(gear.rigid());
+    if (found[k]) found[k]->drops_carried = true;
   });
   std::vector<LooseGear> gears;
   for (const auto& gear : found) {
@@ -248,6 +305,7 @@ std::vector<LooseGear> find_all_loose_gears(const Problem& problem, Hypothesis* 
     for (size_t i = 1; i < gears.size(); ++i) joints.push_back(gears[i].law().place.index);
     if (gears.empty()) break;
     const int joint = gears[0].law().place.index;
+    if (gears[0].drops_carried) *model = drop_carried(problem.experiment->robot.tree, *model, joint);
     model->erase(std::remove_if(model->begin(), model->end(), [joint](const Effect& e) { return is_at(e, joint); }), model->end());
     model->insert(model->end(), gears[0].joint.begin(), gears[0].joint.end());
     found.push_back(gears[0]);

@@ -22,6 +22,7 @@ struct LooseGear {
   double left = 1.0;        // held-out squared residual relative to the rigid gear
   double share = 0.0;       // share of the joint's held-out squared residual that the gear removes
   bool named = false;       // if false, it only improves the prediction
+  bool drops_carried = false;  // it fits without the model's effects at the links that the joint carries
   std::optional<Effect> rival;  // another transmission with nearly the same fit
   const Effect& law() const { return joint[at]; }
 };

@@ -79,7 +79,8 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   const bool timed = !commanded || has(EffectId::kLag) || has(EffectId::kDelay);
   if (!timed) list.push_back(with(own, {EffectId::kLag, joint, {kInstant}}));
   if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));
-  if (!has(EffectId::kRotorInertia)) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
+  const bool rotor = std::any_of(own.begin(), own.end(), [](const Effect& e) { return get_effect(e.id).rotor >= 0; });
+  if (!rotor) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
   if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0, get_presliding(own).value_or(kPresliding)}}));
   const Place log = at_sensor(joint, Reading::kEffort);
@@ -120,6 +121,8 @@ Hypothesis change_joints(const Problem& problem, const Hypothesis& model, const 
   return out;
 }
 
+}  // namespace
+
 Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
   const bool commanded = !is_effort_driven(*alone.problem.experiment), driven = alone.problem.experiment->robot.tree.joint(joint).actuated;
@@ -140,8 +143,6 @@ Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const Hypothesis fitted = alone.fit_to_the_end(own);
   return fitted.empty() ? own : fitted;
 }
-
-}  // namespace
 
 Hypothesis split_asymmetry(const Hypothesis& model) {
   Hypothesis out = model;

@@ -13,6 +13,9 @@ namespace hrp::diagnosis {
 // given, adds the effort residuals.
 Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts = nullptr, bool enriched = false);
 
+// The same for the effects `own` of one joint.
+Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint);
+
 // Returns the model with the pre-sliding displacement of each joint's dry friction that fits the training recordings
 // best. The missing torque does not show it, because friction is full along almost all of a motion. A simulation does:
 // a displacement that is too large lets every stop and every reversal creep. No other parameter changes.

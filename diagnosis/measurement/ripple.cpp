@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/law_rest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -18,7 +19,7 @@ constexpr double kPassed = 0.7;        // share of the cutoff: slower ripples pa
 constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
-constexpr long kMostRows = 4000;
+constexpr long kMostRows = 4000, kLeastRows = 50;
 constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
 
 // Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
@@ -32,7 +33,7 @@ Rest find_rest(const TorqueData& data, int joint) {
   for (const TorqueRecording& r : data.recordings) rows += r.train ? r.use.col(joint).count() : 0;
   const long stride = std::max(1L, rows / kMostRows), n = rows / stride;
   Rest rest;
-  if (n < 50) return rest;
+  if (n < kLeastRows) return rest;
   Eigen::MatrixXd columns(n, 6);
   rest.q.resize(n), rest.speed.resize(n), rest.torque.resize(n);
   long seen = 0, at = 0;
@@ -70,6 +71,21 @@ Peak calc_peak(const Rest& rest, double periods, double fastest) {
   return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
 }
 
+// Twice the mean of torque e^(i N q): the ripple's amplitude and phase.
+std::complex<double> calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, double periods) {
+  std::complex<double> sum = 0.0;
+  for (long k = 0; k < q.size(); ++k) sum += std::polar(torque[k], periods * q[k]);
+  return 2.0 * sum / static_cast<double>(q.size());
+}
+
+// True if the log has most of this ripple beside the servo's law, so that no torque on the joint is needed for it.
+bool is_of_log(const Rest& rest, const LawRest& log, double periods) {
+  if (static_cast<long>(log.position.size()) < kLeastRows) return false;
+  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size())), torque(log.torque.data(), q.size());
+  const std::complex<double> missing = calc_ripple(rest.q, rest.torque, periods);
+  return std::abs(missing - calc_ripple(q, torque, periods)) < kHalf * std::abs(missing);
+}
+
 }  // namespace
 
 std::vector<double> find_ripples(const TorqueData& data, int joint) {
@@ -88,8 +104,12 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
     peaks.back().periods += step * calc_vertex(before, here, after);
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
+  if (peaks.empty()) return {};
+  const LawRest log = list_law_rest(*data.experiment, joint, data.servo[static_cast<size_t>(joint)], data.delays);
   std::vector<double> found;
-  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) found.push_back(peaks[i].periods);
+  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) {
+    if (!is_of_log(rest, log, peaks[i].periods)) found.push_back(peaks[i].periods);
+  }
   return found;
 }
 

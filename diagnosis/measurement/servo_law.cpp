@@ -15,6 +15,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -308,7 +309,25 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   return out;
 }
 
+double find_delay(const std::vector<ServoDelay>& delays, size_t joint) {
+  double delay = 0.0;
+  for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(joint) ? d.delay : delay;
+  return delay;
+}
+
 }  // namespace
+
+LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, const std::vector<ServoDelay>& late) {
+  LawRest out;
+  if (!log.follows) return out;
+  const Plant plant = make_plant(e, {});
+  const size_t j = static_cast<size_t>(joint);
+  Pairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j));
+  const Line line = fit_line(pairs.law, pairs.effort);
+  for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
+  out.position = std::move(pairs.position);
+  return out;
+}
 
 std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
   std::vector<ServoReading> list(static_cast<size_t>(e.num_joints()));

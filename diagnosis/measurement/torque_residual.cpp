@@ -9,13 +9,22 @@
 namespace hrp::diagnosis {
 namespace {
 
+// Torque [N m] of friction with memory along the recorded motion; it starts unbent.
+Eigen::VectorXd calc_memory(const JointLaws& laws, const Eigen::VectorXd& q) {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(q.size());
+  if (!(laws.hysteresis_stiffness > 0.0)) return z;
+  const auto advance = get_effect(EffectId::kHysteresis).torque.advance;
+  for (long k = 1; k < q.size(); ++k) z[k] = advance(z[k - 1], q[k] - q[k - 1], &laws.hysteresis_yield);
+  return laws.hysteresis_stiffness * laws.hysteresis_yield * z;
+}
+
 // Torque [N m] of a joint's laws in addition to the bodies, on the full grid.
 Eigen::VectorXd calc_taken(const TorqueData& data, const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau, int j) {
   const Eigen::VectorXd direction = data.calc_sign(r, j);
-  Eigen::VectorXd taken(tau.size());
+  Eigen::VectorXd taken = calc_memory(laws, r.q.col(j));
   for (long k = 0; k < tau.size(); ++k) {
     const double v = r.v(k, j), s = direction[k];
-    taken[k] = calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
+    taken[k] += calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
     if (!laws.has_friction()) continue;
     taken[k] += s * (calc_friction_level(laws, std::abs(r.speed(k, j)), calc_given_torque(laws, r.load(k, j), v), s > 0.0 ? 1.0 : -1.0) + calc_backdriven_level(laws, tau[k], s));
   }

@@ -286,7 +286,8 @@ Json list_also_fitted(const Effect& effect) {
   Json values = Json::object();
   const std::vector<EffectParameter>& infos = list_infos(effect.id);
   for (size_t i = 0; i < infos.size(); ++i) {
-    if (infos[i].nuisance && infos[i].stated) values[infos[i].name] = round_to(effect.p[i], 8);
+    const bool open = infos[i].scanned && effect.p[i] == infos[i].value;  // nobody asked
+    if (infos[i].nuisance && infos[i].stated && !open) values[infos[i].name] = round_to(effect.p[i], 8);
   }
   return values;
 }

@@ -85,7 +85,8 @@ StepStatus Simulator::Impl::advance_runge_kutta(const ContactSet& contacts) {
 void Simulator::Impl::stop_reversed_joints() {
   for (int i = 0; i < model.num_joints(); ++i) {
     double& qd = v_end[model.num_base() + i];
-    if (joints.laws()[static_cast<size_t>(i)].has_friction() && qd * state.qd[i] < 0.0) qd = 0.0;
+    const JointLaws& laws = joints.laws()[static_cast<size_t>(i)];
+    if (laws.has_friction() && laws.presliding == kPresliding && qd * state.qd[i] < 0.0) qd = 0.0;
   }
 }
 

@@ -66,14 +66,46 @@ void add_drive_terms(const JointLaws& laws, double motor_v, AffineEffort* motor)
 }
 
 // While the motor brakes, a gear that is hard to turn backwards multiplies what comes to it, the rotor's inertia included.
-void add_gear(const JointLaws& laws, double motor_v, double direction, DriveStep* step) {
+// `share` of it: 1 in motion.
+void add_gear(const JointLaws& laws, double motor_v, double direction, double share, DriveStep* step) {
   AffineEffort& motor = step->motor;
   if (laws.backdriven == 0.0 || motor.at(motor_v) * direction >= 0.0) return;
-  const double gain = laws.backdriven / (1.0 - laws.backdriven), rotor = gain * laws.motor_inertia / step->in.dt;
+  const double gain = share * laws.backdriven / (1.0 - laws.backdriven), rotor = gain * laws.motor_inertia / step->in.dt;
   motor = {(1.0 + gain) * motor.a + rotor * motor_v, (1.0 + gain) * motor.b + rotor};
 }
 
-void add_motor_terms(const JointLaws& laws, double motor_q, double motor_v, DriveStep* step) {
+// Dahl's friction (AIAA J. 14, 1976) is level x bend / displacement, where the bend [rad] follows the motor and saturates:
+// d bend / dx = 1 - sgn(v) bend / displacement.
+bool bends(const JointLaws& laws) { return laws.presliding != kPresliding && laws.has_friction(); }
+
+double calc_bend_slope(const JointLaws& laws, double bend, double direction) {
+  return std::max(0.0, 1.0 - direction * bend / laws.presliding);
+}
+
+// Bend behind a step of the motor [rad].
+double calc_bend(const JointLaws& laws, double bend, double step) {
+  const double d = laws.presliding, end = step < 0.0 ? -d : d;
+  return end + (bend - end) * std::exp(-std::abs(step) / d);
+}
+
+// Bend at the end of the step over motor v': along its slope, as far as it goes. Continuous where one becomes the other.
+AffineEffort calc_bend_end(const JointLaws& laws, const DriveMemory& memory, double direction, const DriveStep& step) {
+  if (step.in.horizon == 0.0) return {memory.bend, 0.0};
+  if (step.regime.slips) return {direction * laws.presliding, 0.0};
+  return {memory.bend, -calc_bend_slope(laws, memory.bend, direction) * step.in.horizon};
+}
+
+void add_bend(const JointLaws& laws, const DriveMemory& memory, double motor_v, double direction, DriveStep* step) {
+  const double side = memory.bend == 0.0 ? direction : sign_of(memory.bend);
+  add_gear(laws, motor_v, side, std::min(1.0, std::abs(memory.bend) / laws.presliding), step);
+  const double stiffness = calc_friction_level(laws, std::abs(motor_v), step->load, side) / laws.presliding;
+  const AffineEffort bend = calc_bend_end(laws, memory, direction, *step);
+  step->motor.a -= stiffness * bend.a;
+  step->motor.b -= stiffness * bend.b;
+}
+
+void add_motor_terms(const JointLaws& laws, const DriveMemory& memory, DriveStep* step) {
+  const double motor_q = calc_motor_q(laws, memory, *step), motor_v = get_motor_v(laws, memory, *step);
   AffineEffort& motor = step->motor;
   motor.b += laws.viscous;
   if (laws.cogging_amplitude != 0.0) {
@@ -82,7 +114,8 @@ void add_motor_terms(const JointLaws& laws, double motor_q, double motor_v, Driv
   }
   const double direction = get_direction(step->regime.friction);
   if (direction == 0.0) return;
-  add_gear(laws, motor_v, direction, step);
+  if (bends(laws)) return add_bend(laws, memory, motor_v, direction, step);
+  add_gear(laws, motor_v, direction, 1.0, step);
   motor.a -= direction * calc_friction_level(laws, std::abs(motor_v), step->load, direction);
 }
 
@@ -159,6 +192,17 @@ bool resolve_limits(const JointLaws& laws, const DriveMemory& memory, double mot
   return changed;
 }
 
+// The direction is that of motion; the bend goes along its slope until that passes the end.
+bool resolve_bend(const JointLaws& laws, const DriveMemory& memory, double motor_v, DriveStep* step) {
+  const FrictionRegime before = step->regime.friction;
+  const bool slipped = step->regime.slips;
+  if (motor_v != 0.0) step->regime.friction = make_moving(motor_v);
+  const double direction = get_direction(step->regime.friction);
+  const double end = memory.bend + calc_bend_slope(laws, memory.bend, direction) * step->in.horizon * motor_v;
+  step->regime.slips = direction * end > laws.presliding;
+  return step->regime.friction != before || step->regime.slips != slipped;
+}
+
 // Stays held while what holding takes is within the static level; a mover that would turn round is held first.
 bool resolve_friction(const JointLaws& laws, double motor_v, double holding, DriveStep* step) {
   FrictionRegime& regime = step->regime.friction;
@@ -219,7 +263,7 @@ void start_drive(const JointLaws& laws, const DriveMemory& memory, const DriveIn
   const double drive = calc_drive(laws, memory, step->servo, in.horizon).at(motor_v);
   regime.saturation = find_limit_side(drive, laws.saturation);
   step->load = std::clamp(drive, -laws.saturation, laws.saturation);
-  if (laws.has_friction()) regime.friction = motor_v == 0.0 ? FrictionRegime::kHeld : make_moving(motor_v);
+  if (laws.has_friction()) regime.friction = motor_v == 0.0 && !bends(laws) ? FrictionRegime::kHeld : make_moving(motor_v);
   if (laws.elastic) regime.gap = find_gap_side(laws, memory.motor_q - in.q);
   regime.stop = find_stop_side(laws, in.q + in.horizon * in.v);
 }
@@ -230,7 +274,7 @@ void linearise_drive(const JointLaws& laws, const DriveMemory& memory, DriveStep
   step->motor = calc_drive(laws, memory, step->servo, step->in.horizon);
   if (step->regime.saturation != 0) step->motor = {step->regime.saturation * laws.saturation, 0.0};
   if (!laws.terms.empty()) add_drive_terms(laws, get_motor_v(laws, memory, *step), &step->motor);
-  add_motor_terms(laws, motor_q, get_motor_v(laws, memory, *step), step);
+  add_motor_terms(laws, memory, step);
   step->held = !laws.elastic && step->regime.friction == FrictionRegime::kHeld;
   step->link = step->motor;
   if (laws.elastic) eliminate_motor(laws, memory, step);
@@ -241,7 +285,7 @@ bool resolve_drive(const JointLaws& laws, const DriveMemory& memory, double v, d
   if (step->regime.changes >= kMaxChanges) return false;
   const double motor_v = laws.elastic ? step->motor_v.at(v) : v;
   const double holding = calc_holding_effort(laws, memory, v, held_effort, *step);
-  bool changed = resolve_friction(laws, motor_v, holding, step);
+  bool changed = bends(laws) ? resolve_bend(laws, memory, motor_v, step) : resolve_friction(laws, motor_v, holding, step);
   changed |= resolve_limits(laws, memory, motor_v, step);
   changed |= resolve_transmission(laws, memory, v, step);
   changed |= resolve_stop(laws, v, step);
@@ -264,12 +308,13 @@ DriveEfforts finish_drive(const JointLaws& laws, const DriveStep& step, double v
     const double rate = calc_hysteresis_rate_factor(memory->hysteresis, step.in.v) * v / laws.hysteresis_yield;
     memory->hysteresis = std::clamp(memory->hysteresis + dt * rate, -1.0, 1.0);
   }
+  if (bends(laws)) memory->bend = calc_bend(laws, memory->bend, dt * motor_v);
   if (!laws.elastic) return efforts;
   if (step.in.horizon == 0.0) {  // explicit: the motor moves by the efforts at the start
     const double net = step.motor.at(memory->motor_v) - calc_transmission_effort(step, step.in.v);
     const bool held = step.regime.friction == FrictionRegime::kHeld;
     motor_v = held ? 0.0 : memory->motor_v + dt * net / laws.motor_inertia;
-    if (motor_v * get_direction(step.regime.friction) < 0.0) motor_v = 0.0;
+    if (!bends(laws) && motor_v * get_direction(step.regime.friction) < 0.0) motor_v = 0.0;
   }
   memory->motor_v = motor_v;
   memory->motor_q += dt * motor_v;

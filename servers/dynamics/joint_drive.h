@@ -21,6 +21,7 @@ struct DriveMemory {
   double motor_q = 0.0, motor_v = 0.0;  // [rad], [rad/s] motor side, reflected; elastic transmissions only
   double lag_effort = 0.0;              // [N m] drive effort behind the lag
   double hysteresis = 0.0;              // Bouc-Wen z
+  double bend = 0.0;                    // [rad] of dry friction that bends before it slips; on the motor side
 };
 
 struct DriveInput {
@@ -37,7 +38,8 @@ struct DriveRegime {
   signed char saturation = 0;  // -1, +1: at the true torque's limit
   signed char gap = 0;         // side of the backlash that carries, 0 inside
   signed char stop = 0;        // -1 lower, +1 upper stop carries
-  FrictionRegime friction = FrictionRegime::kNone;
+  FrictionRegime friction = FrictionRegime::kNone;  // of friction that bends: the direction; never held
+  bool slips = false;          // friction that bends: bent as far as it goes by the end of the step
   signed char changes = 0;
 };
 

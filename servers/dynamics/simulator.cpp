@@ -328,6 +328,7 @@ unsigned long long Simulator::state_hash() const {
   hash.add(static_cast<uint64_t>(impl_->step));
   for (const DriveMemory& memory : impl_->joints.memories()) {
     for (double x : {memory.motor_q, memory.motor_v, memory.lag_effort, memory.hysteresis}) hash.add(x);
+    if (memory.bend != 0.0) hash.add(memory.bend);  // runs without it keep their hashes
   }
   impl_->reference.visit_memory([&](double x) { hash.add(x); });
   for (const ContactAnchor& anchor : impl_->spring.anchors()) {

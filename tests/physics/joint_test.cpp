@@ -77,6 +77,40 @@ TEST(CoulombFriction, StopsAMovingJointForGood) {
   EXPECT_NEAR(simulator.state().q[0], 1.2 * 1.2 * kInertia / 6.0, 1.2e-3);
 }
 
+// Dahl's law: friction is level (1 - exp(-x / d)) behind a displacement x from rest.
+TEST(BendingFriction, GivesAtHalfItsLevelByTheLogarithmOfTwoTimesItsDisplacement) {
+  Bar bar;
+  bar.add("coulomb_friction", {{"level", 3.0}, {"presliding", 2e-3}});
+  bar.add("viscous_friction", {{"coefficient", 60.0}});  // it gets there without swinging over
+  bar.command.effort[0] = 1.5;
+  Simulator simulator = bar.start(0.0, 0.0);
+  bar.run(&simulator, 2000);
+  EXPECT_NEAR(simulator.state().q[0], 2e-3 * std::log(2.0), 2e-5);  // a hundredth: steps of 1 ms on the way
+}
+
+TEST(BendingFriction, InMotionAndWhereItSlipsAtOnceIsThatOfConstantLevel) {
+  for (double displacement : {2e-3, 1e-6}) {
+    Bar bar;
+    bar.add("coulomb_friction", {{"level", 3.0}, {"presliding", displacement}});
+    bar.command.effort[0] = 4.0;
+    Simulator simulator = bar.start(0.0, 0.0);
+    bar.run(&simulator, 1000);
+    // Before it slips it takes less than 3 N m; the energy that it leaves to the bar is 3 N m times the displacement.
+    EXPECT_NEAR(simulator.state().qd[0], 2.0, std::sqrt(2.0 * 3.0 * displacement / kInertia)) << displacement;
+  }
+}
+
+TEST(BendingFriction, BrakesASlidingJointToRestWhateverItsDisplacement) {
+  for (double displacement : {2e-3, 1e-6}) {
+    Bar bar;
+    bar.add("coulomb_friction", {{"level", 3.0}, {"presliding", displacement}});
+    bar.add("viscous_friction", {{"coefficient", 20.0}});
+    Simulator simulator = bar.start(0.0, 1.2);
+    bar.run(&simulator, 2000);
+    EXPECT_NEAR(simulator.state().qd[0], 0.0, 1e-6) << displacement;
+  }
+}
+
 TEST(StribeckFriction, TakesMoreToStartThanToKeepMoving) {
   Bar bar;
   bar.add("stribeck_friction", {{"coulomb", 1.0}, {"static", 2.0}, {"stribeck_velocity", 0.05}});

@@ -75,6 +75,17 @@ TEST(BestModel, HasNoCentreOfMassBeyondItsLink) {
   EXPECT_FALSE(contains(best.hypothesis, far.id, far.place));
 }
 
+// Models are compared by these: without it a model with the true hysteresis loses to one that has none.
+TEST(TorqueResiduals, HaveFrictionWithMemoryAlongTheRecordedMotion) {
+  Hypothesis hidden = make_drives();
+  hidden.push_back({EffectId::kHysteresis, kElbow, {100.0, 0.04}});
+  const Experiment e = make_simulated_experiment("residual_memory", kArm, kJoints, hidden);
+  const TorqueData data = make_torque_data(e);
+  const std::vector<double> with = calc_torque_residuals(data, make_plant(e, hidden), true),
+                            without = calc_torque_residuals(data, make_plant(e, make_drives()), true);
+  EXPECT_LT(with[kElbow], 0.2 * without[kElbow]);  // the filter takes what changes fastest, at reversals
+}
+
 // Friction that slips at once: the usual displacement of 0.5 mrad would let the arm creep at every reversal.
 TEST(FindPreslidings, OfFrictionThatSlipsAtOnceAreAMatterOfMicroradians) {
   Hypothesis hidden = make_drives();

@@ -22,6 +22,21 @@ std::string make_flat_arm() {
   return urdf;
 }
 
+// Play of 20 mrad beside a Stribeck curve that the rigid model has no need of, and a mass that stands for a part of it.
+TEST(LooseGears, PlayIsToldBesideFrictionAndAMassThatWereFittedWithoutIt) {
+  Hypothesis truth = make_rigid_drives();
+  truth[4] = {EffectId::kStribeck, kElbow, {0.3, 0.5, 0.08, 0.0, 3e-6}};
+  truth.back() = {EffectId::kBacklash, kElbow, {0.02, 400.0, 0.15, 0.05}};
+  const Experiment e = make_simulated_experiment("loose_beside", make_flat_arm(), {"shoulder", "elbow"}, truth);
+  Hypothesis model = make_rigid_drives();
+  model.push_back({EffectId::kMassError, at_link(kFore), {1.06}});
+  const std::vector<LooseGear> found = find_all_loose_gears(make_problem(e, 2), &model);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].law().id, EffectId::kBacklash);
+  EXPECT_NEAR(found[0].law().p[0], 0.02, 0.002);  // a tenth: the mass is still there
+  EXPECT_TRUE(found[0].named);
+}
+
 // The model has the right drives, but for what is hidden at the elbow in the place of its rigid rotor, or beside it.
 std::vector<LooseGear> find_with(const char* name, const Effect& hidden, bool beside = false) {
   Hypothesis truth = make_rigid_drives();

@@ -8,6 +8,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr double kInLog = 0.6;  // [N m] of a log
 constexpr double kAmplitude = 1.2, kPeriods = 36.6, kPhase = 1.0;  // [N m], [1/rad] as of no number of poles, [rad]
 
 Experiment make_arm(const std::string& name, bool ripples) {
@@ -19,7 +20,8 @@ Experiment make_arm(const std::string& name, bool ripples) {
 }
 
 TEST(Ripples, HaveThePeriodsThatTheMissingTorqueShows) {
-  const TorqueData data = make_torque_data(make_arm("ripple_periods", true));
+  const Experiment e = make_arm("ripple_periods", true);
+  const TorqueData data = make_torque_data(e);
   const std::vector<double> found = find_ripples(data, kElbow);
   ASSERT_FALSE(found.empty());
   // The elbow travels 1.2 rad: a tenth of a period more within it.
@@ -28,8 +30,23 @@ TEST(Ripples, HaveThePeriodsThatTheMissingTorqueShows) {
 }
 
 TEST(Ripples, AreNoneWhereFrictionAndRotorsAreAll) {
-  const TorqueData data = make_torque_data(make_arm("ripple_none", false));
+  const Experiment e = make_arm("ripple_none", false);
+  const TorqueData data = make_torque_data(e);
   EXPECT_TRUE(find_ripples(data, kElbow).empty());
+}
+
+// The servo asks for a torque, the joint gets it, and only the file ripples.
+TEST(Ripples, ThatTheServosLawFindsInTheLogAreNoTorqueOnTheJoint) {
+  Experiment e = make_arm("ripple_of_log", false);
+  for (Recording& r : e.recordings) {
+    JointColumns& elbow = r.joints[kElbow];
+    for (size_t k = 0; k < r.size(); ++k) elbow.signal[2][k] += kInLog * std::sin(kPeriods * elbow.signal[0][k] + kPhase);
+  }
+  TorqueData data = make_torque_data(e);
+  ASSERT_TRUE(data.servo[kElbow].follows);
+  EXPECT_TRUE(find_ripples(data, kElbow).empty());
+  data.servo[kElbow].follows = false;  // without commands nothing tells
+  EXPECT_FALSE(find_ripples(data, kElbow).empty());
 }
 
 TEST(Ripples, AreReportedWithTheAmplitudeAndPhaseOfTheSimulatorsLaw) {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scenario that replays a recording begins where the recording does: a robot that jumps there is thrown.
 #include "common/robot/scenario.h"
+#include "diagnosis/evidence/best_model.h"
 #include "diagnosis/report/report.h"
+#include "diagnosis/torque_report.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -70,6 +72,23 @@ TEST(UpdatedScenario, OfPlayThatWasFittedNamesAllThatASimulatorNeeds) {
   const Json also = list_also_fitted({EffectId::kBacklash, kElbow, {0.01, 3000.0, 3.0, 0.05}});
   EXPECT_EQ(also, (Json{{"stiffness", 3000.0}, {"damping", 3.0}, {"rotor_inertia", 0.05}}));
   EXPECT_TRUE(list_also_fitted({EffectId::kViscous, kElbow, {0.1}}).empty());
+}
+
+// Friction that bends over 3 mrad before it slips: with another displacement the arm creeps at every reversal.
+TEST(UpdatedScenario, IsTheModelWhoseErrorsTheReportStates) {
+  Hypothesis model = make_arm_drives();
+  model[1].p[2] = model[4].p[2] = 3e-3;
+  model.push_back({EffectId::kHysteresis, kElbow, {30.0, 0.02}});
+  Experiment e = simulate_arm("updated_model", model);
+  const Problem problem = make_problem(e, 1);
+  Reports reports = make_empty_reports(problem, "a test");
+  reports.report["model"] = list_torque_model(e, model, Json::array());
+  const std::string folder = (std::filesystem::temp_directory_path() / "updated_model_out").string();
+  write_reports(e, folder, reports);
+  Experiment back = e;
+  back.scenario = load_scenario(folder + "/updated/scenario.yaml");
+  const double stated = simulate_trial(problem, model).rms;
+  EXPECT_NEAR(simulate_trial(make_problem(back, 1), {}).rms, stated, 1e-4 * stated);  // eight digits of each parameter
 }
 
 // A walk tells only how stiff an elastic joint is. The parts that it does not tell are marked.
