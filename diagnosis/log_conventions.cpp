@@ -14,6 +14,7 @@
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/report/json.h"
+#include "diagnosis/unit_doubts.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -67,7 +68,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const double std = calc_std(unit);
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
-  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others && !unit.at_least);
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
     f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +
@@ -77,6 +78,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
                           number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") + " (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
+  else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
   return f;
@@ -328,44 +330,6 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
-// Joints whose motion does not tell the unit of their effort. One log has one unit, so torques at one joint are torques at all;
-// counts of drives differ, so that of the others' counts says nothing.
-std::vector<int> list_untold(const TorqueData& data, const std::vector<EffortUnit>& units) {
-  std::vector<int> untold;
-  bool told = false;
-  for (size_t j = 0; j < data.source.size() && !data.recordings.empty(); ++j) {
-    const int joint = static_cast<int>(j);
-    if (!data.experiment->robot.tree.joint(joint).actuated || data.source[j] != EffortSource::kRecorded) continue;
-    if (tells_unit(data, joint)) told = true;
-    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) untold.push_back(joint);
-  }
-  return told && units.empty() ? std::vector<int>{} : untold;
-}
-
-// True if a parameter is a torque or inertia, and so as large as the log's unit.
-bool is_in_log_unit(const Json& finding) {
-  return std::any_of(finding["parameters"].begin(), finding["parameters"].end(), [](const Json& p) {
-    const std::string unit = p.is_object() ? p.value("unit", "") : "";
-    return unit.find('N') != std::string::npos || unit.find("kg") != std::string::npos;
-  });
-}
-
-void add_untold_units(const Experiment& e, const std::vector<int>& untold, Reports* reports) {
-  Json& report = reports->report;
-  for (int joint : untold) {
-    const std::string name = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
-    const std::string text = e.signal_name(joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
-                             " is in the unit of the log, and in " + unit + " only if that is " + unit;
-    report["untold_units"].push_back(name);
-    report["warnings"].push_back(text), reports->series["notes"].push_back(text);
-    for (Json& f : report["findings"]) {
-      if (f["where"].value("joint", "") != name || !is_in_log_unit(f)) continue;
-      f["in_log_unit"] = true;
-      f["statement"] = f.value("statement", "") + " Values are in the unit of the log.";
-    }
-  }
-}
-
 }  // namespace
 
 std::string describe_whole_reading(const floating::WholeReading& w) {
@@ -390,7 +354,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   const TorqueData as_logged = make_torque_data(e);
-  out.units = find_effort_units(as_logged), out.untold = list_untold(as_logged, out.units);
+  out.units = find_effort_units(as_logged), out.untold = list_untold_units(as_logged, out.units);
   Experiment in_torques = convert_efforts(e, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
@@ -431,7 +395,8 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
-  add_untold_units(as_logged, c.untold, reports);
+  doubt_untold_units(as_logged, c.untold, reports);
+  doubt_least_units(as_logged, c.units, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
