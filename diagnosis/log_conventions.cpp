@@ -9,7 +9,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_loads.h"
+#include "diagnosis/list_fit.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
@@ -19,12 +19,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kNats = 5.0;       // by which zeros must explain more than every set of effects at the logged ones: odds of 150
 constexpr double kParsimony = 30.0; // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
 constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
-constexpr double kExact = 1e-4;     // of an effort's squares: an explanation that leaves less needs no zero beside it
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
@@ -230,55 +228,15 @@ bool merge(const Json& finding, Json* list) {
                    e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
 }
 
-// What explains: all effects on the list, or only those of joints and their drives.
-enum class Of { kAll, kJoints };
-
-// The best that effects on the list can do for these recordings.
-struct Explanation {
-  std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
-  double cost = 0.0;                     // [nats] of its terms
-
-  bool is_exact() const {
-    return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
-  }
-};
-
-Explanation explain(const Experiment& e, int jobs, Of of = Of::kAll) {
-  Explanation out;
-  TorqueData data = make_torque_data(e);
-  if (data.recordings.empty()) return out;
-  TorqueDesign design = make_torque_design(std::move(data));
-  if (design.joints.empty()) return out;
-  const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
-  for (size_t i = 0; i < design.joints.size(); ++i) {
-    const JointDesign& joint = design.joints[i];
-    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
-    out.effective.push_back(joint.effective);
-    for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
-  }
-  for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;
-  return out;
-}
-
-// [nats] by which a is the better explanation. What the richer of two sets of terms leaves is less correlated, which is no
-// merit: both count the same samples.
-double compare(const Explanation& a, const Explanation& b) {
-  if (a.cross.size() != b.cross.size()) return -1e300;
-  double nats = b.cost - a.cost;
-  for (size_t i = 0; i < a.cross.size(); ++i)
-    nats += 0.5 * std::min(a.effective[i], b.effective[i]) * std::log(b.cross[i] / a.cross[i]);
-  return nats;
-}
-
 // Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
-Explanation polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
-  Explanation best = explain(convert_zeros(e, *zeros), jobs);
+ListFit polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
+  ListFit best = fit_list(convert_zeros(e, *zeros), jobs);
   for (double step : {0.02, 0.01, 0.005, 0.0025}) {
     for (size_t i = 0; i < zeros->size(); ++i) {
       for (double sign : {1.0, -1.0}) {
         std::vector<JointZero> moved = *zeros;
         moved[i].offset += sign * step;
-        const Explanation other = explain(convert_zeros(e, moved), jobs);
+        const ListFit other = fit_list(convert_zeros(e, moved), jobs);
         if (compare(other, best) > 0.0) best = other, *zeros = moved;
       }
     }
@@ -293,14 +251,14 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
-  const Explanation without = explain(e, jobs);
+  const ListFit without = fit_list(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
   // the logged zeros, a zero alone has to do so, too.
-  const Explanation by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explanation{};
+  const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
   const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
-  if (!alone && gain < cost + kNats) return {};
+  if (!alone && gain < cost + kConventionNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
   }
@@ -317,7 +275,7 @@ void check_gravity(const Experiment& e, int jobs) {
   if (found.left > kNearlyAll || std::abs(size - 1.0) > kGravity || angle < kMounted) return;
   Experiment turned = e;
   turned.scenario.gravity_W = g * found.g_W.normalized();
-  if (compare(explain(turned, jobs), explain(e, jobs)) < kNats) return;
+  if (compare(fit_list(turned, jobs), fit_list(e, jobs)) < kConventionNats) return;
   const Vector3d should = turned.scenario.gravity_W;
   throw InputError(e.scenario.make_diagnostic(
       "gravity", "does not fit the efforts, which are those of gravity [" + number(should.x(), 3) + ", " + number(should.y(), 3) + ", " +
@@ -353,9 +311,11 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  const TorqueData as_logged = make_torque_data(e);
+  out.commands = find_late_commands(e, jobs);
+  const Experiment in_time = convert_commands(e, out.commands);
+  const TorqueData as_logged = make_torque_data(in_time);
   out.units = find_effort_units(as_logged), out.untold = list_untold_units(as_logged, out.units);
-  Experiment in_torques = convert_efforts(e, out.units);
+  Experiment in_torques = convert_efforts(in_time, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
   out.zeros = find_zeros(in_torques, jobs);
@@ -364,7 +324,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(e, c.units), c.zeros), c.weightless), c.bodies);
+  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(convert_commands(e, c.commands), c.units), c.zeros), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
@@ -373,6 +333,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   ConventionRemarks out;
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
+  if (c.commands.any()) add(describe(c.commands));
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
   for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
@@ -400,10 +361,12 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
-    const TorqueData data = make_torque_data(as_logged);
+    const Experiment in_time = convert_commands(as_logged, c.commands);
+    const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
   }
+  if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
@@ -419,6 +382,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   // Nothing but the pose's convention is said, and is no physics.
   const bool open = report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained);
   if (open && !own.empty()) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (c.commands.any()) report["warnings"].push_back(describe(c.commands));
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
   report["warnings"].push_back(text);

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/list_fit.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/evidence/torque_loads.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kExact = 1e-4;  // of an effort's squares: an explanation that leaves less needs nothing beside it
+
+}  // namespace
+
+bool ListFit::is_exact() const {
+  return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
+}
+
+ListFit fit_list(const Experiment& e, int jobs, Of of) {
+  ListFit out;
+  TorqueData data = make_torque_data(e);
+  if (data.recordings.empty()) return out;
+  TorqueDesign design = make_torque_design(std::move(data));
+  if (design.joints.empty()) return out;
+  const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
+    out.effective.push_back(joint.effective);
+    for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
+  }
+  for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;
+  return out;
+}
+
+double compare(const ListFit& a, const ListFit& b) {
+  if (a.cross.size() != b.cross.size()) return -1e300;
+  double nats = b.cost - a.cost;
+  for (size_t i = 0; i < a.cross.size(); ++i)
+    nats += 0.5 * std::min(a.effective[i], b.effective[i]) * std::log(b.cross[i] / a.cross[i]);
+  return nats;
+}
+
+}  // namespace hrp::diagnosis

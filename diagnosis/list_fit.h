@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How well effects on the list can explain recordings at all: for questions that are asked before the diagnosis, such as
+// whether a log counts from another zero or at another time.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/data/recording.h"
+
+namespace hrp::diagnosis {
+
+// [nats] by which another convention of a log must explain more than every set of effects as logged: odds of 150.
+constexpr double kConventionNats = 5.0;
+
+// What explains: all effects on the list, or only those of joints and their drives.
+enum class Of { kAll, kJoints };
+
+// The best that effects on the list can do for these recordings.
+struct ListFit {
+  std::vector<double> cross, effective;  // by joint: mean square left over its effort's, and independent samples
+  double cost = 0.0;                     // [nats] of its terms
+
+  bool is_exact() const;
+};
+
+ListFit fit_list(const Experiment& e, int jobs, Of of = Of::kAll);
+
+// [nats] by which a is the better explanation. What the richer of two sets of terms leaves is less correlated, which is no
+// merit: both count the same samples.
+double compare(const ListFit& a, const ListFit& b);
+
+}  // namespace hrp::diagnosis
