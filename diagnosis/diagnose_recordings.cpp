@@ -30,8 +30,9 @@ namespace {
 constexpr double kSearched = 2400.0;
 // The same for the first answer: seconds of one core.
 constexpr double kFirst = 240.0;
-// Of less there is nothing to be gained by a first answer.
-constexpr double kWorthFirst = 60.0;
+// Of less there is nothing to be gained by a first answer: joint-seconds, or as many samples as these have at 200 Hz, as a
+// simulation takes its time by the sample.
+constexpr double kWorthFirst = 60.0, kWorthFirstSamples = 200.0 * kWorthFirst;
 // Times what the first answer took for so many joint-seconds that the whole takes for as many, from recorded efforts and
 // from commands (measured with make_long_recordings: 12 joints, 600 s at 200 Hz).
 constexpr double kWholeOfEfforts = 7.0, kWholeOfCommands = 18.0;
@@ -41,6 +42,10 @@ bool is_in_torque_space(const Experiment& e) {
 }
 
 bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_seconds(e) > kSearched; }
+
+bool is_worth_first(const Experiment& e) {
+  return is_in_torque_space(e) && (calc_joint_seconds(e) > kWorthFirst || calc_joint_samples(e) > kWorthFirstSamples);
+}
 
 // The sentences on top, which are the same for all engines.
 void finish(const Experiment& e, Reports* reports) {
@@ -89,7 +94,7 @@ Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventio
   const Experiment& searched = part ? *part : all;
   const Json checks = make_checks(all, searched, conventions);
   for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
-  if (is_in_torque_space(all) && calc_joint_seconds(all) > kWorthFirst) say_first(all, options, checks, progress, write_first);
+  if (is_worth_first(all)) say_first(all, options, checks, progress, write_first);
   if (is_long(all)) {
     progress("long recordings: the search works on " + number(calc_joint_seconds(searched) / all.num_joints(), 4) + " of " +
              number(calc_joint_seconds(all) / all.num_joints(), 5) + " s, those in which the joints move most");

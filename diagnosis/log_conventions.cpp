@@ -9,12 +9,13 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/explained.h"
+#include "diagnosis/list_fit.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/mounting.h"
 #include "diagnosis/report/json.h"
+#include "diagnosis/unit_doubts.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -65,7 +66,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const double std = calc_std(unit);
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
-  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others && !unit.at_least);
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
     f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +
@@ -75,6 +76,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
                           number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") + " (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
+  else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
   return f;
@@ -227,14 +229,14 @@ bool merge(const Json& finding, Json* list) {
 }
 
 // Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
-Explained polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
-  Explained best = explain(convert_zeros(e, *zeros), jobs);
+ListFit polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
+  ListFit best = fit_list(convert_zeros(e, *zeros), jobs);
   for (double step : {0.02, 0.01, 0.005, 0.0025}) {
     for (size_t i = 0; i < zeros->size(); ++i) {
       for (double sign : {1.0, -1.0}) {
         std::vector<JointZero> moved = *zeros;
         moved[i].offset += sign * step;
-        const Explained other = explain(convert_zeros(e, moved), jobs);
+        const ListFit other = fit_list(convert_zeros(e, moved), jobs);
         if (compare(other, best) > 0.0) best = other, *zeros = moved;
       }
     }
@@ -249,14 +251,14 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kZeroCost * static_cast<double>(found.joints.size());
-  const Explained without = explain(e, jobs);
+  const ListFit without = fit_list(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
   // the logged zeros, a zero alone has to do so, too.
-  const Explained by_zero = most ? explain(convert_zeros(e, found.joints), jobs, Of::kJoints) : Explained{};
+  const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
   const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
-  if (!alone && gain < cost + kClearNats) return {};
+  if (!alone && gain < cost + kConventionNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
   }
@@ -269,57 +271,20 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
-// Joints whose motion does not tell the unit of their effort. One log has one unit, so torques at one joint are torques at all;
-// counts of drives differ, so that of the others' counts says nothing.
-std::vector<int> list_untold(const TorqueData& data, const std::vector<EffortUnit>& units) {
-  std::vector<int> untold;
-  bool told = false;
-  for (size_t j = 0; j < data.source.size() && !data.recordings.empty(); ++j) {
-    const int joint = static_cast<int>(j);
-    if (!data.experiment->robot.tree.joint(joint).actuated || data.source[j] != EffortSource::kRecorded) continue;
-    if (tells_unit(data, joint)) told = true;
-    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) untold.push_back(joint);
-  }
-  return told && units.empty() ? std::vector<int>{} : untold;
-}
-
 // A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
 // looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
 // nothing else is off.
 void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
-  const std::vector<RefutedFriction> friction = find_refuted_friction(e);
-  const Experiment as_logged = drop_friction(e, friction);
+  const Experiment in_time = convert_commands(e, out->commands);
+  const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
+  const Experiment as_logged = drop_friction(in_time, friction);
   const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
   if (zeros.empty()) return;
-  const Explained by_zeros = explain(convert_zeros(as_logged, zeros), jobs);
-  if (compare(by_zeros, explain(convert_recordings(e, *out), jobs)) < kClearNats) return;
-  const TorqueData at_zeros = make_torque_data(convert_zeros(e, zeros));
+  const ListFit by_zeros = fit_list(convert_zeros(as_logged, zeros), jobs);
+  if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
+  const TorqueData at_zeros = make_torque_data(convert_zeros(in_time, zeros));
   if (!find_effort_units(at_zeros).empty()) return;
-  out->units.clear(), out->untold = list_untold(at_zeros, {}), out->friction = friction, out->zeros = zeros;
-}
-
-// True if a parameter is a torque or inertia, and so as large as the log's unit.
-bool is_in_log_unit(const Json& finding) {
-  return std::any_of(finding["parameters"].begin(), finding["parameters"].end(), [](const Json& p) {
-    const std::string unit = p.is_object() ? p.value("unit", "") : "";
-    return unit.find('N') != std::string::npos || unit.find("kg") != std::string::npos;
-  });
-}
-
-void add_untold_units(const Experiment& e, const std::vector<int>& untold, Reports* reports) {
-  Json& report = reports->report;
-  for (int joint : untold) {
-    const std::string name = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
-    const std::string text = e.signal_name(joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
-                             " is in the unit of the log, and in " + unit + " only if that is " + unit;
-    report["untold_units"].push_back(name);
-    report["warnings"].push_back(text), reports->series["notes"].push_back(text);
-    for (Json& f : report["findings"]) {
-      if (f["where"].value("joint", "") != name || !is_in_log_unit(f)) continue;
-      f["in_log_unit"] = true;
-      f["statement"] = f.value("statement", "") + " Values are in the unit of the log.";
-    }
-  }
+  out->units.clear(), out->untold = list_untold_units(at_zeros, {}), out->friction = friction, out->zeros = zeros;
 }
 
 }  // namespace
@@ -345,13 +310,15 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  const TorqueData as_logged = make_torque_data(e);
+  out.commands = find_late_commands(e, jobs);
+  const Experiment in_time = convert_commands(e, out.commands);
+  const TorqueData as_logged = make_torque_data(in_time);
   out.units = find_effort_units(as_logged);
   const auto find_turned = [&] { return std::find_if(out.units.begin(), out.units.end(), [](const EffortUnit& u) { return u.scale < 0.0; }); };
   if (find_turned() != out.units.end()) prefer_zeros_alone(e, jobs, &out);
-  if (find_turned() != out.units.end()) refuse_turned_effort(e, find_turned()->joint, find_turned()->scale, jobs);
-  out.untold = list_untold(as_logged, out.units);
-  Experiment in_torques = convert_efforts(e, out.units);
+  if (find_turned() != out.units.end()) refuse_turned_effort(in_time, find_turned()->joint, find_turned()->scale, jobs);
+  out.untold = list_untold_units(as_logged, out.units);
+  Experiment in_torques = convert_efforts(in_time, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
   out.zeros = find_zeros(in_torques, jobs);
@@ -361,7 +328,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(e, c.units), c.zeros), c.weightless), c.bodies);
+  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(convert_commands(e, c.commands), c.units), c.zeros), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
@@ -370,6 +337,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   ConventionRemarks out;
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
+  if (c.commands.any()) add(describe(c.commands));
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
   for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
@@ -392,14 +360,17 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
-  add_untold_units(as_logged, c.untold, reports);
+  doubt_untold_units(as_logged, c.untold, reports);
+  doubt_least_units(as_logged, c.units, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
-    const TorqueData data = make_torque_data(as_logged);
+    const Experiment in_time = convert_commands(as_logged, c.commands);
+    const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
   }
+  if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
@@ -415,6 +386,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   // Nothing but the pose's convention is said, and is no physics.
   const bool open = report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained);
   if (open && !own.empty()) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (c.commands.any()) report["warnings"].push_back(describe(c.commands));
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
   report["warnings"].push_back(text);

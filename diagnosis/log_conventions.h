@@ -7,6 +7,7 @@
 #pragma once
 
 #include "diagnosis/checks/checks.h"
+#include "diagnosis/late_commands.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/exchanged_sides.h"
@@ -21,6 +22,7 @@
 namespace hrp::diagnosis {
 
 struct LogConventions {
+  LateCommands commands;
   std::vector<EffortUnit> units;
   std::vector<int> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
   std::vector<JointZero> zeros;
@@ -32,7 +34,7 @@ struct LogConventions {
   floating::ExchangedSides sides;
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty() || sides.any(); }
-  bool counts_otherwise() const { return !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
+  bool counts_otherwise() const { return commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is

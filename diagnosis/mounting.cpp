@@ -9,7 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/explained.h"
+#include "diagnosis/list_fit.h"
 #include "diagnosis/measurement/joint_zeros.h"
 
 namespace hrp::diagnosis {
@@ -39,7 +39,7 @@ Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
 // gravity fits by least squares; its size and six directions are known beforehand.
 struct Mounting {
   Vector3d g_W = Vector3d::Zero();  // zero: no other one
-  Explained by_joints;            // what effects of joints alone explain under it
+  ListFit by_joints;            // what effects of joints alone explain under it
 };
 
 Mounting find_best(const Experiment& e, int jobs) {
@@ -48,7 +48,7 @@ Mounting find_best(const Experiment& e, int jobs) {
     for (double sign : {1.0, -1.0}) {
       const Vector3d g_W = sign * Vector3d::Unit(axis);
       if (!is_other(e, g_W)) continue;
-      const Explained own = explain(turn_gravity(e, g_W), jobs, Of::kJoints);
+      const ListFit own = fit_list(turn_gravity(e, g_W), jobs, Of::kJoints);
       if (own.cross.empty() || (!best.g_W.isZero() && compare(own, best.by_joints) <= 0.0)) continue;
       best = {turn_gravity(e, g_W).scenario.gravity_W, own};
     }
@@ -57,7 +57,7 @@ Mounting find_best(const Experiment& e, int jobs) {
 }
 
 // A wrong direction of gravity is no detail: some joint's effort remains, whatever its drive does.
-bool leaves_much(const Explained& by_joints) {
+bool leaves_much(const ListFit& by_joints) {
   return std::any_of(by_joints.cross.begin(), by_joints.cross.end(), [](double left) { return left > kDetail; });
 }
 
@@ -88,19 +88,19 @@ void check_mounting(const Experiment& e, int jobs) {
   const Vector3d squares = find_by_squares(e, data);
   if (!squares.isZero()) {
     const Experiment turned = turn_gravity(e, squares);
-    if (compare(explain(turned, jobs), explain(e, jobs)) >= kClearNats) refuse_gravity(e, turned.scenario.gravity_W);
+    if (compare(fit_list(turned, jobs), fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
   }
-  const Explained by_joints = explain(e, jobs, Of::kJoints);
+  const ListFit by_joints = fit_list(e, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
   const Mounting best = find_best(e, jobs);
-  if (best.g_W.isZero() || compare(best.by_joints, by_joints) < kClearNats) return;
-  if (compare(best.by_joints, explain(e, jobs)) >= kClearNats) refuse_gravity(e, best.g_W);
+  if (best.g_W.isZero() || compare(best.by_joints, by_joints) < kConventionNats) return;
+  if (compare(best.by_joints, fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
   const Mounting best = find_best(e, jobs);
-  const auto beats = [&](int turned) { return compare(best.by_joints, explain(turn_efforts(e, turned), jobs)) >= kClearNats; };
+  const auto beats = [&](int turned) { return compare(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
   if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
   const std::string column = e.signal_name(joint, Quantity::kEffort);
   refuse_input(e.recordings.front().find_place(column),

@@ -208,6 +208,12 @@ double calc_joint_seconds(const Experiment& e) {
   return sum;
 }
 
+double calc_joint_samples(const Experiment& e) {
+  double sum = 0.0;
+  for (const Recording& r : e.recordings) sum += static_cast<double>(r.size()) * e.num_joints();
+  return sum;
+}
+
 Experiment make_screened(const Experiment& e, double joint_seconds) {
   Experiment out;
   copy_all_but_recordings(e, &out);

@@ -38,5 +38,7 @@ Experiment make_screened(const Experiment& experiment, double joint_seconds);
 
 // Joints times seconds of all recordings.
 double calc_joint_seconds(const Experiment& experiment);
+// Joints times samples of all recordings.
+double calc_joint_samples(const Experiment& experiment);
 
 }  // namespace hrp::diagnosis

@@ -16,6 +16,9 @@ namespace {
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = 50;      // samples: ten for each regressor
+// |ln| of a scale that counts as one where a rotor may be part of it. Units differ by factors of up to a hundred either way.
+// One in 23 of these lies as near to one by chance, so a torque has odds of 20 to 1.
+constexpr double kSame = kMinority;
 constexpr long kRotor = 2;        // column of the acceleration in the regressors of collect_efforts()
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
@@ -51,13 +54,24 @@ std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& r
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
   const bool told = tt > kMuch * kMuch * calc_variance(rows.tau) * static_cast<double>(tau.size());
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
-  EffortUnit unit{joint, 0.0, te / ee, tt / te, false, false};  // with opposite biases
+  EffortUnit unit;
+  unit.joint = joint, unit.low = te / ee, unit.high = tt / te;  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double share = discount_chance(unit.low / unit.high, rows, beside.cols() + 1);
   const double width = share > 0.0 ? -std::log(share) : 1e300, far = std::abs(std::log(std::abs(unit.scale)));
   if (unit.scale < 0.0 && !is_turned(rows, unit.scale) && may_be_load(data, {joint})) return std::nullopt;
   if (width > std::min(kBracket * std::max(kFactor, far), -2.0 * std::log(kFollows))) return std::nullopt;
   return unit;
+}
+
+// The bracket if the joint has no rotor. Empty if there is none, or if the effort opposes the torque.
+std::optional<EffortUnit> find_without_rotor(const TorqueData& data, const UnitRows& rows, int joint) {
+  Eigen::MatrixXd no_rotor(rows.nuisance.rows(), kRotor + 1);
+  no_rotor << rows.nuisance.leftCols(kRotor), rows.nuisance.rightCols(1);
+  std::optional<EffortUnit> least = find_bracket(data, rows, no_rotor, joint);
+  if (!least || least->scale <= 0.0) return std::nullopt;
+  least->at_least = true;
+  return least;
 }
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide. Where weight does not
@@ -67,10 +81,14 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   const UnitRows rows = collect_efforts(data, joint);
   const std::optional<EffortUnit> unit = find_bracket(data, rows, rows.nuisance, joint);
   if (unit) return unit;
-  Eigen::MatrixXd no_rotor(rows.nuisance.rows(), kRotor + 1);
-  no_rotor << rows.nuisance.leftCols(kRotor), rows.nuisance.rightCols(1);
-  const std::optional<EffortUnit> least = find_bracket(data, rows, no_rotor, joint);
-  return least && least->scale > 0.0 && std::log(least->low) > kFactor ? least : std::nullopt;
+  const std::optional<EffortUnit> least = find_without_rotor(data, rows, joint);
+  return least && std::log(least->low) > kFactor ? least : std::nullopt;
+}
+
+// True if the effort is what the bodies alone take.
+bool is_torque_of_bodies(const TorqueData& data, int joint) {
+  const std::optional<EffortUnit> least = find_without_rotor(data, collect_efforts(data, joint), joint);
+  return least && std::abs(std::log(least->scale)) < kSame;
 }
 
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }
@@ -102,11 +120,17 @@ bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   });
 }
 
-// Mean scale (of logarithms) of the joints with narrow brackets. Empty if there are none or if they disagree.
+bool are_bounds(const std::vector<EffortUnit>& units) {
+  return std::all_of(units.begin(), units.end(), [](const EffortUnit& u) { return u.at_least; });
+}
+
+// Mean scale (of logarithms) of the joints with narrow brackets, of lower bounds only if there is nothing else. Empty if
+// there are none or if they disagree.
 std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
+  const bool bounds = are_bounds(units);
   for (const EffortUnit& u : units) {
-    if (is_wide(u)) continue;
+    if (is_wide(u) || u.at_least != bounds) continue;
     const double log = std::log(u.scale);
     sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
   }
@@ -118,11 +142,17 @@ bool is_known(const std::vector<EffortUnit>& units, int joint) {
   return std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; });
 }
 
-// Joints without a result, or with a wide bracket around it, get the scale of the others if those agree.
+// Joints without a result, or with a wide bracket or a lower bound that admits it, get the scale of the others if those
+// agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   const std::optional<double> scale = find_common_scale(*units);
   if (!scale) return;
+  const bool bounds = are_bounds(*units);
   for (EffortUnit& u : *units) {
+    if (!bounds && u.at_least && *scale > u.low) {
+      u = {u.joint, *scale, *scale, *scale, true, u.of_gains, false};
+      continue;
+    }
     const double above = std::log(*scale / u.low), below = std::log(u.high / *scale);
     if (is_wide(u) && std::min(above, below) > -kDetail) u.scale = *scale, u.by_others = true;
   }
@@ -132,7 +162,7 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
     // without a drive, it has no effort in any unit
     const bool driven = data.experiment->robot.tree.joint(joint).actuated;
     if (driven && !is_known(*units, joint) && data.source[j] == data.source[static_cast<size_t>(first.joint)])
-      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains});
+      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains, bounds});
   }
 }
 
@@ -141,7 +171,7 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = false;
+  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false;
 }
 
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
@@ -175,14 +205,14 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   // Beside other joints' units, a log that is proportional to the law has one, too.
   for (size_t j = 0; j < data.servo.size(); ++j) {
     if (is_known(units, static_cast<int>(j)) || data.servo[j].follows || data.servo[j].slope <= 0.0) continue;
-    units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false});
+    units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false, false});
     take_from_law(data.servo[j], &units.back());
   }
   return units;
 }
 
 bool tells_unit(const TorqueData& data, int joint) {
-  return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value();
+  return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);
 }
 
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {

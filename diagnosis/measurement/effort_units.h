@@ -22,6 +22,7 @@ struct EffortUnit {
   double low = 1.0, high = 1.0;    // bounds of the scale
   bool by_others = false;          // undetermined at this joint; value of its neighbours
   bool of_gains = false;           // no effort was logged; the stated servo gains are in another unit
+  bool at_least = false;           // weight does not tell it from a rotor, which would make it larger
 };
 
 // One entry for each joint whose efforts (or, without efforts, stated gains) are in another unit. Empty if they are
@@ -30,7 +31,7 @@ struct EffortUnit {
 std::vector<EffortUnit> find_effort_units(const TorqueData& data);
 
 // True if the joint's recorded effort shows whether it is a torque: by the servo's law, or by the torque that weight and
-// inertia of the model take.
+// inertia of the model take. Without weight, as on a slide: if it is what the bodies take without any rotor.
 bool tells_unit(const TorqueData& data, int joint);
 
 // The experiment with efforts in N m and gains in N m/rad.

@@ -180,10 +180,18 @@ std::string make_ceiling_sentence(const json& report) {
          " % of what a free model of the recorded signals predicts.";
 }
 
-std::string make_unit_sentence(const json& report) {
+std::string list_joints(const json& report, const char* key) {
   std::string names;
-  for (const json& joint : get_list(report, "untold_units")) names += (names.empty() ? "" : ", ") + format_value(joint);
-  return names.empty() ? "" : "This motion does not tell the unit of the effort of " + names + ": values there are in the unit of the log.";
+  for (const json& joint : get_list(report, key)) names += (names.empty() ? "" : ", ") + format_value(joint);
+  return names;
+}
+
+std::string make_unit_sentence(const json& report) {
+  const std::string untold = list_joints(report, "untold_units"), least = list_joints(report, "least_units");
+  std::string text;
+  if (!untold.empty()) text = "This motion does not tell the unit of the effort of " + untold + ": values there are in the unit of the log.";
+  if (least.empty()) return text;
+  return text + (text.empty() ? "" : " ") + "The unit of the effort of " + least + " and the values there are lower bounds: a rotor makes them larger.";
 }
 
 std::string make_left_sentence(const json& report) {

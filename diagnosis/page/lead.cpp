@@ -59,6 +59,7 @@ std::vector<std::pair<std::string, json>> list_parameters(const json& finding) {
 std::string describe_parameters(const json& finding) {
   std::string out;
   for (const auto& [name, p] : list_parameters(finding)) out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
+  if (get(finding, "at_least") == json(true)) out += " (or more)";
   return out + (get(finding, "in_log_unit") == json(true) ? " (unit of the log)" : "");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/explained.h"
+#include "diagnosis/list_fit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,12 @@ constexpr double kExact = 1e-4;  // of an effort's squares: an explanation that 
 
 }  // namespace
 
-bool Explained::is_exact() const {
+bool ListFit::is_exact() const {
   return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
 }
 
-Explained explain(const Experiment& e, int jobs, Of of) {
-  Explained out;
+ListFit fit_list(const Experiment& e, int jobs, Of of) {
+  ListFit out;
   TorqueData data = make_torque_data(e);
   if (data.recordings.empty()) return out;
   TorqueDesign design = make_torque_design(std::move(data));
@@ -34,7 +34,7 @@ Explained explain(const Experiment& e, int jobs, Of of) {
   return out;
 }
 
-double compare(const Explained& a, const Explained& b) {
+double compare(const ListFit& a, const ListFit& b) {
   if (a.cross.size() != b.cross.size()) return -1e300;
   double nats = b.cost - a.cost;
   for (size_t i = 0; i < a.cross.size(); ++i)

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/late_commands.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/rounding.h"
+#include "common/effects/effect_info.h"
+#include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/stretches.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/list_fit.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/load_or_unit.h"
+#include "diagnosis/measurement/torque_effort.h"
+#include "diagnosis/model/nominal.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kLongest = 0.1;   // [s] as of a drive's delay
+constexpr int kSteps = 20;         // delays to try up to the longest: 5 ms
+constexpr double kDelayCost = 6.0; // [nats] of a fault of the log that is rare, as of a late effort
+constexpr int kSigned = 3;         // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
+
+// Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first three is
+// negative.
+double calc_left(const UnitRows& rows) {
+  const Eigen::VectorXd missing = rows.effort - rows.tau;
+  double least = 1e300;
+  for (int set = 0; set < 1 << kSigned; ++set) {
+    std::vector<Eigen::Index> columns;
+    for (int c = 0; c < kSigned; ++c) {
+      if (set >> c & 1) columns.push_back(c);
+    }
+    columns.push_back(kSigned);
+    const Eigen::MatrixXd X = rows.nuisance(Eigen::all, columns);
+    const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(missing);
+    if ((theta.head(theta.size() - 1).array() < 0.0).any()) continue;
+    least = std::min(least, (missing - X * theta).squaredNorm() / static_cast<double>(missing.size()));
+  }
+  return least;
+}
+
+// What is left at the joints that the servo's law drives: sum of logarithms, with their number and independent samples.
+struct LeftByDrives {
+  double logs = 0.0, samples = 0.0;
+  int joints = 0;
+
+  double calc_share(const LeftByDrives& of) const { return joints > 0 && joints == of.joints ? std::exp((logs - of.logs) / joints) : 1.0; }
+};
+
+LeftByDrives find_left(const Experiment& e) {
+  LeftByDrives left;
+  const TorqueData data = make_torque_data(e);
+  for (size_t j = 0; j < data.source.size() && !data.recordings.empty(); ++j) {
+    if (data.source[j] != EffortSource::kServoLaw) continue;
+    const UnitRows rows = collect_efforts(data, static_cast<int>(j));
+    if (rows.tau.size() <= rows.nuisance.cols()) continue;
+    left.logs += std::log(std::max(1e-300, calc_left(rows))), ++left.joints;
+    left.samples += static_cast<double>(rows.tau.size()) / kCorrelated;
+  }
+  return left;
+}
+
+bool is_of_law(const Experiment& e) {
+  for (int j = 0; j < e.num_joints() && e.scenario.drive == "servo"; ++j) {
+    const bool driven = e.robot.tree.joint(j).actuated;
+    if (driven && find_effort_source(e, static_cast<size_t>(j)) == EffortSource::kServoLaw) return true;
+  }
+  return false;
+}
+
+bool has_rates(const Experiment& e) {
+  return std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) {
+    return std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return !j.command_rate.empty(); });
+  });
+}
+
+// [s] kd / kp: mean of the joints that the law drives.
+double find_lead(const Experiment& e) {
+  const Plant plant = make_plant(e, {});
+  double sum = 0.0, n = 0.0;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
+    if (laws.kp > 0.0) sum += laws.kd / laws.kp, n += 1.0;
+  }
+  return n > 0.0 ? sum / n : 0.0;
+}
+
+// Central differences: commands have no noise.
+std::vector<double> differentiate(const std::vector<double>& time, const std::vector<double>& y) {
+  std::vector<double> rate(y.size(), 0.0);
+  for (size_t k = 0; k < y.size(); ++k) {
+    const size_t a = k > 0 ? k - 1 : 0, b = std::min(y.size() - 1, k + 1);
+    if (b > a) rate[k] = (y[b] - y[a]) / (time[b] - time[a]);
+  }
+  return rate;
+}
+
+// The recording with commands that were logged `delay` later, as long as there are any.
+Recording advance(const Recording& logged, double delay) {
+  const auto end = std::upper_bound(logged.time.begin(), logged.time.end(), logged.time.back() - delay) - logged.time.begin();
+  Recording out = cut_recording(logged, 0, static_cast<size_t>(std::max<std::ptrdiff_t>(1, end)));
+  out.spec.name = logged.spec.name;
+  for (size_t j = 0; j < out.joints.size(); ++j) {
+    const JointColumns& in = logged.joints[j];
+    for (size_t k = 0; k < out.size(); ++k) {
+      if (!in.command.empty()) out.joints[j].command[k] = interpolate(logged.time, in.command, out.time[k] + delay, k);
+      if (!in.command_rate.empty()) out.joints[j].command_rate[k] = interpolate(logged.time, in.command_rate, out.time[k] + delay, k);
+    }
+  }
+  return out;
+}
+
+LateCommands make_delay(double delay) {
+  LateCommands late;
+  late.delay = delay;
+  return late;
+}
+
+LateCommands make_rate() {
+  LateCommands rate;
+  rate.of_rate = true;
+  return rate;
+}
+
+// The delay that leaves least, between the delays that are tried (parabola); its standard deviation from the curvature.
+// Without a delay at which less than half is left, 0.
+LateCommands find_delay(const Experiment& e, const LeftByDrives& logged) {
+  std::vector<double> share{1.0};
+  for (int i = 1; i <= kSteps; ++i) share.push_back(find_left(convert_commands(e, make_delay(i * kLongest / kSteps))).calc_share(logged));
+  const auto best = std::min_element(share.begin(), share.end()) - share.begin();
+  if (best == 0 || best == kSteps || !(share[static_cast<size_t>(best)] < kHalf)) return {};
+  const auto b = static_cast<size_t>(best);
+  const double step = kLongest / kSteps, bend = share[b - 1] + share[b + 1] - 2.0 * share[b], slope = 0.5 * (share[b + 1] - share[b - 1]);
+  LateCommands late = make_delay(step * (static_cast<double>(best) - slope / bend));
+  // Least squares: what is left grows by its n-th part at one standard deviation. Bounds of friction and rotor bend the
+  // curve, so that a parabola tells no more than a quarter of a step.
+  late.std = step * std::hypot(kPart, std::sqrt(2.0 * share[b] / (bend * std::max(1.0, logged.samples))));
+  return late;
+}
+
+}  // namespace
+
+LateCommands find_late_commands(const Experiment& e, int jobs) {
+  if (!is_of_law(e)) return {};
+  const LeftByDrives logged = find_left(e);
+  LateCommands late = find_delay(e, logged), rate;
+  rate.of_rate = !has_rates(e) && find_lead(e) > 0.0 && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
+  if (!late.any() && !rate.any()) return {};
+  const ListFit as_logged = fit_list(e, jobs);
+  const auto judge = [&](const LateCommands& c) { return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0; };
+  const double of_delay = judge(late) - kDelayCost, of_rate = judge(rate);
+  if (std::max(of_delay, of_rate) < kConventionNats) return {};
+  rate.delay = late.delay, rate.std = late.std;
+  LateCommands best = of_rate >= of_delay ? rate : late;
+  best.either = std::min(of_delay, of_rate) > kLargely * std::max(of_delay, of_rate);
+  return best;
+}
+
+Experiment convert_commands(Experiment e, const LateCommands& late) {
+  if (!late.any()) return e;
+  for (Recording& r : e.recordings) {
+    if (!late.of_rate) {
+      r = advance(r, late.delay);
+      continue;
+    }
+    for (JointColumns& joint : r.joints) {
+      if (joint.command.empty()) continue;
+      joint.command_rate = differentiate(r.time, joint.command), joint.separate_rate = true;
+    }
+  }
+  return e;
+}
+
+std::string describe(const LateCommands& late) {
+  if (!late.any()) return "";
+  const std::string rate = "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
+  const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " + number(1e3 * kNinetyFive * late.std, 2) +
+                          " ms late: the servos acted on them before";
+  const std::string first = late.of_rate ? rate + "; it is taken from the commanded positions" : log;
+  return first + (late.either ? ". Hardly told from this: " + (late.of_rate ? log : rate) : "");
+}
+
+Json make_late_finding(const Experiment& e, const LateCommands& late) {
+  if (!late.any() || (late.of_rate && !late.either)) return nullptr;
+  const EffectInfo& effect = get_effect(EffectId::kSensorDelay);
+  // A log that writes values one cycle late is off by a period.
+  const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", {{"sensor", "/joint_commands"}}},
+          {"parameters", {{"delay", make_value(round_to(late.delay, 4), round_to(late.std, 3), "s")}}},
+          {"grade", get_grade_name(sure ? Grade::kSupported : Grade::kAmbiguous)},
+          {"probability", late.either ? kHalf : 0.99},
+          {"share", 1.0},
+          {"weight", 1.0},
+          {"of_log", true},
+          {"statement", "/joint_commands: " + describe(late) + "."},
+          {"alternatives", Json::array()}};
+}
+
+}  // namespace hrp::diagnosis

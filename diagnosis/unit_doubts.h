@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the report says of efforts whose unit the motion does not tell, or of which it tells a lower bound only.
+#pragma once
+
+#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/report/report.h"
+
+namespace hrp::diagnosis {
+
+// Joints whose motion does not tell the unit of their recorded effort. One log has one unit, so torques at one joint are
+// torques at all. Counts of drives differ, so the unit of others' counts says nothing.
+std::vector<int> list_untold_units(const TorqueData& as_logged, const std::vector<EffortUnit>& units);
+
+// Marks findings at these joints: their torques and inertias are in the unit of the log.
+void doubt_untold_units(const Experiment& as_logged, const std::vector<int>& untold, Reports* reports);
+
+// Marks findings at joints whose unit is a lower bound: their torques and inertias grow with it.
+void doubt_least_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);
+
+}  // namespace hrp::diagnosis
