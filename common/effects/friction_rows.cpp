@@ -16,9 +16,9 @@ P make_presliding() {
   return P("presliding", "rad").bounds(1e-6, 0.1).size(kPresliding).optional(kPresliding).as_nuisance().as_scanned();
 }
 
-// NaN: not stated. What is stated differs from the default, which a simulator takes for friction that holds exactly.
+// NaN: not stated.
 void set_presliding(double value, JointLaws* laws) {
-  if (std::isfinite(value)) laws->presliding = value == kPresliding ? std::nextafter(kPresliding, 1.0) : value;
+  if (std::isfinite(value)) laws->presliding = value, laws->bends = true;
 }
 
 // Adds levels [N m] in motion and at rest to the friction that is there.

@@ -47,7 +47,8 @@ struct JointLaws {
   double stribeck_velocity = 0.0;        // [rad/s] 0: no Stribeck curve
   double load_ratio = 0.0;               // level grows by ratio x |drive effort|
   double backdriven = 0.0;               // share of the load that the gear takes while the load drives it; below 1
-  double presliding = kPresliding;       // [rad] at it dry friction is full; kPresliding: not stated, a simulator holds
+  double presliding = kPresliding;       // [rad] at it dry friction is full, along a path
+  bool bends = false;                    // a simulator's dry friction, too; else it holds exactly
   double cogging_amplitude = 0.0, cogging_periods = 0.0, cogging_phase = 0.0;  // [N m], per rad, [rad]
   // Transmission
   bool elastic = false;

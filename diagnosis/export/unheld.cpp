@@ -26,7 +26,7 @@ std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds) 
                    p(laws.stribeck_velocity) + " rad/s");
   if (laws.asymmetry != 0.0)
     list.push_back("dry friction is (1 +- " + p(laws.asymmetry) + ") times its level forward and backward");
-  if (laws.presliding != kPresliding && laws.has_friction()) list.push_back("dry friction bends by about " + p(laws.presliding) + " rad before it slips");
+  if (laws.bends && laws.has_friction()) list.push_back("dry friction bends by about " + p(laws.presliding) + " rad before it slips");
   if (laws.load_ratio > 0.0) list.push_back("dry friction grows by " + p(laws.load_ratio) + " times the drive's effort");
   if (laws.backdriven > 0.0)
     list.push_back("the gear takes " + p(laws.backdriven) + " of the load's torque while the load drives it");

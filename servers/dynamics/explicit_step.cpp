@@ -86,7 +86,7 @@ void Simulator::Impl::stop_reversed_joints() {
   for (int i = 0; i < model.num_joints(); ++i) {
     double& qd = v_end[model.num_base() + i];
     const JointLaws& laws = joints.laws()[static_cast<size_t>(i)];
-    if (laws.has_friction() && laws.presliding == kPresliding && qd * state.qd[i] < 0.0) qd = 0.0;
+    if (laws.has_friction() && !laws.bends && qd * state.qd[i] < 0.0) qd = 0.0;
   }
 }
 

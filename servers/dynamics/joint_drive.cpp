@@ -76,7 +76,7 @@ void add_gear(const JointLaws& laws, double motor_v, double direction, double sh
 
 // Dahl's friction (AIAA J. 14, 1976) is level x bend / displacement, where the bend [rad] follows the motor and saturates:
 // d bend / dx = 1 - sgn(v) bend / displacement.
-bool bends(const JointLaws& laws) { return laws.presliding != kPresliding && laws.has_friction(); }
+bool bends(const JointLaws& laws) { return laws.bends && laws.has_friction(); }
 
 double calc_bend_slope(const JointLaws& laws, double bend, double direction) {
   return std::max(0.0, 1.0 - direction * bend / laws.presliding);
