@@ -116,6 +116,25 @@ TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
   EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0012);  // a tenth of it: 1 ms is a quarter of a sample
 }
 
+// The body leans about y alone. About x and z the gyroscope reads its zero and noise, and that is no sign of feet that turn.
+TEST(LeggedLeans, AGyroscopesZeroIsFoundAboutAxesThatNothingTurnsAbout) {
+  Recorded recorded = kLeans;
+  recorded.imu = true;
+  Experiment e = make_biped({}, recorded);
+  const double zero[] = {0.01, -0.02, 0.008};  // [rad/s]
+  for (Recording& r : e.recordings) {
+    for (int a = 0; a < 3; ++a) {
+      for (double& w : r.other.at(std::string("/imu/waist/angular_velocity/") + "xyz"[a])) w += zero[a];
+    }
+  }
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const auto f = std::find_if(found.findings.begin(), found.findings.end(),
+                              [](const Finding& g) { return g.where.dump().find("angular_velocity") != std::string::npos; });
+  ASSERT_NE(f, found.findings.end());
+  EXPECT_EQ(f->effect, "sensor_bias");
+  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(f->parameters[0].value[a], zero[a], 0.0005);  // noise 1e-3, over 2000 samples
+}
+
 // Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
 TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
   Hidden hidden;
