@@ -22,6 +22,25 @@ namespace {
 
 constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
 constexpr int kIterations = 6, kWholeIterations = 3;
+constexpr size_t kFullFits = 2;       // of one kind of transmission: a few iterations do not tell the best start for certain
+// Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit does
+// not find its way from a gap that is a third wrong.
+constexpr double kGapSteps[] = {1.0, 1.33, 1.78, 2.37};
+
+// Starts of a transmission, with more gaps if it has one.
+std::vector<Effect> list_starts(const Effect& law) {
+  const std::vector<Effect> options = list_options(law, false);
+  if (!list_infos(law.id)[0].walked) return options;
+  std::vector<Effect> out;
+  for (const Effect& option : options) {
+    for (double step : kGapSteps) {
+      Effect one = option;
+      one.p[0] *= step;
+      if (std::none_of(out.begin(), out.end(), [&](const Effect& e) { return e.p == one.p; })) out.push_back(one);
+    }
+  }
+  return out;
+}
 
 // A joint's effects and their chi-square in the training recordings.
 struct Fitted {
@@ -43,8 +62,9 @@ class Gear {
     improve(&own_, alone_.fit(own_.effects, kTryIterations).hypothesis);
     std::vector<Fitted> loose;
     for (const Effect& law : list_transmissions(joint_, get_rotor(own_.effects[at_]))) {
-      Fitted fitted = loosen(law);
-      if (fitted.cost < kPromising * own_.cost) loose.push_back(std::move(fitted));
+      for (Fitted& fitted : loosen(law)) {
+        if (fitted.cost < kPromising * own_.cost) loose.push_back(std::move(fitted));
+      }
     }
     if (loose.empty()) return std::nullopt;
     improve(&own_, alone_.fit_to_the_end(own_.effects));
@@ -67,17 +87,21 @@ class Gear {
   double get_held(const Hypothesis& h) const { return alone_.score(h, alone_.problem.validate).chi2; }
   const Effect& get_law(const Fitted& loose) const { return loose.effects[at_]; }
 
-  Fitted loosen(const Effect& law) const {
-    Hypothesis best;
-    double least = 1e300;
+  // The joint with this transmission, from the best starts after a few iterations, best first.
+  std::vector<Fitted> loosen(const Effect& law) const {
+    std::vector<std::pair<double, Hypothesis>> tries;
     const size_t count = list_infos(law.id)[0].walked ? kGapStarts : 1;
-    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_options(law, false), count)) {
+    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_starts(law), count)) {
       Hypothesis start = own_.effects;
       start[at_] = option;
-      const FitResult tried = alone_.fit(start, kTryIterations);
-      if (tried.ok && tried.train.chi2 < least) best = tried.hypothesis, least = tried.train.chi2;
+      FitResult tried = alone_.fit(start, kTryIterations);
+      if (tried.ok) tries.push_back({tried.train.chi2, std::move(tried.hypothesis)});
     }
-    return best.empty() ? Fitted{} : judge(best);
+    std::stable_sort(tries.begin(), tries.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    tries.resize(std::min(tries.size(), kFullFits));
+    std::vector<Fitted> out;
+    for (const auto& [chi2, effects] : tries) out.push_back(judge(effects));
+    return out;
   }
 
   void improve(Fitted* fitted, const Hypothesis& other) const {
@@ -150,7 +174,8 @@ class Gear {
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
-      if (i != best && !contains_it && loose[i].cost < (1.0 + kDetail) * chosen.cost) gear.rival = get_law(loose[i]);
+      const bool is_other = get_law(loose[i]).id != get_law(chosen).id;
+      if (is_other && !contains_it && loose[i].cost < (1.0 + kDetail) * chosen.cost) gear.rival = get_law(loose[i]);
     }
     return gear;
   }

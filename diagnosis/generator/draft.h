@@ -25,6 +25,12 @@ struct Draft {
 std::vector<Hidden> list_listed(const Draft& draft);
 std::vector<Hidden> list_all(const Draft& draft);
 
+// What is there in one recording: loads last, whatever is wrong with the robot's own masses.
+std::vector<Hidden> list_in(const Draft& draft, std::size_t recording);
+
+// Recording `i` as planned.
+std::vector<Column> record_planned(const Draft& draft, const RecorderPlan& recorder, std::size_t i, Prng& random);
+
 // Recording `i` up to `until` seconds, without noise.
 std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& hidden, std::size_t i, double until);
 

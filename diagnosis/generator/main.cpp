@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
   app.add_option("--models", options.models, "folder with the models of walking robots; default: the installed one")
       ->check(CLI::ExistingDirectory);
   app.add_option("--poor", options.poor,
-                 "[s] for arms: short recordings of this length with little information: slow, small, one joint still")
+                 "[s] recordings of this length with little information: of arms slow, small, one joint still; of walks two short ones")
       ->check(hrp::refuse_nan)
       ->check(CLI::Range(1.0, 20.0));
   app.add_option("--play", played,

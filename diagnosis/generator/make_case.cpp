@@ -14,8 +14,6 @@ namespace {
 
 // An effect counts as present when some signal moves by this many noise deviations (rms).
 constexpr double kShows = 4.0;
-constexpr double kShortest = 1.0;  // [s] of a motion that was stopped: less tells nobody anything
-constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, that the recording ends
 constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
 constexpr int kOtherSeeds = 5;  // for a case that was given up
 
@@ -122,6 +120,17 @@ std::vector<Hidden> list_all(const Draft& draft) {
   return all;
 }
 
+std::vector<Hidden> list_in(const Draft& draft, std::size_t recording) {
+  std::vector<Hidden> all = list_all(draft);
+  const std::vector<Hidden>& loads = draft.recordings[recording].loads;
+  all.insert(all.end(), loads.begin(), loads.end());
+  return all;
+}
+
+std::vector<Column> record_planned(const Draft& draft, const RecorderPlan& recorder, std::size_t i, Prng& random) {
+  return record(draft.robot, list_in(draft, i), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random);
+}
+
 std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& hidden, std::size_t i, double until) {
   std::vector<double> times;
   for (double t : draft.times[i]) {
@@ -149,14 +158,6 @@ double find_noise(const Draft& draft, const std::string& column) {
 }
 
 namespace {
-
-// What is there in one recording: loads last, whatever is wrong with the robot's own masses.
-std::vector<Hidden> list_in(const Draft& draft, std::size_t recording) {
-  std::vector<Hidden> all = list_all(draft);
-  const std::vector<Hidden>& loads = draft.recordings[recording].loads;
-  all.insert(all.end(), loads.begin(), loads.end());
-  return all;
-}
 
 // Largest rms difference of a column in noise deviations.
 double calc_strength(const Draft& draft, const std::vector<Column>& with, const std::vector<Column>& without) {
@@ -223,8 +224,7 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
   const RecorderPlan recorder = options.noise_scale == 0 ? without_noise(draft.recorder) : draft.recorder;
   std::vector<std::vector<Column>> recorded;
   for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
-    recorded.push_back(
-        record(draft.robot, list_in(draft, i), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random));
+    recorded.push_back(record_planned(draft, recorder, i, random));
     out.files[draft.recordings[i].file] = make_csv(recorded.back());
   }
   out.files["robot.urdf"] = make_urdf(draft.robot);
@@ -254,29 +254,10 @@ Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, 
   return out;
 }
 
-// A monitor stops a motion that was played for somebody when a joint leaves its command: the recording ends there.
-void stop_where_joints_leave(Draft* draft) {
-  for (std::size_t i = 0; i < draft->recordings.size(); ++i) {
-    std::vector<double>& times = draft->times[i];
-    if (draft->recordings[i].motion != "next") continue;
-    try {
-      Reality(draft->robot, list_in(*draft, i)).run(draft->commands[i], times, draft->recordings[i].push);
-    } catch (const InsaneCase& insane) {
-      if (insane.time < kShortest) throw;
-      times.erase(std::lower_bound(times.begin(), times.end(), insane.time - kMonitor), times.end());
-      draft->recordings[i].motion = "next, stopped", draft->recordings[i].duration = times.back();
-    }
-  }
-}
-
 // Robot and hidden physics are those of the usual recordings, so that the effects are known to show in some motion.
 void change_recordings(Draft* draft, const CaseOptions& options, Prng random) {
   if (options.poor > 0) impoverish(draft, options.poor, random.fork(1));
-  if (options.multisines)
-    play_multisines(draft, options.played, random.fork(2));
-  else
-    play(draft, options.played, random.fork(2));
-  if (!options.played.empty()) stop_where_joints_leave(draft);
+  play(draft, options.played, options.multisines, random.fork(2));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ struct CaseOptions {
   std::string models;      // folder of the robots that walk: hrp1s_like/, hrp2p_like/
   std::vector<std::string> sensors;  // of fixed bases, beside encoders: joint_torque, link_encoder, imu, wrench
   double noise_scale = 1;  // 0: recordings without noise (self-check)
-  double poor = 0;         // [s] of first recordings that tell little, in the place of the usual ones (arms); 0: usual
+  double poor = 0;         // [s] of first recordings that tell little, in the place of the usual ones; 0: usual
   std::vector<std::string> played;  // files of commands: further recordings of the same robot
   bool multisines = false;          // not these commands, but multisines of their lengths
 };

@@ -11,6 +11,8 @@ namespace hrp::cases {
 namespace {
 
 constexpr double kSmall = 0.3;  // of the usual slow motion
+constexpr double kShortest = 1.0;  // [s] of a motion that was stopped: less tells nobody anything
+constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, that the recording ends
 
 // Numbers of a file by column; the first line has the names.
 struct Sheet {
@@ -108,6 +110,40 @@ std::vector<char> draw_still(const RobotPlan& robot, Prng& random) {
   return still;
 }
 
+void play_commands(Draft* draft, const std::vector<std::string>& files, Prng& random) {
+  for (const std::string& file : files) {
+    const Commands commands = read_commands(draft->robot, file);
+    const double duration = commands.time.back() - commands.time.front();
+    RecordingPlan plan = make_plan(file, duration);
+    plan.loads = read_loads(file);
+    add(draft, plan, sample(commands, draw_row_times(draft->recorder, 0, duration, random)));
+  }
+}
+
+void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng& random) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string& file = files[i];
+    const std::vector<double> time = read_sheet(file).get("time", file);
+    RecordingPlan plan = make_plan(file, time.back() - time.front());
+    const std::vector<double> rows = draw_row_times(draft->recorder, 0, plan.duration, random);
+    add(draft, plan, make_commands(draft->robot, draft->robot.floating ? (i % 2 == 0 ? "squat" : "limbs") : "multisine", rows, random));
+  }
+}
+
+void stop_where_joints_leave(Draft* draft) {
+  for (std::size_t i = 0; i < draft->recordings.size(); ++i) {
+    std::vector<double>& times = draft->times[i];
+    if (draft->recordings[i].motion != "next") continue;
+    try {
+      Reality(draft->robot, list_in(*draft, i)).run(draft->commands[i], times, draft->recordings[i].push);
+    } catch (const InsaneCase& insane) {
+      if (insane.time < kShortest) throw;
+      times.erase(std::lower_bound(times.begin(), times.end(), insane.time - kMonitor), times.end());
+      draft->recordings[i].motion = "next, stopped", draft->recordings[i].duration = times.back();
+    }
+  }
+}
+
 }  // namespace
 
 void impoverish(Draft* draft, double seconds, Prng random) {
@@ -128,24 +164,9 @@ void impoverish(Draft* draft, double seconds, Prng random) {
   }
 }
 
-void play(Draft* draft, const std::vector<std::string>& files, Prng random) {
-  for (const std::string& file : files) {
-    const Commands commands = read_commands(draft->robot, file);
-    const double duration = commands.time.back() - commands.time.front();
-    RecordingPlan plan = make_plan(file, duration);
-    plan.loads = read_loads(file);
-    add(draft, plan, sample(commands, draw_row_times(draft->recorder, 0, duration, random)));
-  }
-}
-
-void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng random) {
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    const std::string& file = files[i];
-    const std::vector<double> time = read_sheet(file).get("time", file);
-    RecordingPlan plan = make_plan(file, time.back() - time.front());
-    const std::vector<double> rows = draw_row_times(draft->recorder, 0, plan.duration, random);
-    add(draft, plan, make_commands(draft->robot, draft->robot.floating ? (i % 2 == 0 ? "squat" : "limbs") : "multisine", rows, random));
-  }
+void play(Draft* draft, const std::vector<std::string>& files, bool multisines, Prng random) {
+  multisines ? play_multisines(draft, files, random) : play_commands(draft, files, random);
+  if (!files.empty()) stop_where_joints_leave(draft);
 }
 
 }  // namespace hrp::cases

@@ -7,6 +7,7 @@
 
 #include "diagnosis/generator/dirt_truth.h"
 #include "diagnosis/generator/make_case.h"
+#include "diagnosis/generator/poor.h"
 #include "diagnosis/generator/walk_brain.h"
 #include "diagnosis/generator/walk_plan.h"
 
@@ -17,7 +18,7 @@ constexpr double kPeriod = 0.005;  // [s] of the controller
 constexpr double kShortest = 4.0;  // [s] a recording that ends earlier, in a fall, tells too little
 constexpr int kDraws = 60;         // of robot, effects and walks, before a case is given up
 constexpr double kHeldSteps = 30;  // of its encoder, that a joint which is held moves by at most
-constexpr int kWalks = 4;          // the last one to validate
+constexpr int kWalks = 4, kPoorWalks = 2;  // the last one to validate
 
 struct Walk {
   WalkPlan plan;
@@ -77,21 +78,10 @@ Commands sample(const Commands& commands, const std::vector<double>& times) {
   return out;
 }
 
-struct WalkDraft {
-  RobotPlan robot;
-  std::vector<Hidden> hidden;
-  RecorderPlan recorder;
+// Its recordings are those that were played on the feet after the walks.
+struct WalkDraft : Draft {
   std::vector<std::string> missing;
-  Dirt dirt;  // of worlds like reality; else empty
 };
-
-// Hidden on top of the dirt: it has the last word.
-std::vector<Hidden> list_everything(const WalkDraft& draft) {
-  std::vector<Hidden> all = draft.dirt.background;
-  all.insert(all.end(), draft.hidden.begin(), draft.hidden.end());
-  all.insert(all.end(), draft.dirt.unlisted.begin(), draft.dirt.unlisted.end());
-  return all;
-}
 
 Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& random) {
   Walk walk;
@@ -101,7 +91,7 @@ Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& r
   std::vector<std::string> joints;
   for (int j = 0; j < joint_count(draft.robot); ++j) joints.push_back(joint(draft.robot, j).name);
   WalkBrain brain(make_urdf(draft.robot), make_walk_scenario(draft.robot, walk.plan), joints);
-  const std::vector<Hidden> all = list_everything(draft);
+  const std::vector<Hidden> all = list_all(draft);
   Senses senses(draft.robot, all);
   const auto think = [&](const Reading& reading, std::vector<double>* q) { brain.control(senses.see(reading), q); };
   std::vector<double> times = draw_row_times(draft.recorder, 0, duration, random);
@@ -124,6 +114,7 @@ WalkDraft draw_draft(const CaseRequest& request, const std::string& models, doub
   WalkDraft draft;
   Prng body = random.fork(1), places = random.fork(2), recorder = random.fork(3), sensors = random.fork(4);
   draft.robot = make_walker(models, body);
+  draft.robot.name_scheme = 0;  // walkers keep their names
   std::vector<std::string> taken;
   for (const std::string& effect : request.effects) {
     for (Hidden& h : draw_walk_hidden(effect, draft.robot, taken, boost, places)) {
@@ -160,7 +151,15 @@ void add_dirt(const WalkDraft& draft, const Walk& held_out, nlohmann::ordered_js
   (*truth)["drive"] = "servo";
 }
 
-Case finish(const WalkDraft& draft, const CaseRequest& request, const std::vector<Walk>& walks) {
+std::vector<Column> drop_missing(const std::vector<Column>& columns, const std::vector<std::string>& missing) {
+  std::vector<Column> kept;
+  for (const Column& c : columns) {
+    if (!is_missing(missing, c.name)) kept.push_back(c);
+  }
+  return kept;
+}
+
+Case finish(const WalkDraft& draft, const CaseRequest& request, const std::vector<Walk>& walks, Prng random) {
   Case out;
   nlohmann::ordered_json hidden = nlohmann::ordered_json::array(), motions = hidden;
   for (const Hidden& h : draft.hidden) hidden.push_back(to_json(h));
@@ -170,12 +169,14 @@ Case finish(const WalkDraft& draft, const CaseRequest& request, const std::vecto
     plan.role = i + 1 < walks.size() ? "train" : "validate";
     plan.file = "walk_" + std::to_string(i + 1) + ".csv";
     recordings.push_back(plan);
-    std::vector<Column> columns;
-    for (const Column& c : walks[i].columns) {
-      if (!is_missing(draft.missing, c.name)) columns.push_back(c);
-    }
+    const std::vector<Column> columns = drop_missing(walks[i].columns, draft.missing);
     out.files[plan.file] = make_csv(columns);
     motions.push_back(walks[i].plan.name + (walks[i].fell ? ", falls at " + std::to_string(columns[0].values.back()) : ""));
+  }
+  for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
+    recordings.push_back(draft.recordings[i]);
+    motions.push_back(draft.recordings[i].motion);
+    out.files[draft.recordings[i].file] = make_csv(drop_missing(record_planned(draft, draft.recorder, i, random), draft.missing));
   }
   RecorderPlan recorder = draft.recorder;
   const auto misses = [&](const char* column) { return is_missing(draft.missing, column); };
@@ -248,15 +249,21 @@ Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOp
   std::string why;
   for (int attempt = 0; attempt < kDraws; ++attempt) {
     Prng draw = random.fork(static_cast<std::uint64_t>(attempt));
+    bool walked = false;
     try {
-      const WalkDraft draft = draw_draft(request, options.models, boost, draw.fork(1));
+      WalkDraft draft = draw_draft(request, options.models, boost, draw.fork(1));
       Prng walking = draw.fork(2);
-      const double duration = options.duration * walking.uniform(0.8, 1.0);
+      const bool poor = options.poor > 0;
+      const double duration = poor ? options.poor : options.duration * walking.uniform(0.8, 1.0);
       const bool stabilized = !walking.chance(0.12);
       std::vector<Walk> walks;
-      for (int i = 0; i < kWalks; ++i) walks.push_back(make_walk(draft, duration, stabilized, walking));
-      return finish(draft, request, walks);
+      for (int i = 0; i < (poor ? kPoorWalks : kWalks); ++i) walks.push_back(make_walk(draft, duration, stabilized, walking));
+      walked = true;
+      play(&draft, options.played, options.multisines, draw.fork(3));
+      return finish(draft, request, walks, draw.fork(4));
     } catch (const InsaneCase& insane) {
+      // Another draw would be another robot than the one that the motion was proposed for.
+      if (walked) throw std::runtime_error("the hidden robot cannot play the motion: " + insane.why);
       why = insane.why;
       boost = std::max(0.5, boost * 0.9);
     } catch (const std::runtime_error& error) {

@@ -15,6 +15,7 @@
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/open_terms.h"
 #include "diagnosis/next/plan_list.h"
+#include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/stance.h"
 #include "diagnosis/next/torque_propose.h"
@@ -164,15 +165,10 @@ class Proposer {
     return list;
   }
 
-  // Expected decisions plus expected narrowing of intervals: at most 1 + kValues.
-  double calc_worth(const MotionCandidate& c, const Eigen::MatrixXd& gained) const {
-    double decided = 0.0, narrowed = 0.0;
-    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i);
-    if (c.comparisons.size() > 1) decided /= static_cast<double>(c.comparisons.size() - 1);
-    const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + c.comparisons[0].fisher);
-    for (size_t i = 0; i < after.size(); ++i) narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].after / after[i].after)) / 2.0);
-    if (!after.empty()) narrowed /= static_cast<double>(after.size());
-    return decided + kValues * narrowed;
+  double calc_worth_of(const MotionCandidate& c, const Eigen::MatrixXd& gained) const {
+    double decided = 0.0;
+    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i) / static_cast<double>(c.comparisons.size() - 1);
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + c.comparisons[0].fisher)) * calc_drawback(c.plan, next_.proposals);
   }
 
   // Reason why a motion is not safe, or empty. Checks the nominal model, every explanation, and every explanation with
@@ -204,9 +200,7 @@ class Proposer {
       double most = -1.0;
       for (size_t i = 0; i < candidates_.size(); ++i) {
         if (used[i] || !candidates_[i].ok) continue;
-        double worth = calc_worth(candidates_[i], gained);
-        if (!candidates_[i].plan.loads.empty()) worth *= kDrawback;
-        for (const Proposal& p : next_.proposals) worth *= p.plan.family == candidates_[i].plan.family ? kDrawback : 1.0;
+        const double worth = calc_worth_of(candidates_[i], gained);
         if (worth > most) most = worth, best = static_cast<int>(i);
       }
       if (best < 0) return;
@@ -215,7 +209,7 @@ class Proposer {
       std::vector<double> leave;
       const std::string fault = find_fault(chosen, &leave);
       if (!fault.empty()) {
-        next_.rejected.push_back(std::string(get_family_word(chosen.plan.family)) + (chosen.plan.loads.empty() ? "" : " with a load") + ": " + fault);
+        next_.rejected.push_back(describe_plan(chosen.plan) + ": " + fault);
         continue;
       }
       gained += chosen.comparisons[0].fisher;
@@ -225,16 +219,13 @@ class Proposer {
   }
 
   Proposal make_proposal(const MotionCandidate& c, double worth, const Eigen::MatrixXd& gained) const {
-    Proposal p;
-    const size_t number = next_.proposals.size();
-    p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
-    p.plan = c.plan, p.commands = c.commands, p.worth = worth;
+    Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, worth);
     for (size_t j = 0; j < c.plan.moves.size(); ++j) {
       if (c.plan.moves[j]) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
     }
     for (size_t i = 1; i < c.comparisons.size(); ++i) {
       const double left = calc_projected_power(c.comparisons[i], known_[i]);
-      p.expected.push_back({explanations_.list[i].label, calc_probability(c.comparisons[i], i), std::sqrt(left / std::max(1.0, c.comparisons[i].count))});
+      p.expected.push_back({explanations_.list[i].label, calc_probability(c.comparisons[i], i), calc_rms(c.comparisons[i], left)});
     }
     p.intervals = list_intervals(gained);
     p.overlay = make_overlay(c);

@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
+#include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/stance_motions.h"
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/stance_worlds.h"
@@ -19,18 +20,19 @@ namespace {
 
 constexpr unsigned kSeeds = 2;
 
+using Readings = std::vector<double>;
+
 // A motion that is safe under every explanation, and its information.
 struct StanceCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<StanceRun> runs;          // by explanation
   std::vector<double> weights;          // of readings
+  std::vector<Readings> slopes;         // by value of the report's model
   std::vector<Comparison> comparisons;  // against the first one as truth
   std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
-
-using Readings = std::vector<double>;
 
 double dot(const Readings& a, const Readings& b) {
   double sum = 0.0;
@@ -117,22 +119,24 @@ class StanceProposer {
     }
     if (!c->fault.empty()) return;
     c->weights = make_weights(c->runs[0]);
-    for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(*c, i));
+    for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(c, i));
     c->ok = true;
   }
 
-  Comparison compare(const StanceCandidate& c, size_t i) const {
+  // Starts with the report's model, whose slopes the others share.
+  Comparison compare(StanceCandidate* c, size_t i) const {
     std::vector<Readings> slopes;
-    for (const Scenario& moved : worlds_.list[i].moved) {
-      slopes.push_back(subtract(play(moved, c.commands), c.runs[i], c.weights));
-      slopes.back().resize(c.runs[i].readings.size(), 0.0);
+    for (const StanceMove& move : worlds_.list[i].moves) {
+      slopes.push_back(move.shared >= 0 ? c->slopes[static_cast<size_t>(move.shared)] : subtract(play(move.scenario, c->commands), c->runs[i], c->weights));
+      slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
-    const Readings difference = subtract(c.runs[i], c.runs[0], c.weights);
+    if (i == 0) c->slopes = slopes;
+    const Readings difference = subtract(c->runs[i], c->runs[0], c->weights);
     Comparison out;
     const long p = static_cast<long>(slopes.size());
     out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
-    const auto recorded = std::count_if(c.weights.begin(), c.weights.end(), [](double w) { return w > 0.0; });
-    out.count = static_cast<double>(c.runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
+    const auto recorded = std::count_if(c->weights.begin(), c->weights.end(), [](double w) { return w > 0.0; });
+    out.count = static_cast<double>(c->runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
     for (long a = 0; a < p; ++a) {
       out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
       for (long b = 0; b < p; ++b) out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
@@ -155,13 +159,13 @@ class StanceProposer {
     parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
     next_.tried = static_cast<int>(plans.size());
     for (const StanceCandidate& c : candidates_) {
-      if (!c.ok) next_.rejected.push_back(std::string(get_family_word(c.plan.family)) + ": " + c.fault);
+      if (!c.ok) next_.rejected.push_back(describe_plan(c.plan) + ": " + c.fault);
     }
   }
 
   // Information of the recordings, in units of the steps of the derivatives: a step is one standard deviation.
   Eigen::MatrixXd make_known(size_t world) const {
-    const long p = static_cast<long>(worlds_.list[world].moved.size());
+    const long p = static_cast<long>(worlds_.list[world].moves.size());
     Eigen::MatrixXd known = Eigen::MatrixXd::Zero(p, p);
     for (long i = 0; world == 0 && i < p; ++i) known(i, i) = worlds_.values[static_cast<size_t>(i)].std > 0.0 ? 1.0 : 0.0;
     return known;
@@ -189,15 +193,12 @@ class StanceProposer {
     return list;
   }
 
-  // Expected worth of a motion. Interval widths only rank motions and are not reported, because reports of standing
-  // robots fit equations, not simulations.
-  double calc_worth(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
-    double decided = 0.0, narrowed = 0.0;
+  // Interval widths only rank motions and are not reported, because reports of standing robots fit equations, not
+  // simulations.
+  double calc_worth_of(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
+    double decided = 0.0;
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
-    const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + calc_gain(c));
-    for (size_t i = 0; i < after.size(); ++i)
-      narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].before > 0.0 ? before[i].after / after[i].after : 1.0)) / 2.0) / static_cast<double>(after.size());
-    return decided + kValues * narrowed;
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c)));
   }
 
   // Checks the motion under the nominal model and with values at the ends of their intervals.
@@ -220,11 +221,11 @@ class StanceProposer {
   // least the limbs. An effect of a joint that moves in only one of the two kinds of recordings is not named.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     const bool moves_all = c.plan.family == Family::kStir || (!next_.proposals.empty() && c.plan.family == Family::kSwing);
-    return calc_worth(c, gained) + (worlds_.unseen && moves_all ? 1.0 + kValues : 0.0);
+    return calc_worth_of(c, gained) + (worlds_.unseen && moves_all ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
-    const long p = static_cast<long>(worlds_.list[0].moved.size());
+    const long p = static_cast<long>(worlds_.list[0].moves.size());
     Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(p, p);
     while (static_cast<int>(next_.proposals.size()) < options_.count) {
       StanceCandidate* best = nullptr;
@@ -234,12 +235,12 @@ class StanceProposer {
         if (rank > most) most = rank, best = &c;
       }
       if (!best) return;
-      const double worth = calc_worth(*best, gained);
+      const double worth = calc_worth_of(*best, gained);
       best->ok = false;
       std::vector<double> leave;
       const std::string fault = find_fault(*best, &leave);
       if (!fault.empty()) {
-        next_.rejected.push_back(std::string(get_family_word(best->plan.family)) + ": " + fault);
+        next_.rejected.push_back(describe_plan(best->plan) + ": " + fault);
         continue;
       }
       gained += calc_gain(*best);
@@ -248,17 +249,15 @@ class StanceProposer {
   }
 
   void add_proposal(const StanceCandidate& c, double worth, const std::vector<double>& leave) {
-    Proposal p;
-    const size_t number_of = next_.proposals.size();
-    p.file = std::string(number_of % 2 == 0 ? "train_" : "validate_") + std::to_string(number_of / 2 + 1) + ".csv";
-    p.plan = c.plan, p.commands = c.commands, p.worth = worth, p.overlay = make_overlay(c);
+    Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, worth);
+    p.overlay = make_overlay(c);
     for (size_t j = 0; j < c.commands.position.size(); ++j) {
       const auto [low, high] = std::minmax_element(c.commands.position[j].begin(), c.commands.position[j].end());
       if (*high - *low > 1e-4) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
     }
     for (size_t i = 1; i < c.comparisons.size(); ++i) {
       const double left = calc_projected_power(c.comparisons[i], make_known(i));
-      p.expected.push_back({worlds_.list[i].label, calc_probability(c, i), std::sqrt(left / std::max(1.0, c.comparisons[i].count))});
+      p.expected.push_back({worlds_.list[i].label, calc_probability(c, i), calc_rms(c.comparisons[i], left)});
     }
     for (double most : leave) p.stop.push_back(kStopFactor * most + kStopMore);
     double margin = 1e300;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "common/multibody/momentum.h"
 #include "common/robot/sole.h"
 
 namespace hrp::diagnosis {
@@ -12,10 +13,21 @@ namespace {
 
 constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] amplitude of the body: forward, sideways, vertical
 constexpr double kSwing = 0.4;                    // [rad or m] amplitude of joints that carry no foot
+constexpr double kSwungMass = 0.01;               // [m] by which a joint that swings may move the centre of mass
 constexpr double kBodySpeed = 0.25;               // [m/s]
 constexpr int kIterations = 6;                    // of inverse kinematics, from the last pose
 constexpr double kClose = 1e-5;    // [m and rad] tolerance of a foot's pose
 constexpr double kDamping = 1e-8;  // regularisation of the inverted squares
+// Knees that are nearly straight leave the body no way up or aside. It is lowered first, by the least of these shares of
+// its height that does, and raised at the end.
+constexpr double kLowered[] = {0.0, 0.03, 0.06, 0.1};
+constexpr double kLowering = 1.5;  // [s]
+
+// 0 at both ends of a motion, 1 from kLowering [s] on, with a continuous rate.
+double calc_share_lowered(double time, double end) {
+  const double x = std::clamp(std::min(time, end - time) / kLowering, 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
 
 // Limits of a robot whose three joints are the directions of the body.
 Limits make_body_limits(double size) {
@@ -38,10 +50,13 @@ std::vector<char> find_ways(Family family) {
   }
 }
 
-// Limits of joints that swing by this share of their amplitude.
-Limits make_swing_limits(Limits limits, double size) {
-  for (JointLimits& joint : limits.joints) {
-    joint.lower = std::max(joint.lower, joint.start - size * kSwing), joint.upper = std::min(joint.upper, joint.start + size * kSwing);
+// Limits of joints that swing by this share of their amplitude. `com_rates`: by joint, how far the centre of mass moves [m]
+// per rad or m.
+Limits make_swing_limits(Limits limits, const std::vector<double>& com_rates, double size) {
+  for (size_t j = 0; j < limits.joints.size(); ++j) {
+    JointLimits& joint = limits.joints[j];
+    const double most = size * std::min(kSwing, kSwungMass / std::max(1e-9, com_rates[j]));
+    joint.lower = std::max(joint.lower, joint.start - most), joint.upper = std::min(joint.upper, joint.start + most);
   }
   return limits;
 }
@@ -75,6 +90,23 @@ class Legs {
   }
 
   const Eigen::VectorXd& q() const { return state_.q; }
+
+  // [m per rad or m] by joint: speed of the centre of mass at unit rate, with the base at rest.
+  std::vector<double> calc_com_rates() {
+    update_kinematics(model_, state_, &data_);
+    Eigen::MatrixXd J(3, 6 + state_.q.size());
+    calc_centre_of_mass_jacobian(model_, &data_, J);
+    std::vector<double> rates;
+    for (long j = 0; j < state_.q.size(); ++j) rates.push_back(J.col(6 + j).norm());
+    return rates;
+  }
+
+  // [m] of the base above its feet.
+  double calc_height() const {
+    double height = 0.0;
+    for (const Transform& foot : targets_) height = std::max(height, start_.z() - foot.p.z());
+    return height;
+  }
 
   // Whether a joint moves no foot.
   std::vector<char> find_free() {
@@ -138,6 +170,19 @@ std::vector<char> find_swinging(Legs& legs, const MotionPlan& plan) {
   return moves;
 }
 
+// Positions of all joints while the body goes these ways, lowered by `lowered` [m]. No samples if a leg does not reach.
+Commands follow(Legs legs, const Commands& ways, double lowered) {
+  Commands out;
+  out.position.resize(static_cast<size_t>(legs.q().size()));
+  for (size_t k = 0; k < ways.time.size(); ++k) {
+    const double down = lowered * calc_share_lowered(ways.time[k], ways.time.back());
+    if (!legs.follow({ways.position[0][k], ways.position[1][k], ways.position[2][k] - down})) return {};
+    for (size_t j = 0; j < out.position.size(); ++j) out.position[j].push_back(legs.q()[static_cast<long>(j)]);
+  }
+  out.time = ways.time;
+  return out;
+}
+
 }  // namespace
 
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits) {
@@ -149,14 +194,15 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
   MotionPlan limbs = body;
   limbs.moves = find_swinging(legs, plan);
   if (plan.family == Family::kSwing && std::count(limbs.moves.begin(), limbs.moves.end(), 1) == 0) return {};
-  const Commands swings = make_motion(limbs, make_swing_limits(limits, plan.size));
-  Commands out;
-  out.time = ways.time, out.position.resize(limits.joints.size());
-  for (size_t k = 0; k < ways.time.size(); ++k) {
-    if (!legs.follow({ways.position[0][k], ways.position[1][k], ways.position[2][k]})) return {};
-    for (size_t j = 0; j < limits.joints.size(); ++j) out.position[j].push_back(limbs.moves[j] ? swings.position[j][k] : legs.q()[static_cast<long>(j)]);
+  const Commands swings = make_motion(limbs, make_swing_limits(limits, legs.calc_com_rates(), plan.size));
+  for (double share : kLowered) {
+    Commands out = follow(Legs(experiment, limits), ways, share * legs.calc_height());
+    for (size_t j = 0; j < out.position.size(); ++j) {
+      if (limbs.moves[j]) out.position[j] = swings.position[j];
+    }
+    if (!out.time.empty() && finish(limits, plan.period, &out)) return out;
   }
-  return finish(limits, plan.period, &out) ? out : Commands{};
+  return {};
 }
 
 }  // namespace hrp::diagnosis

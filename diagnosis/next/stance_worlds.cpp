@@ -14,7 +14,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kMostHidden = 8;  // each is simulated along every motion
+// Simulations along every motion: of rivals, and of values that change by a step.
+constexpr size_t kMostRivalWorlds = 8, kMostValues = 12;
 
 std::string make_label(const Json& effects) {
   std::string text;
@@ -76,7 +77,10 @@ class Maker {
     const Json findings = report.value("findings", Json::array());
     Json model = report.value("model", Json::array());
     if (model.empty()) model = findings;
-    if (!add(model)) return;
+    const bool empty = model.empty();
+    model = keep_simulated(model);
+    best_ = model;
+    if ((model.empty() && !empty) || !add(model)) return;
     add_ends(model);
     for (const Json& finding : findings) add_alternatives(model, finding);
     if (model.empty() && report.value("verdict", "") == "no_mismatch") add_hidden();
@@ -86,6 +90,16 @@ class Maker {
   const StanceWorlds& worlds() const { return out_; }
 
  private:
+  // Without what no simulator knows: faults of logs change nothing that the robot does.
+  Json keep_simulated(const Json& model) {
+    Json kept = Json::array();
+    for (const Json& effect : model) {
+      if (make_scenario(e_, Json::array({effect}))) kept.push_back(effect);
+      else out_.remarks.push_back("no simulation has these values: neither their safety nor what they would show was looked at: " + make_label(Json::array({effect})));
+    }
+    return kept;
+  }
+
   bool add(const Json& effects) {
     const std::string label = make_label(effects);
     const auto scenario = make_scenario(e_, effects);
@@ -93,16 +107,49 @@ class Maker {
       out_.remarks.push_back("no simulation has these values: neither its safety nor what it would show was looked at: " + label);
       return false;
     }
-    StanceWorld world{label, *scenario, {}};
-    const bool best = out_.list.empty();
-    for_each_value(effects, [&](size_t i, const std::string& name, const Json& parameter) {
-      const auto moved = make_scenario(e_, move(effects, i, name, find_step(parameter)));
-      if (!moved) return;
-      world.moved.push_back(*moved);
-      if (best) out_.values.push_back({make_label(Json::array({effects[i]})), name, parameter.is_object() ? parameter.value("unit", "") : "", get_number(parameter)->get<double>(), find_std(parameter)});
-    });
-    out_.list.push_back(std::move(world));
+    out_.list.push_back({label, *scenario, {}});
+    out_.list.size() == 1 ? add_moves_of_best(effects) : add_moves_of_rival(effects);
     return true;
+  }
+
+  void add_moves_of_best(const Json& effects) {
+    std::vector<std::pair<double, StanceValue>> values;
+    std::vector<StanceMove> moves;
+    for_each_value(effects, [&](size_t i, const std::string& name, const Json& parameter) {
+      const double value = get_number(parameter)->get<double>(), step = find_step(parameter);
+      const auto moved = make_scenario(e_, move(effects, i, name, step));
+      if (!moved) return;
+      moves.push_back({-1, *moved});
+      values.push_back({step / std::max(1e-9, std::abs(value)),
+                        {make_label(Json::array({effects[i]})), name, parameter.is_object() ? parameter.value("unit", "") : "", value, find_std(parameter)}});
+    });
+    std::vector<double> widths;
+    for (const auto& [width, value] : values) widths.push_back(width);
+    std::sort(widths.rbegin(), widths.rend());
+    const double least = widths.size() > kMostValues ? widths[kMostValues - 1] : 0.0;
+    for (size_t i = 0; i < values.size() && out_.values.size() < kMostValues; ++i) {
+      if (values[i].first < least) continue;
+      out_.values.push_back(values[i].second), out_.list[0].moves.push_back(moves[i]);
+    }
+  }
+
+  // What both models have changes the readings alike.
+  void add_moves_of_rival(const Json& effects) {
+    StanceWorld& world = out_.list.back();
+    for_each_value(effects, [&](size_t i, const std::string& name, const Json& parameter) {
+      const std::string label = make_label(Json::array({effects[i]}));
+      const auto same = std::find_if(out_.values.begin(), out_.values.end(), [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
+      if (same != out_.values.end()) {
+        world.moves.push_back({static_cast<int>(same - out_.values.begin()), {}});
+      } else if (!is_in_best(effects[i])) {
+        const auto moved = make_scenario(e_, move(effects, i, name, find_step(parameter)));
+        if (moved) world.moves.push_back({-1, *moved});
+      }
+    });
+  }
+
+  bool is_in_best(const Json& effect) const {
+    return std::any_of(best_.begin(), best_.end(), [&](const Json& one) { return one["effect"] == effect["effect"] && one["where"] == effect["where"]; });
   }
 
   void add_ends(const Json& model) {
@@ -123,7 +170,8 @@ class Maker {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       Json together = rest;
       together.push_back(other);
-      add(together);
+      if (out_.list.size() <= kMostRivalWorlds) add(together);
+      else if (++left_out_ == 1) out_.remarks.push_back("only the first " + std::to_string(kMostRivalWorlds) + " alternatives were simulated");
     }
   }
 
@@ -136,7 +184,7 @@ class Maker {
       if (travel < kStill) still.push_back({travel, j});
     }
     std::stable_sort(still.begin(), still.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostHidden; ++i) {
+    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostRivalWorlds; ++i) {
       for (const Effect& friction : make_hidden_friction(e_, still[i].second)) {
         Json parameters = Json::object();
         const std::vector<EffectParameter>& infos = list_infos(friction.id);
@@ -144,13 +192,15 @@ class Maker {
           if (std::isfinite(infos[p].neutral)) parameters[infos[p].name] = {{"value", friction.p[p]}};
         }
         const Json where = {{"joint", e_.robot.tree.joint(still[i].second).name}};
-        if (add(Json::array({{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}}))) out_.list.back().moved.clear();
+        if (add(Json::array({{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}}))) out_.list.back().moves.clear();
       }
     }
   }
 
   const Experiment& e_;
   StanceWorlds out_;
+  Json best_;
+  int left_out_ = 0;
 };
 
 }  // namespace

@@ -12,10 +12,16 @@ namespace hrp::diagnosis {
 
 constexpr double kUnknownStep = 0.05;  // relative step of a value without an interval
 
+// One value changed by its step.
+struct StanceMove {
+  int shared = -1;    // index of the same move of the report's model, which stands for this one; -1: none
+  Scenario scenario;  // if not shared
+};
+
 struct StanceWorld {
   std::string label;
   Scenario scenario;
-  std::vector<Scenario> moved;   // with one value at a time changed by its step
+  std::vector<StanceMove> moves;
 };
 
 // A parameter of the report's model.
@@ -26,7 +32,7 @@ struct StanceValue {
 
 struct StanceWorlds {
   std::vector<StanceWorld> list;     // the report's model first, then with each alternative in its finding's place
-  std::vector<StanceValue> values;   // by list[0].moved
+  std::vector<StanceValue> values;   // by list[0].moves: the least certain ones
   std::vector<StanceWorld> ends;     // further cases for safety: nominal; every value at either end of its interval
   std::vector<std::string> remarks;  // alternatives that no simulator knows
   bool unseen = false;               // no mismatch: the others are what joints that hardly moved may hide

@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/next/plan_list.h"
+#include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/torque_rows.h"
 #include "diagnosis/next/torque_worlds.h"
@@ -146,8 +147,6 @@ class TorqueProposer {
     return safety->find_fault_of(*played.motion, readings, leave);
   }
 
-  static std::string name(const MotionPlan& plan) { return std::string(get_family_word(plan.family)) + (plan.loads.empty() ? "" : " with a load"); }
-
   // The largest size, from the plan's own, that is safe under the report's model.
   void try_motion(const MotionPlan& plan, Safety* safety, TorqueCandidate* c) const {
     c->plan = plan, c->ok = false;
@@ -156,7 +155,7 @@ class TorqueProposer {
       Played played;
       const std::string fault = play(p, c->commands, &played) ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr) : "the simulated robot leaves all bounds, or moves no judged joint";
       if (!fault.empty()) {
-        c->fault = name(p) + ": " + fault + " under the report's model";
+        c->fault = describe_plan(p) + ": " + fault + " under the report's model";
         continue;
       }
       c->comparisons.clear();
@@ -206,16 +205,10 @@ class TorqueProposer {
     return list;
   }
 
-  double calc_worth(const TorqueCandidate& c, const Eigen::MatrixXd& gained) const {
-    double decided = 0.0, narrowed = 0.0;
+  double calc_worth_of(const TorqueCandidate& c, const Eigen::MatrixXd& gained) const {
+    double decided = 0.0;
     for (size_t q = 0; q < c.comparisons.size(); ++q) decided += calc_decision_probability(calc_left(c, q), kNeeded, 1.0) / static_cast<double>(c.comparisons.size());
-    const std::vector<ExpectedInterval> before = list_intervals(gained), after = list_intervals(gained + c.fisher);
-    for (size_t i = 0; i < after.size(); ++i)
-      narrowed += std::min(1.0, std::log2(std::max(1.0, before[i].after / std::max(1e-12, after[i].after))) / 2.0) / static_cast<double>(after.size());
-    double worth = decided + kValues * narrowed;
-    if (!c.plan.loads.empty()) worth *= kDrawback;
-    for (const Proposal& p : next_.proposals) worth *= p.plan.family == c.plan.family ? kDrawback : 1.0;
-    return worth;
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + c.fisher)) * calc_drawback(c.plan, next_.proposals);
   }
 
   // The questions whose answers differ most along the motion, at most kMostRivals.
@@ -258,7 +251,7 @@ class TorqueProposer {
     double most = -1.0;
     for (TorqueCandidate& c : candidates_) {
       if (!c.ok || (next_.proposals.empty() && any_rich && !is_rich(c))) continue;
-      const double worth = calc_worth(c, gained);
+      const double worth = calc_worth_of(c, gained);
       if (worth > most) most = worth, best = &c;
     }
     return best;
@@ -280,7 +273,7 @@ class TorqueProposer {
         add_proposal(*best, played, gained, leave);
         continue;
       }
-      best->fault = name(best->plan) + ": " + fault;
+      best->fault = describe_plan(best->plan) + ": " + fault;
       const std::string larger = best->fault;
       MotionPlan smaller = best->plan;
       smaller.size *= kSmaller;
@@ -290,16 +283,13 @@ class TorqueProposer {
   }
 
   void add_proposal(const TorqueCandidate& c, const Played& played, const Eigen::MatrixXd& gained, const std::vector<double>& leave) {
-    Proposal p;
-    const size_t number = next_.proposals.size();
-    p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
-    p.plan = c.plan, p.commands = c.commands, p.worth = calc_worth(c, gained - c.fisher);
+    Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, calc_worth_of(c, gained - c.fisher));
     for (size_t j = 0; j < c.plan.moves.size(); ++j) {
       if (c.plan.moves[j]) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
     }
     for (size_t q = 0; q < c.comparisons.size(); ++q) {
       const double left = calc_left(c, q);
-      p.expected.push_back({terms_.questions[q].label, calc_decision_probability(left, kNeeded, 1.0), std::sqrt(left / std::max(1.0, c.comparisons[q].count))});
+      p.expected.push_back({terms_.questions[q].label, calc_decision_probability(left, kNeeded, 1.0), calc_rms(c.comparisons[q], left)});
     }
     p.intervals = list_intervals(gained);
     p.overlay = make_overlay(c, played.rows);

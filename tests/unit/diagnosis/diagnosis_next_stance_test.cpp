@@ -117,6 +117,40 @@ TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
   EXPECT_LT(calc_travel_of(e, motion, "left_ankle_roll"), 1e-9);
 }
 
+// Such legs cannot follow a sway or a rise: many humanoids walk from this pose.
+TEST(NextStance, ARobotWithNearlyStraightKneesBendsThemFirst) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Limits limits = make_limits(e, {});
+  for (const char* side : {"left_", "right_"}) {
+    for (const auto& [joint, angle] : {std::pair{"hip_pitch", -0.04}, {"knee", 0.08}, {"ankle_pitch", -0.04}}) {
+      JointLimits& one = limits.joints[static_cast<size_t>(e.robot.tree.find_joint(std::string(side) + joint))];
+      one.start = angle;
+      if (std::string(joint) == "knee") one.lower = angle;  // knees do not bend backwards
+    }
+  }
+  for (Family family : {Family::kSway, Family::kSquat}) {
+    MotionPlan plan;
+    plan.family = family, plan.size = 0.5, plan.seconds = 6.0, plan.moves.assign(limits.joints.size(), 1);
+    const Commands motion = make_stance_motion(e, plan, limits);
+    ASSERT_FALSE(motion.time.empty()) << get_family_word(family);
+    EXPECT_GT(calc_travel_of(e, motion, "left_knee"), 0.1);
+    EXPECT_NEAR(motion.position[static_cast<size_t>(e.robot.tree.find_joint("left_knee"))].back(), 0.08, 1e-3);
+  }
+}
+
+// A waist that pitches carries the trunk, 9.66 of 36.9 kg with its centre 0.169 m above: 0.0443 m of the robot's centre per rad.
+TEST(NextStance, AHeavyLimbSwingsLessThanALightOne) {
+  Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  e.robot.tree.joint(e.robot.tree.find_joint("waist")).axis_F = Vector3d::UnitY();
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kSwing, plan.seed = 2, plan.seconds = 8.0, plan.moves.assign(limits.joints.size(), 1);
+  const Commands motion = make_stance_motion(e, plan, limits);
+  ASSERT_FALSE(motion.time.empty());
+  EXPECT_LT(calc_travel_of(e, motion, "waist"), 2.0 * 0.01 / 0.0443 + 1e-3);  // 1 cm to either side
+  EXPECT_GT(calc_travel_of(e, motion, "waist"), 0.05);
+}
+
 // Reports name some alternatives without values.
 TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
@@ -124,6 +158,27 @@ TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   const StanceWorlds worlds = make_stance_worlds(e, make_open_report(bare));
   EXPECT_EQ(worlds.list.size(), 1u);
   EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
+}
+
+// What is wrong with a log changes nothing that the robot does.
+TEST(NextStance, AFaultOfALogKeepsNoModelFromBeingSimulated) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Json report = make_open_report(make_load(1.0, 0.0));
+  report["findings"].push_back({{"effect", "sensor_bias"}, {"where", {{"sensor", "/joint_states/left_knee/effort"}}}, {"parameters", {{"value", {{"value", 1.0}}}}}});
+  const StanceWorlds worlds = make_stance_worlds(e, report);
+  EXPECT_EQ(worlds.list.size(), 2u);  // the soles, and the load in the left one's place
+  EXPECT_NE(worlds.remarks[0].find("sensor_bias"), std::string::npos);
+}
+
+// Both models have the right sole: its values change the readings of both alike, and are simulated once.
+TEST(NextStance, ARivalIsSimulatedOnlyForValuesOfItsOwn) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const StanceWorlds worlds = make_stance_worlds(e, make_open_report(make_load(1.0, 0.0)));
+  ASSERT_EQ(worlds.list.size(), 2u);
+  EXPECT_EQ(worlds.list[0].moves.size(), 12u);  // six of each sole
+  const auto own = std::count_if(worlds.list[1].moves.begin(), worlds.list[1].moves.end(), [](const StanceMove& m) { return m.shared < 0; });
+  EXPECT_EQ(worlds.list[1].moves.size(), 7u);
+  EXPECT_EQ(own, 1);  // the mass; a centre of three numbers is not moved
 }
 
 // A waist that stood still may have any friction: no mismatch does not mean that nothing is left to learn.

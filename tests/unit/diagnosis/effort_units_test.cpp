@@ -268,5 +268,28 @@ TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
   EXPECT_TRUE(friction) << reports.report["findings"].dump(1);
 }
 
+// Twice the same recordings: long enough for a first answer.
+TEST(EffortUnits, TheFirstAnswerHasThemToo) {
+  Experiment e = make_logged("units_first", make_arm_drives(), {8.0, 8.0});
+  const std::vector<Recording> once = e.recordings;
+  for (Recording r : once) {
+    r.spec.name = "again_" + r.spec.name;
+    e.recordings.push_back(std::move(r));
+  }
+  // The search behind it takes half a minute: the test ends with the first answer.
+  struct Enough { Json report; };
+  Json first;
+  try {
+    diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports& reports) { throw Enough{reports.report}; });
+  } catch (const Enough& enough) {
+    first = enough.report;
+  }
+  ASSERT_TRUE(first.is_object());
+  EXPECT_TRUE(first["preliminary"].get<bool>());
+  bool unit = false;
+  for (const Json& f : first["findings"]) unit = unit || (f["effect"] == "torque_constant_error" && f["where"]["joint"] == "shoulder");
+  EXPECT_TRUE(unit) << first["findings"].dump(1);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis

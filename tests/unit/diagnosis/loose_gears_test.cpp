@@ -2,6 +2,7 @@
 // Play and give of a gear beside friction, by the simulation of the joint.
 #include <gtest/gtest.h>
 
+#include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -42,6 +43,15 @@ TEST(LooseGears, PlayOfTenMilliradiansIsToldWithItsGap) {
   EXPECT_TRUE(found[0].named);
 }
 
+// Between the usual starts of a fit, 10 and 30 mrad: the play was not found there, and the shoulder got one in its place.
+TEST(LooseGears, PlayOfTwentyMilliradiansIsToldAtItsOwnJoint) {
+  const std::vector<LooseGear> found = find_with("loose_gaps", {EffectId::kBacklash, kElbow, {0.02, 3000.0, 3.0, 0.05}});
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].law().place, at_joint(kElbow));
+  EXPECT_NEAR(found[0].law().p[0], 0.02, 1.96 * found[0].std[0] + 2e-4);
+  EXPECT_TRUE(found[0].named);
+}
+
 TEST(LooseGears, AShaftThatGivesIsToldWithItsStiffness) {
   const std::vector<LooseGear> found = find_with("loose_give", {EffectId::kElasticity, kElbow, {150.0, 0.3, 0.05}});
   ASSERT_EQ(found.size(), 1u);
@@ -58,6 +68,31 @@ TEST(LooseGears, NoGearIsLooseWhereAnotherLawIsMissing) {
 
 TEST(LooseGears, NoGearIsLooseInARobotOfRigidGears) {
   EXPECT_TRUE(find_with("loose_nothing", make_rigid_drives().back()).empty());
+}
+
+// What was fitted with a rigid gear has made up for its play: here the shoulder's rotor and friction are off.
+TEST(LooseGears, TheWholeRobotIsFittedAgainBesideThem) {
+  Hypothesis truth = make_rigid_drives();
+  truth.back() = {EffectId::kBacklash, kElbow, {0.02, 3000.0, 3.0, 0.05}};
+  const Experiment e = make_simulated_experiment("loose_whole", make_flat_arm(), {"shoulder", "elbow"}, truth);
+  Hypothesis off = make_rigid_drives();
+  off[0].p[0] = 0.5, off[2].p[0] = 0.75;
+  const Problem problem = make_problem(e, 2);
+  Trial model = simulate_trial(problem, off);
+  const std::vector<Finding> findings = loosen_gears(problem, problem, &model, [](const std::string&) {});
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].effect, "backlash");
+  // Twice the noise: the threshold above which a joint is fitted once more.
+  EXPECT_LT(model.rms, 2.0);
+  for (const Effect& effect : model.hypothesis) {
+    if (effect.place != at_joint(kShoulder)) continue;
+    // A percent: what the nonsmooth law leaves.
+    if (effect.id == EffectId::kViscous) {
+      EXPECT_NEAR(effect.p[0], 0.8, 0.008);
+    } else if (effect.id == EffectId::kRotorInertia) {
+      EXPECT_NEAR(effect.p[0], 0.6, 0.006);
+    }
+  }
 }
 
 }  // namespace

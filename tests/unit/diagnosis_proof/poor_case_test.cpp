@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "diagnosis/generator/make_case.h"
+#include "test_places.h"
 
 namespace hrp::cases {
 namespace {
@@ -122,6 +123,39 @@ TEST(PoorCase, ALoadThatIsAskedForHangsInItsRecordingAndIsStated) {
   EXPECT_EQ(bare.files.at("experiment.yaml").find("loads"), std::string::npos);
   EXPECT_NE(loaded.files.at("next_train_1.csv"), bare.files.at("next_train_1.csv"));
   EXPECT_EQ(loaded.files.at("train_1.csv"), bare.files.at("train_1.csv"));  // it hangs in no other recording
+}
+
+// The commands of a recording's first row, held for two seconds.
+std::string make_hold(const std::string& csv) {
+  std::istringstream lines(csv);
+  std::string names, row, cell;
+  std::getline(lines, names), std::getline(lines, row);
+  std::string out = names + "\n";
+  for (double time : {0.0, 2.0}) {
+    std::istringstream cells(row);
+    std::getline(cells, cell, ',');
+    out += std::to_string(time);
+    while (std::getline(cells, cell, ',')) out += "," + (cell.empty() ? "0" : cell);
+    out += "\n";
+  }
+  return out;
+}
+
+// Two short walks; what is proposed for them is played by the same robot, on its feet.
+TEST(PoorCase, AWalkerPlaysAProposedMotionAfterItsWalks) {
+  CaseOptions options;
+  options.poor = 4.5, options.models = std::string(HRP_SOURCE_DIR) + "/models";
+  const CaseRequest request = parse_request("walk:viscous_friction");
+  const Case first = make_case(request, 3, options);
+  EXPECT_EQ(first.files.count("walk_2.csv"), 1u);
+  EXPECT_EQ(first.files.count("walk_3.csv"), 0u);
+  ASSERT_NE(first.files.at("walk_1.csv").find("/joint_commands/"), std::string::npos) << "the seed gives a case without commands: choose another";
+  options.played = {write_next("walk", make_hold(first.files.at("walk_1.csv")), "{\"motions\": []}")};
+  const Case played = make_case(request, 3, options);
+  EXPECT_EQ(played.files.at("walk_1.csv"), first.files.at("walk_1.csv"));
+  const std::string& held = played.files.at("next_train_1.csv");
+  EXPECT_EQ(held.substr(0, held.find('\n')), first.files.at("walk_1.csv").substr(0, held.find('\n')));  // the same sensors
+  EXPECT_NE(played.files.at("experiment.yaml").find("next_train_1.csv, role: train"), std::string::npos);
 }
 
 }  // namespace

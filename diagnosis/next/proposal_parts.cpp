@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/proposal_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/next/plan_list.h"
+
+namespace hrp::diagnosis {
+
+double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after) {
+  double narrowed = 0.0;
+  for (size_t i = 0; i < after.size(); ++i) {
+    // A parameter without an interval today cannot become narrower.
+    const double ratio = before[i].before > 0.0 ? before[i].after / std::max(1e-300, after[i].after) : 1.0;
+    narrowed += std::min(1.0, std::log2(std::max(1.0, ratio)) / 2.0) / static_cast<double>(after.size());
+  }
+  return decided + kValues * narrowed;
+}
+
+double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& proposals) {
+  double factor = plan.loads.empty() ? 1.0 : kDrawback;
+  for (const Proposal& p : proposals) factor *= p.plan.family == plan.family ? kDrawback : 1.0;
+  return factor;
+}
+
+Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& commands, double worth) {
+  Proposal p;
+  p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
+  p.plan = plan, p.commands = commands, p.worth = worth;
+  return p;
+}
+
+double calc_rms(const Comparison& comparison, double left) { return std::sqrt(left / std::max(1.0, comparison.count)); }
+
+std::string describe_plan(const MotionPlan& plan) { return std::string(get_family_word(plan.family)) + (plan.loads.empty() ? "" : " with a load"); }
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What all proposers share: the worth of a motion, and the head of a proposal.
+#pragma once
+
+#include "diagnosis/next/information.h"
+#include "diagnosis/next/propose.h"
+
+namespace hrp::diagnosis {
+
+// `decided` (mean probability of a decision) plus kValues times the expected narrowing of the intervals, at most
+// 1 + kValues. An interval counts fully if it becomes a fourth of what it was. `before` and `after`: the same parameters
+// without and with the motion.
+double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after);
+
+// Factor on the worth: kDrawback for loads by hand, and for each proposal of the same family.
+double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& proposals);
+
+// The `number`-th proposal, from 0, with file, plan, commands and worth. Motions train and validate in turn.
+Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& commands, double worth);
+
+// rms difference [noise] over the samples of a comparison. `left`: the projected power.
+double calc_rms(const Comparison& comparison, double left);
+
+// Family of a motion, and whether it needs a load.
+std::string describe_plan(const MotionPlan& plan);
+
+}  // namespace hrp::diagnosis
