@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
 namespace hrp::diagnosis::floating {
@@ -49,6 +50,18 @@ double calc_share(const SearchState& state, const LeggedFit& without, const Legg
   const double after = with.signed_square[1][channel];
   const double before = state.nominal.signed_square[1][channel] - std::min(0.0, after);
   return before > 0 ? (without.signed_square[1][channel] - after) / before : 0;
+}
+
+bool matters(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {
+  if (calc_share(state, without, with, channel) > kLeastShare) return true;
+  const double after = with.signed_square[1][channel], before = without.signed_square[1][channel] - std::min(0.0, after);
+  const double gone = before - std::max(0.0, after);
+  double largest = 0;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const bool same_unit = state.fitter.channels()[c].info.unit == state.fitter.channels()[channel].info.unit;
+    if (same_unit) largest = std::max(largest, state.nominal.mean_square[1][c]);
+  }
+  return gone > kHalf * before && gone > kBlur * kBlur * largest;
 }
 
 bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {

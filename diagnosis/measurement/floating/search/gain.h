@@ -28,6 +28,11 @@ size_t find_main_channel(const SearchState& state, const LeggedFit& without, con
 // Share of an equation's nominal held-out mismatch that goes from `without` to `with`.
 double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
 
+// Whether an effect takes away the least share of an equation, or half of what all others leave. A load and a scale of its
+// sensors explain each other to nine tenths, and both are needed. A late clock makes little beside a load. Columns are of
+// first order: what the others leave of the largest mismatch in these units may be blur, and half of that proves nothing.
+bool matters(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
+
 // Whether the last effect of `with` takes away enough in comparison with the spread of the equation's signal
 // (CandidateLaw::worth).
 bool is_large_enough(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);

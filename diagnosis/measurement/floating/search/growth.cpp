@@ -16,7 +16,8 @@ constexpr double kStay = 0.6;  // share of its cost and of the least held-out ga
 // Adds the first of these candidates, best first, that takes a share of its equation's mismatch and is not chance.
 bool add_best(const std::vector<LeggedTrial>& trials, double least_share, SearchState* state) {
   for (const LeggedTrial& t : trials) {
-    if (calc_share(*state, state->chosen, t.fit, t.channel) < least_share) continue;
+    const bool large = calc_share(*state, state->chosen, t.fit, t.channel) >= least_share;
+    if (!large && !(t.added().is_listed() && matters(*state, state->chosen, t.fit, t.channel))) continue;
     if (!is_significant(*state, t.fit, t.at()) || !is_large_enough(*state, state->chosen, t.fit, t.channel)) continue;
     say_of(*state, "gain " + std::to_string(std::lround(t.gain + t.held)) + " by", t.added());
     settle(t.fit.effects, state);
@@ -40,8 +41,7 @@ bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
   const bool wins = gain + held > 0 && held > kStay * kLeastHeldGain;
   if (!wins || !is_possible(state, chosen, effect)) return false;
   const size_t channel = find_main_channel(state, rest, chosen);
-  const bool matters = !c.is_listed() || calc_share(state, rest, chosen, channel) > kLeastShare;
-  return matters && is_significant(state, chosen, effect);
+  return (!c.is_listed() || matters(state, rest, chosen, channel)) && is_significant(state, chosen, effect);
 }
 
 // Takes out what the others explain by now, and what the others have made impossible. Begins again after each.

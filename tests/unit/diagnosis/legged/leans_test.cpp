@@ -116,6 +116,39 @@ TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
   EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0012);  // a tenth of it: 1 ms is a quarter of a sample
 }
 
+// A load makes most of the mismatch of forces. What late force sensors make is little beside it, and most of what is left.
+TEST(LeggedWalks, LateForceSensorsAreFoundBesideALoadAndAScale) {
+  Hidden hidden;
+  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2}, hidden.force_scale = 1.04;
+  Experiment e = make_biped(hidden, {.effort = false});
+  delay_columns("/wrench/", 2, &e);
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const auto late = std::find_if(found.findings.begin(), found.findings.end(), [](const Finding& f) { return f.effect == "sensor_delay"; });
+  ASSERT_NE(late, found.findings.end());
+  EXPECT_EQ(late->where.at("sensor"), "/wrench");
+  EXPECT_NEAR(late->parameters[0].value[0], 2 * 0.004, 0.002);  // half a sample
+  EXPECT_TRUE(std::any_of(found.findings.begin(), found.findings.end(), [](const Finding& f) { return f.family == "mass and its place"; }));
+}
+
+// The body leans about y alone. About x and z the gyroscope reads its zero and noise, and that is no sign of feet that turn.
+TEST(LeggedLeans, AGyroscopesZeroIsFoundAboutAxesThatNothingTurnsAbout) {
+  Recorded recorded = kLeans;
+  recorded.imu = true;
+  Experiment e = make_biped({}, recorded);
+  const double zero[] = {0.01, -0.02, 0.008};  // [rad/s]
+  for (Recording& r : e.recordings) {
+    for (int a = 0; a < 3; ++a) {
+      for (double& w : r.other.at(std::string("/imu/waist/angular_velocity/") + "xyz"[a])) w += zero[a];
+    }
+  }
+  const Evidence found = diagnose_legged(e, nullptr).evidence;
+  const auto f = std::find_if(found.findings.begin(), found.findings.end(),
+                              [](const Finding& g) { return g.where.dump().find("angular_velocity") != std::string::npos; });
+  ASSERT_NE(f, found.findings.end());
+  EXPECT_EQ(f->effect, "sensor_bias");
+  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(f->parameters[0].value[a], zero[a], 0.0005);  // noise 1e-3, over 2000 samples
+}
+
 // Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
 TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
   Hidden hidden;
