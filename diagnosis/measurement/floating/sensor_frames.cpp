@@ -147,6 +147,23 @@ std::vector<Balance> list_balances(const LeggedLog& log) {
   return out;
 }
 
+double calc_weight(const LeggedLog& log) {
+  double mass = 0.0;
+  for (const LinkSpec& link : log.tree.links) mass += link.inertia.mass;
+  return mass * log.experiment->scenario.gravity_W.norm();
+}
+
+// Squares that `count` values leave beside a zero of the sensors, given their sums and sums of squares. A turn is not preferred
+// because it moves a zero to where it cancels others. `largest` [N]: a weight on another axis is more than any zero.
+double sum_beside_zero(const Vector6d& sum, const Vector6d& squares, double count, double largest) {
+  double left = 0.0;
+  for (int i = 0; i < 6; ++i) {
+    const double zero = std::clamp(sum[i] / count, -largest, largest);
+    left += squares[i] - 2.0 * zero * sum[i] + count * zero * zero;
+  }
+  return left;
+}
+
 // All sensors together, as one computer reads them; then in turn, each beside the others as they stand by then.
 std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
   std::vector<BestFrame> frames(log.sensors.size());
@@ -160,14 +177,15 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
     const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k), m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
+  const double largest_zero = kMinority * calc_weight(log);
   const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
-    double sum = 0.0;
+    Vector6d sum = Vector6d::Zero(), squares = Vector6d::Zero();
     for (const Balance& b : balances) {
       Vector6d left = b.needed;
       for (size_t s = 0; s < frames.size(); ++s) add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
-      sum += left.squaredNorm();
+      sum += left, squares += left.cwiseAbs2();
     }
-    return sum;
+    return sum_beside_zero(sum, squares, static_cast<double>(balances.size()), largest_zero);
   };
   const BestFrame all = find_best([&](const Matrix3d& R, const Clock& clock) { return sum_up([](size_t) { return true; }, R, clock); });
   for (BestFrame& f : frames) f = all;

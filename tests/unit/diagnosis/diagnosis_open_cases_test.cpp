@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "diagnosis/report/report.h"
+#include "diagnosis/diagnose_recordings.h"
 #include "test_places.h"
 
 namespace hrp::diagnosis {
@@ -22,8 +22,9 @@ TEST_P(OpenCase, IsNamedInTheRightPlace) {
   std::ifstream file(folder / "truth.json");
   const auto truth = nlohmann::json::parse(file)["hidden"];
   const Experiment e = load_experiment((folder / "experiment.yaml").string());
-  const Problem problem = make_problem(e, 2);
-  const auto report = diagnose(problem, [](const std::string&) {}).report;
+  DiagnosisOptions options;
+  options.jobs = 2;
+  const auto report = diagnose_recordings(e, options, [](const std::string&) {}, [](const Reports&) {}).report;
   ASSERT_EQ(report["findings"].size(), truth.size());
   if (truth.empty()) {
     EXPECT_EQ(report["verdict"], "no_mismatch");
