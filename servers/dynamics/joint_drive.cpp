@@ -104,8 +104,7 @@ void add_bend(const JointLaws& laws, const DriveMemory& memory, double motor_v, 
   step->motor.b -= stiffness * bend.b;
 }
 
-void add_motor_terms(const JointLaws& laws, const DriveMemory& memory, DriveStep* step) {
-  const double motor_q = calc_motor_q(laws, memory, *step), motor_v = get_motor_v(laws, memory, *step);
+void add_motor_terms(const JointLaws& laws, const DriveMemory& memory, double motor_q, double motor_v, DriveStep* step) {
   AffineEffort& motor = step->motor;
   motor.b += laws.viscous;
   if (laws.cogging_amplitude != 0.0) {
@@ -269,12 +268,12 @@ void start_drive(const JointLaws& laws, const DriveMemory& memory, const DriveIn
 }
 
 void linearise_drive(const JointLaws& laws, const DriveMemory& memory, DriveStep* step) {
-  const double motor_q = calc_motor_q(laws, memory, *step);
+  const double motor_q = calc_motor_q(laws, memory, *step), motor_v = get_motor_v(laws, memory, *step);
   step->servo = calc_servo(laws, motor_q, *step);
   step->motor = calc_drive(laws, memory, step->servo, step->in.horizon);
   if (step->regime.saturation != 0) step->motor = {step->regime.saturation * laws.saturation, 0.0};
-  if (!laws.terms.empty()) add_drive_terms(laws, get_motor_v(laws, memory, *step), &step->motor);
-  add_motor_terms(laws, memory, step);
+  if (!laws.terms.empty()) add_drive_terms(laws, motor_v, &step->motor);
+  add_motor_terms(laws, memory, motor_q, motor_v, step);
   step->held = !laws.elastic && step->regime.friction == FrictionRegime::kHeld;
   step->link = step->motor;
   if (laws.elastic) eliminate_motor(laws, memory, step);
