@@ -79,15 +79,9 @@ bool has_rates(const Experiment& e) {
   });
 }
 
-// [s] kd / kp: mean of the joints that the law drives.
-double find_lead(const Experiment& e) {
+bool has_damping(const Experiment& e) {
   const Plant plant = make_plant(e, {});
-  double sum = 0.0, n = 0.0;
-  for (int j = 0; j < e.num_joints(); ++j) {
-    const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
-    if (laws.kp > 0.0) sum += laws.kd / laws.kp, n += 1.0;
-  }
-  return n > 0.0 ? sum / n : 0.0;
+  return std::any_of(plant.laws.begin(), plant.laws.end(), [](const JointLaws& laws) { return laws.kp > 0.0 && laws.kd > 0.0; });
 }
 
 // Central differences: commands have no noise.
@@ -149,7 +143,7 @@ LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (!is_of_law(e)) return {};
   const LeftByDrives logged = find_left(e);
   LateCommands late = find_delay(e, logged), rate;
-  rate.of_rate = !has_rates(e) && find_lead(e) > 0.0 && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
+  rate.of_rate = !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
   if (!late.any() && !rate.any()) return {};
   const ListFit as_logged = fit_list(e, jobs);
   const auto judge = [&](const LateCommands& c) { return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0; };
