@@ -13,6 +13,7 @@
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/model/tree.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/significance.h"
@@ -56,14 +57,9 @@ struct Rigid {
   std::vector<double> each;
 };
 
-bool is_carried(const TreeSpec& tree, int link, int joint) {
-  while (link > 0 && link != joint + 1) link = tree.links[static_cast<size_t>(link)].parent;
-  return link == joint + 1;
-}
-
 // Effects of links that the joint carries were fitted with a rigid gear. They may stand for its play.
 Hypothesis drop_carried(const TreeSpec& tree, Hypothesis model, int joint) {
-  model.erase(std::remove_if(model.begin(), model.end(), [&](const Effect& e) { return e.place.kind == PlaceKind::kLink && is_carried(tree, e.place.index, joint); }),
+  model.erase(std::remove_if(model.begin(), model.end(), [&](const Effect& e) { return e.place.kind == PlaceKind::kLink && is_above(tree, joint + 1, e.place.index); }),
               model.end());
   return model;
 }
@@ -190,7 +186,7 @@ class Gear {
   // Standard errors from the spread of fits to single recordings.
   std::vector<double> find_deviations(const Hypothesis& loose) const {
     std::vector<int> recordings = alone_.problem.train;
-    if (recordings.size() < 2) recordings.insert(recordings.end(), alone_.problem.validate.begin(), alone_.problem.validate.end());
+    if (recordings.size() < 2) recordings = list_recordings();
     std::vector<Spread> spreads(loose[at_].p.size());
     size_t n = 0;
     for (int r : recordings) {

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -165,11 +166,7 @@ class RivalSearch {
     const TermRow& row = *other.row;
     if (row.place == PlaceKind::kNone || row.late) return true;
     if (row.place == PlaceKind::kJoint) return shows(other, design_.joints[i]);
-    const TreeSpec& tree = design_.data->experiment->robot.tree;
-    for (int link = other.place; link > 0; link = tree.links[static_cast<size_t>(link)].parent) {
-      if (tree.links[static_cast<size_t>(link)].joint.name == tree.joint(design_.joints[i].joint).name) return true;
-    }
-    return false;
+    return is_above(design_.data->experiment->robot.tree, design_.joints[i].joint + 1, other.place);
   }
 
   // Compares with the terms of the judge joint.

@@ -309,10 +309,11 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spre
   return out;
 }
 
-double find_delay(const std::vector<ServoDelay>& delays, size_t joint) {
-  double delay = 0.0;
-  for (const ServoDelay& d : delays) delay = d.joint == static_cast<int>(joint) ? d.delay : delay;
-  return delay;
+// None: no delay.
+ServoDelay find_delay(const std::vector<ServoDelay>& delays, size_t joint) {
+  ServoDelay late;
+  for (const ServoDelay& d : delays) late = d.joint == static_cast<int>(joint) ? d : late;
+  return late;
 }
 
 }  // namespace
@@ -322,7 +323,7 @@ LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, c
   if (!log.follows) return out;
   const Plant plant = make_plant(e, {});
   const size_t j = static_cast<size_t>(joint);
-  Pairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j));
+  Pairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
   const Line line = fit_line(pairs.law, pairs.effort);
   for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
   out.position = std::move(pairs.position);
@@ -335,9 +336,7 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
   const Plant plant = make_plant(e, {});
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
-    ServoDelay late;
-    for (const ServoDelay& d : delays) late = d.joint == static_cast<int>(j) ? d : late;
-    list[j] = read_servo({e, j, plant.laws[j]}, late, calc_spread(e, j));
+    list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;

@@ -86,11 +86,8 @@ Matrix calc_late_log(const TorqueData&, const R& r, const Term& t) {
   return out;
 }
 
-// Bouc-Wen state, started at zero. It forgets the time before the recording within a few yield angles.
 Matrix calc_memory(const TorqueData& data, const R& r, const Term& t) {
-  Vector z = Vector::Zero(r.q.rows());
-  for (long k = 1; k < z.size(); ++k) z[k] = t.effect().torque.advance(z[k - 1], r.q(k, t.place) - r.q(k - 1, t.place), &t.shape);
-  return data.condition(r, z);
+  return data.condition(r, calc_memory_state(t.effect(), r.q.col(t.place), t.shape));
 }
 
 Matrix calc_ripple(const TorqueData& data, const R& r, const Term& t) {
@@ -161,6 +158,12 @@ TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
 Vector take_hysteresis(const std::vector<double>& p) { return Vector::Constant(1, p[0] * p[1]); }
 
 }  // namespace
+
+Eigen::VectorXd calc_memory_state(const EffectInfo& effect, const Eigen::VectorXd& q, double shape) {
+  Eigen::VectorXd z = Eigen::VectorXd::Zero(q.size());
+  for (long k = 1; k < z.size(); ++k) z[k] = effect.torque.advance(z[k - 1], q[k] - q[k - 1], &shape);
+  return z;
+}
 
 double find_fast_speed(const TorqueData& data, int joint) {
   std::vector<double> speeds;

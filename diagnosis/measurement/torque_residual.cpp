@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -11,11 +12,8 @@ namespace {
 
 // Torque [N m] of friction with memory along the recorded motion; it starts unbent.
 Eigen::VectorXd calc_memory(const JointLaws& laws, const Eigen::VectorXd& q) {
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(q.size());
-  if (!(laws.hysteresis_stiffness > 0.0)) return z;
-  const auto advance = get_effect(EffectId::kHysteresis).torque.advance;
-  for (long k = 1; k < q.size(); ++k) z[k] = advance(z[k - 1], q[k] - q[k - 1], &laws.hysteresis_yield);
-  return laws.hysteresis_stiffness * laws.hysteresis_yield * z;
+  if (!(laws.hysteresis_stiffness > 0.0)) return Eigen::VectorXd::Zero(q.size());
+  return laws.hysteresis_stiffness * laws.hysteresis_yield * calc_memory_state(get_effect(EffectId::kHysteresis), q, laws.hysteresis_yield);
 }
 
 // Torque [N m] of a joint's laws in addition to the bodies, on the full grid.

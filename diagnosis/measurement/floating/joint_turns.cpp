@@ -3,13 +3,6 @@
 
 namespace hrp::diagnosis::floating {
 
-bool is_above(const TreeSpec& tree, int link, int carried) {
-  for (int l = carried; l >= 0; l = tree.links[static_cast<size_t>(l)].parent) {
-    if (l == link) return true;
-  }
-  return false;
-}
-
 bool may_bend(const LeggedLog& log, int joint) {
   bool carries = false;
   for (const Foot& foot : log.feet) {

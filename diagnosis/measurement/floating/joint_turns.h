@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "diagnosis/measurement/floating/columns.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis::floating {
 
@@ -20,9 +21,6 @@ struct JointTurn {
   int joint = 0, axis = 0;
   std::vector<std::pair<int, double>> columns;
 };
-
-// Whether a link carries another one, or is it.
-bool is_above(const TreeSpec& tree, int link, int carried);
 
 // Whether all that the joint passes on is known, so that the moment about other axes than its own is: a leg that ends in a
 // sensor of six axes.

@@ -147,12 +147,6 @@ std::vector<Balance> list_balances(const LeggedLog& log) {
   return out;
 }
 
-double calc_weight(const LeggedLog& log) {
-  double mass = 0.0;
-  for (const LinkSpec& link : log.tree.links) mass += link.inertia.mass;
-  return mass * log.experiment->scenario.gravity_W.norm();
-}
-
 // Squares that `count` values leave beside a zero of the sensors, given their sums and sums of squares. A turn is not preferred
 // because it moves a zero to where it cancels others. `largest` [N]: a weight on another axis is more than any zero.
 double sum_beside_zero(const Vector6d& sum, const Vector6d& squares, double count, double largest) {
@@ -177,7 +171,7 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
     const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k), m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
-  const double largest_zero = kMinority * calc_weight(log);
+  const double largest_zero = kMinority * log.mass * log.experiment->scenario.gravity_W.norm();
   const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
     Vector6d sum = Vector6d::Zero(), squares = Vector6d::Zero();
     for (const Balance& b : balances) {
