@@ -41,6 +41,7 @@ class Chooser {
     while (choice.model.whole.size() < kMostWhole && add_whole(&choice)) {
     }
     merge_into_loads(&choice);
+    share_zeros(&choice);
     for (size_t i = 0; i < kMostWhole && exchange_whole(&choice); ++i) {
     }
     return choice;
@@ -79,6 +80,28 @@ class Chooser {
       if (whole.size() + 1 != choice->model.whole.size()) continue;
       const Choice with = choose_beside(whole);
       if (with.fit.evidence > choice->fit.evidence && is_choice_physical(with)) *choice = with;
+    }
+  }
+
+  // Tries one zero of the whole robot in place of those at several joints: a tilted base is a constant torque at each joint, or
+  // the constant part of a spring.
+  void share_zeros(Choice* choice) const {
+    for (size_t term = 0; term < design_.whole.size(); ++term) {
+      if (design_.whole[term].effect().family != EffectFamily::kZero || has(choice->model.whole, term)) continue;
+      std::vector<Terms> own = choice->model.own;
+      size_t gone = 0;
+      for (size_t i = 0; i < own.size(); ++i) {
+        const auto is_zero = [&](size_t t) {
+          const Term& of_joint = design_.joints[i].terms[t];
+          return of_joint.effect().family == EffectFamily::kZero || of_joint.row->constant >= 0;
+        };
+        const auto end = std::remove_if(own[i].begin(), own[i].end(), is_zero);
+        gone += static_cast<size_t>(own[i].end() - end);
+        own[i].erase(end, own[i].end());
+      }
+      if (gone < 2) continue;
+      const Choice other = choose_beside(add_term(choice->model.whole, term), own);
+      if (other.fit.evidence > choice->fit.evidence && is_choice_physical(other)) *choice = other;
     }
   }
 
@@ -242,22 +265,7 @@ class Chooser {
     return theta;
   }
 
-  // True if all terms are physical in the joint fit. The values of a joint's terms differ from those in the subset fit.
-  bool is_choice_physical(const Choice& choice) const {
-    const Slots slots = list_slots(design_, choice.model);
-    for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const Terms& own = choice.model.own[i];
-      if (own.empty()) continue;
-      long columns = 0;
-      for (size_t term : own) columns += design_.joints[i].terms[term].columns();
-      if (!is_physical(design_, i, own, choice.fit.theta.segment(slots.own[i][0], columns))) return false;
-    }
-    for (size_t t = 0; t < choice.model.whole.size(); ++t) {
-      const Term& term = design_.whole[choice.model.whole[t]];
-      if (!is_whole_physical(design_, term, choice.fit.theta.segment(slots.whole[t], term.columns()))) return false;
-    }
-    return true;
-  }
+  bool is_choice_physical(const Choice& choice) const { return is_model_physical(design_, choice.model, choice.fit); }
 
   // A bus delay replaces delays of joints and makes the model smaller, so it needs no additional gain.
   double get_margin(size_t whole_term) const {
@@ -295,6 +303,22 @@ std::vector<Terms> list_usual_terms(const TorqueDesign& design) {
     }
   }
   return usual;
+}
+
+bool is_model_physical(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit) {
+  const Slots slots = list_slots(design, model);
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const Terms& own = model.own[i];
+    if (own.empty()) continue;
+    long columns = 0;
+    for (size_t term : own) columns += design.joints[i].terms[term].columns();
+    if (!is_physical(design, i, own, fit.theta.segment(slots.own[i][0], columns))) return false;
+  }
+  for (size_t t = 0; t < model.whole.size(); ++t) {
+    const Term& term = design.whole[model.whole[t]];
+    if (!is_whole_physical(design, term, fit.theta.segment(slots.whole[t], term.columns()))) return false;
+  }
+  return true;
 }
 
 bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, const Eigen::VectorXd& theta) {

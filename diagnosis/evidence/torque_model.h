@@ -74,6 +74,9 @@ bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<siz
 // encoder zeros are within their bounds.
 bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen::VectorXd& parameters);
 
+// True if all terms of a model are physical in its fit. Values differ from those in the fit of a joint's subset.
+bool is_model_physical(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
+
 // Parameters of a term of the whole robot, with 0 for those that hardly change any joint's torque. The values of these
 // are not determined.
 Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd parameters);

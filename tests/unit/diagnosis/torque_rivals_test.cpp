@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque_misleading.h"
+#include "diagnosis/simulation/bodies.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -67,6 +69,80 @@ TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) 
     any = any || std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == gain; });
   }
   EXPECT_TRUE(any);
+}
+
+// kArm, hanging down.
+std::string make_hanging_arm() {
+  std::string arm = kArm;
+  const std::string joint = "<parent link=\"base\"/><child link=\"upper\"/>";
+  return arm.replace(arm.find(joint), joint.size(), joint + "<origin rpy=\"0 1.5708 0\"/>");
+}
+
+bool is_zero(const Finding& f) { return f.effect == get_effect(EffectId::kJointOffset).name || f.effect == "base_tilt"; }
+
+// The arm swings by half a radian, with a texture in each gear. To each joint alone, the zero of the shoulder's encoder is a
+// constant torque.
+TEST(TorqueRivals, AZeroThatIsAConstantTorqueAtEachJointIsOneCause) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kJointOffset, kShoulder, {0.08}});
+  Experiment e = make_simulated_experiment("rivals_zero", make_hanging_arm(), kArmJoints, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (JointColumns& columns : r.joints) {
+      for (size_t k = 0; k < r.size(); ++k) columns.signal[2][k] += 0.3 * std::sin(9.0 * columns.signal[0][k] + 0.2 * r.time[k]);
+    }
+  }
+  bool zero = false;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) {
+    EXPECT_NE(f.effect, "constant_torque") << f.statement;
+    zero = zero || is_zero(f);
+  }
+  EXPECT_TRUE(zero);
+}
+
+// The shoulder swings near its lowest point in training, and over the top in the held-out recording. Its zero is 0.1 rad off.
+Experiment make_swing() {
+  Experiment e = make_simulated_experiment("rivals_upright", make_hanging_arm(), kArmJoints, {});
+  e.scenario.drive = "effort";
+  const Plant plant = make_plant(e, {});
+  for (Recording& r : e.recordings) {
+    const double amplitude = r.spec.train ? 0.4 : 2.6, w = r.spec.train ? 2.5 + static_cast<double>(&r - e.recordings.data()) : 1.2;
+    const auto n = static_cast<long>(r.size());
+    Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, 2), v = q, a = q;
+    for (long k = 0; k < n; ++k) {
+      const double t = r.time[static_cast<size_t>(k)];
+      q(k, 0) = amplitude * std::sin(w * t), v(k, 0) = amplitude * w * std::cos(w * t), a(k, 0) = -w * w * q(k, 0);
+    }
+    const Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
+    for (long k = 0; k < n; ++k) {
+      JointColumns& shoulder = r.joints[kShoulder];
+      const auto at = static_cast<size_t>(k);
+      shoulder.signal[0][at] = q(k, 0) + 0.1, shoulder.signal[1][at] = v(k, 0);
+      shoulder.signal[2][at] = tau(k, 0) + 0.8 * std::tanh(v(k, 0) / 0.02) + 0.3 * std::sin(9.0 * q(k, 0) + 0.2 * r.time[at]);
+      r.joints[kElbow].signal[0][at] = r.joints[kElbow].signal[1][at] = 0.0, r.joints[kElbow].signal[2][at] = tau(k, 1);
+    }
+  }
+  return e;
+}
+
+// Near the lowest point, where it was trained, a displaced zero is a constant torque. Upright, it is the opposite one.
+TEST(TorqueRivals, AConstantTorqueThatHeldOutMotionRefutesGivesWayToAZero) {
+  const Experiment e = make_swing();
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice;
+  choice.model.own.resize(design.joints.size());
+  for (size_t t = 0; t < design.joints[0].terms.size(); ++t) {
+    const TermRow& row = *design.joints[0].terms[t].row;
+    if (row.level || row.is_constant()) choice.model.own[0].push_back(t);
+  }
+  ASSERT_EQ(choice.model.own[0].size(), 2u);
+  choice.fit = fit_torque(design, choice.model);
+  const double before = choice.fit.held[0];
+  exchange_misleading_terms(design, 1, &choice);
+  EXPECT_EQ(choice.model.own[0].size(), 1u);
+  ASSERT_EQ(choice.model.whole.size(), 1u);
+  EXPECT_EQ(design.whole[choice.model.whole[0]].effect().family, EffectFamily::kZero);
+  EXPECT_LT(choice.fit.held[0], 0.5 * before);
 }
 
 }  // namespace
