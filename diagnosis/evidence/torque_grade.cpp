@@ -361,11 +361,11 @@ class Grader {
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
   }
 
-  // True if the effort was recorded. Otherwise it follows from stated servo gains, and the wrong gain may be the
-  // servo's or the drive's.
+  // True if the scale of the effort was recorded. Otherwise it follows from stated servo gains, also if they rescaled the
+  // log, and the wrong gain may be the servo's or the drive's.
   bool is_measured(int i) const {
-    const int joint = design_.joints[static_cast<size_t>(i)].joint;
-    return design_.data->source[static_cast<size_t>(joint)] == EffortSource::kRecorded;
+    const size_t joint = static_cast<size_t>(design_.joints[static_cast<size_t>(i)].joint);
+    return design_.data->source[joint] == EffortSource::kRecorded && !design_.data->servo[joint].is_scaled();
   }
 
   const TorqueDesign& design_;

@@ -16,6 +16,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/law_rest.h"
+#include "diagnosis/measurement/servo_rates.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -40,14 +41,19 @@ bool has_all(const Experiment& e, size_t j) {
 constexpr double kSmooth = 0.015;   // [s] half the smoothing window of a rate that was not recorded
 constexpr double kSmoother = 0.03;  // [s] of a wider one, which shows the effect of smoothing
 
-// Velocity that the servo uses: recorded, else the rate of the position smoothed over +- `window` [s].
-std::vector<double> find_rate(const Recording& r, size_t j, double window) {
+// Rate of the position smoothed over +- `window` [s].
+std::vector<double> calc_rate(const Recording& r, size_t j, double window) {
   const JointColumns& c = r.joints[j];
-  if (c.has(Quantity::kVelocity)) return c.signal[1];
   const double step = r.duration() / static_cast<double>(std::max<size_t>(2, r.size()) - 1);
   std::vector<double> value, rate, second;
   smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(window / step))), &value, &rate, &second);
   return rate;
+}
+
+// Velocity that the servo uses: recorded, else the rate of the position.
+std::vector<double> find_rate(const Recording& r, size_t j, double window) {
+  const JointColumns& c = r.joints[j];
+  return c.has(Quantity::kVelocity) ? c.signal[1] : calc_rate(r, j, window);
 }
 
 // A joint's log and its servo.
@@ -57,8 +63,25 @@ struct ServoLog {
   const JointLaws& laws;
   std::vector<std::vector<double>> rates;  // by recording
 
-  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of, double window = kSmooth) : e(experiment), j(joint), laws(of) {
-    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j, window));
+  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of) : e(experiment), j(joint), laws(of) {
+    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j, kSmooth));
+  }
+
+  // The same with rates of positions that are smoothed over +- `window` [s].
+  ServoLog smooth_rates(double window) const {
+    ServoLog out = *this;
+    for (size_t i = 0; i < rates.size(); ++i) out.rates[i] = calc_rate(e.recordings[i], j, window);
+    return out;
+  }
+
+  // The same with rates that come `late` [s].
+  ServoLog delay_rates(double late) const {
+    ServoLog out = *this;
+    for (size_t i = 0; i < rates.size(); ++i) {
+      const std::vector<double>& time = e.recordings[i].time;
+      for (size_t k = 0; k < time.size(); ++k) out.rates[i][k] = interpolate(time, rates[i], time[k] - late, k);
+    }
+    return out;
   }
 
   bool has_rates() const {
@@ -209,25 +232,38 @@ struct Slope {
   double value = 1.0, std = std::numeric_limits<double>::infinity();
 };
 
-// Slope of effort over law with an earlier law (kLater samples) as the instrument. Encoder noise in the law is
-// uncorrelated after that time, so it does not bias the slope. All series are centred in each cell.
+// Slope of effort over law with a law kLater samples away as the instrument. Encoder noise in the law is uncorrelated
+// after that time, so it does not bias the slope. All series are centred in each cell.
+// A log that comes late by d is nearer to an earlier law: with the law's autocorrelation R(t), the slope is R(t - d) / R(t),
+// which is not 1. With a later law it is R(t + d) / R(t). The mean of both is free of the first order in d.
 Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
-  const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end());
-  const std::vector<double> earlier = centre({pairs.law.begin(), pairs.law.end() - kLater}, cells);
-  const std::vector<double> law = centre({pairs.law.begin() + kLater, pairs.law.end()}, cells);
-  const std::vector<double> effort = centre({pairs.effort.begin() + kLater, pairs.effort.end()}, cells);
-  std::vector<double> top(kFolds, 0.0), bottom(kFolds, 0.0);
-  for (size_t k = 0; k < law.size(); ++k) {
-    const size_t stretch = k * kFolds / law.size();
-    top[stretch] += earlier[k] * effort[k], bottom[stretch] += earlier[k] * law[k];
+  const size_t n = pairs.law.size() - 2 * kLater;
+  const auto cut = [&](const std::vector<double>& x, size_t from) { return std::vector<double>(x.begin() + static_cast<long>(from), x.begin() + static_cast<long>(from + n)); };
+  const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end() - kLater);
+  const std::vector<double> law = centre(cut(pairs.law, kLater), cells), effort = centre(cut(pairs.effort, kLater), cells);
+  const std::vector<double> around[2] = {centre(cut(pairs.law, 0), cells), centre(cut(pairs.law, 2 * kLater), cells)};
+  std::vector<double> top[2], bottom[2];
+  double sums[2] = {0.0, 0.0}, slopes[2];
+  for (size_t side = 0; side < 2; ++side) {
+    top[side].assign(kFolds, 0.0), bottom[side].assign(kFolds, 0.0);
+    for (size_t k = 0; k < n; ++k) {
+      const size_t stretch = k * kFolds / n;
+      top[side][stretch] += around[side][k] * effort[k], bottom[side][stretch] += around[side][k] * law[k];
+    }
+    sums[side] = std::accumulate(bottom[side].begin(), bottom[side].end(), 0.0);
+    if (!(sums[side] > 0.0)) return {};
+    slopes[side] = std::accumulate(top[side].begin(), top[side].end(), 0.0) / sums[side];
   }
-  const double sum = std::accumulate(bottom.begin(), bottom.end(), 0.0);
-  if (!(sum > 0.0)) return {};
   Slope slope;
-  slope.value = std::accumulate(top.begin(), top.end(), 0.0) / sum;
+  slope.value = 0.5 * (slopes[0] + slopes[1]);
   double square = 0.0;
-  for (size_t s = 0; s < top.size(); ++s) square += std::pow(top[s] - slope.value * bottom[s], 2);
-  slope.std = std::sqrt(square * kFolds / (kFolds - 1)) / sum;
+  for (size_t s = 0; s < kFolds; ++s) {
+    double left = 0.0;
+    for (size_t side = 0; side < 2; ++side) left += 0.5 * (top[side][s] - slope.value * bottom[side][s]) / sums[side];
+    square += left * left;
+  }
+  // The second order in d is about the square of the first one.
+  slope.std = std::hypot(std::sqrt(square * kFolds / (kFolds - 1)), std::pow(0.5 * (slopes[0] - slopes[1]), 2));
   return slope;
 }
 
@@ -253,14 +289,16 @@ double calc_wavers(const Pairs& pairs, double scale, double bias) {
   return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
 }
 
-// Adds uncertainties to the slope: of the delay, and of the smoothing window where rates were not recorded.
-Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& late) {
+// Adds uncertainties to the slope: of the delay, and of the rates. If the velocity was logged `late` [s], the servo may
+// use that velocity or a sharper one. Late damping pushes with the acceleration, so it looks like stiffness.
+Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& delay, double late) {
   Slope slope = find_slope(pairs);
-  const auto add_doubt = [&](const ServoLog& other, double delay) {
-    slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, delay)).value);
+  const auto add_doubt = [&](const ServoLog& other, double of_command) {
+    slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, of_command)).value);
   };
-  if (!log.has_rates()) add_doubt({log.e, log.j, log.laws, kSmoother}, late.delay);
-  if (late.delay > 0.0) add_doubt(log, late.delay + find_delay_error(log, late.delay));
+  add_doubt(log.smooth_rates(log.has_rates() ? kSmooth : kSmoother), delay.delay);
+  if (late > 0.0) add_doubt(log.delay_rates(late), delay.delay);
+  if (delay.delay > 0.0) add_doubt(log, delay.delay + find_delay_error(log, delay.delay));
   return slope;
 }
 
@@ -283,12 +321,12 @@ double calc_deviation(const std::vector<double>& x) {
   return spread.get();
 }
 
-ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spread) {
+ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late_rates, double spread) {
   ServoReading out;
   const Pairs pairs = list_pairs(log, late.delay);
   if (pairs.law.size() < kLeastSamples) return out;
   Line line = fit_line(pairs.law, pairs.effort);
-  Slope slope = find_slope(log, pairs, late);
+  Slope slope = find_slope(log, pairs, late, late_rates);
   const double rounding = calc_rounding(log, pairs);
   slope.std = std::hypot(slope.std, rounding / std::max(1e-300, calc_deviation(pairs.law)));
   line.std[1] = std::hypot(line.std[1], rounding);
@@ -330,16 +368,21 @@ LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, c
   return out;
 }
 
-std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
+std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays,
+                                              const std::vector<VelocityReading>& velocity) {
   std::vector<ServoReading> list(static_cast<size_t>(e.num_joints()));
   if (e.scenario.drive != "servo") return list;
   const Plant plant = make_plant(e, {});
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
-    list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), calc_spread(e, j));
+    list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), velocity[j].late, calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;
+}
+
+std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
+  return find_servo_readings(e, delays, std::vector<VelocityReading>(static_cast<size_t>(e.num_joints())));
 }
 
 std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
