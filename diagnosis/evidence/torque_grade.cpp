@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_doubts.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/search/problem.h"
@@ -359,19 +360,7 @@ class Grader {
     const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > odds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
-    g->doubt = find_doubt(*g, told, clear, confirmed && matters, stated);
-  }
-
-  // The first reason against the grade `supported` that a reader can check.
-  const char* find_doubt(const GradedTerm& g, bool told, bool clear, bool confirmed, bool stated) const {
-    if (!g.helps_held) return "the held-out recordings are predicted worse with it";
-    if (g.agreement < kAgree) return "stretches of the recordings give it opposite signs";
-    if (!told) return "the recordings tell its size too poorly";
-    if (!clear) return "parts of the recordings differ by as much as its size";
-    if (is_of_sampling(g)) return "a log that holds its values is late by up to a period, too";
-    if (g.harms_one) return "one held-out recording is predicted worse with it";
-    if (stated) return "the stated gains of the servo may be wrong instead";
-    return confirmed ? "other sets of effects do nearly as well" : "it takes away too little of the held-out mismatch";
+    g->doubt = find_doubt(*g, {told, clear, is_of_sampling(*g), stated, confirmed && matters});
   }
 
   // True if the scale of the effort was recorded. Otherwise it follows from stated servo gains, also if they rescaled the

@@ -17,6 +17,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/servo_rates.h"
+#include "diagnosis/measurement/servo_slope.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -27,9 +28,7 @@ constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 
 constexpr size_t kLeastSamples = 100;
-constexpr size_t kLater = 3;        // [samples] lag at which noise is uncorrelated
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
-constexpr size_t kCells = 24;       // parts of a joint's travel, shorter than half a ripple's period
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -178,13 +177,8 @@ double calc_travel(const Experiment& e, size_t j) {
   return std::max(0.0, high - low);
 }
 
-// Law, recorded effort and position at training samples where the drive is not at its limit.
-struct Pairs {
-  std::vector<double> law, effort, position;
-};
-
-Pairs list_pairs(const ServoLog& log, double delay) {
-  Pairs out;
+ServoPairs list_pairs(const ServoLog& log, double delay) {
+  ServoPairs out;
   log.walk(delay, true, [&](double law, double effort, double position) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
     out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position);
@@ -211,88 +205,24 @@ double calc_mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
-// A series minus its mean over each cell of the position's range; one cell for the overall mean.
-std::vector<double> centre(std::vector<double> x, const std::vector<size_t>& cell) {
-  std::vector<double> sum(kCells, 0.0), n(kCells, 0.0);
-  for (size_t k = 0; k < x.size(); ++k) sum[cell[k]] += x[k], n[cell[k]] += 1.0;
-  for (size_t k = 0; k < x.size(); ++k) x[k] -= sum[cell[k]] / n[cell[k]];
-  return x;
-}
-
-std::vector<size_t> find_cells(const std::vector<double>& position) {
-  const auto [low, high] = std::minmax_element(position.begin(), position.end());
-  std::vector<size_t> cells;
-  for (double q : position)
-    cells.push_back(std::min(kCells - 1, static_cast<size_t>(static_cast<double>(kCells) * (q - *low) / std::max(1e-12, *high - *low))));
-  return cells;
-}
-
-// Slope with its standard deviation from stretches.
-struct Slope {
-  double value = 1.0, std = std::numeric_limits<double>::infinity();
-};
-
-// Slope of effort over law with a law kLater samples away as the instrument. Encoder noise in the law is uncorrelated
-// after that time, so it does not bias the slope. All series are centred in each cell.
-// A log that comes late by d is nearer to an earlier law: with the law's autocorrelation R(t), the slope is R(t - d) / R(t),
-// which is not 1. With a later law it is R(t + d) / R(t). The mean of both is free of the first order in d.
-Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
-  const size_t n = pairs.law.size() - 2 * kLater;
-  const auto cut = [&](const std::vector<double>& x, size_t from) { return std::vector<double>(x.begin() + static_cast<long>(from), x.begin() + static_cast<long>(from + n)); };
-  const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end() - kLater);
-  const std::vector<double> law = centre(cut(pairs.law, kLater), cells), effort = centre(cut(pairs.effort, kLater), cells);
-  const std::vector<double> around[2] = {centre(cut(pairs.law, 0), cells), centre(cut(pairs.law, 2 * kLater), cells)};
-  std::vector<double> top[2], bottom[2];
-  double sums[2] = {0.0, 0.0}, slopes[2];
-  for (size_t side = 0; side < 2; ++side) {
-    top[side].assign(kFolds, 0.0), bottom[side].assign(kFolds, 0.0);
-    for (size_t k = 0; k < n; ++k) {
-      const size_t stretch = k * kFolds / n;
-      top[side][stretch] += around[side][k] * effort[k], bottom[side][stretch] += around[side][k] * law[k];
-    }
-    sums[side] = std::accumulate(bottom[side].begin(), bottom[side].end(), 0.0);
-    if (!(sums[side] > 0.0)) return {};
-    slopes[side] = std::accumulate(top[side].begin(), top[side].end(), 0.0) / sums[side];
-  }
-  Slope slope;
-  slope.value = 0.5 * (slopes[0] + slopes[1]);
-  double square = 0.0;
-  for (size_t s = 0; s < kFolds; ++s) {
-    double left = 0.0;
-    for (size_t side = 0; side < 2; ++side) left += 0.5 * (top[side][s] - slope.value * bottom[side][s]) / sums[side];
-    square += left * left;
-  }
-  // The second order in d is about the square of the first one.
-  slope.std = std::hypot(std::sqrt(square * kFolds / (kFolds - 1)), std::pow(0.5 * (slopes[0] - slopes[1]), 2));
-  return slope;
-}
-
-// Slope over all samples, or over samples at equal positions. Ripple of a log over position distorts the first, but not
-// the difference between two passes of one position. Returns the one with the smaller standard deviation.
-Slope find_slope(const Pairs& pairs) {
-  const Slope of_all = find_slope(pairs, std::vector<size_t>(pairs.law.size(), 0));
-  const Slope at_places = find_slope(pairs, find_cells(pairs.position));
-  return at_places.std < of_all.std ? at_places : of_all;
-}
-
-double calc_rms(const Pairs& pairs, double scale, double bias) {
+double calc_rms(const ServoPairs& pairs, double scale, double bias) {
   double sum = 0.0;
   for (size_t k = 0; k < pairs.law.size(); ++k) sum += std::pow(pairs.effort[k] - scale * pairs.law[k] - bias, 2);
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, pairs.law.size())));
 }
 
 // Correlated part of the line's residual [N m].
-double calc_wavers(const Pairs& pairs, double scale, double bias) {
+double calc_wavers(const ServoPairs& pairs, double scale, double bias) {
   const auto left = [&](size_t k) { return pairs.effort[k] - scale * pairs.law[k] - bias; };
   double sum = 0.0;
-  for (size_t k = kLater; k < pairs.law.size(); ++k) sum += left(k) * left(k - kLater);
-  return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
+  for (size_t k = kLaterSamples; k < pairs.law.size(); ++k) sum += left(k) * left(k - kLaterSamples);
+  return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLaterSamples)));
 }
 
 // Adds uncertainties to the slope: of the delay, and of the rates. If the velocity was logged `late` [s], the servo may
 // use that velocity or a sharper one. Late damping pushes with the acceleration, so it looks like stiffness.
-Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& delay, double late) {
-  Slope slope = find_slope(pairs);
+ServoSlope find_slope(const ServoLog& log, const ServoPairs& pairs, const ServoDelay& delay, double late) {
+  ServoSlope slope = find_slope(pairs);
   const auto add_doubt = [&](const ServoLog& other, double of_command) {
     slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, of_command)).value);
   };
@@ -304,7 +234,7 @@ Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& dela
 
 // [N m] Standard deviation of what the encoder's rounding does to the mean of the law. Rounding is a function of the
 // position: samples within one step share their error, so a joint that is held has one or two.
-double calc_rounding(const ServoLog& log, const Pairs& pairs) {
+double calc_rounding(const ServoLog& log, const ServoPairs& pairs) {
   const double step = find_encoder_step(log.e, log.j);
   if (!(step > 0.0)) return 0.0;
   std::map<long, double> count;
@@ -323,10 +253,10 @@ double calc_deviation(const std::vector<double>& x) {
 
 ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late_rates, double spread) {
   ServoReading out;
-  const Pairs pairs = list_pairs(log, late.delay);
+  const ServoPairs pairs = list_pairs(log, late.delay);
   if (pairs.law.size() < kLeastSamples) return out;
   Line line = fit_line(pairs.law, pairs.effort);
-  Slope slope = find_slope(log, pairs, late, late_rates);
+  ServoSlope slope = find_slope(log, pairs, late, late_rates);
   const double rounding = calc_rounding(log, pairs);
   slope.std = std::hypot(slope.std, rounding / std::max(1e-300, calc_deviation(pairs.law)));
   line.std[1] = std::hypot(line.std[1], rounding);
@@ -361,7 +291,7 @@ LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, c
   if (!log.follows) return out;
   const Plant plant = make_plant(e, {});
   const size_t j = static_cast<size_t>(joint);
-  Pairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
+  ServoPairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
   const Line line = fit_line(pairs.law, pairs.effort);
   for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
   out.position = std::move(pairs.position);
