@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_doubts.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/search/problem.h"
@@ -359,13 +360,14 @@ class Grader {
     const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > odds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
+    g->doubt = find_doubt(*g, {told, clear, is_of_sampling(*g), stated, confirmed && matters});
   }
 
-  // True if the effort was recorded. Otherwise it follows from stated servo gains, and the wrong gain may be the
-  // servo's or the drive's.
+  // True if the scale of the effort was recorded. Otherwise it follows from stated servo gains, also if they rescaled the
+  // log, and the wrong gain may be the servo's or the drive's.
   bool is_measured(int i) const {
-    const int joint = design_.joints[static_cast<size_t>(i)].joint;
-    return design_.data->source[static_cast<size_t>(joint)] == EffortSource::kRecorded;
+    const size_t joint = static_cast<size_t>(design_.joints[static_cast<size_t>(i)].joint);
+    return design_.data->source[joint] == EffortSource::kRecorded && !design_.data->servo[joint].is_scaled();
   }
 
   const TorqueDesign& design_;

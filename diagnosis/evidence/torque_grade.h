@@ -49,6 +49,7 @@ struct GradedTerm {
   bool unsized = false;    // parts of the recordings differ by more than its value
   bool named = false;      // if false, it only improves the prediction
   Grade grade = Grade::kAmbiguous;
+  const char* doubt = "";  // why it is not supported, if that is not its rivals
 };
 
 // Grades all terms of the chosen model: those of joints first, then those of the whole robot.

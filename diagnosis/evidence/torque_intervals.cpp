@@ -54,19 +54,25 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
   }
 }
 
-// Change of each parameter from the middle of a recording to its ends, if it is significant: drives warm up. It is a
-// bound, not a random error: a stated value may be that of a cold drive.
-Eigen::VectorXd calc_drift(const TorqueSamples& all, double correlated) {
+// Change of the parameters with time, where it is significant: drives warm up.
+struct Drift {
+  Eigen::VectorXd size;  // by column, from the middle of a recording to its ends
+  Eigen::VectorXd left;  // residual of the model with this change
+};
+
+Drift find_drift(const TorqueSamples& all, const Eigen::VectorXd& theta, const Eigen::VectorXd& left, double correlated) {
   const long width = all.x.cols(), n = all.x.rows();
   Eigen::MatrixXd x(n, 2 * width);
   x << all.x, (all.of.col(1).array() - 0.5).matrix().asDiagonal() * all.x;
   const Eigen::MatrixXd inverse = invert_gram(x);
-  const Eigen::VectorXd theta = inverse * (x.transpose() * all.y);
-  const double square = (all.y - x * theta).squaredNorm() / std::max(1.0, static_cast<double>(n - 2 * width));
-  Eigen::VectorXd drift = Eigen::VectorXd::Zero(width);
+  const Eigen::VectorXd with = inverse * (x.transpose() * all.y);
+  const double square = (all.y - x * with).squaredNorm() / std::max(1.0, static_cast<double>(n - 2 * width));
+  Drift drift{Eigen::VectorXd::Zero(width), left};
   for (long c = 0; c < width; ++c) {
-    const double slope = theta[width + c], std = std::sqrt(square * correlated * inverse(width + c, width + c));
-    if (std::abs(slope) > kNinetyFive * std) drift[c] = 0.5 * std::abs(slope);
+    const double slope = with[width + c], std = std::sqrt(square * correlated * inverse(width + c, width + c));
+    if (!(std::abs(slope) > kNinetyFive * std)) continue;
+    drift.size[c] = 0.5 * std::abs(slope);
+    drift.left -= slope * x.col(width + c) + (with[c] - theta[c]) * x.col(c);
   }
   return drift;
 }
@@ -116,10 +122,13 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   if (all.x.rows() == 0 || all.x.cols() == 0) return between;
   const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
   const double correlated = calc_correlation_time(left);
-  for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, left, divide(all, by), correlated, &between);
+  // The drift is a bound, not a random error: a stated value may be that of a cold drive. It is added below, so the
+  // differences between parts must not contain it as well.
+  const Drift drift = find_drift(all, theta, left, correlated);
+  for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
   between += calc_considered(all, kInstant * design.data->experiment->sample_time);
   between += calc_unseen(design, model.own[joint], joint, all, theta);
-  return between.cwiseSqrt() + calc_drift(all, correlated) / kNinetyFive;
+  return between.cwiseSqrt() + drift.size / kNinetyFive;
 }
 
 }  // namespace hrp::diagnosis

@@ -63,8 +63,10 @@ std::string get_phrase(const TermRow& row) {
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
-  const bool held = has_held_out(e.recordings);
-  return text + " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (held ? " on held-out data." : ".");
+  text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (has_held_out(e.recordings) ? " on held-out data." : ".");
+  // Alternatives say it themselves.
+  if (f.grade == Grade::kAmbiguous && f.alternatives.empty() && g.doubt[0]) text += std::string(" It is ambiguous because ") + g.doubt + ".";
+  return text;
 }
 
 // Adds a rival unless its effect is already listed at that place. A delay of the bus is listed as one of this joint.

@@ -16,6 +16,8 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/law_rest.h"
+#include "diagnosis/measurement/servo_rates.h"
+#include "diagnosis/measurement/servo_slope.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -26,9 +28,7 @@ constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 
 constexpr size_t kLeastSamples = 100;
-constexpr size_t kLater = 3;        // [samples] lag at which noise is uncorrelated
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
-constexpr size_t kCells = 24;       // parts of a joint's travel, shorter than half a ripple's period
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -40,14 +40,19 @@ bool has_all(const Experiment& e, size_t j) {
 constexpr double kSmooth = 0.015;   // [s] half the smoothing window of a rate that was not recorded
 constexpr double kSmoother = 0.03;  // [s] of a wider one, which shows the effect of smoothing
 
-// Velocity that the servo uses: recorded, else the rate of the position smoothed over +- `window` [s].
-std::vector<double> find_rate(const Recording& r, size_t j, double window) {
+// Rate of the position smoothed over +- `window` [s].
+std::vector<double> calc_rate(const Recording& r, size_t j, double window) {
   const JointColumns& c = r.joints[j];
-  if (c.has(Quantity::kVelocity)) return c.signal[1];
   const double step = r.duration() / static_cast<double>(std::max<size_t>(2, r.size()) - 1);
   std::vector<double> value, rate, second;
   smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(window / step))), &value, &rate, &second);
   return rate;
+}
+
+// Velocity that the servo uses: recorded, else the rate of the position.
+std::vector<double> find_rate(const Recording& r, size_t j, double window) {
+  const JointColumns& c = r.joints[j];
+  return c.has(Quantity::kVelocity) ? c.signal[1] : calc_rate(r, j, window);
 }
 
 // A joint's log and its servo.
@@ -57,8 +62,25 @@ struct ServoLog {
   const JointLaws& laws;
   std::vector<std::vector<double>> rates;  // by recording
 
-  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of, double window = kSmooth) : e(experiment), j(joint), laws(of) {
-    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j, window));
+  ServoLog(const Experiment& experiment, size_t joint, const JointLaws& of) : e(experiment), j(joint), laws(of) {
+    for (const Recording& r : e.recordings) rates.push_back(find_rate(r, j, kSmooth));
+  }
+
+  // The same with rates of positions that are smoothed over +- `window` [s].
+  ServoLog smooth_rates(double window) const {
+    ServoLog out = *this;
+    for (size_t i = 0; i < rates.size(); ++i) out.rates[i] = calc_rate(e.recordings[i], j, window);
+    return out;
+  }
+
+  // The same with rates that come `late` [s].
+  ServoLog delay_rates(double late) const {
+    ServoLog out = *this;
+    for (size_t i = 0; i < rates.size(); ++i) {
+      const std::vector<double>& time = e.recordings[i].time;
+      for (size_t k = 0; k < time.size(); ++k) out.rates[i][k] = interpolate(time, rates[i], time[k] - late, k);
+    }
+    return out;
   }
 
   bool has_rates() const {
@@ -155,13 +177,8 @@ double calc_travel(const Experiment& e, size_t j) {
   return std::max(0.0, high - low);
 }
 
-// Law, recorded effort and position at training samples where the drive is not at its limit.
-struct Pairs {
-  std::vector<double> law, effort, position;
-};
-
-Pairs list_pairs(const ServoLog& log, double delay) {
-  Pairs out;
+ServoPairs list_pairs(const ServoLog& log, double delay) {
+  ServoPairs out;
   log.walk(delay, true, [&](double law, double effort, double position) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
     out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position);
@@ -188,85 +205,36 @@ double calc_mean(const std::vector<double>& x) {
   return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
-// A series minus its mean over each cell of the position's range; one cell for the overall mean.
-std::vector<double> centre(std::vector<double> x, const std::vector<size_t>& cell) {
-  std::vector<double> sum(kCells, 0.0), n(kCells, 0.0);
-  for (size_t k = 0; k < x.size(); ++k) sum[cell[k]] += x[k], n[cell[k]] += 1.0;
-  for (size_t k = 0; k < x.size(); ++k) x[k] -= sum[cell[k]] / n[cell[k]];
-  return x;
-}
-
-std::vector<size_t> find_cells(const std::vector<double>& position) {
-  const auto [low, high] = std::minmax_element(position.begin(), position.end());
-  std::vector<size_t> cells;
-  for (double q : position)
-    cells.push_back(std::min(kCells - 1, static_cast<size_t>(static_cast<double>(kCells) * (q - *low) / std::max(1e-12, *high - *low))));
-  return cells;
-}
-
-// Slope with its standard deviation from stretches.
-struct Slope {
-  double value = 1.0, std = std::numeric_limits<double>::infinity();
-};
-
-// Slope of effort over law with an earlier law (kLater samples) as the instrument. Encoder noise in the law is
-// uncorrelated after that time, so it does not bias the slope. All series are centred in each cell.
-Slope find_slope(const Pairs& pairs, const std::vector<size_t>& all_cells) {
-  const std::vector<size_t> cells(all_cells.begin() + kLater, all_cells.end());
-  const std::vector<double> earlier = centre({pairs.law.begin(), pairs.law.end() - kLater}, cells);
-  const std::vector<double> law = centre({pairs.law.begin() + kLater, pairs.law.end()}, cells);
-  const std::vector<double> effort = centre({pairs.effort.begin() + kLater, pairs.effort.end()}, cells);
-  std::vector<double> top(kFolds, 0.0), bottom(kFolds, 0.0);
-  for (size_t k = 0; k < law.size(); ++k) {
-    const size_t stretch = k * kFolds / law.size();
-    top[stretch] += earlier[k] * effort[k], bottom[stretch] += earlier[k] * law[k];
-  }
-  const double sum = std::accumulate(bottom.begin(), bottom.end(), 0.0);
-  if (!(sum > 0.0)) return {};
-  Slope slope;
-  slope.value = std::accumulate(top.begin(), top.end(), 0.0) / sum;
-  double square = 0.0;
-  for (size_t s = 0; s < top.size(); ++s) square += std::pow(top[s] - slope.value * bottom[s], 2);
-  slope.std = std::sqrt(square * kFolds / (kFolds - 1)) / sum;
-  return slope;
-}
-
-// Slope over all samples, or over samples at equal positions. Ripple of a log over position distorts the first, but not
-// the difference between two passes of one position. Returns the one with the smaller standard deviation.
-Slope find_slope(const Pairs& pairs) {
-  const Slope of_all = find_slope(pairs, std::vector<size_t>(pairs.law.size(), 0));
-  const Slope at_places = find_slope(pairs, find_cells(pairs.position));
-  return at_places.std < of_all.std ? at_places : of_all;
-}
-
-double calc_rms(const Pairs& pairs, double scale, double bias) {
+double calc_rms(const ServoPairs& pairs, double scale, double bias) {
   double sum = 0.0;
   for (size_t k = 0; k < pairs.law.size(); ++k) sum += std::pow(pairs.effort[k] - scale * pairs.law[k] - bias, 2);
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, pairs.law.size())));
 }
 
 // Correlated part of the line's residual [N m].
-double calc_wavers(const Pairs& pairs, double scale, double bias) {
+double calc_wavers(const ServoPairs& pairs, double scale, double bias) {
   const auto left = [&](size_t k) { return pairs.effort[k] - scale * pairs.law[k] - bias; };
   double sum = 0.0;
-  for (size_t k = kLater; k < pairs.law.size(); ++k) sum += left(k) * left(k - kLater);
-  return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLater)));
+  for (size_t k = kLaterSamples; k < pairs.law.size(); ++k) sum += left(k) * left(k - kLaterSamples);
+  return std::sqrt(std::max(0.0, sum) / static_cast<double>(std::max<size_t>(1, pairs.law.size() - kLaterSamples)));
 }
 
-// Adds uncertainties to the slope: of the delay, and of the smoothing window where rates were not recorded.
-Slope find_slope(const ServoLog& log, const Pairs& pairs, const ServoDelay& late) {
-  Slope slope = find_slope(pairs);
-  const auto add_doubt = [&](const ServoLog& other, double delay) {
-    slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, delay)).value);
+// Adds uncertainties to the slope: of the delay, and of the rates. If the velocity was logged `late` [s], the servo may
+// use that velocity or a sharper one. Late damping pushes with the acceleration, so it looks like stiffness.
+ServoSlope find_slope(const ServoLog& log, const ServoPairs& pairs, const ServoDelay& delay, double late) {
+  ServoSlope slope = find_slope(pairs);
+  const auto add_doubt = [&](const ServoLog& other, double of_command) {
+    slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, of_command)).value);
   };
-  if (!log.has_rates()) add_doubt({log.e, log.j, log.laws, kSmoother}, late.delay);
-  if (late.delay > 0.0) add_doubt(log, late.delay + find_delay_error(log, late.delay));
+  add_doubt(log.smooth_rates(log.has_rates() ? kSmooth : kSmoother), delay.delay);
+  if (late > 0.0) add_doubt(log.delay_rates(late), delay.delay);
+  if (delay.delay > 0.0) add_doubt(log, delay.delay + find_delay_error(log, delay.delay));
   return slope;
 }
 
 // [N m] Standard deviation of what the encoder's rounding does to the mean of the law. Rounding is a function of the
 // position: samples within one step share their error, so a joint that is held has one or two.
-double calc_rounding(const ServoLog& log, const Pairs& pairs) {
+double calc_rounding(const ServoLog& log, const ServoPairs& pairs) {
   const double step = find_encoder_step(log.e, log.j);
   if (!(step > 0.0)) return 0.0;
   std::map<long, double> count;
@@ -283,12 +251,12 @@ double calc_deviation(const std::vector<double>& x) {
   return spread.get();
 }
 
-ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double spread) {
+ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late_rates, double spread) {
   ServoReading out;
-  const Pairs pairs = list_pairs(log, late.delay);
+  const ServoPairs pairs = list_pairs(log, late.delay);
   if (pairs.law.size() < kLeastSamples) return out;
   Line line = fit_line(pairs.law, pairs.effort);
-  Slope slope = find_slope(log, pairs, late);
+  ServoSlope slope = find_slope(log, pairs, late, late_rates);
   const double rounding = calc_rounding(log, pairs);
   slope.std = std::hypot(slope.std, rounding / std::max(1e-300, calc_deviation(pairs.law)));
   line.std[1] = std::hypot(line.std[1], rounding);
@@ -323,23 +291,28 @@ LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, c
   if (!log.follows) return out;
   const Plant plant = make_plant(e, {});
   const size_t j = static_cast<size_t>(joint);
-  Pairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
+  ServoPairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
   const Line line = fit_line(pairs.law, pairs.effort);
   for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
   out.position = std::move(pairs.position);
   return out;
 }
 
-std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
+std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays,
+                                              const std::vector<VelocityReading>& velocity) {
   std::vector<ServoReading> list(static_cast<size_t>(e.num_joints()));
   if (e.scenario.drive != "servo") return list;
   const Plant plant = make_plant(e, {});
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
-    list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), calc_spread(e, j));
+    list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), velocity[j].late, calc_spread(e, j));
     list[j].travel = calc_travel(e, j);
   }
   return list;
+}
+
+std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays) {
+  return find_servo_readings(e, delays, std::vector<VelocityReading>(static_cast<size_t>(e.num_joints())));
 }
 
 std::vector<ServoDelay> find_servo_delays(const Experiment& e) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/measurement/servo_rates.h"
 #include "diagnosis/measurement/torque_effort.h"
 #include "diagnosis/measurement/torque_load.h"
 #include "diagnosis/measurement/torque_motion.h"
@@ -29,8 +30,8 @@ TorqueWork begin_work(const Experiment& e, const BodyTorques& bodies) {
 }
 
 // What is known of the drives and links before any motion.
-void read_drives(TorqueWork* w) {
-  w->data.delays = find_servo_delays(w->e), w->data.servo = find_servo_readings(w->e, w->data.delays);
+void read_drives(const std::vector<VelocityReading>& velocity, TorqueWork* w) {
+  w->data.delays = find_servo_delays(w->e), w->data.servo = find_servo_readings(w->e, w->data.delays, velocity);
   for (int j = 0; j < w->e.num_joints(); ++j) {
     w->data.source.push_back(find_effort_source(w->e, static_cast<size_t>(j)));
     w->noise.push_back(find_position_noise(w->e, static_cast<size_t>(j)));
@@ -40,9 +41,10 @@ void read_drives(TorqueWork* w) {
   for (const LinkSpec& link : w->e.robot.tree.links) w->data.load_p_L.push_back(link.inertia.p_LLcm_L);
 }
 
-TorqueData make_data(const Experiment& e, const BodyTorques& bodies) {
+// `velocity`: what is corrected in `e`.
+TorqueData make_data(const Experiment& e, const std::vector<VelocityReading>& velocity, const BodyTorques& bodies) {
   TorqueWork w = begin_work(e, bodies);
-  read_drives(&w);
+  read_drives(velocity, &w);
   make_torque_motions(&w);
   make_sharp_speeds(&w);
   for (TorqueRecording& r : w.data.recordings) r.load = r.tau;
@@ -85,7 +87,7 @@ TorqueData make_torque_data(const Experiment& experiment) { return make_torque_d
 TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies) {
   const std::vector<VelocityReading> velocity = find_velocity_readings(experiment);
   const bool faulty = std::any_of(velocity.begin(), velocity.end(), [](const VelocityReading& log) { return log.is_faulty(); });
-  TorqueData data = faulty ? make_data(correct_joint_logs(experiment, velocity), bodies) : make_data(experiment, bodies);
+  TorqueData data = faulty ? make_data(correct_joint_logs(experiment, velocity), velocity, bodies) : make_data(experiment, velocity, bodies);
   data.experiment = &experiment, data.velocity = velocity;
   return data;
 }

@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "diagnosis/measurement/servo_rates.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -116,6 +117,48 @@ void thin_out(Experiment* e) {
     }
   }
   e->sample_time *= 5.0;
+}
+
+// The elbow follows a fast motion at 200 Hz. The log of its effort comes `late_log` [s], and its servo damps with a rate
+// that comes `late_rate` [s].
+Experiment make_filtered(const std::string& name, double late_log, double late_rate) {
+  constexpr double kFast = 30.0, kLag = 0.03;  // [rad/s], [s] of the joint behind its command
+  Experiment e = make_late(name, 0.0, 0.0, 0.0, 0.0, 1.0);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  thin_out(&e);
+  const auto q = [](double t) { return 0.04 * std::sin(kFast * (t - kLag)); };
+  const auto v = [](double t) { return 0.04 * kFast * std::cos(kFast * (t - kLag)); };
+  for (Recording& r : e.recordings) {
+    JointColumns& c = r.joints[elbow];
+    for (size_t k = 0; k < r.size(); ++k) {
+      const double t = r.time[k], at = t - late_log;
+      c.command[k] = 0.05 * std::sin(kFast * t), c.command_rate[k] = 0.05 * kFast * std::cos(kFast * t);
+      c.signal[0][k] = q(t), c.signal[1][k] = v(t);
+      c.signal[2][k] = kKp * (0.05 * std::sin(kFast * at) - q(at)) + kKd * (0.05 * kFast * std::cos(kFast * at) - v(at - late_rate));
+    }
+  }
+  return e;
+}
+
+// With the law's autocorrelation R(t), an instrument three samples earlier gives R(10 ms) / R(15 ms), which is 1.06 here.
+TEST(ServoLaw, ALateLogOfTheEffortIsNoScale) {
+  const Experiment e = make_filtered("late_log", 0.005, 0.0);
+  const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(e.robot.tree.find_joint("elbow"))];
+  ASSERT_TRUE(reading.follows);
+  EXPECT_FALSE(reading.is_scaled()) << reading.scale;
+}
+
+// Damping that comes late pushes with the acceleration, as if the gains were higher. Firmware that logs late velocities
+// may use them in its servo.
+TEST(ServoLaw, DampingByALateRateIsNoScaleOfTheEffort) {
+  VelocityReading late;
+  late.late = 0.007;  // [s]
+  const Experiment e = make_filtered("late_rate", 0.0, late.late);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  const ServoReading reading = find_servo_readings(e, {}, std::vector<VelocityReading>(static_cast<size_t>(e.num_joints()), late))[elbow];
+  ASSERT_TRUE(reading.follows);
+  EXPECT_FALSE(reading.is_scaled()) << reading.scale;
+  EXPECT_TRUE(find_servo_readings(e, {})[elbow].is_scaled());  // nothing says that the rate may come late
 }
 
 // The slope of effort over law follows the delay: 3 % in a tenth of a sample here.
