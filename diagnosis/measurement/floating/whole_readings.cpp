@@ -120,10 +120,10 @@ std::vector<WholeReading> find_whole_readings(const Experiment& e) {
 Experiment convert_whole_readings(Experiment e, const std::vector<WholeReading>& readings) {
   if (std::any_of(readings.begin(), readings.end(), [](const WholeReading& r) { return r.cut; })) {
     const LeggedLog log = make_legged_log(e, Half::kAll);
+    if (BodyMotion::find_force_source(log) == MotionSource::kNone) return e;
     for (const WholeReading& r : readings) {
       for (const ForceSensor& sensor : log.sensors) {
-        const bool fills = r.cut && sensor.name == r.sensor && !sensor.world && BodyMotion::find_force_source(log) != MotionSource::kNone;
-        if (fills) fill_cut(log, sensor, r.mass, &e);
+        if (r.cut && sensor.name == r.sensor && !sensor.world) fill_cut(log, sensor, r.mass, &e);
       }
     }
   }
