@@ -292,7 +292,7 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
 std::string describe_whole_reading(const floating::WholeReading& w) {
   if (w.cut)
     return "/wrench/" + w.sensor + ": it never reads less than " + number(w.air, 2) + " N, although the foot that hangs on it weighs " +
-           number(w.mass, 3) + " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing";
+           number(w.mass, 3) + " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing; what the hanging foot makes it read is put back";
   return "/wrench/" + w.sensor + ": it reads what the ground does to the whole foot: " + number(w.air, 2) +
          " N in the air. The foot's " + number(w.mass, 3) + " kg are taken as above the sensor";
 }

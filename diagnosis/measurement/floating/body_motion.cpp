@@ -92,12 +92,23 @@ void BodyMotion::read_joints(size_t k) {
   if (turned_ >= 0) state_.q(turned_) += turn_;
 }
 
+// Whether joints are between the base and what tells its rate. find_rate() then needs poses, and leaves the velocities that
+// follow from that rate.
+bool BodyMotion::is_felt_over_joints() const {
+  const bool further_out = imu_ >= 0 && log_.imus[static_cast<size_t>(imu_)].link != 0;
+  return rate_source_ == MotionSource::kFoot || (rate_source_ == MotionSource::kImu && further_out);
+}
+
 // Rate of the base and its derivative. An IMU further out feels the joints between, too.
 void BodyMotion::find_rate(size_t k) {
   Vector3d dw = Vector3d::Zero();
   w_.setZero();
   if (rate_source_ == MotionSource::kPose) calc_quaternion_rates(clip_.base_attitude, k, &w_, &dw);
-  if (rate_source_ == MotionSource::kImu) {
+  if (rate_source_ == MotionSource::kImu && !is_felt_over_joints()) {
+    const auto i = static_cast<size_t>(imu_);
+    w_ = log_.imus[i].R_LI * (get(clip_.imus[i].gyro, k) + more_gyro_);
+    dw = log_.imus[i].R_LI * (get_rate(clip_.imus[i].gyro, k) + more_gyro_rate_);
+  } else if (rate_source_ == MotionSource::kImu) {
     const auto i = static_cast<size_t>(imu_);
     const ImuSensor& imu = log_.imus[i];
     const Matrix3d R_BI = get_pose(data_, imu.link).R * imu.R_LI;
@@ -157,10 +168,10 @@ bool BodyMotion::update(size_t k) {
     update_accelerations(*now_, vdot_, &data_);
     return true;
   }
-  update_kinematics(*now_, state_, &data_);
+  if (is_felt_over_joints()) update_kinematics(*now_, state_, &data_);
   find_rate(k);
   state_.V_WB.head<3>() = w_;
-  update_kinematics(*now_, state_, &data_);
+  if (!is_felt_over_joints()) update_kinematics(*now_, state_, &data_);
   find_force(k);
   update_accelerations(*now_, vdot_, &data_);
   return true;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -85,7 +86,8 @@ class Lister {
   void add_link(int l) {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const Where where{{"link", link.name}};
-    add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4)).least = kExactShare * log_.mass;
+    Candidate& load = add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4));
+    load.least = kExactShare * log_.mass, load.prior = make_place_prior(log_.mass, kReach);
     const double stated = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia.mass;
     if (link.inertia.mass < 1e-3 * log_.mass || stated <= 0) return;
     add_own_mass(l, link.inertia, where);
@@ -103,6 +105,8 @@ class Lister {
     for (int a = 0; a < 3; ++a) axes.push_back({{at_.link(l, 1 + a), own.mass}});
     Candidate& moved = add(laws_.com_error, where, l, std::move(axes));
     moved.center = c, moved.extent = find_extent(l);
+    // Two deviations are the link's size: axes that a walk hardly tells stay within it.
+    moved.prior.assign(3, kHalf * moved.extent);
     moved = make_moved(moved, at_, Vector3d::Zero());
   }
 
@@ -294,6 +298,12 @@ Matrix3d calc_inertia_slope(const Vector3d& c, int i) {
 }
 
 }  // namespace
+
+// Two deviations are the reach.
+std::vector<double> make_place_prior(double mass, double reach) {
+  const double axis = kHalf * reach * mass;
+  return {std::numeric_limits<double>::infinity(), axis, axis, axis};
+}
 
 // I = m (c.c 1 - c c^T) is of first degree in (m, m c): I = m dI/dm + m c . dI/d(m c), dI/dm = -(c.c 1 - c c^T).
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& c) {

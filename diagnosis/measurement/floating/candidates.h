@@ -12,6 +12,9 @@
 
 namespace hrp::diagnosis::floating {
 
+// [m] From its link's origin: the farthest place of a load.
+constexpr double kReach = 1.0;
+
 // One coefficient: the columns that it multiplies.
 using Terms = std::vector<std::pair<int, double>>;
 
@@ -48,6 +51,10 @@ std::vector<Candidate> list_candidates(const LeggedLog& log, const ColumnLayout&
 
 // A load is a point: its inertia follows from mass and place. Adds the terms for a load at `place` [m] in its link.
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& place);
+
+// Of a load of about `mass` [kg]: any mass, at a place within `reach` [m] of its link's origin. A walk may not tell its height:
+// weights do not change with it, and a body that turns little hardly does.
+std::vector<double> make_place_prior(double mass, double reach);
 
 // A link's mass that lies elsewhere turns about its origin otherwise, too: the terms about a mass moved by `offset`
 // [m]. Its inertia about its own centre stays.

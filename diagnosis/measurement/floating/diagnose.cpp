@@ -25,7 +25,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kFewestRows = 8;  // of an equation, to compare anything
-constexpr double kReach = 1.0;     // [m] the farthest place of a load from its link's origin
 constexpr int kRounds = 3;         // of equations about what was found: each leaves a hundredth of the last one's error
 
 using Progress = std::function<void(const std::string&)>;

@@ -130,8 +130,12 @@ bool is_bend(const Candidate&, const Eigen::VectorXd& x, double) {
 }
 
 bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {
+  if (!x.allFinite() || x(0) <= 0) return false;
+  const std::vector<double> prior = make_place_prior(x(0), reach);
+  const bool known = c->prior.size() == prior.size() && std::abs(c->prior[1] - prior[1]) < kTrace * prior[1];
+  c->prior = prior;
   const Vector3d at = x.tail<3>() / x(0);
-  if (!at.allFinite() || x(0) <= 0 || at.norm() > reach) return false;
+  if (at.norm() > reach) return !known;
   *c = make_load(*c, layout, at);
   return true;
 }

@@ -370,7 +370,10 @@ Eigen::VectorXd LeggedFitter::calc_systematic(const LeggedFit& fit) const {
     }
     shift += in_line.cwiseAbs2();
   }
-  return shift.cwiseSqrt().cwiseQuotient(squares.cwiseMax(1e-300));
+  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(n, n);
+  Eigen::VectorXd none = Eigen::VectorXd::Zero(n);
+  add_priors(fit.effects, &known, &none);
+  return shift.cwiseSqrt().cwiseQuotient((squares + known.diagonal()).cwiseMax(1e-300));
 }
 
 std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {

@@ -109,16 +109,9 @@ void add_drive_columns(const BodyEquations& equations, BodyRows* rows) {
   }
 }
 
-void add_turn_columns(const BodyEquations& equations, const std::vector<JointSides>& sides, BodyRows* rows) {
-  BodyMotion& motion = rows->at().motion;
-  const size_t k = rows->at().k;
-  for (const JointTurn& turn : list_turns(equations.log, equations.layout, sides)) {
-    motion.turn_joint(turn.joint, turn.axis, kTurn), motion.update(k);
-    const Eigen::VectorXd slope = rows->calc_slope(kTurn);
-    for (const auto& [column, factor] : turn.columns) rows->put_all(factor * slope, column);
-    motion.turn_joint(turn.joint, turn.axis, 0);
-  }
-  motion.update(k);
+void add_turn_columns(const JointTurn& turn, BodyRows* rows) {
+  const Eigen::VectorXd slope = rows->calc_slope(kTurn);
+  for (const auto& [column, factor] : turn.columns) rows->put_all(factor * slope, column);
 }
 
 void add_servo_rows(const BodyEquations& equations, const BodySample& at) {

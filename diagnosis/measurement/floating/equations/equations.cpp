@@ -41,19 +41,30 @@ std::vector<std::vector<double>> find_ways(const Clip& clip, const std::vector<d
   return ways;
 }
 
-// The sides of the transmissions are what the rows of feet need, too.
-std::vector<JointSides> add_body_rows(const BodySample& at, BodyEquations* equations) {
+// Each joint is turned once for all rows: what the motion is then takes most of the time.
+void add_turns(const BodyEquations& equations, const std::vector<JointSides>& sides, BodyRows* rows, FootRows* feet) {
+  BodyMotion& motion = rows->at().motion;
+  const size_t k = rows->at().k;
+  for (const JointTurn& turn : list_turns(equations.log, equations.layout, sides)) {
+    motion.turn_joint(turn.joint, turn.axis, kTurn), motion.update(k);
+    add_turn_columns(turn, rows), feet->add_turn(turn, &motion);
+    motion.turn_joint(turn.joint, turn.axis, 0);
+  }
+  motion.update(k);
+}
+
+void add_body_rows(const BodySample& at, BodyEquations* equations, FootRows* feet) {
   BodyRows rows(*equations, at);
   const std::vector<JointSides> sides = find_sides(at, rows.nominal().load);
+  feet->add(at.clip_index, at.k, &at.motion);
   add_link_columns(equations, &rows);
   add_pull_columns(*equations, &rows);
   add_drive_columns(*equations, &rows);
   add_force_sensor_columns(*equations, &rows);
   if (uses_accelerometer(at.log)) add_accelerometer_columns(*equations, &rows);
   add_servo_rows(*equations, at);
-  add_turn_columns(*equations, sides, &rows);
+  add_turns(*equations, sides, &rows, feet);
   if (uses_gyroscope(at.log)) add_gyroscope_columns(*equations, &rows);
-  return sides;
 }
 
 // Samples of a clip in cells: each cell is a row of every equation that holds there.
@@ -85,8 +96,7 @@ void add_clip(size_t c, BodyEquations* equations, FootRows* feet, ImuRows* imus,
       const size_t k = begin + i * cells.stride;
       if (!motion.update(k)) continue;
       imus->add(c, k, &motion);
-      const std::vector<JointSides> sides = add_body_rows({equations->log, clip, c, k, motion}, equations);
-      feet->add(c, k, sides, &motion);
+      add_body_rows({equations->log, clip, c, k, motion}, equations, feet);
     }
     equations->table.end_cell();
   }

@@ -178,7 +178,8 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
   }
 }
 
-void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, BodyMotion* motion) {
+void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
+  at_ = {};
   if (pairs_.empty() && std::all_of(tilt_.begin(), tilt_.end(), [](int c) { return c < 0; })) return;
   std::vector<Load> loads;
   for (size_t f = 0; f < log_.feet.size(); ++f) loads.push_back(find_load(clip, f, k, motion));
@@ -220,17 +221,17 @@ void FootRows::add(size_t clip, size_t k, const std::vector<JointSides>& sides, 
   }
   if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
   add_plumb(clip, k, y, open, motion);
-  for (const JointTurn& turn : list_turns(log_, layout_, sides)) {
-    motion->turn_joint(turn.joint, turn.axis, kTurn), motion->update(k);
-    const Eigen::VectorXd slope = (calc_values(clip, k, Vector3d::Zero(), motion) - y) / kTurn;
-    motion->turn_joint(turn.joint, turn.axis, 0);
-    for (size_t r = 0; r < open.size(); ++r) {
-      for (const auto& [column, factor] : turn.columns) {
-        if (open[r] >= 0) table_.add(open[r], column, factor * slope(static_cast<long>(r)));
-      }
+  at_ = {clip, k, y, open};
+}
+
+void FootRows::add_turn(const JointTurn& turn, BodyMotion* motion) {
+  if (std::all_of(at_.open.begin(), at_.open.end(), [](int c) { return c < 0; })) return;
+  const Eigen::VectorXd slope = (calc_values(at_.clip, at_.k, Vector3d::Zero(), motion) - at_.y) / kTurn;
+  for (size_t r = 0; r < at_.open.size(); ++r) {
+    for (const auto& [column, factor] : turn.columns) {
+      if (at_.open[r] >= 0) table_.add(at_.open[r], column, factor * slope(static_cast<long>(r)));
     }
   }
-  motion->update(k);
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -15,8 +15,10 @@ bool presses_inside(const Foot& foot, const Vector3d& moment, double force);
 class FootRows {
  public:
   FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
-  // Adds the rows of sample k; `motion` stands there, and does so again afterwards.
-  void add(size_t clip, size_t k, const std::vector<JointSides>& sides, BodyMotion* motion);
+  // Adds the rows of sample k, where `motion` stands.
+  void add(size_t clip, size_t k, BodyMotion* motion);
+  // Adds the columns of a turn to the rows of the last sample; `motion` stands there with the joint turned by kTurn.
+  void add_turn(const JointTurn& turn, BodyMotion* motion);
 
  private:
   struct Load {
@@ -43,6 +45,13 @@ class FootRows {
   std::vector<int> tilt_;  // by foot * 2, -1: none
   std::vector<int> imu_;   // by foot: an IMU on it, which sees its tilt; -1: none
   std::vector<Pair> pairs_;
+  // Of the last sample: values, and the channels of open rows, -1: not open.
+  struct Sample {
+    size_t clip = 0, k = 0;
+    Eigen::VectorXd y;
+    std::vector<int> open;
+  };
+  Sample at_;
   int attitude_ = -1;  // IMU whose attitude tells the vertical; -1: none
   int plumb_ = -1;     // IMU whose accelerometer does, as a plumb line; -1: none
 };

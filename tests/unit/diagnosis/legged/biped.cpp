@@ -40,14 +40,14 @@ class Maker {
                                                                          1e-12 * Matrix3d::Identity()};
     }
     tree_.links[static_cast<size_t>(tree_.find_link("l_thigh"))].inertia.p_LLcm_L.z() -= hidden.lower;
-    LinkInertia& pelvis = tree_.links[0].inertia;
-    const Vector3d c = (pelvis.mass * pelvis.p_LLcm_L + hidden.load * hidden.place) / (pelvis.mass + hidden.load);
+    LinkInertia& carrier = tree_.links[static_cast<size_t>(tree_.find_link(hidden.carrier))].inertia;
+    const Vector3d c = (carrier.mass * carrier.p_LLcm_L + hidden.load * hidden.place) / (carrier.mass + hidden.load);
     const auto about = [&](double m, const Vector3d& p) {
       const Vector3d d = p - c;
       return Matrix3d(m * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()));
     };
-    pelvis.I_LLcm_L += about(pelvis.mass, pelvis.p_LLcm_L) + about(hidden.load, hidden.place);
-    pelvis.mass += hidden.load, pelvis.p_LLcm_L = c;
+    carrier.I_LLcm_L += about(carrier.mass, carrier.p_LLcm_L) + about(hidden.load, hidden.place);
+    carrier.mass += hidden.load, carrier.p_LLcm_L = c;
     for (LinkSpec& link : tree_.links) link.inertia.mass *= hidden.heavier, link.inertia.I_LLcm_L *= hidden.heavier;
   }
 

@@ -13,7 +13,8 @@ namespace hrp::diagnosis::floating {
 
 // What is hidden from the model.
 struct Hidden {
-  double load = 0;          // [kg] on the pelvis
+  double load = 0;          // [kg]
+  std::string carrier = "pelvis";  // of the load
   Vector3d place{0, 0, 0};  // [m]
   double dry = 0;           // [N m] in the left knee
   double rotor = 0;         // [kg m^2] there

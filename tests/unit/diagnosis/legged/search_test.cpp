@@ -179,6 +179,34 @@ TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
   EXPECT_EQ(soles, 2u);
 }
 
+// A load of 4.5 kg at (0.1, -0.05, 0.2) m in the pelvis. Its height hardly changes the weight: what else is in the weight would
+// put it 4.6 m up.
+TEST(LeggedSearch, ALoadWhoseHeightHardlyShowsIsALoadWithinReach) {
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const ColumnLayout layout(log);
+  std::vector<Candidate> loads;
+  for (const Candidate& c : list_candidates(log, layout)) {
+    if (c.law == &get_laws().payload && c.place == 0) loads.push_back(c);
+  }
+  RowHalves rows(layout.count(), 900, {{kWeight, {layout.link(0, 0), layout.link(0, 1), layout.link(0, 2), layout.link(0, 3)}}});
+  std::mt19937 random(47);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double column[] = {9.8 + 0.5 * normal(random), 0.8 * normal(random), 0.8 * normal(random), 0.002 * normal(random)};
+    const double load = 4.5 * (column[0] + 0.1 * column[1] - 0.05 * column[2] + 0.2 * column[3]), other = 20 * column[3];
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, load + other + 0.3 * normal(random), 400 + 10 * normal(random));
+      for (int c = 0; c < 4; ++c) half->add(0, layout.link(0, c), column[c]);
+    });
+  }
+  const LeggedOutcome out = search(rows.merge(), layout.count(), loads);
+  ASSERT_EQ(out.effects.size(), 1u);
+  const auto parameters = make_estimates(out.effects[0].effect, out.effects[0].x, out.effects[0].std);
+  EXPECT_NEAR(parameters[0].value[0], 4.5, 0.05);
+  EXPECT_NEAR(parameters[1].value[0], 0.1, 0.02);  // five standard errors of 600 rows
+  EXPECT_NEAR(parameters[1].value[2], 0.2, 1.96 * parameters[1].std[2]) << "its own interval";
+}
+
 // Tilts of a sole that gives 0.006 rad/(N m) about y. A hand leans the stiff robot: the sole bears a side force in
 // proportion to its moment. About x, moments are noise. There is no second foot, so no height tells how far it sinks.
 LeggedOutcome search_leaning_sole() {
