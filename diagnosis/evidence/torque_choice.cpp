@@ -91,10 +91,7 @@ class Chooser {
       std::vector<Terms> own = choice->model.own;
       size_t gone = 0;
       for (size_t i = 0; i < own.size(); ++i) {
-        const auto is_zero = [&](size_t t) {
-          const Term& of_joint = design_.joints[i].terms[t];
-          return of_joint.effect().family == EffectFamily::kZero || of_joint.row->constant >= 0;
-        };
+        const auto is_zero = [&](size_t t) { return design_.joints[i].terms[t].row->is_like_zero(); };
         const auto end = std::remove_if(own[i].begin(), own[i].end(), is_zero);
         gone += static_cast<size_t>(own[i].end() - end);
         own[i].erase(end, own[i].end());

@@ -33,7 +33,7 @@ class Judge {
       : e_(e), jobs_(jobs), design_(std::move(design)) {
     choice_ = choose_with_placed_loads(jobs, &design_);
     drop_misleading_terms(jobs, Timing::kFree, &design_, &choice_);
-    exchange_misleading_terms(design_, jobs, &choice_);
+    exchange_misleading_zeros(design_, jobs, &choice_);
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);

@@ -72,30 +72,31 @@ double calc_score(const TorqueDesign& design, const TorqueFit& fit) {
   return score;
 }
 
-// Models in which another term stands in the place of term `at` of joint i.
+// Models in which another zero stands in the place of `term` of joint i: one of the joint, or of the whole robot.
 std::vector<TorqueModel> list_exchanges(const TorqueDesign& design, const TorqueModel& without, size_t i, size_t term) {
   std::vector<TorqueModel> models;
+  const auto has = [](const std::vector<size_t>& terms, size_t t) { return std::find(terms.begin(), terms.end(), t) != terms.end(); };
   for (size_t t = 0; t < design.joints[i].terms.size(); ++t) {
     TorqueModel model = without;
     std::vector<size_t>& own = model.own[i];
-    if (t == term || std::find(own.begin(), own.end(), t) != own.end()) continue;
+    if (t == term || has(own, t) || !design.joints[i].terms[t].row->is_like_zero()) continue;
     own.insert(std::lower_bound(own.begin(), own.end(), t), t);
     if (is_sensible(design.joints[i], own)) models.push_back(std::move(model));
   }
   for (size_t t = 0; t < design.whole.size(); ++t) {
-    if (design.whole[t].row->is_of_bus() || std::find(without.whole.begin(), without.whole.end(), t) != without.whole.end()) continue;
+    if (design.whole[t].effect().family != EffectFamily::kZero || has(without.whole, t)) continue;
     models.push_back(without);
     models.back().whole.push_back(t);
   }
   return models;
 }
 
-// The best exchange of one term of joint i that held-out recordings do not want. All recordings together make it as likely, up
+// The best exchange of one zero of joint i that held-out recordings do not want. All recordings together make it as likely, up
 // to odds of 20 to 1; it predicts held-out recordings clearly better, and better than no term.
-bool exchange_term(const TorqueDesign& design, int jobs, size_t i, Choice* choice) {
+bool exchange_zero(const TorqueDesign& design, int jobs, size_t i, Choice* choice) {
   for (size_t at = 0; at < choice->model.own[i].size(); ++at) {
     const size_t term = choice->model.own[i][at];
-    if (design.joints[i].terms[term].row->usual) continue;
+    if (!design.joints[i].terms[term].row->is_like_zero()) continue;
     TorqueModel without = choice->model;
     without.own[i].erase(without.own[i].begin() + static_cast<long>(at));
     const double held = fit_torque(design, without).held[i];
@@ -119,9 +120,9 @@ bool exchange_term(const TorqueDesign& design, int jobs, size_t i, Choice* choic
 
 }  // namespace
 
-void exchange_misleading_terms(const TorqueDesign& design, int jobs, Choice* choice) {
+void exchange_misleading_zeros(const TorqueDesign& design, int jobs, Choice* choice) {
   if (!design.has_held) return;
-  for (size_t i = 0; i < design.joints.size(); ++i) exchange_term(design, jobs, i, choice);
+  for (size_t i = 0; i < design.joints.size(); ++i) exchange_zero(design, jobs, i, choice);
 }
 
 void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice* choice) {

@@ -11,9 +11,9 @@ namespace hrp::diagnosis {
 // Without held-out recordings, nothing changes.
 void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice* choice);
 
-// Where a joint's term predicts held-out recordings no better than nothing does, another term may stand in its place: one that
-// all recordings together make as likely, and that predicts the held-out ones clearly better. An arm that hangs down, for example, sees a
-// displaced encoder zero as a constant torque; held-out motion far from there does not.
-void exchange_misleading_terms(const TorqueDesign& design, int jobs, Choice* choice);
+// Where a constant torque, or another zero of a joint, predicts held-out recordings no better than nothing does, another zero may
+// stand in its place: one that all recordings together make as likely, and that predicts the held-out ones clearly better. An arm
+// that hangs down, for example, sees a displaced encoder zero as a constant torque; held-out motion far from there does not.
+void exchange_misleading_zeros(const TorqueDesign& design, int jobs, Choice* choice);
 
 }  // namespace hrp::diagnosis

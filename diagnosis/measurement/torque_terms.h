@@ -95,6 +95,8 @@ struct TermRow {
   bool is_constant() const { return constant == 0; }          // and nothing else
   // A spring has a constant part. It always fits as well as a constant torque, so it is no rival of one.
   bool contains(const TermRow& smaller) const { return constant > 0 && smaller.is_constant(); }
+  // A displaced zero, or a law that has a constant part: near one posture they are the same.
+  bool is_like_zero() const { return effect->family == EffectFamily::kZero || constant >= 0; }
   bool is_of_bus() const { return late && whole; }            // common to all joints
   bool is_of_mass() const { return effect->family == EffectFamily::kMass; }
 };

@@ -138,7 +138,7 @@ TEST(TorqueRivals, AConstantTorqueThatHeldOutMotionRefutesGivesWayToAZero) {
   ASSERT_EQ(choice.model.own[0].size(), 2u);
   choice.fit = fit_torque(design, choice.model);
   const double before = choice.fit.held[0];
-  exchange_misleading_terms(design, 1, &choice);
+  exchange_misleading_zeros(design, 1, &choice);
   EXPECT_EQ(choice.model.own[0].size(), 1u);
   ASSERT_EQ(choice.model.whole.size(), 1u);
   EXPECT_EQ(design.whole[choice.model.whole[0]].effect().family, EffectFamily::kZero);
