@@ -362,6 +362,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
+  doubt_beside_units(as_logged, c.units, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
