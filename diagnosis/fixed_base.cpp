@@ -14,6 +14,7 @@
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/search/hum.h"
 #include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
@@ -128,7 +129,7 @@ Reports report_along_motion(const Problem& problem, TorqueVerdict torque, const 
 // Recordings in which a servo hums: no simulation follows them. What is missing at the joints that it does not shake is
 // judged along the recorded motion.
 Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
-  const Experiment& e = *problem.experiment;
+  const Experiment e = take_out_hum(*problem.experiment, hum);
   const std::string why = "the recordings contradict themselves at " + list_joints(e, hum.humming) +
                           ": the effort is at its limit for most of the time and the velocity is not the rate of the position, so the "
                           "servo hums faster than the log samples. Not judged, nor called physics: " + list_joints(e, hum.shaken);

@@ -19,12 +19,4 @@ struct SuspectJoint {
 // Compares nominal rollouts with full and with half steps on the training recordings.
 std::vector<SuspectJoint> find_suspect_joints(const Problem& problem);
 
-// Finds joints whose servo oscillates at its effort limit faster than the log's sampling rate: most samples are at the
-// limit, and the velocity is not the rate of the position. Simulated recordings of stiff servos on light links show
-// this. `shaken`: joints whose velocity is not the position's rate, as the oscillation shakes them.
-struct Hum {
-  std::vector<int> humming, shaken;
-};
-Hum find_hum(const Experiment& e);
-
 }  // namespace hrp::diagnosis

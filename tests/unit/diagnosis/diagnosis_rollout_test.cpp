@@ -5,6 +5,7 @@
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/report/report.h"
+#include "diagnosis/search/hum.h"
 #include "diagnosis/search/step_check.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -117,6 +118,22 @@ TEST(StepCheck, BesideAServoThatHumsTheOtherJointIsJudgedAndTheHumIsNoPhysics) {
     rotor = rotor || f["effect"] == "rotor_inertia";
   }
   EXPECT_TRUE(rotor);
+}
+
+// The shoulder reads 0.02 rad/s off its rate, and its servo's damping of 15 N m s/rad adds -0.3 N m to every effort.
+TEST(StepCheck, WhatAHumLeavesInANeighboursLogIsNoConstantTorque) {
+  Experiment e = simulate_arm("hum_neighbour", {{EffectId::kRotorInertia, kShoulder, {0.5}}});
+  const double kd = make_plant(e, {}).laws[kShoulder].kd, dv = 0.02;
+  ASSERT_GT(kd, 1.0);
+  for (Recording& r : e.recordings) {
+    for (size_t k = 0; k < r.size(); ++k) {
+      r.joints[kElbow].signal[1][k] -= 10.0, r.joints[kElbow].signal[2][k] = 50.0;
+      r.joints[kShoulder].signal[1][k] += dv, r.joints[kShoulder].signal[2][k] -= kd * dv;
+    }
+  }
+  const Reports reports = diagnose_fixed_base(make_problem(e, 1), [](const std::string&) {});
+  ASSERT_EQ(reports.report["findings"].size(), 1u);
+  EXPECT_EQ(reports.report["findings"][0]["effect"], "rotor_inertia");
 }
 
 TEST(DiagnosisRollout, WithoutEffortsAndCommandedRatesTheServosLawTellsItsLimit) {
