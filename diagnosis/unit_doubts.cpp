@@ -137,7 +137,7 @@ void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& unit
     for (const EffortUnit& u : moved) {
       if (joint.empty() || e.robot.tree.joint(u.joint).name != joint || !is_in_log_unit(f)) continue;
       widen_finding(find_blur(u), &f);
-      if (find_blur(u) > kPart) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
+      if (find_blur(u) > kPart || is_load_or_unit(u)) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
     }
   }
 }

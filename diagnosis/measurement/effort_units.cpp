@@ -92,9 +92,6 @@ bool is_torque_of_bodies(const TorqueData& data, int joint) {
   return least && std::abs(std::log(least->scale)) < kSame;
 }
 
-// Efforts that are much less than the torque: no load makes them so.
-bool is_large(const EffortUnit& u) { return std::log(u.low) > kFactor; }
-
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }
 
 // [|ln|] beyond which scales below one are a unit: loads of joints differ by more than a tenth; where scales differ by
@@ -114,6 +111,7 @@ double find_least(const TorqueData& data, const std::vector<EffortUnit>& units) 
 bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   if (!std::all_of(units.begin(), units.end(), is_wide))
     units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
+  const auto is_large = [](const EffortUnit& u) { return std::log(u.low) > kFactor; };
   if (std::all_of(units.begin(), units.end(), is_large)) return true;
   // Nearer to one, no load has to be asked for.
   if (!std::all_of(units.begin(), units.end(), [&](const EffortUnit& u) { return is_large(u) || std::log(u.scale) < -kFactor; })) return false;
@@ -231,11 +229,9 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
     unit->of_gains = of_gains;
     units.push_back(*unit);
   }
-  // A load brings the units of the joints that carry most of it near to one: one that is far, and a load that shows, do.
-  const bool far = are_far(data, units);
-  if (units.empty() || (!far && std::none_of(units.begin(), units.end(), is_large))) return {};
-  refine_beside_load(data, &units);
-  if (units.empty() || (!far && !std::all_of(units.begin(), units.end(), is_large))) return {};
+  if (!are_far(data, units)) return {};
+  if (!units.empty()) refine_beside_load(data, &units);
+  if (units.empty()) return {};
   add_others(data, &units);
   for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
   // Beside other joints' units, a log that is proportional to the law has one, too.
@@ -246,6 +242,8 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   }
   return units;
 }
+
+bool is_load_or_unit(const EffortUnit& unit) { return std::isfinite(unit.of_load) && unit.of_load > kPart; }
 
 bool tells_unit(const TorqueData& data, int joint) {
   return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);

@@ -29,6 +29,9 @@ struct EffortUnit {
   double of_load = std::numeric_limits<double>::infinity();
 };
 
+// True if a load shows beside the units and its mass does not: another load with other units does as well.
+bool is_load_or_unit(const EffortUnit& unit);
+
 // One entry for each joint whose efforts (or, without efforts, stated gains) are in another unit. Empty if they are
 // torques or the motion does not determine it. The efforts of a servo are compared with its law instead (servo_law.h).
 // If an effort has the wrong sign: that joint alone, with a scale below zero.
