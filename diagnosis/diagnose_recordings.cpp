@@ -22,6 +22,7 @@
 #include "diagnosis/measurement/stamps.h"
 #include "diagnosis/odd_load_report.h"
 #include "diagnosis/page/terminal.h"
+#include "diagnosis/unit_doubts.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -53,6 +54,7 @@ void finish(const Experiment& e, Reports* reports) {
   report["fit"]["held_out"] = has_held_out(e.recordings);
   name_simpler_laws(&report);
   lower_grades(&report);
+  doubt_upright_forces(e, &report);
   drop_idle_findings(&report);
   list_once(&report);
   doubt_odd_sizes(e.robot.tree, &report);

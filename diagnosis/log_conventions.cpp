@@ -66,7 +66,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const double std = calc_std(unit);
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
-  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others && !unit.at_least);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others && !unit.at_least && !is_load_or_unit(unit));
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
     f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +
@@ -77,8 +77,10 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
                           number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") + " (a motor's current, or a share?).";
   if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
   else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
+  if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
+  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative("payload", {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 
@@ -367,6 +369,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe(as_logged, c.turned));
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
+  doubt_beside_units(as_logged, c.units, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {

@@ -2,9 +2,16 @@
 #include "diagnosis/unit_doubts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/rounding.h"
+#include "common/effects/effect_info.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -23,6 +30,57 @@ void mark_findings(const std::string& joint, const char* key, const std::string&
     f[key] = true;
     f["statement"] = f.value("statement", "") + words;
   }
+}
+
+// A value with the relative deviation `blur` of its unit beside its own.
+void widen(double blur, Json* number, Json* std, Json* ends) {
+  const double own = std->get<double>(), wide = std::hypot(own, blur * number->get<double>());
+  for (size_t i : {0, 1}) (*ends)[i] = (*ends)[i].get<double>() + (i == 0 ? -1.0 : 1.0) * kNinetyFive * (wide - own);
+  *std = wide;
+}
+
+// Its parameters that are torques, inertias, masses or forces; of a load, also where it is.
+void widen_finding(double blur, Json* finding) {
+  const bool link = (*finding)["where"].contains("link");
+  if (!std::isfinite(blur)) return;
+  for (Json& p : (*finding)["parameters"]) {
+    if (!p.is_object() || !p.contains("std") || !p.contains("ci95")) continue;
+    const std::string unit = p.value("unit", "");
+    if (unit.find('N') == std::string::npos && unit.find("kg") == std::string::npos && !(link && unit == "m")) continue;
+    if (p["value"].is_number()) widen(blur, &p["value"], &p["std"], &p["ci95"]);
+    for (size_t i = 0; p["value"].is_array() && i < p["value"].size(); ++i) widen(blur, &p["value"][i], &p["std"][i], &p["ci95"][i]);
+  }
+}
+
+double find_blur(const EffortUnit& u) { return 0.5 * (u.high - u.low) / kNinetyFive / u.scale; }
+
+// Of a link's mass or force: all units together do as well. Of a joint's torque: its own unit does.
+void doubt_beside(const Experiment& e, const std::vector<EffortUnit>& units, const std::string& why, Json* finding) {
+  const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
+  make_ambiguous(finding);
+  (*finding)["statement"] = (*finding).value("statement", "") + why;
+  for (const EffortUnit& u : units)
+    (*finding)["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)},
+                                          {"where", {{"joint", e.robot.tree.joint(u.joint).name}}}, {"parameters", {{"scale", u.scale}}}});
+}
+
+bool has_effort(const Experiment& e) {
+  for (const Recording& r : e.recordings) {
+    if (std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); })) return true;
+  }
+  return false;
+}
+
+// True if a force across gravity may be none: what is left of it along each axis is within its interval. The simulator's
+// axes are the world's, and so is gravity's.
+bool is_upright(const Vector3d& gravity_W, const Json& force) {
+  if (!force.is_object() || !force.contains("ci95") || gravity_W.isZero()) return false;
+  const Vector3d up = gravity_W.cwiseAbs().normalized();
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double low = force["ci95"][axis][0], high = force["ci95"][axis][1];
+    if (up[static_cast<long>(axis)] < kNearlyAll && (low > 0.0 || high < 0.0)) return false;
+  }
+  return up.maxCoeff() > kNearlyAll;
 }
 
 void warn(const std::string& text, Reports* reports) {
@@ -61,6 +119,41 @@ void doubt_least_units(const Experiment& e, const std::vector<EffortUnit>& units
     warn(e.signal_name(u.joint, Quantity::kEffort) + ": one unit is " + number(u.scale, 3) + " " + unit +
              " if the drive has no rotor and the model's inertia is right; torques and inertias found at " + name + " grow with it", reports);
     mark_findings(name, "at_least", " With a rotor, the unit and this value are larger.", &reports->report);
+  }
+}
+
+void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& units, Reports* reports) {
+  std::vector<EffortUnit> moved;  // told by the motion
+  double of_load = 0.0;
+  for (const EffortUnit& u : units) {
+    if (u.of_load > 0.0) moved.push_back(u), of_load = std::max(of_load, u.of_load);
+  }
+  for (Json& f : reports->report["findings"]) {
+    const std::string joint = f["where"].value("joint", "");
+    if (f["where"].contains("link") && !moved.empty() && is_in_log_unit(f)) {
+      widen_finding(of_load, &f);
+      if (of_load > kPart) doubt_beside(e, moved, " The efforts' units were found from the same motion: other units describe it nearly as well.", &f);
+    }
+    for (const EffortUnit& u : moved) {
+      if (joint.empty() || e.robot.tree.joint(u.joint).name != joint || !is_in_log_unit(f)) continue;
+      widen_finding(find_blur(u), &f);
+      if (find_blur(u) > kPart || is_load_or_unit(u)) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
+    }
+  }
+}
+
+void doubt_upright_forces(const Experiment& e, Json* report) {
+  if (e.scenario.floating_base || e.scenario.drive != "servo" || has_effort(e)) return;
+  const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
+  for (Json& f : (*report)["findings"]) {
+    const bool force = f["effect"] == get_effect(EffectId::kExternalForce).name && f.value("grade", "") == get_grade_name(Grade::kSupported);
+    if (!force || !is_upright(e.scenario.gravity_W, f["parameters"]["force"])) continue;
+    make_ambiguous(&f);
+    f["statement"] = f.value("statement", "") + " It acts along gravity, and no effort was logged: stated gains that are wrong look the same.";
+    for (int j = 0; j < e.num_joints(); ++j) {
+      if (!e.robot.tree.joint(j).actuated) continue;
+      f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", {{"joint", e.robot.tree.joint(j).name}}}, {"parameters", Json::object()}});
+    }
   }
 }
 

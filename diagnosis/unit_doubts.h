@@ -17,4 +17,13 @@ void doubt_untold_units(const Experiment& as_logged, const std::vector<int>& unt
 // Marks findings at joints whose unit is a lower bound: their torques and inertias grow with it.
 void doubt_least_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);
 
+// Findings beside units that the motion tells: torques and inertias at a joint are as uncertain as its unit, masses and
+// forces as the load that was found together with the units. Where no load shows beside units, or a unit is hardly known,
+// they are ambiguous, with the units as alternatives.
+void doubt_beside_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);
+
+// Where no effort was logged, stated gains give it: a constant force along gravity then scales the torque of weight as a
+// wrong gain does, and is ambiguous. Certain findings stay: gains that explain everything to the noise are right.
+void doubt_upright_forces(const Experiment& experiment, Json* report);
+
 }  // namespace hrp::diagnosis

@@ -51,8 +51,31 @@ std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) 
   return rows;
 }
 
+// True if the rows are poses, not samples of one motion: joints are elsewhere in each row, though every logged velocity is
+// zero, or though stamps in milliseconds would make a joint faster than the model lets it be.
+bool are_poses(const Experiment& e, const Table& table, const std::vector<double>& t, const std::vector<size_t>& rows) {
+  bool moved = false, still = true, any_rate = false, too_fast = false;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointSpec& joint = e.robot.tree.joint(j);
+    const int angle = table.find("/joint_states/" + joint.name + "/position"), rate = table.find("/joint_states/" + joint.name + "/velocity");
+    for (size_t k = 1; k < rows.size(); ++k) {
+      const auto read = [&](int column, size_t row) { return table.columns[static_cast<size_t>(column)][row]; };
+      const double step = angle < 0 ? 0.0 : std::abs(read(angle, rows[k]) - read(angle, rows[k - 1]));
+      moved = moved || step > 0.0, any_rate = any_rate || rate >= 0, still = still && (rate < 0 || read(rate, rows[k]) == 0.0);
+      too_fast = too_fast || step / (1e-3 * (t[rows[k]] - t[rows[k - 1]])) > joint.velocity_limit;
+    }
+  }
+  return moved && ((any_rate && still) || too_fast);
+}
+
+[[noreturn]] void refuse_poses(const InputPlace& place, double mean) {
+  refuse_input(place, "rows stand " + number(mean, 3) + " s apart and each is a pose at rest: the tool judges motion, at least " +
+                          number(1.0 / kLongestStep, 3) + " rows a second. It does not judge held poses yet. Record slow sweeps through them, both ways: "
+                          "they show what poses show (load, masses, torque constants, springs), and tell dry friction from it");
+}
+
 // Checks that stamps are in seconds, and that no pause is longer than all samples together.
-void check_steps(const Table& table, int column, const std::vector<size_t>& rows) {
+void check_steps(const Experiment& e, const Table& table, int column, const std::vector<size_t>& rows) {
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<double> steps;
   for (size_t k = 1; k < rows.size(); ++k) steps.push_back(t[rows[k]] - t[rows[k - 1]]);
@@ -64,6 +87,7 @@ void check_steps(const Table& table, int column, const std::vector<size_t>& rows
                      " s: expected pauses that are short against the recording; make two recordings of it");
   }
   if (mean <= kLongestStep && mean >= kShortestStep) return;
+  if (mean > kLongestStep && are_poses(e, table, t, rows)) refuse_poses({table.file, "time", table.lines[rows[1]], column + 1}, mean);
   refuse_input({table.file, "time", table.lines[rows[1]], column + 1},
                "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
                    number(kLongestStep) + " s apart; " +
@@ -74,7 +98,7 @@ void check_steps(const Table& table, int column, const std::vector<size_t>& rows
 }
 
 // Reads the time stamps: finite, increasing, in seconds. Drops rows with repeated stamps.
-std::vector<size_t> read_time(const Table& table, Recording* recording, std::vector<std::string>* warnings) {
+std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording* recording, std::vector<std::string>* warnings) {
   const int column = table.find("time");
   if (column < 0) refuse_input({table.file, "time", 1, 1}, "is missing: expected a column 'time' [s]");
   size_t repeated = 0;
@@ -83,7 +107,7 @@ std::vector<size_t> read_time(const Table& table, Recording* recording, std::vec
     refuse_input({table.file, "time", 1, column + 1},
                  "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
   }
-  check_steps(table, column, rows);
+  check_steps(e, table, column, rows);
   for (size_t k : rows) recording->time.push_back(table.columns[static_cast<size_t>(column)][k]);
   shift_epoch(recording, warnings);
   if (repeated > 0) {
@@ -236,7 +260,7 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
                          std::vector<std::string>* warnings) {
   Recording recording;
   recording.spec = spec;
-  const std::vector<size_t> rows = read_time(table, &recording, warnings);
+  const std::vector<size_t> rows = read_time(experiment, table, &recording, warnings);
   std::set<std::string> used{"time"};
   for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
   recording.joints.resize(static_cast<size_t>(experiment.num_joints()));

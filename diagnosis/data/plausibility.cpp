@@ -266,18 +266,42 @@ bool is_far_beyond(const JointSpec& spec, double angle) {
   return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * M_PI);
 }
 
-void check_limits(const Experiment& e, const Recording& r, int j) {
-  const JointSpec& spec = e.robot.tree.joint(j);
-  const JointColumns& joint = r.joints[static_cast<size_t>(j)];
-  if (!joint.has(Quantity::kPosition)) return;
+// Largest absolute reading of a joint's position; 0 without one.
+double find_largest(const Recording& r, int j) {
   double largest = 0.0;
-  for (double q : joint.signal[0]) {
+  for (double q : r.joints[static_cast<size_t>(j)].signal[0]) {
     if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
   }
+  return largest;
+}
+
+// True if the joint moves by a part of its range that nobody overlooks, within its limits: its log is in rad.
+bool reads_radians(const Experiment& e, const Recording& r, int j) {
+  const JointSpec& spec = e.robot.tree.joint(j);
+  const std::vector<double>& q = r.joints[static_cast<size_t>(j)].signal[0];
+  const double range = std::isfinite(get_reach(spec)) ? spec.upper - spec.lower : HUGE_VAL;
+  return spec.kind == JointKind::kRevolute && !q.empty() && find_largest(r, j) <= get_reach(spec) && calc_range(q) > 0.25 * range;
+}
+
+// What a reading far beyond the limits may be. A log that has other joints in rad is in rad, and degrees stay within 57 times
+// the limits: else it is the angle of the motor, before the gear.
+std::string ask_angle(const Experiment& e, const Recording& r, int j) {
+  const double ratio = find_largest(r, j) / get_reach(e.robot.tree.joint(j));
+  bool others = false;
+  for (int i = 0; i < e.num_joints(); ++i) others = others || (i != j && reads_radians(e, r, i));
+  const std::string motor = "the angle of the motor, before a gear of at least " + text_of(ratio) + "? Then divide it, and its velocity, by the gear's ratio";
+  if (others) return "other joints of this log are in rad, so is this " + motor;
+  if (ratio > (1.0 + kSlopeRoom) * kDegrees) return "degrees would be beyond them, too: is this " + motor;
+  return "degrees instead of rad? Or " + motor;
+}
+
+void check_limits(const Experiment& e, const Recording& r, int j) {
+  const JointSpec& spec = e.robot.tree.joint(j);
+  if (!r.joints[static_cast<size_t>(j)].has(Quantity::kPosition)) return;
+  const double largest = find_largest(r, j);
   if (!is_far_beyond(spec, largest)) return;
   refuse_input(r.find_place(e.signal_name(j, Quantity::kPosition)),
-               "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) +
-                   " rad: degrees instead of rad?");
+               "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) + " rad: " + ask_angle(e, r, j));
 }
 
 // Warns of commands far beyond the limits: a damaged sample, or a drive that receives torques as positions.

@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
+#include "diagnosis/measurement/loaded_units.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
@@ -150,7 +151,7 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   const bool bounds = are_bounds(*units);
   for (EffortUnit& u : *units) {
     if (!bounds && u.at_least && *scale > u.low) {
-      u = {u.joint, *scale, *scale, *scale, true, u.of_gains, false};
+      u = {u.joint, *scale, *scale, *scale, true, u.of_gains, false, u.of_load};
       continue;
     }
     const double above = std::log(*scale / u.low), below = std::log(u.high / *scale);
@@ -162,7 +163,36 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
     // without a drive, it has no effort in any unit
     const bool driven = data.experiment->robot.tree.joint(joint).actuated;
     if (driven && !is_known(*units, joint) && data.source[j] == data.source[static_cast<size_t>(first.joint)])
-      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains, bounds});
+      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains, bounds, first.of_load});
+  }
+}
+
+// True if y follows the torque closely enough for a unit (find_bracket()).
+bool tells_loaded(const LoadedUnit& u) {
+  const double width = u.share > 0.0 ? -std::log(u.share) : 1e300;
+  return u.scale > 0.0 && width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), -2.0 * std::log(kFollows));
+}
+
+// Once efforts are no torques: units beside a load that all joints carry, and beside springs. Each looks like a larger unit
+// of single joints. A joint whose unit shows with the load alone gets one, too.
+void refine_beside_load(const TorqueData& data, std::vector<EffortUnit>* units) {
+  std::vector<int> joints;
+  const bool of_gains = units->front().of_gains;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    const bool same = data.source[j] == data.source[static_cast<size_t>(units->front().joint)] && data.experiment->robot.tree.joint(static_cast<int>(j)).actuated;
+    if (same && !data.servo[j].follows && collect_efforts(data, static_cast<int>(j)).tau.size() >= kFewest) joints.push_back(static_cast<int>(j));
+  }
+  const LoadedUnits found = find_loaded_units(data, joints);
+  for (const LoadedUnit& u : found.joints) {
+    const auto known = std::find_if(units->begin(), units->end(), [&](const EffortUnit& other) { return other.joint == u.joint; });
+    if (!tells_loaded(u)) {
+      if (known != units->end()) units->erase(known);
+      continue;
+    }
+    const double wide = kNinetyFive * std::hypot(u.std, kBlur * u.scale);
+    EffortUnit unit{u.joint, u.scale, std::max(u.scale - wide, u.scale * u.scale / (u.scale + wide)), u.scale + wide, false, of_gains, false, found.blur};
+    if (known != units->end()) *known = unit;
+    else units->push_back(unit);
   }
 }
 
@@ -171,7 +201,7 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false;
+  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false, unit->of_load = 0.0;
 }
 
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
@@ -200,16 +230,20 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
     units.push_back(*unit);
   }
   if (!are_far(data, units)) return {};
+  if (!units.empty()) refine_beside_load(data, &units);
+  if (units.empty()) return {};
   add_others(data, &units);
   for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
   // Beside other joints' units, a log that is proportional to the law has one, too.
   for (size_t j = 0; j < data.servo.size(); ++j) {
     if (is_known(units, static_cast<int>(j)) || data.servo[j].follows || data.servo[j].slope <= 0.0) continue;
-    units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false, false});
+    units.push_back({static_cast<int>(j), 1.0, 1.0, 1.0, true, false, false, 0.0});
     take_from_law(data.servo[j], &units.back());
   }
   return units;
 }
+
+bool is_load_or_unit(const EffortUnit& unit) { return std::isfinite(unit.of_load) && unit.of_load > kPart; }
 
 bool tells_unit(const TorqueData& data, int joint) {
   return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);

@@ -8,6 +8,7 @@
 // not for the same factor at two joints.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,13 @@ struct EffortUnit {
   bool by_others = false;          // undetermined at this joint; value of its neighbours
   bool of_gains = false;           // no effort was logged; the stated servo gains are in another unit
   bool at_least = false;           // weight does not tell it from a rotor, which would make it larger
+  // Relative deviation of a load's mass that was found beside the units (loaded_units.h); infinite: no load shows beside
+  // them. Zero: the unit needs no motion (the servo's law tells it).
+  double of_load = std::numeric_limits<double>::infinity();
 };
+
+// True if a load shows beside the units and its mass does not: another load with other units does as well.
+bool is_load_or_unit(const EffortUnit& unit);
 
 // One entry for each joint whose efforts (or, without efforts, stated gains) are in another unit. Empty if they are
 // torques or the motion does not determine it. The efforts of a servo are compared with its law instead (servo_law.h).

@@ -12,24 +12,6 @@ namespace {
 
 constexpr long kNuisance = 4;     // v, direction, a, constant
 
-// Columns of a load of each link in the rows of collect_efforts(), by joint; those of one link stand together.
-std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {
-  std::vector<Eigen::MatrixXd> out(joints.size());
-  for (const TorqueRecording& r : data.recordings) {
-    if (!r.train) continue;
-    const std::vector<Eigen::MatrixXd> columns = calc_whole_columns(data, r, loads);
-    for (size_t i = 0; i < joints.size(); ++i) {
-      const Eigen::MatrixXd& from = columns[static_cast<size_t>(joints[i])];
-      long at = out[i].rows();
-      out[i].conservativeResize(at + r.use.col(joints[i]).count(), from.cols());
-      for (long k = 0; k < r.kept(); ++k) {
-        if (r.use(k, joints[i])) out[i].row(at++) = from.row(k);
-      }
-    }
-  }
-  return out;
-}
-
 // Sums of squares of weighted rows: y = X p, p = mass [kg] and moment [kg m] of a load.
 struct Squares {
   Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(kLoadColumns, kLoadColumns);
@@ -50,13 +32,6 @@ struct Squares {
     return yy - 2.0 * limit * xy[0] + limit * limit * xx(0, 0) - rest.dot(moment);
   }
 };
-
-// [kg] of all links that move: arms carry less than they weigh.
-double calc_moving_mass(const TreeSpec& tree) {
-  double mass = 0.0;
-  for (size_t link = 1; link < tree.links.size(); ++link) mass += tree.links[link].inertia.mass;
-  return mass;
-}
 
 }  // namespace
 
@@ -81,6 +56,29 @@ UnitRows collect_efforts(const TorqueData& data, int joint) {
   return rows;
 }
 
+std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {
+  std::vector<Eigen::MatrixXd> out(joints.size());
+  for (const TorqueRecording& r : data.recordings) {
+    if (!r.train) continue;
+    const std::vector<Eigen::MatrixXd> columns = calc_whole_columns(data, r, loads);
+    for (size_t i = 0; i < joints.size(); ++i) {
+      const Eigen::MatrixXd& from = columns[static_cast<size_t>(joints[i])];
+      long at = out[i].rows();
+      out[i].conservativeResize(at + r.use.col(joints[i]).count(), from.cols());
+      for (long k = 0; k < r.kept(); ++k) {
+        if (r.use(k, joints[i])) out[i].row(at++) = from.row(k);
+      }
+    }
+  }
+  return out;
+}
+
+double find_moving_mass(const TreeSpec& tree) {
+  double mass = 0.0;
+  for (size_t link = 1; link < tree.links.size(); ++link) mass += tree.links[link].inertia.mass;
+  return mass;
+}
+
 Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y) { return y - X * X.colPivHouseholderQr().solve(y); }
 
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
@@ -98,7 +96,7 @@ bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
     const Eigen::MatrixXd columns = take_out(rows.nuisance, of_loads[i]);
     for (size_t link = 0; link < loads.size(); ++link) of_link[link].add(columns.middleCols(kLoadColumns * static_cast<long>(link), kLoadColumns), effort - tau, weight);
   }
-  const double most = calc_moving_mass(data.experiment->robot.tree);
+  const double most = find_moving_mass(data.experiment->robot.tree);
   // Evidence of the scales against the load [nats].
   const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kCorrelated * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
   return !std::all_of(of_link.begin(), of_link.end(), prefers_unit);

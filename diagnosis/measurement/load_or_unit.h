@@ -3,7 +3,7 @@
 // load adds the torque of one.
 #pragma once
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque_terms.h"
 
 namespace hrp::diagnosis {
 
@@ -21,6 +21,12 @@ struct UnitRows {
   Eigen::MatrixXd nuisance;     // v, direction, a, 1
 };
 UnitRows collect_efforts(const TorqueData& data, int joint);
+
+// Columns of loads, terms of links, in the rows of collect_efforts(), by joint; those of one link stand together.
+std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads);
+
+// [kg] of all links that move: arms carry less than they weigh.
+double find_moving_mass(const TreeSpec& tree);
 
 // Residual of each column of y after a regression on the columns of X.
 Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y);

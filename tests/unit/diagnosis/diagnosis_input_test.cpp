@@ -212,6 +212,33 @@ Experiment load_arm_with_finger(const std::string& first, const std::string& sec
   return load_experiment((folder / "experiment.yaml").string());
 }
 
+// A degree log of this joint would end at 172: a gear of 100 turns its motor by more.
+TEST(Suspicions, AnAngleBeyondAnyDegreesIsAskedForAsTheMotorsBeforeItsGear) {
+  const std::string said = load_elbow("motor_side", "", [](std::ostream* csv) {
+    for (int k = 0; k < 400; ++k) *csv << 0.01 * k << "," << std::sin(0.01 * k) << "," << 220.0 * std::sin(0.01 * k - 0.05) << "\n";
+  });
+  EXPECT_THAT(said, testing::HasSubstr("/joint_states/elbow/position"));
+  EXPECT_THAT(said, testing::HasSubstr("the angle of the motor, before a gear of at least"));
+  EXPECT_THAT(said, testing::Not(testing::HasSubstr("degrees instead of rad")));
+}
+
+// A pose every four seconds: as milliseconds, the joint would make hundreds of radians a second.
+TEST(Suspicions, PosesSecondsApartAreNoMilliseconds) {
+  const auto write = [](std::ostream* csv) {
+    for (int k = 0; k < 40; ++k) *csv << 4.0 * k << "," << std::sin(1.7 * k) << "," << std::sin(1.7 * k) << "\n";
+  };
+  const std::string said = load_elbow("poses", "", write);
+  EXPECT_THAT(said, testing::HasSubstr("each is a pose at rest"));
+  EXPECT_THAT(said, testing::Not(testing::HasSubstr("milliseconds")));
+}
+
+TEST(Suspicions, ASlowMotionStampedInMillisecondsIsNoPose) {
+  const std::string said = load_elbow("milliseconds", "", [](std::ostream* csv) {
+    for (int k = 0; k < 400; ++k) *csv << 4.0 * k << "," << std::sin(0.004 * k) << "," << std::sin(0.004 * k - 0.01) << "\n";
+  });
+  EXPECT_THAT(said, testing::HasSubstr("are these milliseconds?"));
+}
+
 TEST(Recordings, AFingerThatNobodyRecordedIsFixedAndTheArmIsJudged) {
   const Experiment e = load_arm_with_finger("shoulder", "elbow");
   EXPECT_EQ(e.num_joints(), 2);

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Currents of an arm that carries a tool and has a spring: the units of all joints and the tool are told together.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "common/effects/effect_info.h"
+#include "diagnosis/log_conventions.h"
+#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/measurement/loaded_units.h"
+#include "diagnosis/unit_doubts.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::vector<double> kTorqueOfUnit{40.0, 25.0};
+
+Experiment make_amperes(const std::string& name, const Hypothesis& beside) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.insert(hidden.end(), beside.begin(), beside.end());
+  Experiment e = simulate_arm(name, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (size_t j = 0; j < r.joints.size(); ++j) {
+      for (double& y : r.joints[j].signal[2]) y /= kTorqueOfUnit[j];
+    }
+  }
+  return e;
+}
+
+const Effect kTool{EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}};
+
+// Two joints that move in one plane: a smaller tool with smaller units does as well as the tool.
+TEST(LoadedUnits, WhereUnitsStandForAToolTheyAreAmbiguousAndNameIt) {
+  const Experiment e = make_amperes("loaded_tool", {kTool});
+  const std::vector<EffortUnit> units = find_effort_units(make_torque_data(e));
+  ASSERT_EQ(units.size(), 2u);
+  for (const EffortUnit& u : units) {
+    const bool right = std::abs(std::log(u.scale / kTorqueOfUnit[static_cast<size_t>(u.joint)])) < 0.1;
+    EXPECT_TRUE(right || is_load_or_unit(u)) << u.joint << ": " << u.scale << " " << u.of_load;
+  }
+}
+
+TEST(LoadedUnits, ASpringMovesNoUnit) {
+  const Experiment e = make_amperes("loaded_spring", {{EffectId::kSpring, kShoulder, {8.0, 0.0}}});
+  const std::vector<EffortUnit> units = find_effort_units(make_torque_data(e));
+  ASSERT_EQ(units.size(), 2u);
+  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / kTorqueOfUnit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // as above
+}
+
+TEST(LoadedUnits, WithoutALoadNoneIsFound) {
+  const Experiment e = make_amperes("loaded_none", {});
+  EXPECT_LT(find_loaded_units(make_torque_data(e), {kShoulder, kElbow}).link, 0);
+}
+
+Json make_payload() {
+  return {{"effect", "payload"}, {"grade", "supported"}, {"where", {{"link", "fore"}}}, {"statement", "fore: 2 kg."},
+          {"parameters", {{"mass", {{"value", 2.0}, {"std", 0.1}, {"ci95", {1.8, 2.2}}, {"unit", "kg"}}}}}, {"alternatives", Json::array()}};
+}
+
+// The mass of what it carries is in the units' hands: if the motion tells no load beside them, none is supported.
+TEST(LoadedUnits, AMassThatUnitsMayStandForIsAmbiguousAndNamesThem) {
+  const Experiment e = make_amperes("loaded_doubt", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2;
+  Reports reports;
+  reports.report["findings"] = Json::array({make_payload()});
+  doubt_beside_units(e, {unit}, &reports);
+  const Json& doubted = reports.report["findings"][0];
+  EXPECT_EQ(doubted["grade"], "ambiguous");
+  ASSERT_EQ(doubted["alternatives"].size(), 1u);
+  EXPECT_EQ(doubted["alternatives"][0]["effect"], "torque_constant_error");
+  EXPECT_EQ(doubted["alternatives"][0]["where"]["joint"], "elbow");
+}
+
+TEST(LoadedUnits, AMassThatIsToldBesideUnitsKeepsItsGradeWithAWiderInterval) {
+  const Experiment e = make_amperes("loaded_told", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.1;
+  Reports reports;
+  reports.report["findings"] = Json::array({make_payload()});
+  doubt_beside_units(e, {unit}, &reports);
+  const Json& kept = reports.report["findings"][0];
+  EXPECT_EQ(kept["grade"], "supported");
+  EXPECT_NEAR(kept["parameters"]["mass"]["std"].get<double>(), std::hypot(0.1, 0.2), 1e-9);
+  EXPECT_LT(kept["parameters"]["mass"]["ci95"][0].get<double>(), 1.8);
+}
+
+Json make_force(const std::vector<double>& low, const std::vector<double>& high) {
+  Json ends = Json::array();
+  for (size_t i = 0; i < 3; ++i) ends.push_back({low[i], high[i]});
+  return {{"effect", "external_force"}, {"grade", "supported"}, {"where", {{"link", "fore"}}}, {"statement", "fore: a constant force."},
+          {"parameters", {{"force", {{"value", {0.0, 0.0, 6.0}}, {"std", {0.5, 0.0, 0.5}}, {"ci95", ends}, {"unit", "N"}}}}}, {"alternatives", Json::array()}};
+}
+
+std::string grade_force(const Experiment& e, const Json& force) {
+  Json report;
+  report["findings"] = Json::array({force});
+  doubt_upright_forces(e, &report);
+  return report["findings"][0]["grade"];
+}
+
+// Half the weight of the arm is carried by nobody, or the servo is half as stiff as stated.
+TEST(UprightForces, WithoutLoggedEffortsAForceAlongGravityMayBeAWrongGain) {
+  Experiment e = simulate_arm("upright", {});
+  const Json upright = make_force({-1.0, 0.0, 5.0}, {0.8, 0.0, 7.0}), slanted = make_force({2.0, 0.0, 5.0}, {4.0, 0.0, 7.0});
+  EXPECT_EQ(grade_force(e, upright), "supported");  // efforts were logged
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) joint.signal[2].clear();
+  }
+  EXPECT_EQ(grade_force(e, upright), "ambiguous");
+  EXPECT_EQ(grade_force(e, slanted), "supported");  // no gain pulls sideways
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
