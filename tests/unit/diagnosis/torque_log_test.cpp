@@ -133,11 +133,6 @@ TEST(TorqueLog, ABiasOfALogShowsInTheServosLawWithoutRecordedVelocities) {
   EXPECT_EQ(find(verdict, "constant_torque", "elbow"), nullptr);
 }
 
-// Without them no servo's law tells the effort of a log.
-void forget_commands(Recording* r) {
-  for (JointColumns& joint : r->joints) joint.command.clear(), joint.command_rate.clear();
-}
-
 // A bus or a filter brings efforts late: in fast motions that looks like friction, and hides the rotors.
 TEST(TorqueLog, EffortsThatAreLoggedLateAreNoFriction) {
   const Hypothesis hidden = make_arm_drives();
