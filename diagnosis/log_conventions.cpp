@@ -299,8 +299,10 @@ std::string describe_whole_reading(const floating::WholeReading& w) {
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base) {
-    out.weightless = floating::find_gone_gravity(e);
-    const Experiment heavy = floating::return_gravity(e, out.weightless);
+    out.turned = floating::find_turned_legs(e);
+    const Experiment in_sense = floating::convert_turned_legs(e, out.turned);
+    out.weightless = floating::find_gone_gravity(in_sense);
+    const Experiment heavy = floating::return_gravity(in_sense, out.weightless);
     out.bodies = floating::find_body_units(heavy);
     const Experiment in_units = floating::convert_body_units(heavy, out.bodies);
     out.whole = floating::find_whole_readings(in_units);
@@ -327,7 +329,8 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_units = floating::convert_body_units(floating::return_gravity(convert_zeros(convert_efforts(convert_commands(e, c.commands), c.units), c.zeros), c.weightless), c.bodies);
+  const Experiment in_torques = convert_zeros(convert_efforts(convert_commands(e, c.commands), c.units), c.zeros);
+  const Experiment in_units = floating::convert_body_units(floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
 }
@@ -347,6 +350,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
   for (const floating::WholeReading& w : c.whole) add(describe_whole_reading(w));
   if (c.sides.any()) add(floating::describe(c.sides));
+  if (!c.turned.joints.empty()) add(floating::describe(e, c.turned));
   for (const RefutedFriction& r : c.friction)
     add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
@@ -359,6 +363,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
+  if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe(as_logged, c.turned));
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
   if (!c.counts_otherwise()) return;

@@ -14,6 +14,7 @@
 #include "diagnosis/measurement/floating/gone_gravity.h"
 #include "diagnosis/measurement/floating/pose_frames.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
+#include "diagnosis/measurement/floating/turned_legs.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
@@ -32,8 +33,9 @@ struct LogConventions {
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
   floating::ExchangedSides sides;
+  floating::TurnedLegs turned;
   floating::PoseFrame pose;
-  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty() || sides.any(); }
+  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
   bool counts_otherwise() const { return commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 

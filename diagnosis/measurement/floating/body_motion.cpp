@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kLevelling = 1.0;  // [s] deviation of the kernel that finds down: steps last less, gyroscopes drift slower
 
-Eigen::Quaterniond get_quaternion(const Track* wxyz, size_t k) {
-  return Eigen::Quaterniond(wxyz[0].value[k], wxyz[1].value[k], wxyz[2].value[k], wxyz[3].value[k]).normalized();
-}
-
 bool has_flat_foot(const LeggedLog& log) {
   return std::any_of(log.feet.begin(), log.feet.end(), [](const Foot& f) { return f.flat; });
 }

@@ -51,6 +51,10 @@ Vector3d get_rates(const Track* xyz, size_t k) {
   return v;
 }
 
+Eigen::Quaterniond get_quaternion(const Track* wxyz, size_t k) {
+  return Eigen::Quaterniond(wxyz[0].value[k], wxyz[1].value[k], wxyz[2].value[k], wxyz[3].value[k]).normalized();
+}
+
 std::vector<double> smooth_evenly(const std::vector<double>& raw, double step, double sigma) {
   return convolve(make_kernel(step, sigma), raw);
 }

@@ -19,6 +19,8 @@ struct Track {
 // Three tracks at one stamp, as a vector; 0 where one was not recorded.
 Vector3d get_values(const Track* xyz, size_t k);
 Vector3d get_rates(const Track* xyz, size_t k);
+// Four tracks w x y z, as a unit quaternion.
+Eigen::Quaterniond get_quaternion(const Track* wxyz, size_t k);
 
 // Samples [begin, end) of a recording, without a gap between.
 struct Span {

@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/report/check_findings.h"
 #include "diagnosis/measurement/floating/report/effect_findings.h"
 #include "diagnosis/measurement/floating/report/fit_figures.h"
@@ -22,12 +24,24 @@ std::vector<Candidate> list_listed(const LeggedFit& fit) {
   return out;
 }
 
-// What checks have seen, but for sensors that a finding is of.
-void add_remaining(const std::vector<Remaining>& seen, Evidence* out) {
+// The model explains how a foot that stands is tilted, by a joint's zero, its sole or the ground.
+bool is_tilt_told(const ReportState& state, const std::string& foot) {
+  const LeggedFit nominal = state.fitter.fit({});
+  const std::vector<ChannelRows>& channels = state.fitter.channels();
+  for (size_t c = 0; c < channels.size(); ++c) {
+    if (channels[c].info.name != foot || channels[c].info.kind.rfind("tilt", 0) != 0) continue;
+    if (get_mean_square(state.fitter, state.model, c) < kHalf * get_mean_square(state.fitter, nominal, c)) return true;
+  }
+  return false;
+}
+
+// What checks have seen, but for what a finding tells.
+void add_remaining(const std::vector<Remaining>& seen, ReportState* state) {
+  Evidence& out = state->evidence;
   for (const Remaining& r : seen) {
     const bool told = r.where.contains("sensor") &&
-                      std::any_of(out->findings.begin(), out->findings.end(), [&](const Finding& f) { return f.where == r.where; });
-    if (!told) out->remaining.push_back(r);
+                      std::any_of(out.findings.begin(), out.findings.end(), [&](const Finding& f) { return f.where == r.where; });
+    if (!told && !(r.where.contains("foot") && is_tilt_told(*state, r.where["foot"]))) out.remaining.push_back(r);
   }
 }
 
@@ -50,7 +64,7 @@ Evidence make_evidence(const LeggedLog& log, const Contacts& contacts, const Leg
   add_unexplained(&state);
   add_mismatches(&state);
   out.verdict = find_verdict(state);
-  if (out.verdict != Verdict::kNoMismatch) add_remaining(checks.remaining, &out);
+  if (out.verdict != Verdict::kNoMismatch) add_remaining(checks.remaining, &state);
   if (out.findings.empty()) out.summary = make_summary(state);
   return std::move(state.evidence);
 }

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/sole_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "diagnosis/data/quantile.h"
+#include "diagnosis/measurement/floating/weight_check.h"
+#include "diagnosis/measurement/floating/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kAskew = 0.01;  // [rad] half a degree: zeros of encoders are set no better, floors no more level
+
+using ByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]: medians
+
+ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {
+  std::map<int, std::vector<double>> angles[2];
+  for (const ChannelRows& c : channels) {
+    if (c.info.name != foot || c.info.kind.rfind("tilt", 0) != 0) continue;
+    auto& own = angles[c.info.kind == "tilt, roll" ? 0 : 1];
+    for (size_t i = 0; i < c.rows(); ++i) own[c.recording[i]].push_back(c.y[i]);
+  }
+  ByRecording out;
+  for (const auto& [recording, roll] : angles[0]) {
+    const auto pitch = angles[1].find(recording);
+    if (roll.size() < kQuietRows || pitch == angles[1].end() || pitch->second.size() < kQuietRows) continue;
+    out[recording] = {find_median(roll), find_median(pitch->second)};
+  }
+  return out;
+}
+
+std::string describe(const Eigen::Vector2d& tilt) { return format("roll %.1f, pitch %.1f mrad", 1e3 * tilt.x(), 1e3 * tilt.y()); }
+
+}  // namespace
+
+void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std::string>& recordings, CheckResult* out) {
+  std::vector<std::string> feet;
+  for (const ChannelRows& c : channels) {
+    if (c.info.kind == "tilt, roll") feet.push_back(c.info.name);
+  }
+  for (const std::string& foot : feet) {
+    const ByRecording tilts = list_tilts(channels, foot);
+    const auto less = [](const auto& a, const auto& b) { return a.second.norm() < b.second.norm(); };
+    const auto [least, most] = std::minmax_element(tilts.begin(), tilts.end(), less);
+    if (tilts.empty() || most->second.norm() < kAskew) continue;
+    Remaining r;
+    r.where = {{"foot", foot}}, r.unit = "rad", r.before = r.after = most->second.norm();
+    const auto name = [&](const auto& tilt) { return " in " + recordings[static_cast<size_t>(tilt->first)]; };
+    const bool differ = (most->second - least->second).norm() > kAskew;
+    r.statement = foot + ": while it stands, the encoders have its sole askew by " + describe(most->second) + name(most) +
+                  (differ ? " and by " + describe(least->second) + name(least) : "") +
+                  ". The zeros of the leg's encoders, a sole that gives, the ground or the attitude is off" +
+                  (differ ? ", and not by the same in each recording." : ".");
+    out->remaining.push_back(std::move(r));
+  }
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far soles that stand are from level by the encoders and the base's attitude, recording by recording.
+#pragma once
+
+#include "diagnosis/measurement/floating/checks.h"
+
+namespace hrp::diagnosis::floating {
+
+// A remaining difference for each flat foot that is askew. It may be the zeros of the leg's encoders, the ground, a sole that
+// gives, or the attitude; one number cannot tell which.
+// `recordings`: their names.
+void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std::string>& recordings, CheckResult* out);
+
+}  // namespace hrp::diagnosis::floating
