@@ -164,11 +164,9 @@ namespace {
 // By sample, at the rate of the log. Axes: roll, pitch.
 struct FootSignals {
   explicit FootSignals(Eigen::Index n) : load(n), rise(n), height(n), zmp(2, n) {
-    for (auto* list : {angle, torque, arm}) {
-      for (int a = 0; a < kAxes; ++a) list[a].resize(n);
-    }
-    for (auto& list : gain) {
-      for (Eigen::VectorXd& g : list) g.resize(n);
+    for (int a = 0; a < kAxes; ++a) {
+      for (Eigen::VectorXd* signal : {&angle[a], &torque[a], &arm[a]}) signal->resize(n);
+      for (Eigen::VectorXd& g : gain[a]) g.resize(n);
     }
   }
   Eigen::VectorXd angle[kAxes], torque[kAxes];  // [rad], [N m] of the bush
