@@ -21,7 +21,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
-constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
@@ -376,7 +375,8 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
     const Experiment in_time = convert_commands(as_logged, c.commands);
     const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
-    for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, 1.0 - find_joint_zeros(data).left));
+    const double share = c.zeros.empty() ? 0.0 : 1.0 - find_joint_zeros(data).left;
+    for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, share));
   }
   if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));

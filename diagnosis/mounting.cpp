@@ -16,7 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
-constexpr double kMounted = 0.5;    // [rad] beyond what a linear term of a tilt tells
 
 Experiment turn_gravity(Experiment e, const Vector3d& direction) {
   e.scenario.gravity_W = e.scenario.gravity_W.norm() * direction.normalized();

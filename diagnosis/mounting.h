@@ -7,6 +7,9 @@
 
 namespace hrp::diagnosis {
 
+// [rad] From the stated gravity, beyond what a linear term of a tilt tells: the robot is mounted otherwise.
+constexpr double kMounted = 0.5;
+
 // Throws InputError, with the gravity that fits, if that explains the efforts clearly better than every effect under the
 // stated one.
 void check_mounting(const Experiment& experiment, int jobs);

@@ -11,7 +11,7 @@ cd "$ROOT"
 code() { git grep "$@" "$commit" -- 'diagnosis/*.cpp' 'diagnosis/*.h' 'servers/*.cpp' 'servers/*.h' 'common/*.cpp' \
   'common/*.h' ':!common/effects' ':!diagnosis/generator' ':!diagnosis/evidence' || true; }
 id='\b(EffectId|StandId|I|TossId|RowEffectId|E)::k[A-Z][A-Za-z]*'
-rows='diagnosis/(standing/effect_rows|toss/effects)\.cpp'
+rows='diagnosis/(standing/(effect|sensor)_rows|toss/effects)\.cpp'
 echo "mentions of an effect outside the table: $(code -hoE "$id" | wc -l) in $(code -lE "$id" | wc -l) files"
 echo "  of these in the rows of engines: $(code -oE "$id" | grep -cE "$rows")"
 echo "enumerations of effects: $(git grep -hE 'enum class (EffectId|StandId|TossId|RowEffectId|TermKind)' "$commit" -- '*.h' | wc -l)"

@@ -24,7 +24,7 @@ from check_equations import ROOT, read_rows  # noqa: E402
 
 PAGE = ROOT / 'docs/equations.md'
 HEAD = '| equation | in | broken so | its test |\n|---|---|---|---|\n'
-WRENCH, POINTS, SPRING = ('servers/dynamics/%s.cpp' % name for name in ('wrench_law', 'contact_law', 'spring_contact'))
+WRENCH, POINTS, SPRING, PROJECTED = ('servers/dynamics/%s.cpp' % name for name in ('wrench_law', 'contact_law', 'spring_contact', 'spring_points'))
 LIPM, IMPULSE = 'controller/walking/lipm.cpp', 'servers/dynamics/impulse_contact.cpp'
 BODY, ROWS, FIT = ('diagnosis/identification/%s.cpp' % name for name in ('body_fit', 'bush_rows', 'bush_fit'))
 REGRESSOR = 'common/multibody/regressor.cpp'
@@ -37,7 +37,7 @@ MUTATIONS = (
     ('H03 eq. 1', POINTS, 'return {parameters.stiffness * depth, parameters.stiffness};', 'return {0.9 * parameters.stiffness * depth, parameters.stiffness};'),
     ('H03 eq. 2', 'servers/dynamics/twist_projection.cpp', '-speed[i], -push[i]);', '-speed[i], -1e9);'),
     ('H03 eq. 2', 'servers/dynamics/twist_projection.cpp', 'r.cross(-n) / length_', 'r.cross(n) / length_'),
-    ('H03 eq. 2', SPRING, 'point->pressing_offset = pressing + point->n.dot(point->v);', 'point->pressing_offset = pressing - point->n.dot(point->v);'),
+    ('H03 eq. 2', PROJECTED, 'point->pressing_offset = pressing + point->n.dot(point->v);', 'point->pressing_offset = pressing - point->n.dot(point->v);'),
     ('H03 eq. 3', WRENCH, 'array().pow(law.exponent)', 'array().pow(law.exponent + 1.0)'),
     ('H03 eq. 3', WRENCH, '1.5 * law.alpha', '1.0 * law.alpha'),
     ('H03 eq. 3', WRENCH, 'return -calc_damping_coefficients', 'return calc_damping_coefficients'),

@@ -13,7 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kDegrees = 180.0 / M_PI;
 // A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
 constexpr double kSlopeRoom = 0.1;
 

@@ -4,9 +4,13 @@
 // law. Therefore these faults are found before any fit, and no physical cause is named for them.
 #pragma once
 
+#include <cmath>
+
 #include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
+
+constexpr double kDegrees = 180.0 / M_PI;  // [degrees/rad]
 
 // Throws InputError with file and column of an impossible recording. Columns without information (such as an effort
 // that is always 0, without a torque sensor) are dropped with a warning.

@@ -13,7 +13,6 @@ namespace {
 constexpr int kIterations = 10;
 constexpr int kRounds = 4;
 constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
-constexpr double kFinest = 1.5;  // finest factor of the scan over pre-sliding displacements
 
 template <typename Keep>
 Hypothesis take(const Hypothesis& model, Keep keep) {
@@ -65,7 +64,7 @@ Hypothesis JointAlone::fit_to_the_end(const Hypothesis& start) const {
   FitResult best = fit(start, kIterations);
   if (!best.ok) return {};
   for (int round = 0; round < kRounds; ++round) {
-    const FitResult again = fit(try_nearby(problem, best.hypothesis, kFinest), kIterations);
+    const FitResult again = fit(try_nearby(problem, best.hypothesis, kCoarseFactor), kIterations);
     if (!again.ok || again.train.chi2 >= best.train.chi2) break;
     const bool settled = again.train.chi2 > (1.0 - kTrace) * best.train.chi2;
     best = again;

@@ -23,8 +23,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
-constexpr double kFinestWalk = 1.5;  // finest step of the walk before a fit
-constexpr int kIterations = 6, kWholeIterations = 3;
+constexpr int kIterations = 6;
 constexpr size_t kFullFits = 2;       // of one kind of transmission: a few iterations do not tell the best start for certain
 // Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit does
 // not find its way from a gap that is a third wrong.
@@ -140,7 +139,7 @@ class Gear {
       Hypothesis start = own_.effects;
       start[at_] = option;
       // Stiffness and damping of the teeth are as far off as the gap: a walk along each leads to where a fit can begin.
-      if (gap) start = try_nearby(alone_.problem, start, kFinestWalk);
+      if (gap) start = try_nearby(alone_.problem, start, kCoarseFactor);
       FitResult tried = alone_.fit(start, kTryIterations);
       if (tried.ok) tries.push_back({tried.train.chi2, std::move(tried.hypothesis)});
     }

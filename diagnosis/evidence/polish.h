@@ -26,6 +26,9 @@ Hypothesis find_preslidings(const Problem& problem, const Hypothesis& model);
 // not. Returns the model unchanged for robots that are driven by recorded efforts.
 Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model);
 
+// Iterations through the whole robot: its start is a fit of each joint alone.
+constexpr int kWholeIterations = 3;
+
 // Fits all parameters again through the whole robot. A joint alone follows recorded paths of its neighbours, which
 // contain encoder noise. Returns the model unchanged if this would take too long.
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations);

@@ -13,8 +13,8 @@ import pathlib
 import statistics
 import xml.etree.ElementTree
 
-import score_cases
 import score_dirty
+import score_judge
 
 KINDS = ("proposed", "multisines")
 FLOOR = 0.002  # of a value: no report's half width is smaller
@@ -24,7 +24,7 @@ def judge(truth, report):
     """Twins that are still listed are no decision; in a dirty world every effect of a tenth of its joint's mismatch counts."""
     if not report:
         return "no answer"  # refused, none in time, or the hidden robot could not play the motion
-    return score_dirty.Tally(truth, report).word() if score_dirty.is_dirty(truth) else score_cases.judge(truth, report)[0]
+    return score_dirty.Tally(truth, report).word() if score_dirty.is_dirty(truth) else score_judge.judge(truth, report)[0]
 
 
 def is_right(truth, report):
@@ -58,18 +58,18 @@ def list_half_widths(truth, report):
 
 
 def read_case(root, name):
-    truth = score_cases.read_json(root / "first/truths" / f"{name}.json")
+    truth = score_judge.read_json(root / "first/truths" / f"{name}.json")
     case = {"name": name, "truth": truth}
     for kind in ("first",) + KINDS:
         answer = root / kind / "answers" / name
-        case[kind] = (score_cases.read_json(answer / "report.json") or {}) if (answer / "run.json").exists() else None
+        case[kind] = (score_judge.read_json(answer / "report.json") or {}) if (answer / "run.json").exists() else None
     case["made"] = {kind: (root / kind / "cases" / name / "experiment.yaml").exists() for kind in KINDS}
-    case["next"] = score_cases.read_json(root / "first/answers" / name / "next/next.json") or {}
+    case["next"] = score_judge.read_json(root / "first/answers" / name / "next/next.json") or {}
     return case
 
 
 def is_open(case):
-    if any(h["effect"] in score_cases.UNKNOWN for h in case["truth"]["hidden"]):
+    if any(h["effect"] in score_judge.UNKNOWN for h in case["truth"]["hidden"]):
         return False
     several = len(case["next"].get("explanations", [])) > 1
     return case["first"] is not None and bool(case["next"].get("motions")) and (several or not is_right(case["truth"], case["first"]))

@@ -159,77 +159,96 @@ VerticalEstimate BushObserver::Impl::calc_vertical(const RobotLog& log, const Ch
   return result;
 }
 
-void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical,
-                                   const SensorZero& zero, size_t f, MotionTrack* track) const {
-  const FootFrame& foot = feet[f];
-  const Eigen::Index n = log.size();
-  Eigen::VectorXd angle[kAxes], torque[kAxes], arm[kAxes], load(n), rise(n), height(n), gain[kAxes][kImuErrors];
-  Eigen::Matrix2Xd zmp(2, n);
-  for (auto* list : {angle, torque, arm}) {
-    for (int a = 0; a < kAxes; ++a) list[a].resize(n);
+namespace {
+
+// By sample, at the rate of the log. Axes: roll, pitch.
+struct FootSignals {
+  explicit FootSignals(Eigen::Index n) : load(n), rise(n), height(n), zmp(2, n) {
+    for (int a = 0; a < kAxes; ++a) {
+      for (Eigen::VectorXd* signal : {&angle[a], &torque[a], &arm[a]}) signal->resize(n);
+      for (Eigen::VectorXd& g : gain[a]) g.resize(n);
+    }
   }
-  for (auto& list : gain) {
-    for (Eigen::VectorXd& g : list) g.resize(n);
-  }
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const Matrix3d& R_UI = chain.X_UI[f][static_cast<size_t>(k)].R;
+  Eigen::VectorXd angle[kAxes], torque[kAxes];  // [rad], [N m] of the bush
+  Eigen::VectorXd arm[kAxes];                   // [N^2] torque per compliance [m/N] of the bush along U's z
+  Eigen::VectorXd load, rise, height;           // [N], [m/s^2], [m] along the vertical
+  Eigen::VectorXd gain[kAxes][kImuErrors];      // of angles over errors of the IMU
+  Eigen::Matrix2Xd zmp;                         // [m] from the bush
+};
+
+FootSignals calc_foot_signals(const RobotLog& log, const std::vector<Transform>& X_UI, const VerticalEstimate& vertical,
+                              const SensorZero& zero, const FootFrame& foot, const Samples& wrench) {
+  FootSignals out(log.size());
+  for (Eigen::Index k = 0; k < log.size(); ++k) {
+    const Matrix3d& R_UI = X_UI[static_cast<size_t>(k)].R;
     const Vector3d n_U = R_UI * vertical.n_I.col(k);
     const BushAngles at = calc_angles(n_U);
-    angle[0][k] = at.roll;
-    angle[1][k] = at.pitch;
+    out.angle[0][k] = at.roll;
+    out.angle[1][k] = at.pitch;
     for (int i = 0; i < kImuErrors; ++i) {  // angles are close to linear in the vertical
       const BushAngles moved = calc_angles((n_U + 1e-4 * R_UI * vertical.gain[i].col(k)).normalized());
-      gain[0][i][k] = (moved.roll - at.roll) / 1e-4;
-      gain[1][i][k] = (moved.pitch - at.pitch) / 1e-4;
+      out.gain[0][i][k] = (moved.roll - at.roll) / 1e-4;
+      out.gain[1][i][k] = (moved.pitch - at.pitch) / 1e-4;
     }
     const Vector3d weight = foot.upper_mass * kGravity * n_U;  // of what is above the bush: the bush carries it, too
-    const Vector3d force = log.wrenches[f].col(k).head<3>() - zero.bias.head<3>();
-    const Vector3d moment = log.wrenches[f].col(k).tail<3>() - zero.bias.tail<3>() - foot.p_UC.cross(force) +
+    const Vector3d force = wrench.col(k).head<3>() - zero.bias.head<3>();
+    const Vector3d moment = wrench.col(k).tail<3>() - zero.bias.tail<3>() - foot.p_UC.cross(force) +
                             (foot.p_Ucm - foot.p_UC).cross(weight);
-    torque[0][k] = moment.x();
-    torque[1][k] = moment.y() * std::cos(at.roll) + moment.z() * std::sin(at.roll);
+    out.torque[0][k] = moment.x();
+    out.torque[1][k] = moment.y() * std::cos(at.roll) + moment.z() * std::sin(at.roll);
     const Vector3d carried = force + weight;
-    load[k] = carried.dot(n_U);
+    out.load[k] = carried.dot(n_U);
     // Axes higher by compliance x load along U's z: moment less that shift x force.
-    arm[0][k] = carried.z() * carried.y();
-    arm[1][k] = -carried.z() * carried.x() * std::cos(at.roll);
-    height[k] = (make_R_SU(at) * (chain.X_UI[f][static_cast<size_t>(k)].p - foot.p_UC)).z();
-    rise[k] = log.accelerometer.col(k).dot(vertical.n_I.col(k)) - kGravity;
-    zmp.col(k) << -torque[1][k] / std::max(load[k], 1.0), torque[0][k] / std::max(load[k], 1.0);
+    out.arm[0][k] = carried.z() * carried.y();
+    out.arm[1][k] = -carried.z() * carried.x() * std::cos(at.roll);
+    out.height[k] = (make_R_SU(at) * (X_UI[static_cast<size_t>(k)].p - foot.p_UC)).z();
+    out.rise[k] = log.accelerometer.col(k).dot(vertical.n_I.col(k)) - kGravity;
+    out.zmp.col(k) << -out.torque[1][k] / std::max(out.load[k], 1.0), out.torque[0][k] / std::max(out.load[k], 1.0);
   }
+  return out;
+}
+
+// Second differences [unit/s^2] of samples `period` [s] apart; 0 at the ends.
+Eigen::VectorXd calc_difference(const Eigen::VectorXd& x, double period) {
+  Eigen::VectorXd d = Eigen::VectorXd::Zero(x.size());
+  for (Eigen::Index k = 1; k + 1 < x.size(); ++k) d[k] = (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (period * period);
+  return d;
+}
+
+}  // namespace
+
+void BushObserver::Impl::fill_foot(const RobotLog& log, const Chain& chain, const VerticalEstimate& vertical,
+                                   const SensorZero& zero, size_t f, MotionTrack* track) const {
+  const FootSignals s = calc_foot_signals(log, chain.X_UI[f], vertical, zero, feet[f], log.wrenches[f]);
   const auto thin = [&](const Eigen::VectorXd& signal, int order) { return track->thin(signal, order); };
   const GaussianFilter quick(kQuick, log.period);
   BushTrack& out = track->feet[f];
   for (int a = 0; a < kAxes; ++a) {
-    out.angle[a] = thin(angle[a], 0);
-    out.quick[a] = quick.apply(angle[a], 0);
-    out.rate[a] = thin(angle[a], 1);
-    out.acceleration[a] = thin(angle[a], 2);
-    out.torque[a] = thin(torque[a], 0);
-    out.arm[a] = thin(arm[a], 0);
+    out.angle[a] = thin(s.angle[a], 0);
+    out.quick[a] = quick.apply(s.angle[a], 0);
+    out.rate[a] = thin(s.angle[a], 1);
+    out.acceleration[a] = thin(s.angle[a], 2);
+    out.torque[a] = thin(s.torque[a], 0);
+    out.arm[a] = thin(s.arm[a], 0);
     out.angle_gain[a].resize(track->time.size(), kImuErrors);
     out.rate_gain[a].resize(track->time.size(), kImuErrors);
     for (int i = 0; i < kImuErrors; ++i) {
-      out.angle_gain[a].col(i) = thin(gain[a][i], 0);
-      out.rate_gain[a].col(i) = thin(gain[a][i], 1);
+      out.angle_gain[a].col(i) = thin(s.gain[a][i], 0);
+      out.rate_gain[a].col(i) = thin(s.gain[a][i], 1);
     }
   }
-  out.load = thin(load, 0);
+  out.load = thin(s.load, 0);
   // A second difference of positions is the mean of the acceleration over a triangle of two samples; the
   // accelerometer's is as Numerov takes it, (1 10 1) / 12. Plain second derivatives would be off by 0.2 %, and the
   // slide is a tenth of this.
-  const auto difference = [&](const Eigen::VectorXd& x) {
-    Eigen::VectorXd d = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index k = 1; k + 1 < n; ++k) d[k] = (x[k + 1] - 2.0 * x[k] + x[k - 1]) / (log.period * log.period);
-    return d;
-  };
-  const Eigen::VectorXd mean_rise = rise + difference(rise) * (log.period * log.period / 12.0);
+  const auto difference = [&](const Eigen::VectorXd& x) { return calc_difference(x, log.period); };
+  const Eigen::VectorXd mean_rise = s.rise + difference(s.rise) * (log.period * log.period / 12.0);
   out.rise = thin(mean_rise, 0);
   out.rise_rate = thin(mean_rise, 1);
-  out.slide_acceleration = thin(difference(height), 0) - out.rise;
-  for (int i = 0; i < 3; ++i) out.load_derivative[i] = thin(difference(load), i);
+  out.slide_acceleration = thin(difference(s.height), 0) - out.rise;
+  for (int i = 0; i < 3; ++i) out.load_derivative[i] = thin(difference(s.load), i);
   out.zmp.resize(2, track->time.size());
-  for (int i = 0; i < 2; ++i) out.zmp.row(i) = thin(zmp.row(i).transpose(), 0).transpose();
+  for (int i = 0; i < 2; ++i) out.zmp.row(i) = thin(s.zmp.row(i).transpose(), 0).transpose();
 }
 
 namespace {

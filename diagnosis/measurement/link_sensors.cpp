@@ -9,6 +9,7 @@
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
 
@@ -265,7 +266,7 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
     const char* words;
   };
   static const Known known[] = {
-      {"rad/s", 180.0 / M_PI, "57.3 times the predicted rate: these are degrees, expected rad/s"},
+      {"rad/s", kDegrees, "57.3 times the predicted rate: these are degrees, expected rad/s"},
       {"m/s^2", 1.0 / 9.81, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
       {"m/s^2", -1.0, "-1 times the predicted one: expected specific force, which points up at rest"},
       {"N m", 1000.0, "1000 times the predicted torque: these are mN m, expected N m"},

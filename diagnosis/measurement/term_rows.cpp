@@ -8,6 +8,7 @@
 #include "common/base/check.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/measurement/ripple.h"
+#include "diagnosis/model/memory.h"
 
 namespace hrp::diagnosis {
 
@@ -158,12 +159,6 @@ TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
 Vector take_hysteresis(const std::vector<double>& p) { return Vector::Constant(1, p[0] * p[1]); }
 
 }  // namespace
-
-Eigen::VectorXd calc_memory_state(const EffectInfo& effect, const Eigen::VectorXd& q, double shape) {
-  Eigen::VectorXd z = Eigen::VectorXd::Zero(q.size());
-  for (long k = 1; k < z.size(); ++k) z[k] = effect.torque.advance(z[k - 1], q[k] - q[k - 1], &shape);
-  return z;
-}
 
 double find_fast_speed(const TorqueData& data, int joint) {
   std::vector<double> speeds;

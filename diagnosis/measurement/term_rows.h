@@ -22,8 +22,6 @@ constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
 // Speed [rad/s] that a joint exceeds in a tenth of its used samples; 0 if it has none.
 double find_fast_speed(const TorqueData& data, int joint);
 std::vector<double> list_delays();
-// State of an effect with memory along positions [rad], started at zero. It forgets the time before within a few yield angles.
-Eigen::VectorXd calc_memory_state(const EffectInfo& effect, const Eigen::VectorXd& q, double shape);
 
 // A row written in one expression.
 struct Row : TermRow {

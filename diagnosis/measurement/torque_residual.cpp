@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/model/memory.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {

@@ -12,6 +12,8 @@ namespace hrp::diagnosis {
 constexpr double kPreslidings[] = {3e-6, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3};
 
 constexpr double kFinestFactor = 1.06;
+// The finest factor where a coarse scan does: before a fit, and far from the noise.
+constexpr double kCoarseFactor = 1.5;
 
 // Scales these parameters by factors of 3, 1.5, 1.2 and 1.06 in both directions, within their bounds, as long as the
 // fit of the training recordings improves. For pre-sliding displacements, factors below `finest` are left out. With a

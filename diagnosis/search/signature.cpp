@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/model/memory.h"
 #include "diagnosis/search/missing.h"
 
 namespace hrp::diagnosis {
@@ -139,7 +140,7 @@ class Builder {
     const TorqueRegressor& torque = effect.torque;
     std::vector<int> columns;
     std::vector<double> values(static_cast<size_t>(torque.num_columns));
-    if (torque.advance) columns.push_back(add_memory(j, torque, shape));
+    if (torque.advance) columns.push_back(add_memory(j, effect, shape[0]));
     for (int i = 0; i < torque.num_columns; ++i) {
       columns.push_back(add_column(j, 0, [&](const Grid& g, long k) {
         const double v = g.qd(k, j);
@@ -155,11 +156,11 @@ class Builder {
     });
   }
 
-  int add_memory(int j, const TorqueRegressor& torque, const std::vector<double>& shape) {
-    double state = 0.0;
+  int add_memory(int j, const EffectInfo& effect, double shape) {
+    Eigen::VectorXd state;
     return add_column(j, 0, [&](const Grid& g, long k) {
-      state = k == 0 ? 0.0 : torque.advance(state, g.q(k, j) - g.q(k - 1, j), shape.data());
-      return state;
+      if (k == 0) state = calc_memory_state(effect, g.q.col(j), shape);
+      return state[k];
     });
   }
 

@@ -19,7 +19,6 @@ constexpr int kFiner = 4, kFinest = 8;  // factors on the number of steps
 constexpr int kRounds = 2;              // rounds of start states and parameters
 constexpr double kFar = 4.0;            // [noise] residual that polishing cannot reduce to noise
 constexpr double kVague = 5.0;          // [noise] residual at which pre-sliding displacements are scanned coarsely
-constexpr double kVagueFactor = 1.5;    // finest factor of such a scan
 
 bool is_better(const Trial& a, const Trial& b) {
   return a.train.ok && b.train.ok ? calc_cost(a) < calc_cost(b) : a.train.ok && !b.train.ok;
@@ -129,7 +128,7 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   const FitResult rough = fit(problem_, start, problem_.train, options);
   if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
   // Friction next to new effects may need another pre-sliding displacement.
-  const double finest = rough.train.rms() > kVague ? kVagueFactor : kFinestFactor;
+  const double finest = rough.train.rms() > kVague ? kCoarseFactor : kFinestFactor;
   const Hypothesis bent = try_nearby(problem_, rough.hypothesis, finest);
   problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
   const FitResult fine = fit(problem_, bent, problem_.train, options);

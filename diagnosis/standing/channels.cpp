@@ -10,11 +10,11 @@
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/motion.h"
 #include "diagnosis/standing/slip.h"
+#include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kInside = 0.88;  // share of a sole's half edges; a centre of pressure inside means flat contact
 constexpr int kTurning = 5;       // [windows] half of the 0.3 s over which rotations are compared
 constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean acceleration to 3e-3 m/s^2
 

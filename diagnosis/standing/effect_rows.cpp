@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/estimate/significance.h"
-#include "diagnosis/standing/effects.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "common/effects/link_law.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/standing/effect_rows.h"
 #include "diagnosis/standing/layout.h"
 
 namespace hrp::diagnosis::standing {
@@ -13,23 +12,11 @@ namespace {
 
 constexpr double kWider = 3;        // factor on the observed motion: start value of a gap
 constexpr double kPlumb = 0.02;     // [rad] accuracy of a robot's vertical
-constexpr double kLoopStep = 2e-4;  // [s] step of a drive's loop; as large as the timing parameter on fixed bases
-constexpr double kMostStamping = 2e-3;  // [s] largest uncertainty of stamps; slower logs stamp well within their step
 
 const ServoGains& find_servo(const StandProblem& problem, int joint) {
   const Scenario& scenario = problem.experiment->scenario;
   const auto at = scenario.servo_joints.find(problem.tree.joint(joint).name);
   return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
-}
-
-// Uncertainty [s] of the stamps of velocities and efforts within a step of the log. Smaller delays are no fault.
-double find_stamping(const StandProblem& problem) {
-  double step = kLoopStep;
-  for (const StandRecording& r : problem.recordings) {
-    const double all = r.time.back() - r.time.front();
-    step = std::max(step, std::min(kMostStamping, 1.2 * all / static_cast<double>(r.time.size() - 1)));
-  }
-  return step;
 }
 
 // Noise [N m] of a joint's effort equation; 0 while it is unknown.
@@ -135,12 +122,6 @@ void tell_payload(Values* p, Eigen::VectorXd* std) {
 
 // ---- Start values of effects that no linear prediction from neutral finds ------------------------------------------
 
-std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values) {
-  std::vector<Start> out;
-  for (double value : values) out.push_back({{coefficient, value}});
-  return out;
-}
-
 // Torque limits within the range of the logged efforts.
 std::vector<Start> list_limits(const StandProblem& p, const StandHints&, size_t joint) {
   if (!p.effort[joint]) return {};
@@ -152,12 +133,6 @@ std::vector<Start> list_limits(const StandProblem& p, const StandHints&, size_t 
 }
 
 // ---- Rows ---------------------------------------------------------------------------------------------------------
-
-StandRow make_row(EffectId id, std::vector<double> neutral, std::vector<double> step, bool positive = false) {
-  StandRow row;
-  row.id = id, row.neutral = std::move(neutral), row.step = std::move(step), row.positive = positive;
-  return row;
-}
 
 // A row of an effect in the drive alone, whose first coefficient is positive.
 StandRow make_drive_row(EffectId id, std::vector<double> neutral, std::vector<double> step) {
@@ -345,56 +320,19 @@ std::vector<StandRow> make_ground_rows() {
   return {slope, friction};
 }
 
-// ---- Sensors: one row per reading, with finite-difference steps of the reading's size ------------------------------
+}  // namespace
 
-StandRow make_sensor_row(EffectId id, Reading reading, std::vector<double> neutral, double step) {
-  StandRow row = make_row(id, neutral, std::vector<double>(neutral.size(), step));
-  row.reading = reading, row.all_count = true;
-  row.at_drive = reading == Reading::kEffort || reading == Reading::kVelocity;
+StandRow make_row(EffectId id, std::vector<double> neutral, std::vector<double> step, bool positive) {
+  StandRow row;
+  row.id = id, row.neutral = std::move(neutral), row.step = std::move(step), row.positive = positive;
   return row;
 }
 
-bool is_late(const StandProblem& problem, const Effect& e) { return e.p[0] > find_stamping(problem); }
-
-void add_sensor_rows(std::vector<StandRow>* rows) {
-  struct Size {
-    Reading reading;
-    size_t axes;
-    double bias, scale;
-  };
-  constexpr double kScale = 0.01;
-  const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},           {Reading::kTorque, 3, 0.01, kScale},
-                        {Reading::kAngularVelocity, 3, 1e-3, kScale}, {Reading::kAcceleration, 3, 1e-2, kScale},
-                        {Reading::kEffort, 1, 0.1, kScale},          {Reading::kVelocity, 1, 1e-3, kScale},
-                        {Reading::kPosition, 1, 1e-3, 1e-3}};
-  for (const Size& s : sizes) {
-    rows->push_back(make_sensor_row(EffectId::kSensorBias, s.reading, std::vector<double>(s.axes, 0), s.bias));
-    rows->push_back(make_sensor_row(EffectId::kSensorScale, s.reading, {1}, s.scale));
-    rows->back().noisy = s.reading != Reading::kPosition;  // positions have too little noise to matter
-  }
-  const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};
-  const std::vector<Reading> of_wrench{Reading::kWrench, Reading::kForce, Reading::kTorque};
-  const std::vector<Reading> of_imu{Reading::kImu, Reading::kOrientation, Reading::kAngularVelocity,
-                                    Reading::kAcceleration};
-  for (const auto* group : {&of_joint, &of_wrench, &of_imu}) {
-    const bool one = group == &of_joint;
-    for (Reading reading : *group) {
-      rows->push_back(make_sensor_row(EffectId::kSensorDelay, reading, {0}, 1e-2));
-      rows->back().positive = true, rows->back().refined = one ? 0 : 2;
-      if (one) rows->back().is_sensible = &is_late;
-      if (!one) rows->push_back(make_sensor_row(EffectId::kSensorMisalignment, reading, {0, 0, 0}, 1e-3));
-    }
-    if (one) continue;
-    rows->push_back(make_sensor_row(EffectId::kClockSkew, group->front(), {0}, 3e-3));
-    rows->back().drifts = true;
-    // Within 10 s the clocks drift so far that a slope at zero skew says nothing.
-    rows->back().list_starts = [](const StandProblem&, const StandHints&, size_t) {
-      return list_at(0, {0, -0.03, -0.01, 0.01, 0.03});
-    };
-  }
+std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values) {
+  std::vector<Start> out;
+  for (double value : values) out.push_back({{coefficient, value}});
+  return out;
 }
-
-}  // namespace
 
 std::vector<StandRow> make_rows() {
   StandRow viscous = make_drive_row(EffectId::kViscous, {0}, {0.1});

@@ -7,6 +7,9 @@
 
 namespace hrp::diagnosis::standing {
 
+// Share of a sole's half edges within which the centre of pressure means that the sole lies flat.
+constexpr double kInside = 0.88;
+
 // Fills kind, radius, bush, sole and size of a foot whose link is known. A single sphere is a ball. Otherwise the
 // lowest points of all shapes (corners, spheres under the corners, mesh vertices) span a flat sole.
 void read_sole(const RobotDescription& robot, StandFoot* foot);

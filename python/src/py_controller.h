@@ -40,7 +40,6 @@ class PyController : public Controller {
 
  private:
   JointCommand ask(const SensorData& sensors);
-  JointCommand take_command(const py::object& answer) const;
   std::string make_place(const SensorData& sensors) const;
 
   py::object object_, memory_;

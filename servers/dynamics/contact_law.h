@@ -39,6 +39,9 @@ double calc_damper_coefficient(const PointContactParameters& parameters, double 
 // lambda of [H03 eq. 3].
 inline double calc_lambda(double alpha, double stiffness) { return 1.5 * alpha * stiffness; }
 
+// The part of a vector across the unit normal n. Inline, as every point needs it in every solve.
+inline Vector3d remove_normal(const Vector3d& n, const Vector3d& v) { return v - n * n.dot(v); }
+
 // Tangential force before clipping: damper of [H03 eq. 5] and the sticking spring. slip: displacement of A against B
 // since it stuck; velocity: relative velocity of A at the point. Both without normal part.
 inline Vector3d calc_tangential_force(const PointContactParameters& parameters, const Vector3d& slip,

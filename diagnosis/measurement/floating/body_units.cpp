@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
@@ -15,7 +16,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kUpright = 0.7;      // cosine: upwards as an accelerometer has it, against the base's z axis
-constexpr double kDegrees = 180.0 / M_PI;
 constexpr double kTurns = 0.02;       // [rad/s] root mean square of rates that tell a gyroscope's unit
 constexpr double kFastest = 6.0;      // [rad/s] half of the time: no body on its feet turns so
 constexpr double kFar = 30.0;         // times the robot's own height: no base is so far up

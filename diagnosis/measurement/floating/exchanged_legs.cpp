@@ -36,7 +36,7 @@ std::string find_exchanged_legs(const Experiment& e) {
   const std::vector<Standing> as_named = list_turning(log, i), exchanged = list_turning(other, i);
   if (as_named.empty() || as_named.size() != exchanged.size()) return "";
   const std::vector<double> left = list_left(log, i, as_named, {}), left_exchanged = list_left(other, i, exchanged, {});
-  const double nats = calc_odds(as_named, left_exchanged, left);
+  const double nats = calc_odds(list_instants(as_named), left_exchanged, left);
   const double before = find_mean(left), after = find_mean(left_exchanged);
   if (nats < kOdds || after * after > kHalf * before * before) return "";
   return "the columns of left and right legs look exchanged (" + log.tree.joint(static_cast<int>(pairs[0].first)).name + " and " +

@@ -67,16 +67,15 @@ Vector3d find_middle_of_feet(const LeggedLog& log, BodyMotion* motion) {
   return sum / static_cast<double>(log.feet.size());
 }
 
-struct Moment {
-  const Clip* clip = nullptr;
-  size_t k = 0;
+struct Pressure {
+  Instant at;
   Vector3d off;      // [m] from where the motion asks for pressure to where the feet press, base axes
   double raised = 0;  // [m] what is loaded is over the lowest foot
 };
 
 // NaN in the air, where nothing is pressed.
-std::vector<Moment> list_moments(const LeggedLog& log) {
-  std::vector<Moment> out;
+std::vector<Pressure> list_pressures(const LeggedLog& log) {
+  std::vector<Pressure> out;
   Eigen::VectorXd tau;
   const double least = kMuch * log.mass * log.experiment->scenario.gravity_W.norm();
   walk(log, Purpose::kForTurns, [&](const Clip& clip, size_t k, BodyMotion* motion) {
@@ -87,30 +86,30 @@ std::vector<Moment> list_moments(const LeggedLog& log) {
     Vector3d off = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
     if (up.dot(tau.segment<3>(3)) > least && up.dot(pressed.tail<3>()) > 0)
       off = calc_zero_moment_point(pressed.head<3>(), pressed.tail<3>(), up, p) - calc_zero_moment_point(tau.head<3>(), tau.segment<3>(3), up, p);
-    out.push_back({&clip, k, off, find_raised_load(log, clip, k, up, motion)});
+    out.push_back({{&clip, k}, off, find_raised_load(log, clip, k, up, motion)});
   });
   return out;
 }
 
 // Moments at which every way tells it.
-std::vector<size_t> list_told(const std::array<std::vector<Moment>, kWays>& ways) {
+std::vector<size_t> list_told(const std::array<std::vector<Pressure>, kWays>& ways) {
   std::vector<size_t> out;
   for (size_t i = 0; i < ways[kAsNamed].size(); ++i) {
-    if (std::all_of(ways.begin(), ways.end(), [&](const std::vector<Moment>& w) { return w.empty() || w[i].off.allFinite(); })) out.push_back(i);
+    if (std::all_of(ways.begin(), ways.end(), [&](const std::vector<Pressure>& w) { return w.empty() || w[i].off.allFinite(); })) out.push_back(i);
   }
   return out;
 }
 
 // [1] By moment. The mean of each clip is left out: a mass beside its place is constant, and is no exchange.
-std::vector<double> list_left(const std::vector<Moment>& moments, const std::vector<size_t>& told) {
+std::vector<double> list_left(const std::vector<Pressure>& moments, const std::vector<size_t>& told) {
   std::map<const Clip*, std::pair<Vector3d, double>> sums;
   for (size_t i : told) {
-    auto& [sum, count] = sums.try_emplace(moments[i].clip, Vector3d::Zero(), 0.0).first->second;
+    auto& [sum, count] = sums.try_emplace(moments[i].at.clip, Vector3d::Zero(), 0.0).first->second;
     sum += moments[i].off, count += 1.0;
   }
   std::vector<double> left;
   for (size_t i : told) {
-    const auto& [sum, count] = sums.at(moments[i].clip);
+    const auto& [sum, count] = sums.at(moments[i].at.clip);
     left.push_back(std::hypot((moments[i].off - sum / count).norm() / kPlace, moments[i].raised / kRaisedFoot));
   }
   return left;
@@ -128,22 +127,22 @@ LeggedLog exchange(const LeggedLog& log, int way, const SidePairs& feet, const S
 
 // What each way leaves; empty where it cannot be.
 struct Trial {
-  std::vector<Standing> at;  // moments
+  std::vector<Instant> at;
   std::array<std::vector<double>, kWays> left;
 };
 
 Trial try_ways(const LeggedLog& log, const SidePairs& feet, const SidePairs& legs) {
   Trial out;
-  std::array<std::vector<Moment>, kWays> ways;
+  std::array<std::vector<Pressure>, kWays> ways;
   for (int way = kAsNamed; way < kWays; ++way) {
     if (((way & kFeet) && feet.empty()) || ((way & kLegs) && legs.empty())) continue;
     const LeggedLog exchanged = exchange(log, way, feet, legs);
-    std::vector<Moment>& moments = ways[static_cast<size_t>(way)] = list_moments(exchanged);
-    for (Moment& m : moments) m.clip = &log.clips[static_cast<size_t>(m.clip - exchanged.clips.data())];
+    std::vector<Pressure>& moments = ways[static_cast<size_t>(way)] = list_pressures(exchanged);
+    for (Pressure& p : moments) p.at.clip = &log.clips[static_cast<size_t>(p.at.clip - exchanged.clips.data())];
   }
   const std::vector<size_t> told = list_told(ways);
   if (!is_enough(Purpose::kForClocks, told.size())) return out;
-  for (size_t i : told) out.at.push_back({ways[kAsNamed][i].clip, ways[kAsNamed][i].k, {}, Matrix3d::Identity(), Vector3d::Zero()});
+  for (size_t i : told) out.at.push_back(ways[kAsNamed][i].at);
   for (size_t way = 0; way < kWays; ++way) {
     if (!ways[way].empty()) out.left[way] = list_left(ways[way], told);
   }

@@ -23,7 +23,7 @@ std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose pu
   const ImuSensor& sensor = log.imus[imu];
   if (!sensor.gyro) return out;
   walk(log, purpose, [&](const Clip& clip, size_t k, BodyMotion* motion) {
-    Standing s{&clip, k, list_standing_feet(log, motion), get_pose(motion->data(), sensor.link).R * sensor.R_LI,
+    Standing s{{&clip, k}, list_standing_feet(log, motion), get_pose(motion->data(), sensor.link).R * sensor.R_LI,
                get_velocity(motion->data(), sensor.link).head<3>() - get_velocity(motion->data(), 0).head<3>()};
     if (s.feet.empty()) return;
     if (!sensor.accelerometer) forget_up(&s.feet);
@@ -33,12 +33,18 @@ std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose pu
   return out;
 }
 
+std::vector<Instant> list_instants(const std::vector<Standing>& standing) {
+  std::vector<Instant> out;
+  for (const Standing& s : standing) out.push_back(s.at);
+  return out;
+}
+
 std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& taken) {
   const double g = taken.per_unit * log.experiment->scenario.gravity_W.norm();
   std::vector<double> left;
   for (const Standing& s : standing) {
-    const size_t k = shift(s.k, taken.clock, *s.clip, log);
-    const ImuTracks& tracks = s.clip->imus[imu];
+    const size_t k = shift(s.at.k, taken.clock, *s.at.clip, log);
+    const ImuTracks& tracks = s.at.clip->imus[imu];
     const Vector3d rate = s.R_BI * (taken.R * get_values(tracks.gyro, k)) - s.more;
     left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.R * get_values(tracks.accelerometer, k)) / g)));
   }
@@ -53,11 +59,11 @@ Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const 
   };
 }
 
-double calc_odds(const std::vector<Standing>& standing, const std::vector<double>& left_a, const std::vector<double>& left_b) {
+double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b) {
   std::map<std::pair<const Clip*, long>, std::pair<double, double>> blocks;
-  for (size_t i = 0; i < standing.size(); ++i) {
-    const Standing& s = standing[i];
-    auto& [a, b] = blocks[{s.clip, std::lround(std::floor((s.clip->time[s.k] - s.clip->time.front()) / kBlock))}];
+  for (size_t i = 0; i < at.size(); ++i) {
+    const auto& [clip, k] = at[i];
+    auto& [a, b] = blocks[{clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock))}];
     a += 1.0 + left_a[i], b += 1.0 + left_b[i];
   }
   double sum = 0.0, square = 0.0;

@@ -7,10 +7,15 @@
 
 namespace hrp::diagnosis::floating {
 
-// Legs that may stand, at a moment, and where the IMU is then: it turns by `more` than the base [rad/s].
-struct Standing {
+// A sample of a clip.
+struct Instant {
   const Clip* clip = nullptr;
   size_t k = 0;
+};
+
+// Legs that may stand, at a moment, and where the IMU is then: it turns by `more` than the base [rad/s].
+struct Standing {
+  Instant at;
   std::vector<StandingFeet> feet;
   Matrix3d R_BI;
   Vector3d more;
@@ -18,6 +23,8 @@ struct Standing {
 
 // Empty where the moments are too few, or legs tell nothing.
 std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose purpose);
+
+std::vector<Instant> list_instants(const std::vector<Standing>& standing);
 
 // What an IMU is taken as.
 struct Taken {
@@ -34,6 +41,6 @@ Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const 
 
 // [nats] Log odds that `a` leaves less than `b`, of which one is right; below zero: b. 0 where there is too little. Half a
 // second is one observation of an error whose size is not known: its logarithm.
-double calc_odds(const std::vector<Standing>& standing, const std::vector<double>& left_a, const std::vector<double>& left_b);
+double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b);
 
 }  // namespace hrp::diagnosis::floating

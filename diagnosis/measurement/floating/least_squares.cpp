@@ -7,57 +7,19 @@
 #include <numeric>
 
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/floating/normal_equations.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr int kLags = 25;         // rows, the most that errors remember
-constexpr double kRidge = 1e-9;   // of the diagonal: against exact twins
 constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
 constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
 constexpr double kOddNoise = 4;   // deviations by which halves of a row may differ: beyond is an impact, not noise
 
-long count_coefficients(const std::vector<Candidate>& effects) {
-  long n = 0;
-  for (const Candidate& c : effects) n += static_cast<long>(c.terms.size());
-  return n;
-}
-
-// [unit squared] What gyroscopes, encoders and models leave whatever is fitted.
-double find_least(const std::string& unit) {
-  if (unit == "rad") return 1e-4;
-  if (unit == "m") return 1e-4;
-  if (unit == "rad/s") return 1e-4;
-  if (unit == "m/s^2") return 1e-3;
-  return 1e-3;
-}
-
-Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double ridge) {
-  if (A.size() > 0 && A.diagonal().minCoeff() <= 0) return Eigen::VectorXd::Constant(b.size(), std::nan(""));
-  const Eigen::VectorXd scale = A.diagonal().cwiseSqrt();
-  Eigen::MatrixXd S = scale.cwiseInverse().asDiagonal() * A * scale.cwiseInverse().asDiagonal();
-  S.diagonal().array() += ridge;
-  return scale.cwiseInverse().asDiagonal() * S.ldlt().solve(Eigen::VectorXd(scale.cwiseInverse().asDiagonal() * b));
-}
-
-// Adds what is known of coefficients beforehand to their normal equations, from coefficient `first` on. A column that is
-// noise alone tells nothing: only that stays.
-void add_prior(const std::vector<double>& prior, long first, Eigen::MatrixXd* A, Eigen::VectorXd* b) {
-  for (size_t i = 0; i < prior.size(); ++i) {
-    const long k = first + static_cast<long>(i);
-    if ((*A)(k, k) <= 0) A->row(k).setZero(), A->col(k).setZero(), (*b)(k) = 0;
-    (*A)(k, k) += 1 / (prior[i] * prior[i]);
-  }
-}
-
-void add_priors(const std::vector<Candidate>& effects, Eigen::MatrixXd* A, Eigen::VectorXd* b) {
-  long first = 0;
-  for (const Candidate& e : effects) {
-    add_prior(e.prior, first, A, b);
-    first += static_cast<long>(e.terms.size());
-  }
-}
+// [the unit] What gyroscopes and encoders leave whatever is fitted, or else accelerometers, force sensors and models.
+double find_least(const std::string& unit) { return unit == "rad" || unit == "m" || unit == "rad/s" ? 1e-4 : 1e-3; }
 
 }  // namespace
 
@@ -172,7 +134,7 @@ double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
     for (size_t i = static_cast<size_t>(lag); i < r.size(); ++i) {
       if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)]) sum += r[i] * r[i - static_cast<size_t>(lag)];
     }
-    if (sum / zero < 0.05) break;
+    if (sum / zero < kMinor) break;
     memory += 2 * sum / zero;
   }
   return memory;
@@ -259,7 +221,7 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
   for (size_t c = 0; n > 0 && c < channels().size(); ++c) add_normal(Part::kTrain, c, effects, &A, &b);
   A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
   add_priors(effects, &A, &b);
-  out.x = n > 0 ? solve_scaled(A, b, kRidge) : Eigen::VectorXd();
+  out.x = n > 0 ? solve_scaled(A, b) : Eigen::VectorXd();
   for (const Part part : {Part::kTrain, Part::kHeld}) {
     for (size_t c = 0; c < channels().size(); ++c) {
       const double left = calc_left(part, c, out);
@@ -324,113 +286,6 @@ std::vector<double> LeggedFitter::calc_residuals(const LeggedFit& fit, size_t c,
   const Eigen::VectorXd predicted = calc_columns(c, fit.effects, noise) * fit.x;
   for (size_t i = 0; i < out.size(); ++i) out[i] -= predicted(static_cast<long>(i));
   return out;
-}
-
-Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) const {
-  const long n = fit.x.size();
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n), scatter = A;
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-  std::map<int, Eigen::VectorXd> scores;  // by block
-  for (size_t c = 0; c < channels().size(); ++c) {
-    add_normal(Part::kTrain, c, fit.effects, &A, &b);
-    if (all) add_normal(Part::kHeld, c, fit.effects, &A, &b);
-    const Eigen::MatrixXd X = calc_columns(c, fit.effects, false), D = calc_columns(c, fit.effects, true);
-    const std::vector<double> r = calc_residuals(fit, c), e = calc_residuals(fit, c, true);
-    for (size_t i = 0; i < r.size(); ++i) {
-      if (!all && is_held(c, i)) continue;
-      auto at = scores.try_emplace(channels()[c].block[i], Eigen::VectorXd::Zero(n)).first;
-      const auto k = static_cast<long>(i);
-      at->second += weight_[c] * rows_[c][i] * (r[i] * X.row(k) - e[i] * D.row(k)).transpose();
-    }
-  }
-  for (const auto& [block, s] : scores) scatter += s * s.transpose();
-  A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
-  // What is known beforehand is one more observation, of value 0: its score is as uncertain as it is.
-  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(n, n);
-  add_priors(fit.effects, &known, &b);
-  add_priors(fit.effects, &A, &b);
-  scatter += known;
-  A.diagonal() *= 1 + kRidge;
-  const auto blocks = static_cast<double>(scores.size());
-  const double few = blocks > static_cast<double>(n) + 1 ? blocks / (blocks - static_cast<double>(n)) : blocks;
-  const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));
-  return make_robust_covariance(inverse, scatter, few).robust;
-}
-
-Eigen::VectorXd LeggedFitter::calc_systematic(const LeggedFit& fit) const {
-  const long n = fit.x.size();
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(n), shift = squares;
-  for (size_t c = 0; c < channels().size(); ++c) {
-    const Eigen::MatrixXd X = calc_columns(c, fit.effects, false);
-    Eigen::VectorXd in_line = Eigen::VectorXd::Zero(n);
-    for (size_t i = 0; i < channels()[c].rows(); ++i) {
-      if (is_held(c, i)) continue;
-      const Eigen::VectorXd x = X.row(static_cast<long>(i)).transpose();
-      squares += get_weight(c, i) * x.cwiseAbs2(), in_line += get_weight(c, i) * find_exactness(c) * x.cwiseAbs();
-    }
-    shift += in_line.cwiseAbs2();
-  }
-  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(n, n);
-  Eigen::VectorXd none = Eigen::VectorXd::Zero(n);
-  add_priors(fit.effects, &known, &none);
-  return shift.cwiseSqrt().cwiseQuotient((squares + known.diagonal()).cwiseMax(1e-300));
-}
-
-std::vector<LeggedFitter::PartFit> LeggedFitter::fit_parts(const LeggedFit& fit, size_t effect) const {
-  const std::vector<Candidate> one{fit.effects[effect]};
-  const long n = count_coefficients(one), first = static_cast<long>(fit.find_first(effect));
-  std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;  // by recording * 2 + half
-  std::map<int, double> middle;
-  for (const ChannelRows& rows : channels()) {
-    std::map<int, std::pair<double, double>> ends;
-    for (size_t i = 0; i < rows.rows(); ++i) {
-      auto& e = ends.try_emplace(rows.recording[i], 1e300, -1e300).first->second;
-      e.first = std::min(e.first, rows.time[i]), e.second = std::max(e.second, rows.time[i]);
-    }
-    for (const auto& [r, e] : ends) middle[r] = 0.5 * (e.first + e.second);
-  }
-  const bool halves = middle.size() < 3;
-  for (size_t c = 0; c < channels().size(); ++c) {
-    const Eigen::MatrixXd X = calc_columns(c, one, false), D = calc_columns(c, one, true);
-    if (X.isZero(0)) continue;
-    const std::vector<double> r = calc_residuals(fit, c), e = calc_residuals(fit, c, true);
-    for (size_t i = 0; i < r.size(); ++i) {
-      const ChannelRows& rows = channels()[c];
-      const int part = 2 * rows.recording[i] + (halves && rows.time[i] > middle[rows.recording[i]]);
-      auto& [A, b] = normal.try_emplace(part, Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
-      const Eigen::VectorXd x = X.row(static_cast<long>(i)).transpose(), d = D.row(static_cast<long>(i)).transpose();
-      const Eigen::VectorXd so_far = fit.x.segment(first, n);
-      const double w = weight_[c] * rows_[c][i];
-      A += w * (x * x.transpose() - d * d.transpose());
-      b += w * (x * (r[i] + x.dot(so_far)) - d * (e[i] + d.dot(so_far)));
-    }
-  }
-  Eigen::VectorXd most = Eigen::VectorXd::Zero(n);
-  for (const auto& [part, ab] : normal) most = most.cwiseMax(ab.first.diagonal());
-  const std::vector<long> core = find_core(one[0]);
-  std::vector<PartFit> out;
-  Eigen::VectorXd total = Eigen::VectorXd::Zero(n);
-  for (auto& [part, ab] : normal) {
-    // A part in which the effect hardly shows says nothing of its size.
-    const auto shows = [&, &A = ab.first](long k) { return A(k, k) > 0.05 * most(k); };
-    if (std::none_of(core.begin(), core.end(), shows)) continue;
-    add_prior(one[0].prior, 0, &ab.first, &ab.second);
-    out.push_back({solve_scaled(ab.first, ab.second, kRidge), ab.first.diagonal().cwiseMax(0)});
-    total += out.back().weight;
-  }
-  for (PartFit& p : out) p.weight = p.weight.cwiseQuotient(total.cwiseMax(1e-300));
-  return out;
-}
-
-double LeggedFitter::calc_overlap(const Candidate& a, const Candidate& b) const {
-  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
-  for (size_t c = 0; c < channels().size(); ++c) {
-    const Eigen::MatrixXd X = calc_columns(c, {a, b}, false), D = calc_columns(c, {a, b}, true);
-    for (long i = 0; i < X.rows(); ++i) {
-      sum += get_weight(c, static_cast<size_t>(i)) * (X.row(i).transpose() * X.row(i) - D.row(i).transpose() * D.row(i));
-    }
-  }
-  return sum(0, 0) > 0 && sum(1, 1) > 0 ? sum(0, 1) * sum(0, 1) / (sum(0, 0) * sum(1, 1)) : 0;
 }
 
 double LeggedFitter::calc_ceiling(size_t c) const {

@@ -9,7 +9,9 @@
 #pragma once
 
 #include <cmath>
-#include <memory>
+#include <map>
+#include <utility>
+#include <vector>
 
 #include "diagnosis/measurement/floating/candidates.h"
 #include "diagnosis/measurement/floating/moment_sum.h"
@@ -94,6 +96,9 @@ class LeggedFitter {
   void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                   Eigen::VectorXd* b) const;
   double calc_left(Part part, size_t channel, const LeggedFit& fit) const;
+  // Normal equations of one effect's coefficients, by recording * 2 + half (fit_parts).
+  using Normal = std::pair<Eigen::MatrixXd, Eigen::VectorXd>;
+  std::map<int, Normal> sum_parts(const LeggedFit& fit, size_t effect) const;
 
   std::vector<ChannelRows> channels_;
   std::vector<Moments> moments_[2];

@@ -6,11 +6,11 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
+#include "diagnosis/measurement/floating/standing_legs.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kForce = 0.3, kRate = 0.02;  // [m/s^2, rad/s] to which feet that lie flat tell a body's motion
 constexpr size_t kMost = 2000;                // moments: more tell conventions no better
 
 // What the IMU says of the base, in the base's axes.
@@ -77,8 +77,8 @@ class PoseFinder {
       const Eigen::Quaterniond q = put_in_order(frame.order, get_quaternion(*m.clip, &Track::value, k)).normalized();
       const Eigen::Quaterniond dq = put_in_order(frame.order, get_quaternion(*m.clip, &Track::rate, k));
       const Vector3d rate = q_body.conjugate() * (2.0 * (q.conjugate() * dq).vec());
-      if (of == Of::kAll) sum += (rate - m.rate).squaredNorm() / (kRate * kRate);
-      if (accelerometer_) sum += (calc_force(*m.clip, k, q_world * q * q_body, frame.R_world) - m.force).squaredNorm() / (kForce * kForce);
+      if (of == Of::kAll) sum += (rate - m.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
+      if (accelerometer_) sum += (calc_force(*m.clip, k, q_world * q * q_body, frame.R_world) - m.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
     }
     return sum / static_cast<double>(moments.size()) + 1.0;
   }

@@ -15,8 +15,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kTilt = 0.3;        // [m/s^2] to which feet that lie flat tell an accelerometer's direction: 0.03 g
-constexpr double kRate = 0.02;       // [rad/s] likewise of a gyroscope
 constexpr double kArm = 0.1;         // [m] by which moments are compared with forces: half of a foot
 
 // An IMU's readings as others expect them, in its axes by the model.
@@ -53,8 +51,8 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
     double sum = 0.0;
     for (const Expected& e : expected) {
       const size_t k = shift(e.k, clock, *e.clip, log);
-      if (sensor.accelerometer) sum += (R * get_values(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kTilt * kTilt);
-      sum += (R * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRate * kRate);
+      if (sensor.accelerometer) sum += (R * get_values(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
+      sum += (R * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
     }
     // What is expected is no better known than that: so much is left of a sensor that is mounted as it should be.
     return sum / static_cast<double>(expected.size()) + 1.0;
@@ -63,7 +61,7 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
 
 // 1: legs that stand say that `a` is right, -1: `b`, 0: they cannot tell.
 int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& a, const Taken& b) {
-  const double nats = calc_odds(standing, list_left(log, imu, standing, a), list_left(log, imu, standing, b));
+  const double nats = calc_odds(list_instants(standing), list_left(log, imu, standing, a), list_left(log, imu, standing, b));
   return nats > kOdds ? 1 : nats < -kOdds ? -1 : 0;
 }
 

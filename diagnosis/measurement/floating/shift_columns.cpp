@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/measurement/floating/clip_maker.h"
+
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kGap = 0.05;  // [s] without a sample (legged_log.cpp)
 
 // Every row has a sample: the ends are held.
 void shift_whole(const std::vector<double>& time, double late, std::vector<double>* column) {
@@ -33,7 +33,7 @@ void shift_sparse(const std::vector<double>& time, double late, std::vector<doub
     (*column)[k] = std::numeric_limits<double>::quiet_NaN();
     if (next == t.end() || next == t.begin()) continue;
     const auto i = static_cast<size_t>(next - t.begin());
-    if (t[i] - t[i - 1] <= kGap) (*column)[k] = v[i - 1] + (time[k] - t[i - 1]) / (t[i] - t[i - 1]) * (v[i] - v[i - 1]);
+    if (t[i] - t[i - 1] <= kLongestStep) (*column)[k] = v[i - 1] + (time[k] - t[i - 1]) / (t[i] - t[i - 1]) * (v[i] - v[i - 1]);
   }
 }
 

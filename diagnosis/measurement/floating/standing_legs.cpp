@@ -9,8 +9,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kRate = 0.02;  // [rad/s] to which feet that lie flat tell the body's turning
-constexpr double kTilt = 0.03;  // [rad] likewise its tilt
 constexpr size_t kPairs = 3;    // feet of which two may stand at any moment: trots, ambles, crawls
 
 // A foot's place and how it moves against the base, base axes.
@@ -67,9 +65,9 @@ void forget_up(std::vector<StandingFeet>* feet) {
 double calc_left(const std::vector<StandingFeet>& feet, const Vector3d& rate, const Vector3d& up) {
   double least = 1e300;
   for (const StandingFeet& f : feet) {
-    const double turn = (f.A * rate - f.turn).squaredNorm() / (kRate * kRate);
+    const double turn = (f.A * rate - f.turn).squaredNorm() / (kRateOfSoles * kRateOfSoles);
     const double tilt = up.dot(f.below) > 0.0 ? 1.0 : (f.B * up - f.level).squaredNorm();  // feet are not above the body
-    least = std::min(least, turn + tilt / (kTilt * kTilt));
+    least = std::min(least, turn + tilt / (kTiltOfSoles * kTiltOfSoles));
   }
   return least;
 }

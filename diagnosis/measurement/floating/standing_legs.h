@@ -9,6 +9,10 @@
 
 namespace hrp::diagnosis::floating {
 
+// To which soles that lie flat tell a body's motion: how it turns [rad/s], its tilt [rad], and with it the direction of an
+// accelerometer's reading [m/s^2].
+constexpr double kRateOfSoles = 0.02, kTiltOfSoles = 0.03, kForceOfSoles = 0.3;
+
 // Feet that may stand: a flat one, or two balls. In the base's axes.
 struct StandingFeet {
   Matrix3d A, B;       // A w = turn, w [rad/s] the base's rate; B u = level, u the unit vector upwards

@@ -148,8 +148,8 @@ std::set<int> list_leg_joints(const LeggedLog& log) {
 int find_turned_joint(const LeggedLog& log, const Contacts& contacts, Against against, double* left) {
   const std::vector<Moment> moments = list_moments(log, contacts, against);
   if (!is_enough(Purpose::kForClocks, moments.size())) return -1;
-  std::vector<Standing> at;
-  for (const Moment& m : moments) at.push_back({m.clip, m.k, {}, Matrix3d::Identity(), Vector3d::Zero()});
+  std::vector<Instant> at;
+  for (const Moment& m : moments) at.push_back({m.clip, m.k});
   const std::vector<double> nominal = list_moved(log, moments, -1);
   const double before = find_square(nominal);
   std::map<double, std::pair<int, std::vector<double>>> trials;

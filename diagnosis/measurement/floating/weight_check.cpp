@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -26,6 +27,18 @@ double find_rms(const std::vector<double>& y) {
   double sum = 0;
   for (double v : y) sum += v * v;
   return std::sqrt(sum / std::max(1.0, static_cast<double>(y.size())));
+}
+
+// What rows have, by phase, by block: sum, count.
+using PhaseSums = std::map<int, std::map<int, std::pair<double, double>>>;
+
+PhaseSums sum_phases(const ChannelRows& c) {
+  PhaseSums out;
+  for (size_t i = 0; i < c.rows(); ++i) {
+    auto& [sum, count] = out[c.phase[i]][c.block[i]];
+    sum += c.y[i], count += 1;
+  }
+  return out;
 }
 
 class WeightChecker {
@@ -97,13 +110,8 @@ class WeightChecker {
 
   // By phase: what the feet carry over what the model weighs, by blocks.
   std::map<int, Consensus> weigh_phases(const ChannelRows& c, double weight) const {
-    std::map<int, std::map<int, std::pair<double, double>>> sums;  // by phase, by block: sum, count
-    for (size_t i = 0; i < c.rows(); ++i) {
-      auto& [sum, count] = sums[c.phase[i]][c.block[i]];
-      sum += c.y[i], count += 1;
-    }
     std::map<int, Consensus> out;
-    for (const auto& [phase, blocks] : sums) {
+    for (const auto& [phase, blocks] : sum_phases(c)) {
       std::vector<double> ratios;
       for (const auto& [block, sum] : blocks) ratios.push_back(1 + sum.first / sum.second / weight);
       const Consensus k = find_consensus(ratios, kKnownWeight);
@@ -182,11 +190,7 @@ class WeightChecker {
 
   // Whether each phase that is no rare one has half to twice the missing weight [N], as far as its blocks tell.
   bool is_same_in_phases(const ChannelRows& c, double more) const {
-    std::map<int, std::map<int, std::pair<double, double>>> phases;  // by phase, by block: sum, count
-    for (size_t i = 0; i < c.rows(); ++i) {
-      auto& [sum, count] = phases[c.phase[i]][c.block[i]];
-      sum += c.y[i], count += 1;
-    }
+    const PhaseSums phases = sum_phases(c);
     const double least = kKnownWeight * log_.mass * get_gravity();
     return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
       std::vector<double> means;
@@ -322,12 +326,6 @@ class WeightChecker {
     fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 
-  // [kg] that the model has below a sensor.
-  double get_hanging(int s) const {
-    const ForceSensor& sensor = log_.sensors[static_cast<size_t>(s)];
-    return sensor.hangs + sensor.below.mass;  // one of both
-  }
-
   void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
     const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
     double spread = 0;
@@ -343,7 +341,7 @@ class WeightChecker {
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
     // A foot that hangs on its sensor pulls at it, which is no zero.
-    const double hanging = -get_hanging(s) * get_gravity() / per_unit;
+    const double hanging = -find_mass_below(log_.sensors[static_cast<size_t>(s)]) * get_gravity() / per_unit;
     if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
     Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
     zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;

@@ -86,13 +86,15 @@ void fill_cut(const LeggedLog& log, const ForceSensor& sensor, double mass, Expe
 
 }  // namespace
 
+double find_mass_below(const ForceSensor& sensor) { return sensor.hangs + sensor.below.mass; }  // one of both is 0
+
 std::vector<WholeReading> find_whole_readings(const Experiment& e) {
   if (!e.scenario.floating_base || e.num_joints() == 0) return {};
   const LeggedLog log = make_legged_log(e, Half::kEven);
   const double g = e.scenario.gravity_W.norm();
   std::vector<WholeReading> out;
   for (size_t s = 0; s < log.sensors.size(); ++s) {
-    const double below = log.sensors[s].hangs + log.sensors[s].below.mass;  // one of both
+    const double below = find_mass_below(log.sensors[s]);
     if (below <= 0 || log.sensors[s].foot < 0) continue;
     out.push_back({log.sensors[s].name, below, 0});
   }

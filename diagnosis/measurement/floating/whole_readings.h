@@ -10,6 +10,11 @@
 
 namespace hrp::diagnosis::floating {
 
+struct ForceSensor;  // legged_log.h
+
+// [kg] That the model has below a sensor, whether it is part of the mechanism above the sensor or not.
+double find_mass_below(const ForceSensor& sensor);
+
 struct WholeReading {
   std::string sensor;  // "l_foot" of "/wrench/l_foot"
   double mass = 0;     // [kg] below it by the model

@@ -17,24 +17,52 @@
 #include "servers/vision/node.h"
 
 namespace hrp {
+namespace {
+
+SchedulerOptions make_scheduling(const LaunchOptions& options, const Scenario& scenario) {
+  SchedulerOptions out;
+  out.roles = {"dynamics", "logger"};
+  if (scenario.sensors.every_picture && scenario.sensors.has_vision()) out.roles.push_back("vision");
+  out.speed = options.speed;
+  out.paused = options.paused;
+  return out;
+}
+
+LoggerOptions make_logging(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
+  LoggerOptions out;
+  out.path = log;
+  out.force = options.force;
+  out.durable = options.durable;
+  out.robots = list_robots(scenario);
+  return out;
+}
+
+// `wall_time` [s] since the first step.
+RunOutcome find_outcome(const RunMonitor& monitor, double wall_time) {
+  const msg::RunStatus status = monitor.run_status();
+  RunOutcome outcome;
+  outcome.failure = status.phase() == msg::RUN_FAILED ? status.message() : "";
+  if (!outcome.failure.empty()) {
+    std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", outcome.failure.c_str(),
+                 static_cast<unsigned long long>(status.step()));
+  }
+  const bool refused = outcome.failure.rfind("model_parser: model refused", 0) == 0;
+  outcome.exit_code = outcome.failure.empty() ? kExitOk : refused ? kExitBadInput : kExitFailed;
+  outcome.wall_time = wall_time;
+  outcome.parts = monitor.find_parts();
+  outcome.logs = monitor.find_logs();
+  return outcome;
+}
+
+}  // namespace
 
 RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& scenario, const std::string& log) {
   using Clock = std::chrono::steady_clock;
   MemoryBus bus;
   RunMonitor monitor(bus, "", list_robots(scenario));
   const auto context = [&bus](const char* role) { return NodeContext{&bus, role, "hrp-simulate", "", ""}; };
-  SchedulerOptions scheduling;
-  scheduling.roles = {"dynamics", "logger"};
-  if (scenario.sensors.every_picture && scenario.sensors.has_vision()) scheduling.roles.push_back("vision");
-  scheduling.speed = options.speed;
-  scheduling.paused = options.paused;
-  SchedulerNode scheduler(context("scheduler"), scheduling, options.duration);
-  LoggerOptions logging;
-  logging.path = log;
-  logging.force = options.force;
-  logging.durable = options.durable;
-  logging.robots = list_robots(scenario);
-  LoggerNode logger(context("logger"), logging);
+  SchedulerNode scheduler(context("scheduler"), make_scheduling(options, scenario), options.duration);
+  LoggerNode logger(context("logger"), make_logging(options, scenario, log));
   DynamicsLoop dynamics(context("dynamics"), make_simulator_engine);
   CollisionCheckerNode collision_checker(context("collision_checker"));
   ControllerNode controller(context("controller"), make_scenario_controller);
@@ -66,19 +94,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
     progress.show(format_progress(status, scenario.feet, monitor.find_fall()));
   });
   progress.clear();
-  const msg::RunStatus status = monitor.run_status();
-  RunOutcome outcome;
-  outcome.failure = status.phase() == msg::RUN_FAILED ? status.message() : "";
-  if (!outcome.failure.empty()) {
-    std::fprintf(stderr, "hrp-simulate: %s (at step %llu)\n", outcome.failure.c_str(),
-                 static_cast<unsigned long long>(status.step()));
-  }
-  const bool refused = outcome.failure.rfind("model_parser: model refused", 0) == 0;
-  outcome.exit_code = outcome.failure.empty() ? kExitOk : refused ? kExitBadInput : kExitFailed;
-  outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step).count();
-  outcome.parts = monitor.find_parts();
-  outcome.logs = monitor.find_logs();
-  return outcome;
+  return find_outcome(monitor, std::chrono::duration<double>(Clock::now() - first_step).count());
 }
 
 }  // namespace hrp

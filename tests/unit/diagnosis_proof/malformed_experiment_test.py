@@ -1,72 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """hrp-diagnose on broken experiments: exit status 2 with file, line and column, or a verdict; never a crash, never a
-status of its own. Run as: malformed_experiment_test.py BIN_DIR. Makes its experiments itself (a pendulum by explicit
-steps), so that no other program is needed."""
+status of its own. Run as: malformed_experiment_test.py BIN_DIR."""
 import gzip
 import json
-import math
 import pathlib
 import random
 import re
-import resource
-import signal
 import subprocess
 import sys
 import tempfile
 import unittest
 
+from pendulum_experiment import URDF, YAML, HEAD, ROWS, ROWS_TWO, URDF_TWO, YAML_TWO, make_rows, make_csv
+
 BIN = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else "build/bin")
-URDF = """<?xml version="1.0"?>
-<robot name="two">
-  <link name="base"/>
-  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="2"/><inertia ixx="0.03" iyy="0.03" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="one" type="revolute"><parent link="base"/><child link="upper"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
-</robot>
-"""
-YAML = """robot: robot.urdf
-base: fixed
-servo:
-  joints:
-    one: {kp: 200, kd: 8, effort_limit: 50}
-initial:
-  joints: {one: 0}
-recordings:
-  - {file: train_1.csv, role: train}
-  - {file: validate_1.csv, role: validate}
-"""
-HEAD = ["time", "/joint_commands/one/position", "/joint_commands/one/velocity", "/joint_states/one/position",
-        "/joint_states/one/velocity", "/joint_states/one/effort"]
-
-
-DEG = 57.29578
-
-
-def make_rows(phase, seconds=2.0, step=0.004, kp=200, kd=8, pace=3.0):
-    """A servoed pendulum, semi-implicit steps of 0.1 ms, with a ripple of 1e-5 in place of noise."""
-    inertia, moment = 0.03 + 2 * 0.2 * 0.2, 2 * 9.81 * 0.2
-    q = v = t = 0.0
-    rows = []
-    for k in range(int(seconds / step)):
-        w = 1e-5 * math.sin(1e4 * (k * 0.37 + phase) ** 2)
-        c, cd = 0.4 * math.sin(pace * t + phase) - 0.4 * math.sin(phase), 0.4 * pace * math.cos(pace * t + phase)
-        effort = kp * (c - q) + kd * (cd - v)
-        rows.append([t, c, cd, q + w, v + 100 * w, effort + 500 * w])
-        for _ in range(int(step / 1e-4)):
-            c, cd = 0.4 * math.sin(pace * t + phase) - 0.4 * math.sin(phase), 0.4 * pace * math.cos(pace * t + phase)
-            v += 1e-4 * (kp * (c - q) + kd * (cd - v) - moment * math.sin(q)) / inertia
-            q += 1e-4 * v
-            t += 1e-4
-    return rows
-
-
-ROWS = {"train_1.csv": make_rows(0.3), "validate_1.csv": make_rows(1.7)}
-ROWS_TWO = {"train_1.csv": make_rows(0.9, kp=120, kd=5, pace=4.1), "validate_1.csv": make_rows(2.6, kp=120, kd=5, pace=4.1)}
-URDF_TWO = URDF.replace("</robot>", "").replace('"upper"', '"first"') + re.sub("\"one\"", "\"two\"", URDF[URDF.index('  <link name="upper"'):]).replace('"upper"', '"second"')
-YAML_TWO = YAML.replace("    one: {kp: 200, kd: 8, effort_limit: 50}", "    one: {kp: 200, kd: 8, effort_limit: 50}\n    two: {kp: 120, kd: 5, effort_limit: 50}")
-
-
-def make_csv(rows, head=HEAD):
-    return "\n".join([",".join(head)] + [",".join(f"{x:.9g}" if isinstance(x, float) else str(x) for x in r) for r in rows]) + "\n"
+DEG = 57.29578  # [degrees/rad]
 
 
 class Malformed(unittest.TestCase):
@@ -364,73 +312,6 @@ class Malformed(unittest.TestCase):
             run = subprocess.run([BIN / "hrp-diagnose", "none.yaml", "--out", "none", "--next", option, "nan"], capture_output=True, text=True, timeout=60)
             self.assertEqual(run.returncode, 2)
             self.assertIn(f"{option}: Value nan is no number", run.stderr)
-
-
-class Places(unittest.TestCase):
-    """Where results cannot go."""
-
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.root = pathlib.Path(self.folder.name)
-        for name, text in {**{name: make_csv(rows) for name, rows in ROWS.items()}, "experiment.yaml": YAML, "robot.urdf": URDF}.items():
-            (self.root / name).write_text(text)
-
-    def tearDown(self):
-        self.folder.cleanup()
-
-    def run_tool(self, out, **arguments):
-        run = subprocess.run([BIN / "hrp-diagnose", self.root, "--out", out], capture_output=True, text=True, timeout=110, **arguments)
-        return run.returncode, run.stderr
-
-    def test_a_place_that_cannot_be_written_is_refused_before_the_work(self):
-        (self.root / "file").write_text("mine")
-        for out, words in ((self.root / "file", "cannot be made"), ("/proc/none", "cannot be made"), ("/proc/self", "nothing can be written in it"),
-                           (self.root / ("y" * 300), "File name too long")):
-            status, text = self.run_tool(out)
-            self.assertEqual(status, 2, text)
-            self.assertRegex(text, f"{out}: error: .*{words}")
-            self.assertNotIn(" s  ", text, "something was computed first")
-        self.assertEqual((self.root / "file").read_text(), "mine")
-
-    @staticmethod
-    def make_limit(size):  # no file may become larger, as on a full disk
-        def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-            resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-        return limit
-
-    def test_a_full_disk_is_refused_before_the_work(self):
-        status, text = self.run_tool(self.root / "out", preexec_fn=self.make_limit(4000))
-        self.assertEqual(status, 2, text)
-        self.assertRegex(text, "out: error: nothing can be written in it: .*: File too large")
-        self.assertNotIn(" s  ", text, "something was computed first")
-
-    def test_a_full_standard_output_is_named(self):
-        for words in (["--check"], ["--out", self.root / "out", "--quiet"]):
-            with open("/dev/full", "w") as full:
-                run = subprocess.run([BIN / "hrp-diagnose", self.root, *words], stdout=full, stderr=subprocess.PIPE, text=True, timeout=110)
-            self.assertEqual((run.returncode, run.stderr), (1, "hrp-diagnose: standard output cannot be written: No space left on device\n"))
-
-    def test_a_disk_that_is_full_by_then_is_named_and_leaves_no_half_of_a_file(self):
-        status, text = self.run_tool(self.root / "out", preexec_fn=self.make_limit(40000))
-        self.assertEqual(status, 1, text)
-        self.assertRegex(text, r"out/\S+: cannot be written: File too large")
-        self.assertEqual(list((self.root / "out").rglob("*.part")), [])
-        for file in (self.root / "out").rglob("*.json"):
-            json.loads(file.read_text())
-
-    def test_what_was_killed_leaves_whole_files_and_can_be_run_again(self):
-        for delay in (0.02, 0.05, 0.1, 0.15, 0.2, 0.3):
-            process = subprocess.Popen([BIN / "hrp-diagnose", self.root, "--out", self.root / "out", "--quiet"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            try:
-                process.wait(delay)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
-            for file in (self.root / "out").rglob("*.json"):
-                json.loads(file.read_text())
-        status, text = self.run_tool(self.root / "out")
-        self.assertEqual(status, 0, text)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import unittest
 SOURCE = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else ".")
 sys.path.insert(0, str(SOURCE / "diagnosis" / "generator"))
 import score_cases  # noqa: E402
+import score_judge  # noqa: E402
 
 
 def truth(*hidden, family="joint"):
@@ -26,7 +27,7 @@ STOP = {"effect": "mechanical_stop", "joint": "a", "angle": 0.3}
 
 
 def word(t, r):
-    return score_cases.judge(t, r)[0]
+    return score_judge.judge(t, r)[0]
 
 
 class Scorer(unittest.TestCase):
@@ -83,19 +84,19 @@ class Scorer(unittest.TestCase):
 
     def test_parameters_are_compared_with_truth_and_interval(self):
         said = found("coulomb_friction", {"level": {"value": 2.1, "ci95": [1.9, 2.3]}}, joint="a")
-        (_, _, _, _, error, inside), = score_cases.compare_parameters(COULOMB, said)
+        (_, _, _, _, error, inside), = score_judge.compare_parameters(COULOMB, said)
         self.assertAlmostEqual(error, 0.05)
         self.assertTrue(inside)
 
     def test_a_phase_is_compared_on_the_circle(self):
         hidden = {"effect": "cogging", "joint": "a", "phase": 0.1}
         said = found("cogging", {"phase": {"value": 6.3, "ci95": [6.2, 6.4]}}, joint="a")
-        (_, _, _, _, error, inside), = score_cases.compare_parameters(hidden, said)
+        (_, _, _, _, error, inside), = score_judge.compare_parameters(hidden, said)
         self.assertLess(error, 0.03)
         self.assertTrue(inside)
 
     def test_the_page_shows_a_miss(self):
-        case = score_cases.Case("case-001", truth(COULOMB), report("unexplained"), {"seconds": 3, "status": 0})
+        case = score_judge.Case("case-001", truth(COULOMB), report("unexplained"), {"seconds": 3, "status": 0})
         page = score_cases.make_page([case], "t", ["<note>"])
         self.assertIn("case-001: missed", page)
         self.assertIn("&lt;note&gt;", page)

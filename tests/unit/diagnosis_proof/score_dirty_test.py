@@ -7,6 +7,7 @@ import unittest
 SOURCE = pathlib.Path(sys.argv.pop() if len(sys.argv) > 1 else ".")
 sys.path.insert(0, str(SOURCE / "diagnosis" / "generator"))
 import score_cases  # noqa: E402
+import score_judge  # noqa: E402
 import score_dirty  # noqa: E402
 
 ROTOR = {"effect": "rotor_inertia", "joint": "a", "inertia": 0.1}
@@ -77,7 +78,7 @@ class DirtyScorer(unittest.TestCase):
         self.assertAlmostEqual(tally(t, fit={"per_signal": {"/q": {"before": 1, "after": 0.03}}}).ratio, 1.5)
 
     def test_the_page_shows_dirty_cases_alone(self):
-        case = score_cases.Case("case-001", truth(GAIN), {"findings": [found("payload", link="x")]}, {"seconds": 1})
+        case = score_judge.Case("case-001", truth(GAIN), {"findings": [found("payload", link="x")]}, {"seconds": 1})
         self.assertEqual(case.word, "extra finding")
         self.assertIn("wrong family: payload", score_cases.make_page([case], "t", []))
 

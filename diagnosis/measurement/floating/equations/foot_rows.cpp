@@ -7,12 +7,12 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kSettled = 0.08;  // [s] after landing and before lifting: the foot is not flat for sure
-constexpr double kInside = 0.88;   // share of a sole's half edges within which the centre of pressure means flat contact
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
 
@@ -24,7 +24,7 @@ Eigen::Vector2d calc_tilt(const Vector3d& up) {
 }  // namespace
 
 bool presses_inside(const Foot& foot, const Vector3d& moment, double force) {
-  return std::abs(moment.y()) < kInside * foot.size.x() / 2 * force && std::abs(moment.x()) < kInside * foot.size.y() / 2 * force;
+  return std::abs(moment.y()) < standing::kInside * foot.size.x() / 2 * force && std::abs(moment.x()) < standing::kInside * foot.size.y() / 2 * force;
 }
 
 FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)

@@ -47,8 +47,8 @@ void add_ankle_zeros(const LeggedLog& log, const Meant& is_meant, const char* mo
 // its moment is the same constant in all equations of the whole body, and a sensor has zeros in all of its axes.
 bool is_constant_of_all_feet(const ReportState& state, const FoundEffect& f) {
   const LeggedLog& log = state.log;
-  const bool force = is(f, laws().sensor_bias) && f.effect.where.dump().find("/force") != std::string::npos;
-  if (!force || state.contacts.walks || log.sensors.size() < 2) return false;
+  const bool of_one_force = is(f, laws().sensor_bias) && f.effect.unit == "N" && f.effect.place >= 0;
+  if (!of_one_force || state.contacts.walks || log.sensors.size() < 2) return false;
   for (size_t j = 0; j < log.has_position.size(); ++j) {
     if (log.is_driven(j)) return false;
   }

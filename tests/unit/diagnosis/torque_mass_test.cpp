@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Masses, loads, gains and gears in torque space: which of them takes the torque, and what else might.
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "diagnosis/evidence/torque_gears.h"
+#include "test_places.h"
+#include "tests/unit/diagnosis/torque_verdicts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+TEST(TorqueMass, ALoadInTheHandIsNamedAtItsLinkWithItsMass) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}});
+  const Experiment e = make_simulated_experiment("torque_load", kArm, kArmJoints, hidden);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_FALSE(verdict.evidence.findings.empty());
+  bool named = false;
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.family != get_family_name(EffectFamily::kMass)) continue;
+    EXPECT_EQ(f.where.at("link"), "fore") << f.statement;
+    named = true;
+  }
+  EXPECT_TRUE(named);
+}
+
+// A load far out on a light link: its moment of inertia about the link's frame grows with the square of its distance.
+TEST(TorqueMass, ALoadFarFromTheLinksCentreOfMassHasItsMassAndPlace) {
+  Hypothesis hidden = make_arm_drives();
+  constexpr double kMass = 0.8, kFar = 0.35;  // [kg]; [m], 0.15 the centre of mass
+  hidden.push_back({EffectId::kPayload, kFore, {kMass, kFar, 0.0, 0.05, 0.0}});
+  const Experiment e = make_simulated_experiment("torque_far_load", kArm, kArmJoints, hidden);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "payload", "fore");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  // 5 %: with its inertia taken at the link's centre of mass the wrong effects were named.
+  EXPECT_NEAR(f->parameters[0].value[0], kMass, 0.05 * kMass) << f->statement;
+  EXPECT_NEAR(f->parameters[1].value[0], kFar, 0.05 * kFar) << f->statement;
+}
+
+// A tool that is not on the robot any more. With a tenth of the friction in no list a force was named in its place.
+TEST(TorqueMass, ALinkOfTwoFifthsOfItsMassHasAWrongMassAndNoForceOnIt) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kMassError, kFore, {0.4}});
+  Experiment e = make_simulated_experiment("torque_light", kArm, kArmJoints, hidden);
+  add_texture(0.2, &e);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "mass_error", "fore");
+  ASSERT_NE(f, nullptr);
+  EXPECT_NEAR(f->parameters[0].value[0], 0.4, 0.02);  // a thirtieth of what is missing; texture belongs to friction
+  EXPECT_EQ(find(verdict, "external_force", "fore"), nullptr);
+}
+
+// A load that nobody stated makes every drive before it look weak: alone it does what all their gains do together.
+TEST(TorqueMass, GainsOfAnArmThatCarriesALoadHaveTheLoadAsTheirAlternative) {
+  std::string light = kArm;  // all that both drives carry is the forearm
+  const std::string upper = "<mass value=\"2\"/>";
+  light.replace(light.find(upper), upper.size(), "<mass value=\"0.2\"/>");
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.2, 0.15, 0.0, 0.0, 0.0}});
+  Experiment e = make_simulated_experiment("torque_gain_or_load", light, kArmJoints, hidden);
+  add_texture(0.1, &e);
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  choice.model = {list_usual_terms(design), {}};
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    for (size_t t = 0; t < design.joints[i].terms.size(); ++t) {
+      if (design.joints[i].terms[t].row->scales_effort) choice.model.own[i].push_back(t);
+    }
+    std::sort(choice.model.own[i].begin(), choice.model.own[i].end());
+  }
+  choice.fit = fit_torque(design, choice.model);
+  for (const GradedTerm& g : grade_terms(design, choice, 1)) {
+    if (!g.term.row->scales_effort) continue;
+    const bool listed = std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->is_of_mass(); });
+    EXPECT_TRUE(listed) << "gain of " << kArmJoints[static_cast<size_t>(g.term.place)];
+  }
+}
+
+// One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
+TEST(TorqueMass, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
+  const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  ASSERT_EQ(verdict.evidence.findings.size(), 1u);
+  const Finding& f = verdict.evidence.findings[0];
+  EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
+  std::vector<std::string> all{f.effect};
+  for (const Alternative& a : f.alternatives) all.push_back(a.effect);
+  EXPECT_THAT(all, testing::IsSupersetOf({"torque_constant_error", "mass_error"}));
+}
+
+// Lowering a load takes less torque than its weight, lifting it does not: by the mean of both the arm looks too heavy.
+TEST(TorqueMass, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMass) {
+  Hypothesis hidden;
+  for (int joint : {kShoulder, kElbow}) {
+    hidden.push_back({EffectId::kViscous, joint, {0.1}});
+    hidden.push_back({EffectId::kCoulomb, joint, {0.1, 0.0, 5e-4}});
+    hidden.push_back({EffectId::kRotorInertia, joint, {0.01}});
+  }
+  hidden.push_back({find_effect("backdriving_friction")->id, kElbow, {0.6, 5e-4}});
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_gear", kArm, kArmJoints, hidden), 1);
+  const Finding* f = find(verdict, "backdriving_friction", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  EXPECT_EQ(find(verdict, "backdriving_friction", "shoulder"), nullptr);
+  // Friction of 3/7 of the load both ways beside a torque constant 10/7 times the stated one is the same torque.
+  ASSERT_FALSE(f->alternatives.empty());
+  EXPECT_EQ(f->alternatives[0].effect, "load_dependent_friction");
+  EXPECT_NEAR(f->alternatives[0].parameters[0].value[0], 3.0 / 7.0, 0.06);  // as far as the ratio's tenth moves it
+  // A tenth: where the load changes sides the smoothed torque is that of neither.
+  EXPECT_NEAR(f->parameters[0].value[0], 0.6, 0.06) << f->statement;
+  for (const Finding& other : verdict.evidence.findings) {
+    EXPECT_NE(other.family, get_family_name(EffectFamily::kMass)) << other.statement;
+    EXPECT_NE(other.family, get_family_name(EffectFamily::kGain)) << other.statement;
+  }
+}
+
+GradedTerm make_graded(bool TermRow::*property, int place, double value, double width) {
+  GradedTerm g;
+  g.term = {&find_term_row(property), place};
+  g.parameters = Eigen::VectorXd::Constant(1, value), g.std = g.width = Eigen::VectorXd::Constant(1, width);
+  g.named = true, g.grade = Grade::kSupported;
+  return g;
+}
+
+// A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
+TEST(TorqueMass, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
+  GradedTerm mass = make_graded(&TermRow::factor, 1, -0.46, 0.1), friction = make_graded(&TermRow::by_load, 0, 0.37, 0.1);
+  const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu);
+  double k = calc_gear_gain(mass, friction);
+  EXPECT_NEAR(s * (1.0 + mu), 1.0 / k, 1e-12);        // lifted
+  EXPECT_NEAR(s * (1.0 - mu), (1.0 - r) / k, 1e-12);  // lowered
+  friction.term.shape = kLoadOfDrive;
+  k = calc_gear_gain(mass, friction);
+  EXPECT_NEAR(s / (1.0 - mu), 1.0 / k, 1e-12);
+  EXPECT_NEAR(s / (1.0 + mu), (1.0 - r) / k, 1e-12);
+}
+
+// Half of a link's mass is not forgotten, a gear that the load hardly turns is common: the rows are the same.
+TEST(TorqueMass, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBackwards) {
+  const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  // By the nominal load: lifting takes 0.54 + 0.37 of it, lowering 0.54 - 0.37.
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, -0.46, 0.02), make_graded(&TermRow::by_load, 0, 0.37, 0.02)};
+  explain_by_gears(design, &graded);
+  EXPECT_EQ(graded[1].term.effect().name, "backdriving_friction");
+  EXPECT_NEAR(graded[1].parameters[0], 1.0 - 0.17 / 0.91, 1e-12);
+  EXPECT_EQ(graded[0].term.effect().name, "torque_constant_error");
+  EXPECT_NEAR(1.0 - graded[0].parameters[0], 1.0 / 0.91, 1e-12);
+  EXPECT_EQ(graded[0].grade, Grade::kAmbiguous);
+}
+
+TEST(TorqueMass, AMassThatIsATenthOffStaysAMassAndItsFrictionCountsTheTrueLoad) {
+  const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, 0.1, 0.02), make_graded(&TermRow::by_load, 0, 0.11, 0.02)};
+  explain_by_gears(design, &graded);
+  EXPECT_EQ(graded[0].term.effect().name, "mass_error");
+  EXPECT_NEAR(graded[1].parameters[0], 0.1, 1e-12);
+}
+
+// One link of nominal mass behind such a gear: slow motion cannot tell, but masses are weighed.
+TEST(TorqueMass, OfARealServoLossesOfTheGearAreNamedAndNoWrongMass) {
+  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/bam_xl330_kp100/experiment.yaml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const TorqueVerdict verdict = judge_torque(load_experiment(path.string()), 1);
+  EXPECT_EQ(find(verdict, "mass_error", "arm"), nullptr);
+  EXPECT_NE(find(verdict, "load_dependent_friction", "servo"), nullptr);
+}
+
+// Level joints see a tilt of the base; the model of what was found is simulated with the gravity that the base sees.
+TEST(TorqueMass, ATiltedBaseIsNamedAndItsModelHangsAlongTheTiltedGravity) {
+  const EffectId tilt = find_effect("base_tilt")->id;
+  const Hypothesis hidden{{tilt, 0, {0.0, 0.06}}};
+  const Experiment e = make_simulated_experiment("torque_tilt", kArm, kArmJoints, hidden);
+  const Plant plant = make_plant(e, hidden);
+  EXPECT_NEAR(plant.model->gravity_W().x(), 9.81 * std::sin(0.06), 1e-9);
+  EXPECT_NEAR(plant.model->gravity_W().z(), -9.81 * std::cos(0.06), 1e-9);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  std::vector<std::string> zeros;  // a level first axis cannot tell its own zero from the base's
+  for (const Finding& f : verdict.evidence.findings) {
+    if (f.family != get_family_name(EffectFamily::kZero)) continue;
+    zeros.push_back(f.effect);
+    for (const Alternative& a : f.alternatives) zeros.push_back(a.effect);
+  }
+  EXPECT_THAT(zeros, testing::Contains("base_tilt"));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
