@@ -290,14 +290,6 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
 
 }  // namespace
 
-std::string describe_whole_reading(const floating::WholeReading& w) {
-  if (w.cut)
-    return "/wrench/" + w.sensor + ": it never reads less than " + number(w.air, 2) + " N, although the foot that hangs on it weighs " +
-           number(w.mass, 3) + " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing; what the hanging foot makes it read is put back";
-  return "/wrench/" + w.sensor + ": it reads what the ground does to the whole foot: " + number(w.air, 2) +
-         " N in the air. The foot's " + number(w.mass, 3) + " kg are taken as above the sensor";
-}
-
 LogConventions find_conventions(const Experiment& e, int jobs) {
   LogConventions out;
   if (e.scenario.floating_base) {
@@ -350,7 +342,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
     add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
   if (c.pose.is_turned()) add("/base/pose: " + floating::describe(c.pose));
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
-  for (const floating::WholeReading& w : c.whole) add(describe_whole_reading(w));
+  for (const floating::WholeReading& w : c.whole) add(floating::describe(w));
   if (c.sides.any()) add(floating::describe(c.sides));
   if (!c.turned.joints.empty()) add(floating::describe(e, c.turned));
   for (const RefutedFriction& r : c.friction)
@@ -363,7 +355,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
 
 void add_conventions(const Experiment& as_logged, const LogConventions& c, Reports* reports) {
   add_refuted_friction(as_logged, c.friction, reports);
-  for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(describe_whole_reading(w));
+  for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(floating::describe(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
   if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe(as_logged, c.turned));
   doubt_untold_units(as_logged, c.untold, reports);

@@ -49,9 +49,6 @@ ConventionRemarks make_remarks(const Experiment& as_logged, const LogConventions
 // The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);
 
-// "/wrench/l_foot: it reads what the ground does to the whole foot: ..."
-std::string describe_whole_reading(const floating::WholeReading& reading);
-
 // Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted recordings is
 // taken together with it.
 void add_conventions(const Experiment& as_logged, const LogConventions& conventions, Reports* reports);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/contacts.h"
@@ -137,6 +138,14 @@ Experiment convert_whole_readings(Experiment e, const std::vector<WholeReading>&
     }
   }
   return e;
+}
+
+std::string describe(const WholeReading& w) {
+  if (w.cut)
+    return "/wrench/" + w.sensor + ": it never reads less than " + number(w.air, 2) + " N, although the foot that hangs on it weighs " +
+           number(w.mass, 3) + " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing; what the hanging foot makes it read is put back";
+  return "/wrench/" + w.sensor + ": it reads what the ground does to the whole foot: " + number(w.air, 2) +
+         " N in the air. The foot's " + number(w.mass, 3) + " kg are taken as above the sensor";
 }
 
 }  // namespace hrp::diagnosis::floating

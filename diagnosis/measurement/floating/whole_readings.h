@@ -29,4 +29,7 @@ std::vector<WholeReading> find_whole_readings(const Experiment& experiment);
 
 Experiment convert_whole_readings(Experiment experiment, const std::vector<WholeReading>& readings);
 
+// "/wrench/l_foot: it reads what the ground does to the whole foot: ..."
+std::string describe(const WholeReading& reading);
+
 }  // namespace hrp::diagnosis::floating
