@@ -105,7 +105,8 @@ class WeightChecker {
   static std::string describe_odd(const ChannelRows& c, const Consensus& k) {
     if (k.odd == 0) return "";
     const std::string part = count_recordings(c) > 1 ? "recording" : "quarter";
-    return format(" %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") + ": its sensors, or pushes.";
+    return format(" %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") +
+           " by more than chance: the sensors changed in between, or something pushed the robot.";
   }
 
   // By phase: what the feet carry over what the model weighs, by blocks.
@@ -142,7 +143,8 @@ class WeightChecker {
       text += (text.empty() ? "" : ", ") + format("%.3f +- %.3f on ", a.mean, 2 * a.std) + name_phase(phase);
     }
     if (!differ) return "";
-    return " By phase they carry " + text + ". No mass differs by phase. Scales, zeros and cross-talk of force sensors do.";
+    return " By phase they carry " + text +
+           ". A mass would show the same share in every phase. Scales, zeros and cross-talk of force sensors would not.";
   }
 
   void add_differing(const ChannelRows& c, const std::string& phases) {

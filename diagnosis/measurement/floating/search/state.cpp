@@ -88,7 +88,9 @@ void settle(const std::vector<Candidate>& effects, SearchState* state) {
 void say_of(const SearchState& state, const std::string& what, const Candidate& candidate) {
   if (!state.say) return;
   const std::string name = candidate.is_listed() ? candidate.info().name : candidate.law->unlisted;
-  state.say(what + " " + name + " at " + candidate.where.dump());
+  std::string place;
+  for (const auto& [kind, own] : candidate.where.items()) place += (place.empty() ? "" : ", ") + (own.is_string() ? own.get<std::string>() : own.dump());
+  state.say(what + " " + name + " at " + place);
 }
 
 }  // namespace hrp::diagnosis::floating
