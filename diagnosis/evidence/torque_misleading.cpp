@@ -104,12 +104,13 @@ bool exchange_zero(const TorqueDesign& design, int jobs, size_t i, Choice* choic
     const std::vector<TorqueModel> models = list_exchanges(design, without, i, term);
     std::vector<TorqueFit> fits(models.size());
     parallel_for(jobs, static_cast<int>(models.size()), [&](int m) { fits[static_cast<size_t>(m)] = fit_torque(design, models[static_cast<size_t>(m)]); });
-    const double least = calc_score(design, choice->fit) - kOdds;
+    const double least = calc_score(design, choice->fit) - kOdds, most_held = std::min(held, (1.0 - kMinor) * choice->fit.held[i]);
     size_t best = models.size();
+    double most = 0.0;  // its score
     for (size_t m = 0; m < models.size(); ++m) {
-      if (calc_score(design, fits[m]) < least || fits[m].held[i] > std::min(held, (1.0 - kMinor) * choice->fit.held[i])) continue;
-      if (!is_model_physical(design, models[m], fits[m])) continue;
-      if (best == models.size() || calc_score(design, fits[m]) > calc_score(design, fits[best])) best = m;
+      const double score = calc_score(design, fits[m]);
+      if (score < least || fits[m].held[i] > most_held || !is_model_physical(design, models[m], fits[m])) continue;
+      if (best == models.size() || score > most) best = m, most = score;
     }
     if (best == models.size()) continue;
     choice->model = models[best], choice->fit = fits[best];

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
@@ -113,11 +112,6 @@ std::vector<double> list_left(const std::vector<Pressure>& moments, const std::v
     left.push_back(std::hypot((moments[i].off - sum / count).norm() / kPlace, moments[i].raised / kRaisedFoot));
   }
   return left;
-}
-
-double find_square(const std::vector<double>& left) {
-  const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
-  return (1.0 + mean) * (1.0 + mean);
 }
 
 LeggedLog exchange(const LeggedLog& log, int way, const SidePairs& feet, const SidePairs& legs) {

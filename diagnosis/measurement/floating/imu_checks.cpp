@@ -35,12 +35,6 @@ class ImuChecker {
   }
 
  private:
-  std::map<int, std::vector<double>> split(const ChannelRows& c) const {
-    std::map<int, std::vector<double>> out;
-    for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
-    return out;
-  }
-
   // Specific force at rest against gravity, by recording.
   std::vector<double> list_rest(size_t imu) const {
     const std::string signal = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
@@ -48,7 +42,7 @@ class ImuChecker {
     std::vector<double> out;
     for (const ChannelRows& c : channels_) {
       if (c.info.kind != "gravity" || c.info.signal != signal) continue;
-      for (const auto& [r, y] : split(c)) {
+      for (const auto& [r, y] : split_by_recording(c)) {
         double sum = 0;
         for (double v : y) sum += v;
         if (y.size() >= kQuietRows) out.push_back(1 + sum / static_cast<double>(y.size()) / g);

@@ -59,6 +59,11 @@ Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const 
   };
 }
 
+double find_square(const std::vector<double>& left) {
+  const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
+  return (1.0 + mean) * (1.0 + mean);
+}
+
 double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b) {
   std::map<std::pair<const Clip*, long>, std::pair<double, double>> blocks;
   for (size_t i = 0; i < at.size(); ++i) {

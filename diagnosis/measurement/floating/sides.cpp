@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/sides.h"
 
 #include <algorithm>
-#include <set>
 #include <string>
 
 namespace hrp::diagnosis::floating {
@@ -31,11 +30,16 @@ int find_sensor(const LeggedLog& log, const std::string& foot, const ForceSensor
 
 }  // namespace
 
-SidePairs list_leg_pairs(const LeggedLog& log) {
-  std::set<int> moving;
+std::set<int> list_leg_joints(const LeggedLog& log) {
+  std::set<int> joints;
   for (const Foot& foot : log.feet) {
-    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent) moving.insert(link - 1);
+    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent) joints.insert(link - 1);
   }
+  return joints;
+}
+
+SidePairs list_leg_pairs(const LeggedLog& log) {
+  const std::set<int> moving = list_leg_joints(log);
   SidePairs out;
   for (int j : moving) {
     for (const std::string& name : list_right_names(log.tree.joint(j).name)) {

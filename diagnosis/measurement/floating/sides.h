@@ -2,6 +2,7 @@
 // What is left of a robot and what is right, by names that differ in left and right alone.
 #pragma once
 
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -11,7 +12,8 @@ namespace hrp::diagnosis::floating {
 
 using SidePairs = std::vector<std::pair<size_t, size_t>>;  // left, right
 
-SidePairs list_leg_pairs(const LeggedLog& log);     // joints above feet
+std::set<int> list_leg_joints(const LeggedLog& log);  // above feet
+SidePairs list_leg_pairs(const LeggedLog& log);     // of them
 SidePairs list_sensor_pairs(const LeggedLog& log);  // force sensors of feet with the same axes, by index in the log
 
 // The log with each joint's positions, or each sensor's readings, for those of the other side.

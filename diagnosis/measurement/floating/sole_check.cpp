@@ -20,8 +20,7 @@ ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::stri
   std::map<int, std::vector<double>> angles[2];
   for (const ChannelRows& c : channels) {
     if (c.info.name != foot || c.info.kind.rfind("tilt", 0) != 0) continue;
-    auto& own = angles[c.info.kind == "tilt, roll" ? 0 : 1];
-    for (size_t i = 0; i < c.rows(); ++i) own[c.recording[i]].push_back(c.y[i]);
+    angles[c.info.kind == "tilt, roll" ? 0 : 1] = split_by_recording(c);
   }
   ByRecording out;
   for (const auto& [recording, roll] : angles[0]) {

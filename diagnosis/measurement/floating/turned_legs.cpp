@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
-#include <set>
 
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
@@ -13,6 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
+#include "diagnosis/measurement/floating/sides.h"
 #include "diagnosis/measurement/joint_zeros.h"
 
 namespace hrp::diagnosis::floating {
@@ -129,21 +128,6 @@ std::vector<double> list_moved(const LeggedLog& log, const std::vector<Moment>& 
   return moved;
 }
 
-double find_square(const std::vector<double>& moved) {
-  const double mean = std::accumulate(moved.begin(), moved.end(), 0.0) / static_cast<double>(moved.size());
-  return (1.0 + mean) * (1.0 + mean);
-}
-
-std::set<int> list_leg_joints(const LeggedLog& log) {
-  std::set<int> joints;
-  for (const Foot& foot : log.feet) {
-    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent) {
-      if (log.has_position[static_cast<size_t>(link - 1)]) joints.insert(link - 1);
-    }
-  }
-  return joints;
-}
-
 // The joint whose other sign leaves least, or -1: by odds against the model's sign and against every other joint's.
 int find_turned_joint(const LeggedLog& log, const Contacts& contacts, Against against, double* left) {
   const std::vector<Moment> moments = list_moments(log, contacts, against);
@@ -154,6 +138,7 @@ int find_turned_joint(const LeggedLog& log, const Contacts& contacts, Against ag
   const double before = find_square(nominal);
   std::map<double, std::pair<int, std::vector<double>>> trials;
   for (int j : list_leg_joints(log)) {
+    if (!log.has_position[static_cast<size_t>(j)]) continue;
     std::vector<double> moved = list_moved(log, moments, j);
     const double square = find_square(moved);
     trials[square] = {j, std::move(moved)};

@@ -87,12 +87,6 @@ class WeightChecker {
 
   double get_gravity() const { return log_.experiment->scenario.gravity_W.norm(); }
 
-  static std::map<int, std::vector<double>> split(const ChannelRows& c) {
-    std::map<int, std::vector<double>> out;
-    for (size_t i = 0; i < c.rows(); ++i) out[c.recording[i]].push_back(c.y[i]);
-    return out;
-  }
-
   // Whether it is a mismatch. Where a foot has no sensor, that foot may bear what the others lack.
   bool is_off(const Consensus& k) const {
     if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kKnownWeight)) return false;
@@ -174,12 +168,12 @@ class WeightChecker {
     return find_consensus(ratios, kKnownWeight);
   }
 
-  static size_t count_recordings(const ChannelRows& c) { return split(c).size(); }
+  static size_t count_recordings(const ChannelRows& c) { return split_by_recording(c).size(); }
 
   // An equation's rows by recording; of one recording alone by quarters, which have to agree as recordings do.
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
-    for (const auto& [r, y] : split(c)) parts.push_back(y);
+    for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
     if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
     const std::vector<double> whole = std::move(parts[0]);
     parts.clear();
@@ -376,6 +370,12 @@ class WeightChecker {
 };
 
 }  // namespace
+
+std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows) {
+  std::map<int, std::vector<double>> out;
+  for (size_t i = 0; i < rows.rows(); ++i) out[rows.recording[i]].push_back(rows.y[i]);
+  return out;
+}
 
 const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels) {
   const ChannelRows* best = nullptr;

@@ -14,22 +14,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-Experiment make_logged(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
-  Experiment e = simulate_arm(name, hidden);
-  e.scenario.drive = "effort";
-  for (Recording& r : e.recordings) {
-    for (size_t j = 0; j < r.joints.size(); ++j) {
-      for (double& y : r.joints[j].signal[2]) y /= torque_of_unit[j];
-    }
-  }
-  return e;
-}
-
 std::vector<EffortUnit> find_units(const Experiment& e) { return find_effort_units(make_torque_data(e)); }
 
 TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueConstants) {
   const std::vector<double> torque_of_unit{8.0, 5.0};
-  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes", make_arm_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units = find_units(simulate_currents("units_amperes", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) {
     // A tenth: the two regressions are biased by what dry friction leaves near rest.
@@ -91,7 +80,7 @@ TEST(EffortUnits, AJointWhoseMotionHardlyTellsItTakesTheUnitOfItsNeighbours) {
 }
 
 TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
-  Experiment e = make_logged("units_passive", make_arm_drives(), {8.0, 8.0});
+  Experiment e = simulate_currents("units_passive", make_arm_drives(), {8.0, 8.0});
   for (LinkSpec& link : e.robot.tree.links) link.joint.actuated = link.joint.actuated && link.joint.name != "elbow";
   const std::vector<EffortUnit> units = find_units(e);
   ASSERT_EQ(units.size(), 1u);
@@ -99,37 +88,37 @@ TEST(EffortUnits, AJointWithoutADriveHasNoEffortInAnyUnit) {
 }
 
 TEST(EffortUnits, EffortsInNewtonMetresHaveNoUnitToFind) {
-  EXPECT_TRUE(find_units(make_logged("units_torque", make_arm_drives(), {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(simulate_currents("units_torque", make_arm_drives(), {1.0, 1.0})).empty());
 }
 
 TEST(EffortUnits, AGainOfOneHalfIsAWrongTorqueConstantAndNoUnit) {
-  EXPECT_TRUE(find_units(make_logged("units_gain", make_arm_drives(), {2.0, 2.0})).empty());
+  EXPECT_TRUE(find_units(simulate_currents("units_gain", make_arm_drives(), {2.0, 2.0})).empty());
 }
 
 // Two kilograms in the hand: the elbow's torques are five times those of the model, the shoulder's three times.
 TEST(EffortUnits, AHeavyLoadIsNoUnit) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, 0.3, 0.0, 0.0, 0.0}});
-  EXPECT_TRUE(find_units(make_logged("units_load", hidden, {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(simulate_currents("units_load", hidden, {1.0, 1.0})).empty());
 }
 
 // Three to four amperes for a newton metre. A load that asks for so much would be heavier than the arm.
 TEST(EffortUnits, AmperesBelowAFactorOfTenAreAUnitWhereNoLoadDoesAsWell) {
   const std::vector<double> torque_of_unit{0.25, 0.32};
-  const std::vector<EffortUnit> units = find_units(make_logged("units_amperes4", make_arm_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units = find_units(simulate_currents("units_amperes4", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
 }
 
 // A joint without a motor takes no unit from its neighbours.
 TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
-  Experiment e = make_logged("units_passive", make_arm_drives(), {8.0, 1.0});
+  Experiment e = simulate_currents("units_passive", make_arm_drives(), {8.0, 1.0});
   e.robot.tree.links[static_cast<size_t>(kFore)].joint.actuated = false;
   for (const EffortUnit& u : find_units(e)) EXPECT_EQ(u.joint, kShoulder);
 }
 
 TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
-  EXPECT_EQ(find_units(make_logged("units_count", make_arm_drives(), {0.1, 0.1})).size(), 2u);
+  EXPECT_EQ(find_units(simulate_currents("units_count", make_arm_drives(), {0.1, 0.1})).size(), 2u);
 }
 
 // A rotor adds to the disc's inertia and never takes from it: volts that are far below the disc's own torque are no N m.
@@ -150,7 +139,7 @@ TEST(EffortUnits, EffortsBelowWhatTheBodiesAloneTakeAreAnotherUnitWhateverTheRot
 
 // A second and a half at 100 Hz: few samples tell a unit that leaves hardly anything of the efforts.
 TEST(EffortUnits, AShortLogTellsItsUnitIfThatExplainsTheEfforts) {
-  Experiment e = make_logged("units_short", make_arm_drives(), {8.0, 8.0});
+  Experiment e = simulate_currents("units_short", make_arm_drives(), {8.0, 8.0});
   e.recordings.resize(1);
   Recording& r = e.recordings[0];
   const auto end = std::upper_bound(r.time.begin(), r.time.end(), r.time.front() + 1.5);
@@ -167,13 +156,13 @@ TEST(EffortUnits, AShortLogTellsItsUnitIfThatExplainsTheEfforts) {
 
 // Hardly any friction tells which way the drive acts. No load turns the torque of all motions into minus eight times.
 TEST(EffortUnits, ATurnedCurrentThatNoLoadExplainsIsFound) {
-  const std::vector<EffortUnit> units = find_units(make_logged("units_turned_amperes", {}, {1.0, -0.125}));
+  const std::vector<EffortUnit> units = find_units(simulate_currents("units_turned_amperes", {}, {1.0, -0.125}));
   ASSERT_EQ(units.size(), 1u);
   EXPECT_LT(units[0].scale, 0.0);
 }
 
 TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
-  const Experiment e = make_logged("units_turned", make_arm_drives(), {1.0, -1.0});
+  const Experiment e = simulate_currents("units_turned", make_arm_drives(), {1.0, -1.0});
   try {
     find_conventions(e, 1);
     FAIL() << "the turned sign was not seen";
@@ -187,8 +176,8 @@ TEST(EffortUnits, AnEffortWithItsSignTurnedIsRefusedWithItsColumn) {
 TEST(EffortUnits, ALoadOnTheFarSideOfAJointTurnsNoSign) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kPayload, kFore, {2.0, -0.5, 0.0, 0.0, 0.0}});
-  EXPECT_TRUE(find_units(make_logged("units_far", hidden, {1.0, 1.0})).empty());
-  EXPECT_TRUE(find_units(make_logged("units_far_frictionless", {hidden.back()}, {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(simulate_currents("units_far", hidden, {1.0, 1.0})).empty());
+  EXPECT_TRUE(find_units(simulate_currents("units_far_frictionless", {hidden.back()}, {1.0, 1.0})).empty());
 }
 
 // The last link of an industrial arm weighs nothing beside its drive's friction, which varies with the position.
@@ -214,7 +203,7 @@ TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
 
 // Servos with stated gains whose log holds currents: it does not follow the servo's law in N m.
 TEST(EffortUnits, CurrentsOfServosAreToldLikeThoseOfOtherDrives) {
-  Experiment e = make_logged("units_servo", make_arm_drives(), {8.0, 5.0});
+  Experiment e = simulate_currents("units_servo", make_arm_drives(), {8.0, 5.0});
   e.scenario.drive = "servo";
   const std::vector<EffortUnit> units = find_units(e);
   ASSERT_EQ(units.size(), 2u);
@@ -256,7 +245,7 @@ TEST(EffortUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {
 }
 
 TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
-  const Experiment e = make_logged("units_report", make_arm_drives(), {8.0, 8.0});
+  const Experiment e = simulate_currents("units_report", make_arm_drives(), {8.0, 8.0});
   const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
   bool unit = false, friction = false;
   for (const Json& f : reports.report["findings"]) {
@@ -272,7 +261,7 @@ TEST(EffortUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
 
 // Twice the same recordings: long enough for a first answer.
 TEST(EffortUnits, TheFirstAnswerHasThemToo) {
-  Experiment e = make_logged("units_first", make_arm_drives(), {8.0, 8.0});
+  Experiment e = simulate_currents("units_first", make_arm_drives(), {8.0, 8.0});
   const std::vector<Recording> once = e.recordings;
   for (Recording r : once) {
     r.spec.name = "again_" + r.spec.name;

@@ -19,14 +19,7 @@ const std::vector<double> kTorqueOfUnit{40.0, 25.0};
 Experiment make_amperes(const std::string& name, const Hypothesis& beside) {
   Hypothesis hidden = make_arm_drives();
   hidden.insert(hidden.end(), beside.begin(), beside.end());
-  Experiment e = simulate_arm(name, hidden);
-  e.scenario.drive = "effort";
-  for (Recording& r : e.recordings) {
-    for (size_t j = 0; j < r.joints.size(); ++j) {
-      for (double& y : r.joints[j].signal[2]) y /= kTorqueOfUnit[j];
-    }
-  }
-  return e;
+  return simulate_currents(name, hidden, kTorqueOfUnit);
 }
 
 const Effect kTool{EffectId::kPayload, kFore, {0.8, 0.3, 0.0, 0.0, 0.0}};

@@ -110,4 +110,16 @@ inline Experiment simulate_arm(const std::string& name, const Hypothesis& hidden
   return make_simulated_experiment(name, kArm, kArmJoints, hidden);
 }
 
+// The arm driven by efforts that are logged in other units; `torque_of_unit` [N m] of one, by joint.
+inline Experiment simulate_currents(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
+  Experiment e = simulate_arm(name, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (size_t j = 0; j < r.joints.size(); ++j) {
+      for (double& y : r.joints[j].signal[2]) y /= torque_of_unit[j];
+    }
+  }
+  return e;
+}
+
 }  // namespace hrp::diagnosis
