@@ -46,7 +46,7 @@ if [ "$stage" != table ]; then
   echo "seed $seed, $number cases from each of ${#experiments[@]} experiments"
   list=()
   for experiment in "${experiments[@]}"; do
-    python3 "$ROOT/diagnosis/generator/hide_in_recordings.py" "$experiment" "$out/cases" --number "$number" --seed "$seed"
+    /usr/bin/python3 "$ROOT/diagnosis/generator/hide_in_recordings.py" "$experiment" "$out/cases" --number "$number" --seed "$seed"
     list+=("$(basename "$(dirname "$(realpath "$experiment")")")" "$(realpath "$experiment")")
   done
   for folder in "$out"/cases/*/; do list+=("$(basename "$folder")" "$(realpath "$folder")/experiment.yaml"); done
