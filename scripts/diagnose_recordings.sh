@@ -37,12 +37,7 @@ for folder in "${folders[@]}"; do
   name=$(basename "$folder")
   answer=$out/$name
   rm -rf "$answer"
-  mkdir -p "$answer"
-  say "$name"
-  begin=$(date +%s.%N) status=0
-  timeout "${HRP_DIAGNOSE_LIMIT:-900}" "$BUILD/bin/hrp-diagnose" "$folder/experiment.yaml" --out "$answer" --jobs "$jobs" >"$answer/terminal.txt" 2>&1 || status=$?
-  end=$(date +%s.%N)
-  printf '{"status": %d, "seconds": %s}\n' "$status" "$(awk "BEGIN {printf \"%.1f\", $end - $begin}")" >"$answer/run.json"
+  answer "$answer" "$folder/experiment.yaml" "${HRP_DIAGNOSE_LIMIT:-900}" --jobs "$jobs"
   models=()
   [ ! -f "$ROOT/models/published/$name.yaml" ] || models+=("published=$ROOT/models/published/$name.yaml")
   [ ! -f "$answer/updated/scenario.yaml" ] || models+=("tool=$answer/updated/scenario.yaml")

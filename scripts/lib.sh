@@ -41,3 +41,17 @@ configure() {
     fail "cmake could not configure the build; its words are above and in $BUILD/configure.log"
   fi
 }
+
+# answer ANSWER EXPERIMENT.yaml LIMIT [options]: asks hrp-diagnose once. ANSWER/run.json says that it is done, how it ended and
+# the seconds. A run that failed or took longer than LIMIT leaves no report: a first answer alone is none.
+answer() {
+  local answer=$1 begin seconds status=0
+  [ ! -e "$answer/run.json" ] || return 0
+  mkdir -p "$answer"
+  begin=$(date +%s.%N)
+  timeout "$3" "$BUILD/bin/hrp-diagnose" "$2" --out "$answer" "${@:4}" >"$answer/terminal.txt" 2>&1 || status=$?
+  seconds=$(awk "BEGIN {printf \"%.1f\", $(date +%s.%N) - $begin}")
+  [ "$status" -eq 0 ] || rm -f "$answer/report.json"
+  echo "{\"status\": $status, \"seconds\": $seconds}" >"$answer/run.json"
+  say "$answer: status $status, $seconds s"
+}

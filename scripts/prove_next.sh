@@ -43,25 +43,16 @@ make_cases() { # FOLDER NAME (empty: all) [options]
     --poor "$poor" --only "$2" "${@:3}"
 }
 
-answer() { # FOLDER NAME TOOL LIMIT [options]
-  local answer=$1/answers/$2 begin status=0
-  [ ! -e "$answer/run.json" ] || return 0
-  mkdir -p "$answer"
-  begin=$(date +%s)
-  timeout "$4" "$3" "$1/cases/$2/experiment.yaml" --out "$answer" --jobs 1 "${@:5}" >"$answer/terminal.txt" 2>&1 || status=$?
-  echo "{\"status\": $status, \"seconds\": $(($(date +%s) - begin))}" >"$answer/run.json"
-  echo "$answer: status $status, $(($(date +%s) - begin)) s"
-}
-export -f answer
+answer_in() { answer "$1/answers/$2" "$1/cases/$2/experiment.yaml" "$limit" --jobs 1 "${@:3}"; } # FOLDER NAME [options]
 score() { python3 "$ROOT/diagnosis/generator/score_next.py" "$out" "$@"; }
 
 answer_case() { # NAME: first recordings; where these leave something open, one round of each kind
-  answer "$out/first" "$1" "$BUILD/bin/hrp-diagnose" "$limit" --next --seconds "$seconds"
+  answer_in "$out/first" "$1" --next --seconds "$seconds"
   score --open | grep -qx "$1" || return 0
   make_cases "$out/proposed" "$1" --play "$out/first/answers"
   make_cases "$out/multisines" "$1" --play "$out/first/answers" --multisines
   # A motion that the hidden robot could not play leaves no experiment: no answer.
-  for kind in proposed multisines; do answer "$out/$kind" "$1" "$BUILD/bin/hrp-diagnose" "$limit"; done
+  for kind in proposed multisines; do answer_in "$out/$kind" "$1"; done
 }
 
 if [ "$stage" != table ]; then
@@ -69,7 +60,7 @@ if [ "$stage" != table ]; then
   make_cases "$out/first" "" || echo "some cases could not be made" >&2
   echo "seed $seed, $cases cases of $family, first recordings of $poor s, motions of $seconds s"
   export ROOT BUILD out cases seed family poor seconds limit
-  export -f make_cases score answer_case
+  export -f make_cases answer answer_in say score answer_case
   ls "$out/first/cases" | xargs -P "$jobs" -I{} bash -c 'answer_case "$@"' _ {}
 fi
 score

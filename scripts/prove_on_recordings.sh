@@ -39,26 +39,17 @@ seed=${seed:-$(date +%s)}
 out=${out:-$ROOT/out/hidden-$seed}
 [ -x "$BUILD/bin/hrp-diagnose" ] || "$ROOT/scripts/build.sh" hrp-diagnose >&2
 
-answer() { # NAME EXPERIMENT.yaml
-  local answer=$out/answers/$1 status=0
-  [ ! -e "$answer/done" ] || return 0
-  mkdir -p "$answer"
-  timeout "$limit" "$BUILD/bin/hrp-diagnose" "$2" --out "$answer" --jobs 1 --quiet >"$answer/terminal.txt" 2>&1 || status=$?
-  [ "$status" -eq 0 ] || rm -f "$answer/report.json"  # a first answer alone is none
-  echo "$status" >"$answer/done"
-  echo "$1: status $status"
-}
-export -f answer
+export -f answer say
 export BUILD out limit
 
 if [ "$stage" != table ]; then
   echo "seed $seed, $number cases from each of ${#experiments[@]} experiments"
   list=()
   for experiment in "${experiments[@]}"; do
-    python3 "$ROOT/diagnosis/generator/hide_in_recordings.py" "$experiment" "$out/cases" --number "$number" --seed "$seed"
+    /usr/bin/python3 "$ROOT/diagnosis/generator/hide_in_recordings.py" "$experiment" "$out/cases" --number "$number" --seed "$seed"
     list+=("$(basename "$(dirname "$(realpath "$experiment")")")" "$(realpath "$experiment")")
   done
   for folder in "$out"/cases/*/; do list+=("$(basename "$folder")" "$(realpath "$folder")/experiment.yaml"); done
-  printf '%s\n' "${list[@]}" | xargs -d '\n' -P "$jobs" -n 2 bash -c 'answer "$@"' _
+  printf '%s\n' "${list[@]}" | xargs -d '\n' -P "$jobs" -n 2 bash -c 'answer "$out/answers/$1" "$2" "$limit" --jobs 1 --quiet' _
 fi
 python3 "$ROOT/diagnosis/generator/score_hidden.py" "$out"

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
@@ -233,7 +234,7 @@ class Judge {
     std::vector<LinkTerms> models;
     std::vector<size_t> other;
     for (size_t t = 0; t < design_->terms.size(); ++t) {
-      if (std::find(out_.model.begin(), out_.model.end(), t) != out_.model.end()) continue;
+      if (has(out_.model, t)) continue;
       models.push_back(out_.model);
       models.back()[i] = t;
       other.push_back(t);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
@@ -130,7 +131,6 @@ class Chooser {
   }
 
  private:
-  bool has(size_t t) const { return std::find(model_.begin(), model_.end(), t) != model_.end(); }
 
   // Accepts a model and updates the weights to its residuals.
   void accept(const LinkTerms& model) {
@@ -159,7 +159,7 @@ class Chooser {
   bool add() {
     std::vector<LinkTerms> candidates;
     for (size_t t = 0; t < design_.terms.size(); ++t) {
-      if (has(t)) continue;
+      if (has(model_, t)) continue;
       candidates.push_back(model_);
       candidates.back().push_back(t);
     }
@@ -170,7 +170,7 @@ class Chooser {
     std::vector<LinkTerms> candidates;
     for (size_t i = 0; i < model_.size(); ++i) {
       for (size_t t = 0; t < design_.terms.size(); ++t) {
-        if (has(t)) continue;
+        if (has(model_, t)) continue;
         candidates.push_back(model_);
         candidates.back()[i] = t;
       }

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/evidence/torque_subsets.h"
@@ -18,8 +19,6 @@ constexpr size_t kMostWhole = 4;
 constexpr size_t kTried = 6;         // terms of the whole robot that are tried with newly chosen subsets
 
 using Terms = std::vector<size_t>;
-
-bool has(const Terms& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
 
 // True for a wrong mass or centre of mass: one or three of the four parameters of a load.
 bool is_link_mass(const Term& term) { return term.row->is_of_mass() && !term.row->load; }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_subsets.h"
@@ -75,7 +76,6 @@ double calc_score(const TorqueDesign& design, const TorqueFit& fit) {
 // Models in which another zero stands in the place of `term` of joint i: one of the joint, or of the whole robot.
 std::vector<TorqueModel> list_exchanges(const TorqueDesign& design, const TorqueModel& without, size_t i, size_t term) {
   std::vector<TorqueModel> models;
-  const auto has = [](const std::vector<size_t>& terms, size_t t) { return std::find(terms.begin(), terms.end(), t) != terms.end(); };
   for (size_t t = 0; t < design.joints[i].terms.size(); ++t) {
     TorqueModel model = without;
     std::vector<size_t>& own = model.own[i];

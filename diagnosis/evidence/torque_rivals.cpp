@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/tree.h"
 
@@ -13,7 +14,6 @@ namespace {
 
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
 
-bool has(const std::vector<size_t>& terms, size_t term) { return std::find(terms.begin(), terms.end(), term) != terms.end(); }
 
 class RivalSearch {
  public:

@@ -2,24 +2,21 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "common/base/has.h"
 #include "diagnosis/generator/dirt.h"
 #include "diagnosis/generator/make_case.h"
 
 namespace hrp::cases {
 namespace {
 
-bool is_in(const std::vector<std::string>& list, const std::string& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
 std::string find_family(const std::vector<std::string>& effects, bool biped) {
   const std::string prefix = biped ? "stand_" : "";
   if (effects.empty()) return prefix + "none";
   if (effects.size() > 1) return prefix + (effects.size() == 2 ? "pair" : "triple");
-  if (is_in(unknown_effects(), effects[0]) || is_in(stand_unknown_effects(), effects[0])) return prefix + "unknown";
-  if (is_in(foot_effects(), effects[0])) return prefix + "foot";
-  if (is_in(biped_sensor_effects(), effects[0])) return prefix + "sensor";
-  return prefix + (is_in(link_effects(), effects[0]) ? "link" : "joint");
+  if (has(unknown_effects(), effects[0]) || has(stand_unknown_effects(), effects[0])) return prefix + "unknown";
+  if (has(foot_effects(), effects[0])) return prefix + "foot";
+  if (has(biped_sensor_effects(), effects[0])) return prefix + "sensor";
+  return prefix + (has(link_effects(), effects[0]) ? "link" : "joint");
 }
 
 CaseRequest make_request(std::vector<std::string> effects, bool biped) {
@@ -71,8 +68,8 @@ std::vector<std::string> draw_mixture(std::size_t count, Prng& random) {
   while (out.size() < count) {
     const std::string& effect = random.pick(pool);
     const bool body_twice =
-        (effect == "payload" || effect == "mass_error") && (is_in(out, "payload") || is_in(out, "mass_error"));
-    if (!is_in(out, effect) && !body_twice) out.push_back(effect);
+        (effect == "payload" || effect == "mass_error") && (has(out, "payload") || has(out, "mass_error"));
+    if (!has(out, effect) && !body_twice) out.push_back(effect);
   }
   return out;
 }
@@ -173,11 +170,11 @@ CaseRequest parse_request(const std::string& text) {
   if (walk) return make_walk_request(std::move(effects));
   bool biped = stand;
   for (const std::string& effect : effects) {
-    const bool known = is_in(joint_effects(), effect) || is_in(link_effects(), effect) ||
-                       is_in(foot_effects(), effect) || is_in(biped_sensor_effects(), effect) ||
-                       is_in(unknown_effects(), effect) || is_in(stand_unknown_effects(), effect);
+    const bool known = has(joint_effects(), effect) || has(link_effects(), effect) ||
+                       has(foot_effects(), effect) || has(biped_sensor_effects(), effect) ||
+                       has(unknown_effects(), effect) || has(stand_unknown_effects(), effect);
     if (!known) throw std::invalid_argument("no effect is called '" + effect + "'");
-    biped = biped || is_in(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" ||
+    biped = biped || has(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" ||
             effect == "gust";
   }
   return make_request(std::move(effects), biped && !arm);

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "common/base/has.h"
 #include "diagnosis/generator/joint_effects.h"
 #include "diagnosis/generator/unlisted.h"
 
@@ -14,10 +15,6 @@ namespace hrp::cases {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-bool contains(const std::vector<std::string>& list, const std::string& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
 
 }  // namespace
 
@@ -34,7 +31,7 @@ const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::strin
     const JointPlan& j = joint(robot, random.below(joint_count(robot)));
     // In a standing robot only the joints that the motions move; the waist and yaw joints hardly tell.
     const bool moves = !robot.floating || (!j.role.empty() && j.role.find("yaw") == std::string::npos);
-    if (moves && !contains(taken, j.name)) return j;
+    if (moves && !has(taken, j.name)) return j;
   }
   return joint(robot, joint_count(robot) - 1);
 }
@@ -209,8 +206,8 @@ const std::vector<std::string>& biped_sensor_effects() {
 }
 std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robot,
                                 const std::vector<std::string>& taken, double boost, Prng& random) {
-  if (contains(foot_effects(), effect)) return draw_foot(effect, robot, boost, random);
-  if (contains(link_effects(), effect)) {
+  if (has(foot_effects(), effect)) return draw_foot(effect, robot, boost, random);
+  if (has(link_effects(), effect)) {
     const LinkPlan& link = draw_link(effect, robot, random);
     return {{effect, "link", link.name, link_parameters(effect, link, boost, random)}};
   }
@@ -223,7 +220,7 @@ std::vector<Hidden> draw_hidden(const std::string& effect, const RobotPlan& robo
   }
   if (effect == "sprung_mass" || effect == "gust") return {draw_unlisted_of_body(effect, robot, boost, random)};
   const JointPlan& j = draw_joint(robot, taken, random);
-  if (contains(unknown_effects(), effect)) return {draw_unlisted_of_joint(effect, robot, j, boost, random)};
+  if (has(unknown_effects(), effect)) return {draw_unlisted_of_joint(effect, robot, j, boost, random)};
   const JointEffect* known = find_joint_effect(effect);
   if (!known) throw std::invalid_argument("unknown effect: " + effect);
   return {{effect, "joint", j.name, known->draw(j, boost, random)}};

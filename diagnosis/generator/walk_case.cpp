@@ -5,6 +5,7 @@
 #include <deque>
 #include <stdexcept>
 
+#include "common/base/has.h"
 #include "diagnosis/generator/dirt_truth.h"
 #include "diagnosis/generator/make_case.h"
 #include "diagnosis/generator/poor.h"
@@ -199,17 +200,13 @@ std::vector<std::string> draw_pair(Prng& random) {
   }
 }
 
-bool is_in(const std::vector<std::string>& list, const std::string& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
-
 }  // namespace
 
 CaseRequest make_walk_request(std::vector<std::string> effects) {
   std::string family = "walk_none";
   for (const std::string& effect : effects) {
-    const bool listed = is_in(walk_effects(), effect) || effect == "load_dependent_friction";
-    if (!listed && !is_in(walk_unknown_effects(), effect)) throw std::invalid_argument("no walk hides '" + effect + "'");
+    const bool listed = has(walk_effects(), effect) || effect == "load_dependent_friction";
+    if (!listed && !has(walk_unknown_effects(), effect)) throw std::invalid_argument("no walk hides '" + effect + "'");
     family = !listed                                                                      ? "walk_unknown"
              : effect.rfind("sensor_", 0) == 0                                            ? "walk_sensor"
              : effect.rfind("foot_", 0) == 0 || effect.rfind("ground_", 0) == 0           ? "walk_foot"

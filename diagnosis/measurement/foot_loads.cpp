@@ -3,18 +3,15 @@
 
 #include <algorithm>
 
+#include "common/base/has.h"
 #include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-bool contains(const std::vector<std::string>& list, const std::string& name) {
-  return std::find(list.begin(), list.end(), name) != list.end();
-}
-
 bool is_foot(const Experiment& e, const std::string& link) {
-  return contains(e.scenario.feet, link) || std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
-           return contains(r.spec.feet_attached, link);
+  return has(e.scenario.feet, link) || std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
+           return has(r.spec.feet_attached, link);
          });
 }
 

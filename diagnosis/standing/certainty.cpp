@@ -158,7 +158,7 @@ bool StandSearcher::explains_its_part(size_t effect) const {
 bool StandSearcher::is_balanced() const {
   for (size_t c = 0; c < channels(); ++c) {
     const bool quiet = StandJudge::is_quiet(out_.chosen.channel_rms[c], out_.nominal.channel_rms[c]);
-    if (out_.channels[c].kind == "balance" && !quiet) return false;
+    if (out_.channels[c].kind == ChannelKind::kBalance && !quiet) return false;
   }
   return true;
 }
@@ -169,7 +169,7 @@ bool StandSearcher::is_coupled(size_t effect) const {
   if (!is_joint(e)) return false;
   const Evaluation left = evaluate(p_, out_.chosen.hypothesis);
   for (size_t c = 0; c < channels(); ++c) {
-    if (out_.channels[c].kind != "effort" || out_.chosen.channel_rms[c] < kAboveNoise) continue;
+    if (out_.channels[c].kind != ChannelKind::kEffort || out_.chosen.channel_rms[c] < kAboveNoise) continue;
     if (follows_joint(p_, out_.channels[c], c, left, e.place.index)) return true;
   }
   return false;
@@ -178,7 +178,7 @@ bool StandSearcher::is_coupled(size_t effect) const {
 size_t StandSearcher::find_effort_channel(int joint) const {
   const std::string& name = p_.tree.joint(joint).name;
   size_t c = 0;
-  while (c < channels() && !(out_.channels[c].kind == "effort" && out_.channels[c].joint == name)) ++c;
+  while (c < channels() && !(out_.channels[c].kind == ChannelKind::kEffort && out_.channels[c].joint == name)) ++c;
   return c;
 }
 
@@ -247,7 +247,7 @@ bool StandSearcher::has_equal_drives() const {
     const size_t own = find_effort_channel(e.place.index);
     for (size_t c = 0; c < channels(); ++c) {
       const bool agrees = std::max(out_.nominal.channel_rms[c], out_.nominal.train_rms[c]) < kAboveNoise;
-      if (out_.channels[c].kind != "effort" || c == own || agrees) continue;
+      if (out_.channels[c].kind != ChannelKind::kEffort || c == own || agrees) continue;
       if (are_equal(nominal, channels(), own, c, 1) || are_equal(nominal, channels(), own, c, -1)) return true;
     }
   }

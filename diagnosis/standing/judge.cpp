@@ -29,20 +29,20 @@ constexpr size_t kThin = 3;       // one of so many samples ranks candidates
 // axes.
 double find_floor(const StandProblem& p, const Channel& c) {
   const double tilt = p.attitude_error;
-  if (c.kind == "tilt") return std::max(2e-5, tilt);
-  if (c.kind == "gap") return std::max(5e-6, 0.3 * tilt);  // feet some 0.3 m apart
-  if (c.kind == "stand" || c.kind == "base") return 1e-5;
-  if (c.kind == "balance") return 0.02;
-  if (c.kind == "gyro") return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
-  if (c.kind == "velocity") return 1e-4;
-  return c.kind == "gravity" ? std::max(3e-3, 9.81 * tilt) : 2e-3;
+  if (c.kind == ChannelKind::kTilt) return std::max(2e-5, tilt);
+  if (c.kind == ChannelKind::kGap) return std::max(5e-6, 0.3 * tilt);  // feet some 0.3 m apart
+  if (c.kind == ChannelKind::kStand || c.kind == ChannelKind::kBase) return 1e-5;
+  if (c.kind == ChannelKind::kBalance) return 0.02;
+  if (c.kind == ChannelKind::kGyro) return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
+  if (c.kind == ChannelKind::kVelocity) return 1e-4;
+  return c.kind == ChannelKind::kGravity ? std::max(3e-3, 9.81 * tilt) : 2e-3;
 }
 
 // One value a recording.
-bool is_mean(const Channel& c) { return c.kind == "gravity"; }
+bool is_mean(const Channel& c) { return c.kind == ChannelKind::kGravity; }
 
 // Most samples say nothing: each one that does is of many samples, and of others than the next.
-bool is_sparse(const Channel& c) { return c.kind == "gyro" || is_mean(c); }
+bool is_sparse(const Channel& c) { return c.kind == ChannelKind::kGyro || is_mean(c); }
 
 bool is_loose(const Hypothesis& h) {
   return std::any_of(h.begin(), h.end(), [](const Effect& e) { return get_row(e).loose; });
@@ -164,7 +164,7 @@ double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, c
 std::vector<double> StandJudge::find_shared(const Evaluation& even, const Evaluation& odd) const {
   std::vector<double> out(channels_.size(), 0.0);
   for (size_t c = 0; c < channels_.size() && !problem_->held; ++c) {
-    if (channels_[c].kind == "gravity") continue;  // one value per recording
+    if (channels_[c].kind == ChannelKind::kGravity) continue;  // one value per recording
     const double floor = find_floor(*problem_, channels_[c]);
     const double granted = (floor * floor + (away_.empty() ? 0 : away_[c])) / (sigma_[c] * sigma_[c]);
     double most = 0;
@@ -204,7 +204,7 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
   sum = std::max(0.0, sum - said * extra);
   // Adds kFew samples of pure noise, because a few samples may be large by chance.
   const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
-  if (channels_[c].kind == "gyro") count = said;
+  if (channels_[c].kind == ChannelKind::kGyro) count = said;
   // A free link follows the noise of the feet, so a residual below the noise gains nothing.
   const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);
   fit->score += count * std::log(std::max(square, free ? 1.0 : find_least(c)));

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
+
 namespace hrp::diagnosis::standing {
 namespace {
 
@@ -12,6 +14,23 @@ size_t count_flat(const StandProblem& p) {
 }
 
 }  // namespace
+
+std::string get_text(ChannelKind kind) {
+  switch (kind) {
+    case ChannelKind::kTilt: return "tilt";
+    case ChannelKind::kStand: return "stand";
+    case ChannelKind::kGap: return "gap";
+    case ChannelKind::kBalance: return "balance";
+    case ChannelKind::kBase: return "base";
+    case ChannelKind::kEffort: return "effort";
+    case ChannelKind::kServo: return "servo";
+    case ChannelKind::kVelocity: return "velocity";
+    case ChannelKind::kGyro: return "gyro";
+    case ChannelKind::kGravity: return "gravity";
+  }
+  HRP_CHECK(false, "a channel has a kind");
+  return "";
+}
 
 size_t find_places(const StandProblem& p) { return 2 * count_flat(p); }
 size_t count_places(const StandProblem& p) { return 3 * (p.feet.size() - (p.base_pose ? 0 : 1)); }
@@ -34,24 +53,24 @@ std::vector<Channel> list_channels(const StandProblem& p) {
   const std::string imu = "/imu/" + p.imu, attitude = imu + "/orientation", base = p.tree.links[0].name;
   for (const StandFoot& foot : p.feet) {
     if (foot.kind != SoleKind::kFlat) continue;
-    for (int i = 0; i < 2; ++i) out.push_back({"tilt", attitude, "", foot.name, "", ""});
+    for (int i = 0; i < 2; ++i) out.push_back({ChannelKind::kTilt, attitude, "", foot.name, "", ""});
   }
   const auto add3 = [&](const Channel& channel) { out.insert(out.end(), 3, channel); };
-  if (p.base_pose) add3({"stand", "/base/pose/position", "", p.feet[0].name, "", ""});
-  for (size_t f = 1; f < p.feet.size(); ++f) add3({"gap", attitude, "", p.feet[f].name, "", ""});
-  add3({"balance", "/wrench/" + p.feet[0].sensor + "/torque", "", "", "", base});
-  add3({"balance", "/wrench/" + p.feet[0].sensor + "/force", "", "", "", base});
-  if (p.base_pose && p.attitude) add3({"base", "/base/pose/orientation", "", "", "", base});
+  if (p.base_pose) add3({ChannelKind::kStand, "/base/pose/position", "", p.feet[0].name, "", ""});
+  for (size_t f = 1; f < p.feet.size(); ++f) add3({ChannelKind::kGap, attitude, "", p.feet[f].name, "", ""});
+  add3({ChannelKind::kBalance, "/wrench/" + p.feet[0].sensor + "/torque", "", "", "", base});
+  add3({ChannelKind::kBalance, "/wrench/" + p.feet[0].sensor + "/force", "", "", "", base});
+  if (p.base_pose && p.attitude) add3({ChannelKind::kBase, "/base/pose/orientation", "", "", "", base});
   for (int j = 0; j < p.tree.num_joints(); ++j) {
     const auto i = static_cast<size_t>(j);
     const std::string name = p.tree.joint(j).name, signal = "/joint_states/" + name;
     const std::string effort = signal + (p.effort[i] ? "/effort" : "/position");
-    if (p.is_driven(i)) out.push_back({"effort", effort, name, "", "", ""});
-    if (p.effort[i] && p.command[i]) out.push_back({"servo", effort, name, "", "", ""});
-    if (p.velocity[i]) out.push_back({"velocity", signal + "/velocity", name, "", "", ""});
+    if (p.is_driven(i)) out.push_back({ChannelKind::kEffort, effort, name, "", "", ""});
+    if (p.effort[i] && p.command[i]) out.push_back({ChannelKind::kServo, effort, name, "", "", ""});
+    if (p.velocity[i]) out.push_back({ChannelKind::kVelocity, signal + "/velocity", name, "", "", ""});
   }
-  add3({"gyro", imu + "/angular_velocity", "", "", imu, ""});
-  add3({"gravity", imu + "/linear_acceleration", "", "", imu, ""});
+  add3({ChannelKind::kGyro, imu + "/angular_velocity", "", "", imu, ""});
+  add3({ChannelKind::kGravity, imu + "/linear_acceleration", "", "", imu, ""});
   return out;
 }
 

@@ -9,9 +9,13 @@
 
 namespace hrp::diagnosis::standing {
 
+// An equation, as in channels.h.
+enum class ChannelKind { kTilt, kStand, kGap, kBalance, kBase, kEffort, kServo, kVelocity, kGyro, kGravity };
+std::string get_text(ChannelKind kind);  // "tilt"
+
 // One equation: its kind, and the signal and place that the report names.
 struct Channel {
-  std::string kind;                       // equation, as in channels.h
+  ChannelKind kind;
   std::string signal;                     // recorded signal that is closest to it, as in the report
   std::string joint, foot, sensor, link;  // place of the equation; empty if not applicable
 };

@@ -115,7 +115,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     if (std::find(places.begin(), places.end(), where) != places.end()) continue;
     places.push_back(where);
     std::string statement = "What is left at " + where.begin().value().get<std::string>() +
-                            " (equation: " + o.channels[c].kind + ") is up to " + number(rms[c], 2) +
+                            " (equation: " + get_text(o.channels[c].kind) + ") is up to " + number(rms[c], 2) +
                             " times its noise; no known effect explains it.";
     if (!o.shared.empty()) statement += " It hardly shows, but lasts longer than noise does.";
     if (o.opposite) {
@@ -188,12 +188,13 @@ Json make_signals(const StandProblem& p, const StandOutcome& o) {
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const Channel& channel = o.channels[c];
     double spread = calc_spread(p, channel.signal, held);
-    if (channel.kind == "tilt" || channel.kind == "base") spread *= 2;  // a quaternion's component is half an angle
-    if (spread == 0 || channel.kind == "gap") continue;                 // a gap has no recorded signal in metres
+    // A quaternion's component is half an angle. A gap has no recorded signal in metres.
+    if (channel.kind == ChannelKind::kTilt || channel.kind == ChannelKind::kBase) spread *= 2;
+    if (spread == 0 || channel.kind == ChannelKind::kGap) continue;
     const double unit = o.sigma[c] / spread;
     const double before = o.nominal.channel_rms[c] * unit, after = o.chosen.channel_rms[c] * unit;
     if (out.contains(channel.signal) && out[channel.signal]["before"].get<double>() >= before) continue;
-    out[channel.signal] = {{"before", before}, {"after", after}, {"equation", channel.kind}};
+    out[channel.signal] = {{"before", before}, {"after", after}, {"equation", get_text(channel.kind)}};
   }
   return out;
 }
@@ -236,7 +237,7 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
                       {"score", score},
                       {"intervals", intervals},
                       {"regime", "stance"},
-                      {"equation", o.channels[c].kind}});
+                      {"equation", get_text(o.channels[c].kind)}});
     }
   }
   std::stable_sort(out->begin(), out->end(),

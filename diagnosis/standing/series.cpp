@@ -74,7 +74,7 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
   double sum = 0;
   for (double v : rms) sum += v * v;
   const std::string lost =
-      "leaves " + number(rms[w], 2) + " times the noise in " + o.channels[w].kind + " " + o.channels[w].signal;
+      "leaves " + number(rms[w], 2) + " times the noise in " + get_text(o.channels[w].kind) + " " + o.channels[w].signal;
   return {{"effect", get_effect(e.id).name},
           {"where", {{kind, name}}},
           {"probability", t.probability},
@@ -113,7 +113,7 @@ Json make_stand_series(const StandProblem& p, const StandOutcome& o) {
            {"rivals", Json::array()}};
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const Channel& channel = o.channels[c];
-    const std::string name = channel.kind + " " + (channel.foot.empty() ? channel.signal : channel.foot);
+    const std::string name = get_text(channel.kind) + " " + (channel.foot.empty() ? channel.signal : channel.foot);
     out["signals"].push_back({{"name", name}, {"unit", ""}, {"noise", o.sigma[c]}, {"noise_source", "estimated"}});
   }
   const Evaluation before = evaluate(p, {}), after = evaluate(p, o.chosen.hypothesis);

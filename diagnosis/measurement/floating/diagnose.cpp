@@ -219,7 +219,7 @@ std::string find_obstacle(const Experiment& e) {
   size_t most = 0;
   std::string longest;
   for (const ChannelRows& c : make_channels(logs)) {
-    if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + c.info.kind + ")";
+    if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + get_text(c.info.equation) + ")";
   }
   const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " + std::to_string(most) + " of the " +
                                          std::to_string(kFewestRows) + " means over 40 ms that are needed"

@@ -41,7 +41,7 @@ class ImuChecker {
     const double g = log_.experiment->scenario.gravity_W.norm();
     std::vector<double> out;
     for (const ChannelRows& c : channels_) {
-      if (c.info.kind != "gravity" || c.info.signal != signal) continue;
+      if (!c.info.equation.is(EquationKind::kGravity) || c.info.signal != signal) continue;
       for (const auto& [r, y] : split_by_recording(c)) {
         double sum = 0;
         for (double v : y) sum += v;
@@ -107,8 +107,8 @@ class ImuChecker {
   bool is_weighed(size_t imu) const {
     const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
-      const bool dynamic = c.info.kind.rfind("balance", 0) == 0 || c.info.kind.rfind("accelerometer", 0) == 0 ||
-                           (c.info.kind == "weight" && !out_.raw_counts);
+      const Equation& e = c.info.equation;
+      const bool dynamic = e.is_balance() || e.is(EquationKind::kAccelerometer) || (e.is(EquationKind::kWeight) && !out_.raw_counts);
       return dynamic && c.rows() > kQuietRows && std::find(c.columns.begin(), c.columns.end(), column) != c.columns.end();
     });
   }
@@ -142,7 +142,7 @@ class ImuChecker {
     const std::string name = "/imu/" + log_.imus[imu].name + "/linear_acceleration";
     Vector3d mean = Vector3d::Zero(), spread = Vector3d::Zero();
     for (int a = 0; a < 3; ++a) {
-      const std::vector<double> each = list_offsets(name, "accelerometer " + std::string(1, "xyz"[a]));
+      const std::vector<double> each = list_offsets(name, {EquationKind::kAccelerometer, a});
       if (each.size() < 2) return;
       for (double v : each) mean(a) += v / static_cast<double>(each.size());
       const auto [least, most] = std::minmax_element(each.begin(), each.end());
@@ -163,10 +163,10 @@ class ImuChecker {
   }
 
   // [m/s^2] By recording, while the robot stands on all feet.
-  std::vector<double> list_offsets(const std::string& signal, const std::string& kind) const {
+  std::vector<double> list_offsets(const std::string& signal, const Equation& equation) const {
     std::vector<double> out;
     for (const ChannelRows& c : channels_) {
-      if (c.info.signal != signal || c.info.kind != kind) continue;
+      if (c.info.signal != signal || !(c.info.equation == equation)) continue;
       for (const auto& [r, y] : split_stands(c)) {
         if (y.size() >= kQuietRows) out.push_back(find_median(y));
       }
@@ -190,11 +190,11 @@ class ImuChecker {
   }
 
   void check_gyro(const ChannelRows& c) {
-    if (c.info.kind.rfind("gyroscope", 0) != 0 || c.rows() < kQuietRows || c.scale <= 0) return;
+    if (!c.info.equation.is_gyroscope() || c.rows() < kQuietRows || c.scale <= 0) return;
     double sum = 0;
     for (double y : c.y) sum += y * y;
     const double left = std::sqrt(sum / static_cast<double>(c.rows())) / c.scale;
-    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) + c.info.kind + format(" differs from encoders and attitude by %.2f of its spread", left));
+    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) + get_text(c.info.equation) + format(" differs from encoders and attitude by %.2f of its spread", left));
   }
 
   const LeggedLog& log_;

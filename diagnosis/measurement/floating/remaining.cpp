@@ -27,7 +27,7 @@ Remaining make_remaining(const ChannelRows& rows, double before, double after, b
   r.where = {{info.place, info.name}}, r.unit = info.unit, r.before = before, r.after = after;
   const bool hidden = varies && before <= 0;  // seen while other rows weighed more
   if (hidden) r.before = r.after = calc_rms(rows);
-  r.statement = info.name + " (equation: " + info.kind + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit +
+  r.statement = info.name + " (equation: " + get_text(info.equation) + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit +
                 " are left, root mean square " + (hidden ? "with noise." : "beyond noise.");
   if (varies) r.statement += " An effect that explains part of it is not the same everywhere: no known cause is.";
   return r;
@@ -52,7 +52,7 @@ double get_mean_square(const LeggedFitter& fitter, const LeggedFit& fit, size_t 
   return fit.mean_square[static_cast<size_t>(find_judged_part(fitter, channel))][channel];
 }
 
-bool is_of_soles(const ChannelInfo& info) { return info.kind.rfind("tilt", 0) == 0 || info.kind == "height"; }
+bool is_of_soles(const ChannelInfo& info) { return info.equation.is(EquationKind::kTilt) || info.equation.is(EquationKind::kHeight); }
 
 bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
   const Part part = find_judged_part(fitter, channel);

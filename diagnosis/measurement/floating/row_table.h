@@ -7,11 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/measurement/floating/equation.h"
+
 namespace hrp::diagnosis::floating {
 
 // One equation: where it points, and the recorded signal nearest to it.
 struct ChannelInfo {
-  std::string kind;              // balance, weight, joint, servo, gyroscope, accelerometer, tilt, height
+  Equation equation;
   std::string signal, unit;      // "/joint_states/knee/effort", "N m"
   std::string place, name;       // "joint", "knee"; "foot", "sensor", "link"
   double error = 0;              // [unit] to which the equation is exact at best, where that is known

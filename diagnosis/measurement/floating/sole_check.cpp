@@ -19,8 +19,8 @@ using ByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]: media
 ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {
   std::map<int, std::vector<double>> angles[2];
   for (const ChannelRows& c : channels) {
-    if (c.info.name != foot || c.info.kind.rfind("tilt", 0) != 0) continue;
-    angles[c.info.kind == "tilt, roll" ? 0 : 1] = split_by_recording(c);
+    if (c.info.name != foot || !c.info.equation.is(EquationKind::kTilt)) continue;
+    angles[c.info.equation.axis] = split_by_recording(c);
   }
   ByRecording out;
   for (const auto& [recording, roll] : angles[0]) {
@@ -38,7 +38,7 @@ std::string describe(const Eigen::Vector2d& tilt) { return format("roll %.1f, pi
 void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std::string>& recordings, CheckResult* out) {
   std::vector<std::string> feet;
   for (const ChannelRows& c : channels) {
-    if (c.info.kind == "tilt, roll") feet.push_back(c.info.name);
+    if (c.info.equation == Equation(EquationKind::kTilt, 0)) feet.push_back(c.info.name);
   }
   for (const std::string& foot : feet) {
     const ByRecording tilts = list_tilts(channels, foot);

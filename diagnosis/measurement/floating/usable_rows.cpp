@@ -32,7 +32,7 @@ double calc_change(const ChannelRows& c) {
   return square / static_cast<double>(std::max<size_t>(1, c.rows()));
 }
 
-bool is_over_feet(const ChannelRows& c) { return c.info.kind.rfind(kOverFeet, 0) == 0; }
+bool is_over_feet(const ChannelRows& c) { return c.info.equation.is(EquationKind::kGyroscopeOverFeet); }
 
 // [rad/s] How fast the body turns about all axes: the spread of its gyroscope.
 double calc_turning(const std::vector<ChannelRows>& channels) {
@@ -61,8 +61,9 @@ std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) 
 
 void drop_unused(const Used& used, std::vector<ChannelRows>* channels) {
   for (ChannelRows& c : *channels) {
-    const bool joint = c.info.kind == "joint", servo = c.info.kind == "servo";
-    const bool forces = c.info.kind == "weight" || joint || c.info.kind.rfind("balance", 0) == 0;
+    const Equation& e = c.info.equation;
+    const bool joint = e.is(EquationKind::kJoint), servo = e.is(EquationKind::kServo);
+    const bool forces = e.is(EquationKind::kWeight) || joint || e.is_balance();
     if ((forces && !used.forces) || ((joint || servo) && !used.drives)) empty(&c);
   }
 }

@@ -380,7 +380,7 @@ std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows) {
 const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels) {
   const ChannelRows* best = nullptr;
   for (const ChannelRows& c : channels) {
-    const bool force = c.info.kind == "weight" || c.info.kind.rfind("balance, force", 0) == 0;
+    const bool force = c.info.equation.is(EquationKind::kWeight) || c.info.equation.is(EquationKind::kForce);
     if (force && c.rows() > 0 && (!best || std::abs(c.mean) > std::abs(best->mean))) best = &c;
   }
   return best;

@@ -243,7 +243,7 @@ TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull)
     p.recordings[0].position.resize(2);
     p.recordings[0].position[0].value.push_back(hip), p.recordings[0].position[1].value.push_back(knee);
   }
-  const Channel channel{"effort", "", "hip", "", "", ""};
+  const Channel channel{ChannelKind::kEffort, "", "hip", "", "", ""};
   EXPECT_TRUE(follows_joint(p, channel, 0, coupled, 1));
   EXPECT_FALSE(follows_joint(p, channel, 0, own, 1));
 }

@@ -73,13 +73,12 @@ bool has_force(const LeggedLog& log, const Foot& foot) {
 
 // Forces balance without the moments, which the sensor of a flat foot may not tell.
 void add_balance(const LeggedLog& log, const std::vector<int>& columns, BodyChannels* channels, RowTable* table) {
-  const char* const names[] = {"moment x", "moment y", "moment z", "force x", "force y", "force z"};
   const bool moments = std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) { return is_known(log, f); });
   channels->balances = true;
   for (int i = moments ? 0 : 3; i < 6; ++i) {
     const std::string signal = "/wrench/" + log.sensors[0].name + "/" + (i < 3 ? "torque" : "force");
     channels->row[static_cast<size_t>(i)] = table->add_channel(
-        {std::string("balance, ") + names[i], signal, i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
+        {{i < 3 ? EquationKind::kMoment : EquationKind::kForce, i % 3}, signal, i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
   }
 }
 
@@ -96,7 +95,7 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
   if (!vertical || !(forces ? source == MotionSource::kFoot : source != MotionSource::kNone)) return;
   channels->weighs = true;
   channels->row[kWeightRow] = table->add_channel(
-      {"weight", "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name}, columns);
+      {EquationKind::kWeight, "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name}, columns);
 }
 
 bool is_compared(const LeggedLog& log, const Contacts& contacts, int j) {
@@ -117,10 +116,10 @@ void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayou
     for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout.joint(j, c));
     if (!log.has_effort[i]) columns.push_back(layout.joint(j, kDelayColumn));
     channels->row[static_cast<size_t>(kJointRow + j)] =
-        table->add_channel({"joint", signal, unit, "joint", joint.name}, columns);
+        table->add_channel({EquationKind::kJoint, signal, unit, "joint", joint.name}, columns);
   }
   if (log.has_effort[i] && log.has_law[i] && joint.actuated) {
-    channels->servo[i] = table->add_channel({"servo", signal, unit, "joint", joint.name},
+    channels->servo[i] = table->add_channel({EquationKind::kServo, signal, unit, "joint", joint.name},
                                             {layout.joint(j, kDelayColumn), layout.joint(j, kEffortScaleColumn)});
   }
 }

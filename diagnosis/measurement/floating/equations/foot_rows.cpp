@@ -61,7 +61,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
         columns.push_back(layout.foot(static_cast<int>(f), (a == 0 ? kRollShiftColumn : kPitchShiftColumn) + c));
       }
       tilt_[2 * f + static_cast<size_t>(a)] =
-          table->add_channel({a == 0 ? "tilt, roll" : "tilt, pitch", "/joint_states", "rad", "foot", log.feet[f].name}, columns);
+          table->add_channel({{EquationKind::kTilt, a}, "/joint_states", "rad", "foot", log.feet[f].name}, columns);
     }
   }
   for (size_t a = 0; upright && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
@@ -73,7 +73,7 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkDampColumn));
-      pairs_.push_back({a, b, table->add_channel({"height", "/joint_states", "m", "foot", log.feet[b].name, find_height_error(a, b)}, columns)});
+      pairs_.push_back({a, b, table->add_channel({EquationKind::kHeight, "/joint_states", "m", "foot", log.feet[b].name, find_height_error(a, b)}, columns)});
     }
   }
 }

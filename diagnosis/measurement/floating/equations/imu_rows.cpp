@@ -39,18 +39,18 @@ ImuRows::ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLay
     Channels c;
     const bool first = static_cast<int>(i) == main_, other = log.base_pose || (!first && main_ >= 0) || (first && imu.attitude);
     for (int a = 0; a < 3; ++a) {
-      const std::string axis(1, "xyz"[a]), base = "/imu/" + imu.name;
-      const ChannelInfo gyro{"gyroscope " + axis, base + "/angular_velocity", "rad/s", "sensor", base + "/angular_velocity"};
-      const ChannelInfo force{"accelerometer " + axis, base + "/linear_acceleration", "m/s^2", "sensor", base + "/linear_acceleration"};
+      const std::string base = "/imu/" + imu.name;
+      const ChannelInfo gyro{{EquationKind::kGyroscope, a}, base + "/angular_velocity", "rad/s", "sensor", base + "/angular_velocity"};
+      const ChannelInfo force{{EquationKind::kAccelerometer, a}, base + "/linear_acceleration", "m/s^2", "sensor", base + "/linear_acceleration"};
       if (imu.gyro && other) c.gyro[a] = table->add_channel(gyro, columns(i, kGyroScaleColumn, kImuColumns));
       c.over_feet = imu.gyro && first && !other && log.tree.floating_base && !contacts.walks && has_flat_foot(log);
-      if (c.over_feet) c.gyro[a] = table->add_channel({kOverFeet + axis, gyro.signal, gyro.unit, gyro.place, gyro.name}, list_over_feet(i));
+      if (c.over_feet) c.gyro[a] = table->add_channel({{EquationKind::kGyroscopeOverFeet, a}, gyro.signal, gyro.unit, gyro.place, gyro.name}, list_over_feet(i));
       const bool two = log.base_pose || (!first && main_ >= 0 && log.imus[static_cast<size_t>(main_)].accelerometer);
       if (imu.accelerometer && two) c.accelerometer[a] = table->add_channel(force, columns(i, 0, kGyroScaleColumn));
     }
     if (imu.accelerometer) {
       const std::string signal = "/imu/" + imu.name + "/linear_acceleration";
-      c.gravity = table->add_channel({"gravity", signal, "m/s^2", "sensor", signal}, columns(i, 0, kGyroScaleColumn));
+      c.gravity = table->add_channel({EquationKind::kGravity, signal, "m/s^2", "sensor", signal}, columns(i, 0, kGyroScaleColumn));
     }
     channels_.push_back(c);
   }

@@ -8,9 +8,6 @@
 
 namespace hrp::diagnosis::floating {
 
-// The equation of a gyroscope that only encoders and feet that stand can be compared with, and an axis.
-constexpr const char* kOverFeet = "gyroscope over standing feet, ";
-
 class ImuRows {
  public:
   ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);

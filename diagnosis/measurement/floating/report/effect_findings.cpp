@@ -43,7 +43,7 @@ Finding make_effect_finding(const ReportState& state, const FoundEffect& f) {
   out.grade = f.rivals.empty() ? Grade::kSupported : Grade::kAmbiguous;
   out.statement = get_place(out.where) + ": " + effect.phrase + " (" + describe(out.parameters) + "). It takes " +
                   format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) +
-                  state.fitter.channels()[f.channel].info.kind + "' away.";
+                  get_text(state.fitter.channels()[f.channel].info.equation) + "' away.";
   if (lands)
     out.statement += format(" How it gives in height is from %.0f landings.", static_cast<double>(law.landings));
   add_lookalikes(state, f, &out);

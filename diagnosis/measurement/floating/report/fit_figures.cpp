@@ -50,7 +50,7 @@ void add_units(const UnitFit& units, Figures* sum) {
 
 SignalFit make_signal_fit(const ReportState& state, size_t c) {
   const ChannelRows& rows = state.fitter.channels()[c];
-  return {rows.info.signal + " (" + rows.info.kind + ")", rows.info.unit,
+  return {rows.info.signal + " (" + get_text(rows.info.equation) + ")", rows.info.unit,
           std::sqrt(get_mean_square(state.fitter, state.outcome.nominal, c)),
           std::sqrt(get_mean_square(state.fitter, state.model, c)), rows.scale};
 }

@@ -131,7 +131,7 @@ void add_load_at_centre(const ReportState& state, const FoundEffect& f, Finding*
 // leans the same way while its moment hardly changes, and so does a turned IMU.
 void add_give_for_lean(const ReportState& state, const FoundEffect& f, Finding* lean) {
   const ChannelInfo& told_by = state.fitter.channels()[f.channel].info;
-  if (!(is(f, laws().joint_offset) || is(f, laws().ground_slope)) || told_by.place != "foot") return;
+  if (!(is(f, laws().joint_offset) || is(f, laws().ground_slope)) || !is_of_soles(told_by)) return;
   const LeggedLog& log = state.log;
   const auto foot =
       std::find_if(log.feet.begin(), log.feet.end(), [&](const Foot& g) { return g.name == told_by.name; });
@@ -146,7 +146,7 @@ void add_give_for_lean(const ReportState& state, const FoundEffect& f, Finding* 
 void add_give_for_rate(const ReportState& state, const FoundEffect& f, Finding* turned) {
   const ChannelInfo& told_by = state.fitter.channels()[f.channel].info;
   const bool in_step = is(f, laws().sensor_scale) || is(f, laws().sensor_misalignment);
-  const bool direct = told_by.kind.rfind("gyroscope", 0) == 0 && told_by.kind.rfind(kOverFeet, 0) != 0;
+  const bool direct = told_by.equation.is(EquationKind::kGyroscope);
   if (!in_step || direct || turned->where.dump().find("angular_velocity") == std::string::npos) return;
   add(laws().elasticity, {{"link", state.log.tree.links[0].name}},
       "the same motion, recorded by motion capture or an attitude", turned);

@@ -29,7 +29,7 @@ bool is_tilt_told(const ReportState& state, const std::string& foot) {
   const LeggedFit nominal = state.fitter.fit({});
   const std::vector<ChannelRows>& channels = state.fitter.channels();
   for (size_t c = 0; c < channels.size(); ++c) {
-    if (channels[c].info.name != foot || channels[c].info.kind.rfind("tilt", 0) != 0) continue;
+    if (channels[c].info.name != foot || !channels[c].info.equation.is(EquationKind::kTilt)) continue;
     if (get_mean_square(state.fitter, state.model, c) < kHalf * get_mean_square(state.fitter, nominal, c)) return true;
   }
   return false;

@@ -26,7 +26,7 @@ std::vector<size_t> list_main_equations(const LeggedFitter& fitter, const Legged
 
 Json make_signal(const LeggedFitter& fitter, size_t c) {
   const ChannelInfo& info = fitter.channels()[c].info;
-  return {{"name", info.signal + ": " + info.name + ", " + info.kind},
+  return {{"name", info.signal + ": " + info.name + ", " + get_text(info.equation)},
           {"unit", info.unit},
           {"noise", std::sqrt(fitter.floor(c))},
           {"noise_source", "estimated"}};

@@ -20,7 +20,7 @@ Remaining make_free_law(const ReportState& state, const FoundEffect& f) {
   r.before = r.after = std::sqrt(get_mean_square(state.fitter, state.model, f.channel));
   r.statement = get_place(r.where) + ": " + f.effect.law->unlisted + " (" +
                 describe(make_estimates(f.effect, f.x, f.std)) + "). It takes " +
-                format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + info.kind +
+                format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + get_text(info.equation) +
                 "' away. No scenario can hold it.";
   return r;
 }

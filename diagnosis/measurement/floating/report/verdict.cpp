@@ -58,7 +58,7 @@ Verdict find_verdict(const ReportState& state) {
 std::string make_summary(const ReportState& state) {
   std::string compared;
   for (const ChannelRows& c : state.fitter.channels()) {
-    const std::string kind = c.info.kind.substr(0, c.info.kind.find_first_of(", "));
+    const std::string kind = get_name(c.info.equation.kind);
     if (c.rows() > 0 && compared.find(kind) == std::string::npos) compared += (compared.empty() ? "" : ", ") + kind;
   }
   const bool agrees = state.evidence.verdict == Verdict::kNoMismatch;

@@ -137,8 +137,8 @@ bool drop_known(const std::vector<FoundEffect>& found, SearchState* state) {
 std::vector<size_t> list_unknown_forces(const SearchState& state) {
   std::vector<size_t> out;
   for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
-    const std::string& kind = state.fitter.channels()[c].info.kind;
-    const bool of_force = kind == "weight" || kind.rfind("balance, force", 0) == 0;
+    const Equation& e = state.fitter.channels()[c].info.equation;
+    const bool of_force = e.is(EquationKind::kWeight) || e.is(EquationKind::kForce);
     const double left = get_left(state, c);
     if (!of_force || left < kHalf * get_nominal(state, c)) continue;
     // A real force on the body exceeds noise and exactness by more.
@@ -157,7 +157,7 @@ bool drop_forced(const std::vector<FoundEffect>& found, SearchState* state) {
   const double force = std::sqrt(square);
   for (size_t i = 0; i < found.size() && force > 0; ++i) {
     const FoundEffect& f = found[i];
-    if (f.effect.lever <= 0 || state->fitter.channels()[f.channel].info.kind != "joint") continue;
+    if (f.effect.lever <= 0 || !state->fitter.channels()[f.channel].info.equation.is(EquationKind::kJoint)) continue;
     if (std::sqrt(get_nominal(*state, f.channel)) > force * f.effect.lever) continue;
     drop(i, "an unknown force could make it:", unknown, state);
     return true;

@@ -12,10 +12,10 @@
 
 namespace hrp::diagnosis::floating {
 
-const ChannelInfo kWeight{"weight", "/wrench/l/force", "N", "link", "pelvis"};
-const ChannelInfo kBalance{"balance, force z", "/wrench/l/force", "N", "link", "pelvis"};
+const ChannelInfo kWeight{EquationKind::kWeight, "/wrench/l/force", "N", "link", "pelvis"};
+const ChannelInfo kBalance{{EquationKind::kForce, 2}, "/wrench/l/force", "N", "link", "pelvis"};
 inline ChannelInfo make_joint_channel(const std::string& joint) {
-  return {"joint", "/joint_states/" + joint + "/effort", "N m", "joint", joint};
+  return {EquationKind::kJoint, "/joint_states/" + joint + "/effort", "N m", "joint", joint};
 }
 
 // Builds both halves. The first two thirds of the cells are fitted, the last one is held out, as a recording of its

@@ -107,10 +107,10 @@ TEST(LeggedSearch, WhatADelayFarBelowOneSampleExplainsAsWellIsNotNamed) {
 TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
   std::mt19937 random(37);
   std::normal_distribution<double> normal;
-  const auto name = [](const char* kind) {
-    return ChannelInfo{kind, "/imu/waist/angular_velocity", "rad/s", "sensor", "/imu/waist/angular_velocity"};
+  const auto name = [](int axis) {
+    return ChannelInfo{{EquationKind::kGyroscope, axis}, "/imu/waist/angular_velocity", "rad/s", "sensor", "/imu/waist/angular_velocity"};
   };
-  RowHalves rows(2, 900, {{name("gyroscope x"), {0}}, {name("gyroscope z"), {1}}});
+  RowHalves rows(2, 900, {{name(0), {0}}, {name(2), {1}}});
   for (int i = 0; i < rows.cells(); ++i) {
     const double x = 0.05 + 0.03 * normal(random), z = 0.06 + 0.2 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
@@ -150,7 +150,7 @@ TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
 TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
   std::mt19937 random(43);
   std::normal_distribution<double> normal;
-  const ChannelInfo info{"accelerometer y", "/imu/waist/linear_acceleration", "m/s^2", "sensor", "/imu/waist/linear_acceleration"};
+  const ChannelInfo info{{EquationKind::kAccelerometer, 1}, "/imu/waist/linear_acceleration", "m/s^2", "sensor", "/imu/waist/linear_acceleration"};
   RowHalves rows(2, 900, {{info, {0, 1}}});
   for (int i = 0; i < rows.cells(); ++i) {
     const double feels = 9.8 + 0.05 * normal(random);
