@@ -6,6 +6,8 @@
 #include <optional>
 #include <set>
 
+#include "diagnosis/evidence/gear_loads.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -97,7 +99,12 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
     if (!(again.fit.evidence > choice.fit.evidence)) break;
     *design = std::move(moved), choice = again;
   }
-  return choice;
+  TorqueDesign reloaded = *design;
+  if (!reload_gears(choice.model, &reloaded)) return choice;
+  const Choice again = choose_torque_model(reloaded, jobs);
+  if (calc_gain(reloaded, again.fit, *design, choice.fit) <= 0.0) return choice;
+  *design = std::move(reloaded);
+  return again;
 }
 
 }  // namespace hrp::diagnosis

@@ -10,11 +10,6 @@ namespace {
 
 constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor) for torque constants and masses
 
-double calc_evidence(const JointDesign& joint, double cross) {
-  const double floor = kFloor * joint.spread * joint.spread;
-  return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
-}
-
 // Columns of a model in one joint's Gram matrix, and their indices in theta.
 struct Use {
   Columns columns, slots;
@@ -166,6 +161,11 @@ class Fitter {
 };
 
 }  // namespace
+
+double calc_evidence(const JointDesign& joint, double cross) {
+  const double floor = kFloor * joint.spread * joint.spread;
+  return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
+}
 
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
 

@@ -54,6 +54,9 @@ std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
 
 constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole robot, or one that every drive has: odds of 400
 
+// Log-likelihood [nats] of a joint's cross-validated mean square [(N m)^2], but for a constant.
+double calc_evidence(const JointDesign& joint, double cross);
+
 // Smallest mean square as a share of the squared effort spread: errors of filters and rounding.
 constexpr double kFloor = 1e-6;
 

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/gear_loads.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hrp::diagnosis {
+namespace {
+
+// [nats] of a model: its terms, with the sizes of those that are factors.
+double calc_cost(const TorqueDesign& design, const TorqueFit& fit) {
+  double of_errors = 0.0;
+  for (size_t i = 0; i < design.joints.size(); ++i) of_errors += calc_evidence(design.joints[i], fit.cross[i]);
+  return of_errors - fit.evidence;
+}
+
+// Loads of the joint by the recorded effort.
+void load_by_effort(int joint, TorqueData* data) {
+  data->loaded_by_drive[static_cast<size_t>(joint)] = true;
+  for (TorqueRecording& r : data->recordings) r.load.col(joint) = r.effort.col(joint);
+}
+
+// The model with friction of the load at a joint; empty lists if the joint has no such term.
+TorqueModel add_loaded_friction(const TorqueDesign& design, TorqueModel model, size_t i) {
+  const std::vector<Term>& terms = design.joints[i].terms;
+  std::vector<size_t>& own = model.own[i];
+  const auto has = [&](size_t t) { return terms[t].row->by_load; };
+  if (std::any_of(own.begin(), own.end(), has)) return model;
+  for (size_t t = 0; t < terms.size(); ++t) {
+    if (!has(t)) continue;
+    own.insert(std::upper_bound(own.begin(), own.end(), t), t);
+    return model;
+  }
+  return {};
+}
+
+// [nats] by which a joint's mean square is better.
+double calc_joint_gain(const JointDesign& a, double cross_a, const JointDesign& b, double cross_b) {
+  const JointDesign& fewer = a.effective < b.effective ? a : b;
+  return calc_evidence(fewer, cross_a) - calc_evidence(fewer, cross_b);
+}
+
+}  // namespace
+
+double calc_gain(const TorqueDesign& design_a, const TorqueFit& a, const TorqueDesign& design_b, const TorqueFit& b) {
+  double nats = calc_cost(design_b, b) - calc_cost(design_a, a);
+  for (size_t i = 0; i < design_a.joints.size(); ++i) nats += calc_joint_gain(design_a.joints[i], a.cross[i], design_b.joints[i], b.cross[i]);
+  return nats;
+}
+
+bool reload_gears(const TorqueModel& model, TorqueDesign* design) {
+  TorqueData all = *design->data;
+  for (const JointDesign& joint : design->joints) load_by_effort(joint.joint, &all);
+  const TorqueDesign by_effort = make_torque_design(std::move(all));
+  if (by_effort.joints.size() != design->joints.size()) return false;
+  const TorqueFit without = fit_torque(*design, model);
+  TorqueData data = *design->data;
+  bool any = false;
+  for (size_t i = 0; i < design->joints.size(); ++i) {
+    const TorqueModel with = add_loaded_friction(by_effort, model, i);
+    if (with.own.empty()) continue;
+    const TorqueFit fit = fit_torque(by_effort, with);
+    const double cost = with.own[i].size() > model.own[i].size() ? find_term_row(&TermRow::by_load).cost : 0.0;
+    const double gain = calc_joint_gain(by_effort.joints[i], fit.cross[i], design->joints[i], without.cross[i]) - cost;
+    if (gain > 0.0 && is_model_physical(by_effort, with, fit)) load_by_effort(design->joints[i].joint, &data), any = true;
+  }
+  if (any) *design = make_torque_design(std::move(data));
+  return any;
+}
+
+}  // namespace hrp::diagnosis
