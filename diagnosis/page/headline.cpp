@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "diagnosis/page/lead.h"
 
@@ -51,6 +52,8 @@ std::vector<Group> group_by_effect(const json& report) {
   return groups;
 }
 
+bool is_in_log_unit(const json& finding) { return get(finding, "in_log_unit") == json(true); }
+
 // The first number of the first parameter.
 double get_value(const json& finding) {
   const auto parameters = list_parameters(finding);
@@ -77,13 +80,15 @@ std::string describe_values(const std::vector<const json*>& findings) {
   std::string words = name;
   std::replace(words.begin(), words.end(), '_', ' ');
   return words + " " + format_number(low, 2) + " to " + format_number(high, 2) +
-         (unit.empty() || unit == "1" ? "" : " " + unit) + ", most at " + describe_place(get(*highest, "where"));
+         (unit.empty() || unit == "1" ? "" : " " + unit) + (is_in_log_unit(*highest) ? " (unit of the log)" : "") + ", most at " +
+         describe_place(get(*highest, "where"));
 }
 
-// Values of different units, as of sliding and turning joints, are told apart.
+// Values of different units, as of sliding and turning joints, are told apart. So are milliamperes and newton metres:
+// values in the unit of a log are no larger or smaller than others.
 std::string describe(const std::vector<const json*>& findings) {
-  std::map<std::string, std::vector<const json*>> by_unit;
-  for (const json* f : findings) by_unit[get_unit(*f)].push_back(f);
+  std::map<std::pair<bool, std::string>, std::vector<const json*>> by_unit;
+  for (const json* f : findings) by_unit[{is_in_log_unit(*f), get_unit(*f)}].push_back(f);
   std::string out;
   for (const auto& [unit, same] : by_unit) {
     const std::string values = describe_values(same);
@@ -116,6 +121,23 @@ void add_groups(const json& report, std::vector<std::string>* out) {
   if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
 }
 
+bool ends_with(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+// Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as newton
+// metres.
+std::set<std::string> list_untold_efforts(const json& report, const json& signals) {
+  std::set<std::string> untold;
+  const json& findings = get_list(report, "findings");
+  if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); })) return untold;
+  for (const auto& item : signals.items()) {
+    for (const json& joint : get_list(report, "untold_units"))
+      if (ends_with(item.key(), "/" + format_value(joint) + "/effort")) untold.insert(item.key());
+  }
+  return untold;
+}
+
 struct Squares {
   double before = 0.0, after = 0.0, n = 0.0;
   std::string unit;
@@ -125,14 +147,14 @@ struct Squares {
 std::string make_fit_sentence(const json& report) {
   const std::vector<std::pair<const char*, const char*>> kinds = {
       {"/position", "positions"}, {"/effort", "efforts"}, {"/linear_acceleration", "accelerations"}};
+  const json& signals = get_object(get(report, "fit"), "per_signal");
+  const std::set<std::string> untold = list_untold_efforts(report, signals);
   std::string falls, rises;
   for (const auto& [suffix, word] : kinds) {
     std::map<std::string, Squares> by_unit;
-    for (const auto& [name, fit] : get_object(get(report, "fit"), "per_signal").items()) {
+    for (const auto& [name, fit] : signals.items()) {
       const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
-      const std::string end = suffix;
-      if (!std::isfinite(before + after) || name.size() < end.size() || name.compare(name.size() - end.size(), end.size(), end) != 0)
-        continue;
+      if (!std::isfinite(before + after) || !ends_with(name, suffix) || untold.count(name) > 0) continue;
       Squares& s = by_unit[get_text(fit, "unit")];
       s.before += before * before, s.after += after * after, s.n += 1.0;
     }
