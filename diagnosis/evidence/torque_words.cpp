@@ -69,15 +69,17 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   return text;
 }
 
-// Adds a rival unless its effect is already listed at that place. A delay of the bus is listed as one of this joint.
+// Adds a rival unless its effect is already listed at that place, or is the finding itself there. A delay of the bus is listed
+// as one of this joint.
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
   Alternative a{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
                 make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion};
+  const bool same = a.effect == g.term.effect().name && a.where == make_place(e, g.term);
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
-  if (!there) list->push_back(std::move(a));
+  if (!same && !there) list->push_back(std::move(a));
 }
 
 }  // namespace
