@@ -64,6 +64,24 @@ void doubt_beside(const Experiment& e, const std::vector<EffortUnit>& units, con
                                           {"where", {{"joint", e.robot.tree.joint(u.joint).name}}}, {"parameters", {{"scale", u.scale}}}});
 }
 
+// True for friction that is a share of the load's torque.
+bool is_share_of_load(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  return effect && effect->family == EffectFamily::kDryFriction && finding["parameters"].contains("ratio");
+}
+
+// A unit that is off by a share of itself leaves this share of the load's torque over. While the load brakes or drives the
+// joint, it looks like friction that grows with the load by the same share.
+void doubt_share_of_load(const Experiment& e, const EffortUnit& u, Json* finding) {
+  const double blur = find_blur(u);
+  Json& ratio = (*finding)["parameters"]["ratio"];
+  if (!std::isfinite(blur) || !ratio.is_object() || !ratio.contains("std") || !ratio.contains("ci95")) return;
+  const double value = ratio["value"].get<double>();
+  widen(blur / std::abs(value), &ratio["value"], &ratio["std"], &ratio["ci95"]);
+  if (std::abs(value) < kUnlikely * ratio["std"].get<double>())
+    doubt_beside(e, {u}, " The unit of this joint's effort is not known well enough to tell this share of the load.", finding);
+}
+
 bool has_effort(const Experiment& e) {
   for (const Recording& r : e.recordings) {
     if (std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); })) return true;
@@ -135,7 +153,9 @@ void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& unit
       if (of_load > kPart) doubt_beside(e, moved, " The efforts' units were found from the same motion: other units describe it nearly as well.", &f);
     }
     for (const EffortUnit& u : moved) {
-      if (joint.empty() || e.robot.tree.joint(u.joint).name != joint || !is_in_log_unit(f)) continue;
+      if (joint.empty() || e.robot.tree.joint(u.joint).name != joint) continue;
+      if (is_share_of_load(f)) doubt_share_of_load(e, u, &f);
+      if (!is_in_log_unit(f)) continue;
       widen_finding(find_blur(u), &f);
       if (find_blur(u) > kPart || is_load_or_unit(u)) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
     }

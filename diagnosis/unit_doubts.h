@@ -18,7 +18,7 @@ void doubt_untold_units(const Experiment& as_logged, const std::vector<int>& unt
 void doubt_least_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);
 
 // Findings beside units that the motion tells: torques and inertias at a joint are as uncertain as its unit, masses and
-// forces as the load that was found together with the units. Where no load shows beside units, or a unit is hardly known,
+// forces as the load that was found together with the units, friction that grows with the load as the load's torque. Where no load shows beside units, or a unit is hardly known,
 // they are ambiguous, with the units as alternatives.
 void doubt_beside_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);
 

@@ -80,6 +80,25 @@ TEST(LoadedUnits, AMassThatIsToldBesideUnitsKeepsItsGradeWithAWiderInterval) {
   EXPECT_LT(kept["parameters"]["mass"]["ci95"][0].get<double>(), 1.8);
 }
 
+Json make_load_friction(double ratio) {
+  return {{"effect", "backdriving_friction"}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"statement", "elbow."},
+          {"parameters", {{"ratio", {{"value", ratio}, {"std", 0.03}, {"ci95", {ratio - 0.06, ratio + 0.06}}, {"unit", "1"}}}}}, {"alternatives", Json::array()}};
+}
+
+// A unit of 5 that may be 6.5: a third of the load's torque may be the unit's error.
+TEST(UnitDoubts, FrictionThatGrowsWithTheLoadIsNoSurerThanTheUnitOfTheEffort) {
+  const Experiment e = make_amperes("loaded_share", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 3.8, unit.high = 6.5, unit.of_load = 0.1;
+  Reports reports;
+  reports.report["findings"] = Json::array({make_load_friction(0.3), make_load_friction(0.9)});
+  doubt_beside_units(e, {unit}, &reports);
+  EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
+  EXPECT_EQ(reports.report["findings"][0]["alternatives"][0]["effect"], "torque_constant_error");
+  EXPECT_EQ(reports.report["findings"][1]["grade"], "supported");
+  EXPECT_LT(reports.report["findings"][1]["parameters"]["ratio"]["ci95"][0].get<double>(), 0.7);
+}
+
 Json make_force(const std::vector<double>& low, const std::vector<double>& high) {
   Json ends = Json::array();
   for (size_t i = 0; i < 3; ++i) ends.push_back({low[i], high[i]});
