@@ -104,6 +104,7 @@ class Chooser {
     const Hypothesis plain = add_logs(make_plain_model(fit_plain_model(whole_)), model_),
                      geared = add_logs(make_plain_model(fit_plain_model(whole_, true)), model_);
     reference_ = calc_errors(simulate_trial(whole_, plain));
+    consider("the nominal model", add_logs({}, model_));
     consider("parameters of the missing torque", model_);
     const double without = consider("friction and rotors by least squares", plain);
     const double with = consider("friction, rotors and gears by least squares", geared);

@@ -50,6 +50,18 @@ TEST(BestModel, LeavesALesserProductOfHeldOutErrorsInRadAndInNewtonMetresThanPla
   EXPECT_LT(best.validate.rms(elbow) * efforts[kElbow], plain.validate.rms(elbow) * plain_efforts[kElbow]);
 }
 
+// Friction that acts in the training recording alone, as of a cable that was taken off: whoever has no friction in the model
+// is closer to the held-out one.
+TEST(BestModel, IsTheNominalOneIfNothingFoundIsCloserToTheHeldOutRecordings) {
+  const Experiment with = make_simulated_experiment("best_nominal_train", kArm, kJoints, make_drives());
+  Experiment e = make_simulated_experiment("best_nominal", kArm, kJoints, {});
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    if (e.recordings[r].spec.train) e.recordings[r] = with.recordings[r];
+  }
+  const Problem problem = make_problem(e, 1);
+  EXPECT_TRUE(choose_best_model(problem, problem, make_drives(), {}, [](const std::string&) {}).hypothesis.empty());
+}
+
 // A simulation takes its own steps between two samples: an arm of six joints at 125 Hz would otherwise be fitted for minutes.
 TEST(BestModel, AFitThroughTheWholeRobotIsAsLongForALogOfFewSamplesAsForOneOfMany) {
   Experiment e = make_simulated_experiment("best_work", kArm, kJoints, {});
