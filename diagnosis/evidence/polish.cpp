@@ -20,8 +20,9 @@ constexpr int kMostAdded = 3;       // additional laws at one joint
 constexpr double kQuiet = 1.2;      // times the noise (squares): below it, a joint gets no additional laws
 constexpr double kInstant = 0.003;  // [s] start value of lags and delays
 constexpr double kShareOfFastest[] = {0.05, 0.2};  // share of the fastest speed: start values of the Stribeck velocity
-// Largest product of parameters, samples and joints^2 for a step through the whole robot: some seconds of one core.
-constexpr double kMostWhole = 4e7;
+// Largest work of a fit through the whole robot (calc_whole_work): some two minutes of one core. Twelve joints of four legs
+// for 15 s take 2e8, six of an arm for 70 s 2e9.
+constexpr double kMostWhole = 2.5e8;
 
 // Largest speed of the joint in the training recordings [rad/s].
 double find_fastest(const Problem& problem, int joint) {
@@ -186,11 +187,17 @@ Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const 
   }));
 }
 
-Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations) {
-  double samples = 0.0, parameters = 0.0;
-  for (int r : problem.train) samples += static_cast<double>(problem.experiment->recordings[static_cast<size_t>(r)].size());
+double calc_whole_work(const Problem& problem, const Hypothesis& model, int iterations) {
+  double seconds = 0.0, parameters = 0.0, squares = 0.0;
+  for (int r : problem.train) seconds += problem.experiment->recordings[static_cast<size_t>(r)].duration();
   for (const Effect& e : model) parameters += static_cast<double>(e.p.size());
-  if (parameters * samples * std::pow(problem.experiment->num_joints(), 2) > kMostWhole) return model;
+  for (const Subtree& s : problem.subtrees) squares += std::pow(s.joints.size(), 2);
+  if (problem.subtrees.empty()) squares = std::pow(problem.experiment->num_joints(), 2);
+  return iterations * parameters * squares * seconds / problem.options.max_step;
+}
+
+Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations) {
+  if (calc_whole_work(problem, model, iterations) > kMostWhole) return model;
   FitOptions options;
   options.max_iterations = iterations;
   options.tolerance = kAgreement;

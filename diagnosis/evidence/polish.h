@@ -29,6 +29,10 @@ Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model)
 // Iterations through the whole robot: its start is a fit of each joint alone.
 constexpr int kWholeIterations = 3;
 
+// Work of a fit through the whole robot: iterations, parameters, steps of the integrator, and the squares of the joints of
+// each independent part. Steps, not samples: a log at 125 Hz takes as long to simulate as one at 1 kHz.
+double calc_whole_work(const Problem& problem, const Hypothesis& model, int iterations);
+
 // Fits all parameters again through the whole robot. A joint alone follows recorded paths of its neighbours, which
 // contain encoder noise. Returns the model unchanged if this would take too long.
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations);

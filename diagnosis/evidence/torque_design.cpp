@@ -9,6 +9,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -211,6 +212,19 @@ double correlate_load(const TorqueData& data, int joint) {
   return S(0, 1) / std::sqrt(std::max(1e-300, S(0, 0) * S(1, 1)));
 }
 
+// The same beside friction, rotor and a constant, of a joint whose torque these do not explain and whose effort was logged, in
+// volts perhaps. Back-EMF of a motor that drives a pendulum is four times the pendulum's torque: the effort hardly follows
+// the torque, and tells its gain to 1 %.
+double correlate_load_beside_drive(const TorqueData& data, int joint) {
+  if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return 0.0;
+  const UnitRows rows = collect_efforts(data, joint);
+  if (rows.tau.size() < kFewestSamples) return 0.0;
+  const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
+  const double own = (rows.tau.array() - rows.tau.mean()).square().sum();
+  if (tau.squaredNorm() < kMuch * kMuch * own) return 0.0;
+  return tau.dot(effort) / std::sqrt(std::max(1e-300, tau.squaredNorm() * effort.squaredNorm()));
+}
+
 }  // namespace
 
 Columns list_columns(const JointDesign& joint, size_t term) {
@@ -262,7 +276,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     }
     if (joint.total.n < kFewestSamples) continue;
     if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
-    joint.loaded = correlate_load(data, j) > kLoaded;
+    joint.loaded = std::max(correlate_load(data, j), correlate_load_beside_drive(data, j)) > kLoaded;
     joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
     design.joints.push_back(std::move(joint));
   }

@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
+#include "diagnosis/evidence/lone_delay.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
@@ -38,6 +39,7 @@ class Judge {
     graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
     take_simpler_terms(jobs);
+    doubt_lone_delays(design_, choice_, &graded_);
   }
 
   TorqueVerdict run() {

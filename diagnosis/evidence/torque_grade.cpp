@@ -286,8 +286,10 @@ class Grader {
     const TorqueFit alone = fit_torque(design_, rest);
     g->gain = fit_.evidence - alone.evidence;
     g->helps_held = calc_held_left(design_, alone) > calc_held_left(design_, fit_);
+    const size_t judge = find_judge(*g);
+    g->rescales = g->term.row->scales_effort && fit_.held[judge] < kPart * alone.held[judge];
     g->harms_one = harms_one(*g, alone);
-    g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, find_judge(*g), *g);
+    g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, judge, *g);
     for (Rival& r : g->rivals) {
       if (r.width.size() == 0) r.width = measure_rival(r).width;
     }
@@ -340,7 +342,8 @@ class Grader {
     // A small share needs confirmation by held-out recordings, except for terms that every drive has.
     // Every drive has viscous and dry friction and a rotor.
     const double enough = g->term.row->usual ? kWholeGain : kOverwhelming;
-    const bool overwhelming = g->gain > enough && g->share > kAgreement && (design_.has_held || g->term.row->usual);
+    // A gain explains little alone where friction is most of the effort. Beside the others it decides all their values.
+    const bool overwhelming = g->gain > enough && (g->share > kAgreement || g->rescales) && (design_.has_held || g->term.row->usual);
     const bool matters = (g->share >= kMinor || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, though not on held-out data, are listed as ambiguous.

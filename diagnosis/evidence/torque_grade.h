@@ -43,6 +43,7 @@ struct GradedTerm {
   std::vector<double> joint_share, joint_weight;  // for terms of the whole robot: the same by joint of the design
   double agreement = 0.0;  // share of stretches that give it the same sign, with its parameters in proportion
   bool helps_held = true;  // without it, the held-out prediction of all recordings is worse
+  bool rescales = false;   // a gain without which all others leave twice as much (root mean square, held out)
   bool harms_one = false;  // with it, the prediction of one held-out recording is more than 5 % worse
   std::vector<Rival> rivals;
   bool disagrees = false;  // stretches give it opposite signs

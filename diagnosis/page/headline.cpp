@@ -125,16 +125,17 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-// Efforts of joints whose unit is unknown, where that of others is known: milliamperes would count as newton metres.
+// Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as newton
+// metres.
 std::set<std::string> list_untold_efforts(const json& report, const json& signals) {
-  std::set<std::string> untold, all;
+  std::set<std::string> untold;
+  const json& findings = get_list(report, "findings");
+  if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); })) return untold;
   for (const auto& item : signals.items()) {
-    if (!ends_with(item.key(), "/effort")) continue;
-    all.insert(item.key());
     for (const json& joint : get_list(report, "untold_units"))
       if (ends_with(item.key(), "/" + format_value(joint) + "/effort")) untold.insert(item.key());
   }
-  return untold.size() < all.size() ? untold : std::set<std::string>{};
+  return untold;
 }
 
 struct Squares {

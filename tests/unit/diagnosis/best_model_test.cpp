@@ -62,6 +62,24 @@ TEST(BestModel, IsTheNominalOneIfNothingFoundIsCloserToTheHeldOutRecordings) {
   EXPECT_TRUE(choose_best_model(problem, problem, make_drives(), {}, [](const std::string&) {}).hypothesis.empty());
 }
 
+// A simulation takes its own steps between two samples: an arm of six joints at 125 Hz would otherwise be fitted for minutes.
+TEST(BestModel, AFitThroughTheWholeRobotIsAsLongForALogOfFewSamplesAsForOneOfMany) {
+  Experiment e = make_simulated_experiment("best_work", kArm, kJoints, {});
+  const double all = calc_whole_work(make_problem(e, 1), make_drives(), 1);
+  for (Recording& r : e.recordings) {
+    const auto thin = [](std::vector<double>* column) {
+      std::vector<double> out;
+      for (size_t k = 0; k < column->size(); k += 4) out.push_back((*column)[k]);
+      *column = out;
+    };
+    thin(&r.time);
+    for (JointColumns& joint : r.joints) {
+      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) thin(column);
+    }
+  }
+  EXPECT_NEAR(calc_whole_work(make_problem(e, 1), make_drives(), 1), all, 0.01 * all);  // the last samples
+}
+
 // What a search found beside the drives is no part of the missing torque's model, and is not lost.
 TEST(BestModel, KeepsASpringThatASearchFoundBesideFrictionAndRotors) {
   Hypothesis hidden = make_drives();

@@ -157,6 +157,20 @@ TEST(TorqueLog, EffortsThatAreLoggedLateAreNoFriction) {
   }
 }
 
+// Back-EMF of a motor that is logged in volts: friction is nearly all of the effort, which therefore hardly follows the
+// torque. Beside friction and rotor it does.
+TEST(TorqueLog, AGainIsToldWhereFrictionIsMostOfTheEffort) {
+  const Hypothesis hidden{{EffectId::kTorqueConstant, kShoulder, {0.55}}, {EffectId::kViscous, kShoulder, {40.0}}, {EffectId::kViscous, kElbow, {0.4}}};
+  Experiment e = make_simulated_experiment("torque_volts", kArm, kArmJoints, hidden);
+  for (Recording& r : e.recordings) forget_commands(&r);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding *gain = find(verdict, "torque_constant_error", "shoulder"), *viscous = find(verdict, "viscous_friction", "shoulder");
+  ASSERT_NE(gain, nullptr);
+  ASSERT_NE(viscous, nullptr);
+  EXPECT_NEAR(gain->parameters[0].value[0], 0.55, 2.0 * gain->parameters[0].std[0]) << gain->statement;
+  EXPECT_NEAR(viscous->parameters[0].value[0], 40.0, 2.0) << viscous->statement;  // without the gain 73
+}
+
 // Without efforts a delay T looks much like viscous friction kp T and a rotor kd T. What differs shows where the drive
 // turns around, unless the joint sticks there: such stretches are left out.
 TEST(TorqueLog, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {

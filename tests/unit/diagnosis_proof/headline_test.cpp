@@ -54,6 +54,23 @@ TEST(Headline, ForcesOfARailAndTorquesOfJointsAreToldApart) {
   EXPECT_THAT(text, HasSubstr("Coulomb friction at joint rail: level 178 ± 30 N, and at 4 joints: level 0.2 to 380 N m, most at joint waist"));
 }
 
+// Of 290 mA nobody knows whether they are more than 3 N m.
+TEST(Headline, ValuesInTheUnitOfALogAreNotComparedWithNewtonMetres) {
+  json report = make_leg();
+  json wrist = make_finding("coulomb_friction", "wrist", "supported", "level", 290.0, 20.0, "N m");
+  wrist["in_log_unit"] = true;
+  report["findings"].push_back(wrist);
+  report["untold_units"] = {"wrist"};
+  json unit = make_finding("torque_constant_error", "hip", "supported", "scale", 0.014, 0.001, "1");
+  unit["of_log"] = true;
+  report["findings"].push_back(unit);
+  report["fit"]["per_signal"] = {{"/joint_states/hip/effort", {{"rms_before", 3.0}, {"rms_after", 1.0}, {"unit", "N m"}}},
+                                 {"/joint_states/wrist/effort", {{"rms_before", 400.0}, {"rms_after", 40.0}, {"unit", "N m"}}}};
+  const std::string text = join(report);
+  EXPECT_THAT(text, HasSubstr("level 0.2 to 1.1 N m, most at joint knee, and at joint wrist: level 290 ± 20 N m (unit of the log)"));
+  EXPECT_THAT(text, HasSubstr("efforts from 3 to 1 N m"));
+}
+
 TEST(Headline, FeetThatLogCountsAreSaidSoApartFromAScaleThatIsOff) {
   json report = make_leg();
   const auto add = [&](const char* sensor, double value, const char* unit) {
