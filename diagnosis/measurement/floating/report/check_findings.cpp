@@ -37,6 +37,9 @@ bool explains_weight(const LeggedLog& log, const Finding& found, const Finding& 
 bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const Finding& check) {
   const LawTable& laws = get_laws();
   if (found.effect == check.effect && found.where == check.where) return true;
+  // What a check cannot tell from other effects, the search may have found as one of them.
+  const bool told = std::any_of(check.alternatives.begin(), check.alternatives.end(), [&](const Alternative& a) { return a.effect == found.effect && a.where == found.where; });
+  if (is(check, laws.joint_offset) && (told || is(found, laws.flat_sole))) return true;
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
   // Soles that give sink by what they carry, which looks like a slope.
   if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
