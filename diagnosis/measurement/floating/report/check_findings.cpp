@@ -43,7 +43,8 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
   // Soles that give sink by what they carry, which looks like a slope.
   if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
-  const bool alternatives = check.grade == Grade::kAmbiguous;
+  // Scale and zero of one sensor are the same number. When it was read is another one.
+  const bool alternatives = check.grade == Grade::kAmbiguous && !is(check, laws.sensor_delay) && !is(found, laws.sensor_delay);
   return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;
 }
 
