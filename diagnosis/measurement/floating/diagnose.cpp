@@ -202,7 +202,7 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   const ChannelRows* c = find_weight_equation(before);
   if (!c) return out;
   add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
-  out.signal = c->info.signal + " (weight, by faults of force sensors)";
+  out.signal = c->info.signal + " (weight, by faults of force sensors)", out.scale = c->scale;
   out.exact = std::pow(kKnownWeight * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
   return out;
 }

@@ -52,12 +52,13 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
 // says what a mass takes away, whatever the cause is.
 void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
   const LeggedFitter& fitter = state->fitter;
-  const LeggedFit &nominal = state->outcome.nominal, &chosen = state->outcome.chosen;
+  const LeggedFit& chosen = state->outcome.chosen;
   std::vector<Candidate> effects = state->model.effects;
   effects.push_back(mass);
   const LeggedFit with = fitter.fit(effects);
   const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
-  const auto gone = [&](size_t c) { return get(nominal, c) / fitter.floor(c) - get(with, c) / fitter.floor(c); };
+  // Beside what the search has chosen, which takes its own equations.
+  const auto gone = [&](size_t c) { return get(chosen, c) / fitter.floor(c) - get(with, c) / fitter.floor(c); };
   size_t best = 0;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
     if (gone(c) > gone(best)) best = c;
