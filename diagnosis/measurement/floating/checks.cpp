@@ -15,6 +15,7 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/imu_checks.h"
 #include "diagnosis/measurement/floating/landing_check.h"
+#include "diagnosis/measurement/floating/leg_zeros.h"
 #include "diagnosis/measurement/floating/sole_check.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -43,6 +44,7 @@ class Checker {
     std::vector<std::string> recordings;
     for (const Recording& r : log_.experiment->recordings) recordings.push_back(r.spec.name);
     check_soles(channels_, recordings, &out_);
+    check_leg_zeros(log_, channels_, at_, &out_);
     if (log_.base_pose) check_heights();
     check_slip();
     return std::move(out_);

@@ -15,6 +15,7 @@ struct UnitFit {
   std::string signal;  // empty: nothing was corrected
   double before[2] = {0, 0}, after[2] = {0, 0}, rows[2] = {0, 0};
   double exact = 1;    // [N^2] of what no model of masses is more exact than
+  double scale = 0;    // [N] spread of what is compared
 };
 
 struct CheckResult {

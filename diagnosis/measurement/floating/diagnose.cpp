@@ -11,6 +11,7 @@
 #include "diagnosis/measurement/floating/checks.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations/equations.h"
+#include "diagnosis/measurement/floating/force_clock.h"
 #include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/late_feet.h"
 #include "diagnosis/measurement/floating/load_share.h"
@@ -150,22 +151,35 @@ std::vector<ChannelRows> make_channels(const Halves& logs) {
 struct ForceFaults {
   std::vector<AirZero> zeros;
   LateFoot late;
-  bool any() const { return !zeros.empty() || late.sensor >= 0; }
+  ForceClock clock;  // of all of them against the body's motion
+  bool any() const { return !zeros.empty() || late.sensor >= 0 || clock.found; }
 };
-
-ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
-  return {find_air_zeros(logs.even, logs.contacts), find_late_foot(logs.even, channels, layout)};
-}
 
 Eigen::VectorXd list_faults(const ColumnLayout& layout, const ForceFaults& faults) {
   Eigen::VectorXd out = list_zeros(layout, faults.zeros);
   if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
+  for (int s = 0; faults.clock.found && faults.clock.late > 0 && s < layout.sensors; ++s) {
+    out(layout.sensor(s, kWrenchDelayColumn)) += faults.clock.late;
+  }
   return out;
 }
 
-void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves* logs) {
-  correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
-  logs->contacts = find_contacts(logs->even);
+Halves correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves logs) {
+  correct_log(layout, about, &logs.even), correct_log(layout, about, &logs.odd);
+  logs.contacts = find_contacts(logs.even);
+  return logs;
+}
+
+// One late foot first: what both have in common is seen in their sum. Counts tell of clocks alone.
+ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
+  ForceFaults out;
+  if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) {
+    out.zeros = find_air_zeros(logs.even, logs.contacts), out.late = find_late_foot(logs.even, channels, layout);
+  }
+  const bool one = out.late.sensor >= 0;
+  const LeggedLog& log = logs.even;
+  out.clock = find_force_clock(list_pressed(one ? correct_faults(list_faults(layout, out), layout, logs).even : log), log.sample_time);
+  return out;
 }
 
 // Mean squares of the weight's equation, by part (train, validate).
@@ -188,7 +202,7 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   const ChannelRows* c = find_weight_equation(before);
   if (!c) return out;
   add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
-  out.signal = c->info.signal + " (weight, by faults of force sensors)";
+  out.signal = c->info.signal + " (weight, by faults of force sensors)", out.scale = c->scale;
   out.exact = std::pow(kKnownWeight * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
   return out;
 }
@@ -196,6 +210,7 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
 void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckResult* checks) {
   for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
   if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
+  if (faults.clock.found) checks->findings.push_back(make_clock_finding(log, faults.clock));
 }
 
 std::string join(const std::vector<std::string>& texts) {
@@ -243,11 +258,10 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  ForceFaults faults;
-  if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) faults = find_force_faults(logs, channels, layout);
+  const ForceFaults faults = find_force_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
-  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
+  if (faults.any()) logs = correct_faults(corrected, layout, std::move(logs)), channels = make_channels(logs);
   CheckResult checks = check_recordings(logs, channels, layout);
   const Used used{!checks.raw_counts, drives == Drives::kJudged};
   if (used.drives) {

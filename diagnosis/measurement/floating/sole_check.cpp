@@ -12,8 +12,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kAskew = 0.01;  // [rad] half a degree: zeros of encoders are set no better, floors no more level
-
 using ByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]: medians
 
 ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {

@@ -6,6 +6,8 @@
 
 namespace hrp::diagnosis::floating {
 
+constexpr double kAskew = 0.01;  // [rad] half a degree: zeros of encoders are set no better, floors no more level
+
 // A remaining difference for each flat foot that is askew. It may be the zeros of the leg's encoders, the ground, a sole that
 // gives, or the attitude; one number cannot tell which.
 // `recordings`: their names.

@@ -318,7 +318,7 @@ class WeightChecker {
     for (int part = 0; part < 2; ++part) {
       fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
     }
-    fit.signal = c.info.signal + " (weight)";
+    fit.signal = c.info.signal + " (weight)", fit.scale = c.scale;
     fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 

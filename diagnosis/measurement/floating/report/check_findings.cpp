@@ -37,10 +37,14 @@ bool explains_weight(const LeggedLog& log, const Finding& found, const Finding& 
 bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const Finding& check) {
   const LawTable& laws = get_laws();
   if (found.effect == check.effect && found.where == check.where) return true;
+  // What a check cannot tell from other effects, the search may have found as one of them.
+  const bool told = std::any_of(check.alternatives.begin(), check.alternatives.end(), [&](const Alternative& a) { return a.effect == found.effect && a.where == found.where; });
+  if (is(check, laws.joint_offset) && (told || is(found, laws.flat_sole))) return true;
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
   // Soles that give sink by what they carry, which looks like a slope.
   if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
-  const bool alternatives = check.grade == Grade::kAmbiguous;
+  // Scale and zero of one sensor are the same number. When it was read is another one.
+  const bool alternatives = check.grade == Grade::kAmbiguous && !is(check, laws.sensor_delay) && !is(found, laws.sensor_delay);
   return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;
 }
 
@@ -48,12 +52,13 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
 // says what a mass takes away, whatever the cause is.
 void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
   const LeggedFitter& fitter = state->fitter;
-  const LeggedFit &nominal = state->outcome.nominal, &chosen = state->outcome.chosen;
+  const LeggedFit& chosen = state->outcome.chosen;
   std::vector<Candidate> effects = state->model.effects;
   effects.push_back(mass);
   const LeggedFit with = fitter.fit(effects);
   const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
-  const auto gone = [&](size_t c) { return get(nominal, c) / fitter.floor(c) - get(with, c) / fitter.floor(c); };
+  // Beside what the search has chosen, which takes its own equations.
+  const auto gone = [&](size_t c) { return get(chosen, c) / fitter.floor(c) - get(with, c) / fitter.floor(c); };
   size_t best = 0;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
     if (gone(c) > gone(best)) best = c;

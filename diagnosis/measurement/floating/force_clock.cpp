@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/floating/force_clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string>
+
+#include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/floating/body_motion.h"
+#include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/equations/body_sample.h"
+#include "diagnosis/measurement/floating/imu_over_legs.h"
+#include "diagnosis/measurement/floating/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr double kReach = 0.12;      // [s] by which forces are looked for on either side
+constexpr double kShiftStep = 0.005;  // [s]
+constexpr double kBlock = 0.5;       // [s] of independent errors; slower differences are scales and zeros
+constexpr size_t kFewestBlocks = 6;
+
+struct Told {
+  double value = 0, std = 0;  // [s]
+};
+
+// Sums of products of what feet feel and what the motion takes.
+struct Products {
+  double ff = 0, fn = 0, nn = 0, count = 0;
+  void add(const Products& o, double sign = 1) { ff += sign * o.ff, fn += sign * o.fn, nn += sign * o.nn, count += sign * o.count; }
+  // Share of the forces' square that is left beside a factor, which scales of sensors and a body that shakes make; none
+  // is negative.
+  double find_left() const { return 1 - (fn > 0 && nn > 0 ? fn * fn / nn / ff : 0.0); }
+};
+
+using Curve = std::vector<Products>;  // by shift
+
+struct Block {
+  int recording = 0;
+  Curve curve;
+};
+
+size_t count_shifts() { return 2 * static_cast<size_t>(std::lround(kReach / kShiftStep)) + 1; }
+double get_shift(double i) { return -kReach + kShiftStep * i; }
+
+// Less its mean over half a second about each stamp.
+std::vector<double> drop_slow(const std::vector<double>& v, double step) {
+  const auto half = static_cast<long>(std::lround(0.5 * kBlock / step)), n = static_cast<long>(v.size());
+  std::vector<double> out(v.size(), std::numeric_limits<double>::quiet_NaN());
+  for (long k = half; k + half < n; ++k) {
+    double sum = 0;
+    for (long i = k - half; i <= k + half; ++i) sum += v[static_cast<size_t>(i)];
+    out[static_cast<size_t>(k)] = v[static_cast<size_t>(k)] - sum / static_cast<double>(2 * half + 1);
+  }
+  return out;
+}
+
+double interpolate(const std::vector<double>& v, double at) {
+  const auto below = static_cast<size_t>(at);
+  return v[below] + (at - static_cast<double>(below)) * (v[std::min(below + 1, v.size() - 1)] - v[below]);
+}
+
+void add_blocks(const PressedStretch& s, std::vector<Block>* out) {
+  const std::vector<double> force = drop_slow(s.force, s.step), needed = drop_slow(s.needed, s.step);
+  const auto reach = static_cast<size_t>(std::ceil(kReach / s.step)), length = static_cast<size_t>(std::lround(kBlock / s.step));
+  for (size_t begin = reach; begin + length + reach < force.size(); begin += length) {
+    Block block{s.recording, Curve(count_shifts())};
+    for (size_t i = 0; i < block.curve.size(); ++i) {
+      Products& p = block.curve[i];
+      for (size_t k = begin; k < begin + length; ++k) {
+        const double f = interpolate(force, static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
+        if (std::isfinite(f) && std::isfinite(m)) p.add({f * f, f * m, m * m, 1});
+      }
+    }
+    if (std::all_of(block.curve.begin(), block.curve.end(), [](const Products& p) { return p.count > 0; })) out->push_back(std::move(block));
+  }
+}
+
+using Sums = std::map<int, Curve>;  // by recording
+
+Sums sum_blocks(const std::vector<Block>& blocks) {
+  Sums out;
+  for (const Block& b : blocks) {
+    Curve& sum = out.try_emplace(b.recording, Curve(count_shifts())).first->second;
+    for (size_t i = 0; i < sum.size(); ++i) sum[i].add(b.curve[i]);
+  }
+  return out;
+}
+
+// Log of what is left, of errors whose size each recording has of its own: one that tells nothing is flat.
+double calc_cost(const Sums& sums, size_t shift) {
+  double cost = 0;
+  for (const auto& [recording, curve] : sums) cost += curve[shift].count * std::log(std::max(1e-300, curve[shift].find_left()));
+  return cost;
+}
+
+// [s] The shift that leaves least, between the tried ones by a parabola. NaN: at an end.
+double find_best(const Sums& sums) {
+  std::vector<double> cost;
+  for (size_t i = 0; i < count_shifts(); ++i) cost.push_back(calc_cost(sums, i));
+  const auto best = static_cast<size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  if (best == 0 || best + 1 == cost.size()) return std::numeric_limits<double>::quiet_NaN();
+  const double bend = cost[best - 1] - 2 * cost[best] + cost[best + 1];
+  return get_shift(static_cast<double>(best) + (bend > 0 ? 0.5 * (cost[best - 1] - cost[best + 1]) / bend : 0.0));
+}
+
+// [s] Of the best shift without one block at a time (jackknife): errors of different blocks are independent.
+double find_spread(const std::vector<Block>& blocks, double best, Sums sums) {
+  double square = 0;
+  for (const Block& b : blocks) {
+    Curve& own = sums.at(b.recording);
+    for (size_t i = 0; i < own.size(); ++i) own[i].add(b.curve[i], -1);
+    square += std::pow(find_best(sums) - best, 2);
+    for (size_t i = 0; i < own.size(); ++i) own[i].add(b.curve[i]);
+  }
+  const auto n = static_cast<double>(blocks.size());
+  return std::sqrt(square * (n - 1) / n) * find_widening(blocks.size());
+}
+
+// NaN where the best shift lies at an end, with or without some block.
+Told find_shift(const std::vector<Block>& blocks) {
+  const Sums sums = sum_blocks(blocks);
+  const double best = find_best(sums);
+  return {best, blocks.size() > 1 ? find_spread(blocks, best, sums) : std::numeric_limits<double>::quiet_NaN()};
+}
+
+// The shifts of the recordings that tell one to half of `shift` [s]: one without motion knows nothing.
+std::vector<Told> list_told(const std::vector<Block>& blocks, double shift) {
+  std::map<int, std::vector<Block>> each;
+  for (const Block& b : blocks) each[b.recording].push_back(b);
+  std::vector<Told> told;
+  for (const auto& [recording, own] : each) {
+    const Told t = find_shift(own);
+    if (t.std > 0 && t.std < kHalf * std::abs(shift)) told.push_back(t);
+  }
+  return told;
+}
+
+bool is_same_everywhere(const std::vector<Told>& told, double shift) {
+  return std::all_of(told.begin(), told.end(), [&](const Told& t) { return t.value / shift > 0.5 && t.value / shift < 2; });
+}
+
+// [s] By how much recordings differ beyond their own errors, as an error of the mean of all (Birge's ratio).
+double find_difference(const std::vector<Told>& told) {
+  double weight = 0, mean = 0, square = 0;
+  for (const Told& t : told) weight += 1 / (t.std * t.std), mean += t.value / (t.std * t.std);
+  if (told.size() < 2) return 0;
+  mean /= weight;
+  for (const Told& t : told) square += std::pow((t.value - mean) / t.std, 2);
+  const double ratio = square / static_cast<double>(told.size() - 1);
+  return ratio > 1 ? std::sqrt(ratio / weight) : 0;
+}
+
+// Share of the forces' squares that follows the motion at a shift, recordings by what they know.
+double find_agreement(const Sums& sums, double shift) {
+  const auto at = static_cast<size_t>(std::lround((shift + kReach) / kShiftStep));
+  double left = 0, all = 0;
+  for (const auto& [recording, curve] : sums) left += curve[at].ff * curve[at].find_left(), all += curve[at].ff;
+  return 1 - left / std::max(1e-300, all);
+}
+
+}  // namespace
+
+ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
+  std::vector<Block> blocks;
+  for (const PressedStretch& s : stretches) add_blocks(s, &blocks);
+  if (blocks.size() < kFewestBlocks) return {};
+  const Told all = find_shift(blocks);
+  if (!std::isfinite(all.std)) return {};
+  const Sums sums = sum_blocks(blocks);
+  const std::vector<Told> told = list_told(blocks, all.value);
+  ForceClock out{all.value, std::hypot(all.std, find_difference(told)), find_agreement(sums, all.value), find_agreement(sums, 0)};
+  const bool sure = std::abs(all.value) > std::max(kUnlikely * all.std, kHalf * sample_time);
+  out.found = sure && !told.empty() && is_same_everywhere(told, all.value) && 1 - out.agreement < kNearlyAll * (1 - out.as_logged);
+  return out;
+}
+
+namespace {
+
+// Every foot has a sensor of the vertical force alone. Whole force sensors are late one by one: the search finds which.
+bool is_felt(const LeggedLog& log) {
+  return !log.feet.empty() && log.tree.floating_base && std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
+    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && !log.sensors[static_cast<size_t>(f.sensor)].has_force();
+  });
+}
+
+double sum_forces(const LeggedLog& log, const Clip& clip, size_t k) {
+  double sum = 0;
+  for (const Foot& f : log.feet) sum += calc_vertical_force(log, clip, static_cast<size_t>(f.sensor), k);
+  return sum;
+}
+
+PressedStretch press(const LeggedLog& log, size_t c) {
+  const Clip& clip = log.clips[c];
+  PressedStretch out{static_cast<int>(clip.recording), clip.step, {}, {}};
+  BodyMotion motion(log, clip);
+  Eigen::VectorXd tau(motion.model().nv());
+  for (size_t k = clip.edge; k + clip.edge < clip.size(); ++k) {
+    out.force.push_back(sum_forces(log, clip, k));
+    out.needed.push_back(std::numeric_limits<double>::quiet_NaN());
+    if (!motion.update(k)) continue;
+    calc_inverse_dynamics(motion.model(), motion.vdot(), nullptr, &motion.data(), &tau);
+    const BodySample at{log, clip, c, k, motion};
+    out.needed.back() = find_normal(at).dot(tau.segment<3>(3) - calc_force_below(at));
+  }
+  return out;
+}
+
+// [nats] Odds that the IMU has the encoders' clock against that it is ahead of it as it is ahead of the forces.
+double ask_encoders(const LeggedLog& log, size_t imu, double ahead) {
+  const std::vector<Standing> standing = list_standing(log, imu, Purpose::kForClocks);
+  if (standing.empty()) return 0;
+  return calc_odds(list_instants(standing), list_left(log, imu, standing, {}), list_left(log, imu, standing, {Matrix3d::Identity(), {-ahead, 0}, 1}));
+}
+
+}  // namespace
+
+std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
+  std::vector<PressedStretch> out;
+  if (!is_felt(log) || BodyMotion::find_force_source(log) != MotionSource::kImu) return out;
+  for (size_t c = 0; c < log.clips.size(); ++c) out.push_back(press(log, c));
+  return out;
+}
+
+Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
+  const EffectInfo& effect = get_laws().sensor_delay.info();
+  const auto main = static_cast<size_t>(BodyMotion::find_main_imu(log));
+  const std::string imu = "/imu/" + log.imus[main].name;
+  const double odds = ask_encoders(log, main, clock.late);
+  const std::vector<Estimate> value{make_value(effect, std::abs(clock.late), clock.std)};
+  const auto add = [&](const std::string& sensor, Finding* f) {
+    f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value, "a jolt that all sensors feel, with the robot hung up"));
+  };
+  const bool forces = clock.late > 0;
+  // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing.
+  Finding f = make_finding(effect, {{"sensor", forces ? "/wrench" : odds < -kOdds ? imu : imu + "/linear_acceleration"}}, value);
+  if (forces && odds < kOdds) add("/joint_states", &f);
+  if (!forces && std::abs(odds) < kOdds) add(imu, &f);
+  f.grade = clock.agreement > kMostly && f.alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous;
+  f.probability = 0.9, f.share = (clock.agreement - clock.as_logged) / (1 - clock.as_logged), f.weight = 0.5;
+  f.statement = format(forces ? "The feet's forces follow the acceleration of the body %.0f +- %.0f ms late" : "The acceleration of the body follows the feet's forces %.0f +- %.0f ms late", 1e3 * std::abs(clock.late), 1e3 * kNinetyFive * clock.std) +
+                format(": so shifted, %.0f %% of their changes within half a second are the same, not %.0f %%.", 100 * clock.agreement, 100 * clock.as_logged);
+  if (odds > kOdds) f.statement += " Encoders of standing legs turn with the IMU: its clock is not the cause.";
+  if (clock.agreement <= kMostly) f.statement += " A body that shakes elsewhere than at its IMU can look so, too.";
+  return f;
+}
+
+}  // namespace hrp::diagnosis::floating
