@@ -43,8 +43,8 @@ Sole read_sole(const std::vector<ChannelRows>& channels, const ColumnLayout& lay
   Sole out;
   std::map<int, int> axes;
   for (const ChannelRows& c : channels) {
-    if (c.info.name != foot || c.info.kind.rfind("tilt", 0) != 0) continue;
-    const int axis = c.info.kind == "tilt, roll" ? 0 : 1;
+    if (c.info.name != foot || !c.info.equation.is(EquationKind::kTilt)) continue;
+    const int axis = c.info.equation.axis;
     for (const auto& [recording, y] : split_by_recording(c)) {
       if (y.size() < kQuietRows) continue;
       out.tilt[recording](axis) = find_median(y), ++axes[recording];
