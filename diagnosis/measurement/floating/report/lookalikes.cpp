@@ -8,6 +8,7 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/equations/imu_rows.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
+#include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
