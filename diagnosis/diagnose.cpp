@@ -100,7 +100,7 @@ bool judge_links_alone(const Problem& problem, const Progress& progress, Reports
 // Most joints follow their equations down to the noise: a simulated world. No real robot has such joints, and there a law
 // that leaves more than noise is not the law.
 bool is_exact_elsewhere(const Experiment& e, const Json& report) {
-  constexpr double kFew = 1.0 / 3.0;
+  constexpr double kFew = 1.0 / 3.0;  // of the joints
   if (e.scenario.drive == "motion") return false;  // joints are taken as recorded: nothing is known of their equations
   std::set<std::string> missed;
   for (const Json& m : report["mismatch"]) {

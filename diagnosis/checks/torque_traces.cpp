@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "common/base/rounding.h"
 #include "diagnosis/checks/found_terms.h"
@@ -13,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostJoints = 4;
+constexpr size_t kMostJoints = 4;  // with the largest mismatch: more curves fit on no screen
 constexpr double kWindow = 10.0;  // [s]
 constexpr long kPoints = 600;
 

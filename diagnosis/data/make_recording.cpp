@@ -159,7 +159,7 @@ bool is_constant(const std::vector<double>& values) { return calc_range(values) 
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
 // changes.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
-  constexpr double kSeparate = 0.5;
+  constexpr double kSeparate = 0.5;  // of squares
   const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, moved = 0.0;
   for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
@@ -174,7 +174,7 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
 // True if jitter of stamps, or positions with few digits, disturb the cubic between samples more than the motion's
 // curvature does. The curvature changes the mean rate by r'' dt^2 / 12; squares are compared over the recording.
 bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
-  constexpr double kRough = 9.0;
+  constexpr double kRough = 9.0;  // of squares: three times in size
   const std::vector<double>& rate = joint.command_rate;
   const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, curved = 0.0;

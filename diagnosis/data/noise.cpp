@@ -65,13 +65,6 @@ double get_stated(const Experiment& e, const std::string& signal, const std::str
   return 0.0;
 }
 
-// Median over the recordings.
-double estimate_over(const std::vector<double>& estimates) {
-  std::vector<double> sorted = estimates;
-  std::sort(sorted.begin(), sorted.end());
-  return sorted.empty() ? 0.0 : sorted[sorted.size() / 2];
-}
-
 void find_signal_noise(Experiment* e) {
   e->joint_noise.assign(static_cast<size_t>(e->num_joints()), std::vector<Noise>(kQuantities));
   for (int j = 0; j < e->num_joints(); ++j) {
@@ -86,7 +79,7 @@ void find_signal_noise(Experiment* e) {
         const auto& column = r.joints[static_cast<size_t>(j)].signal[q];
         if (!column.empty()) found.push_back(estimate_noise(column));
       }
-      noise.sigma = estimate_over(found);
+      noise.sigma = find_median(found);
     }
   }
   for (const Recording& r : e->recordings) {
@@ -109,7 +102,7 @@ void floor_noise(Experiment* e) {
     for (auto& joint : e->joint_noise) {
       if (joint[static_cast<size_t>(q)].sigma > 0.0) others.push_back(joint[static_cast<size_t>(q)].sigma);
     }
-    const double middle = estimate_over(others);
+    const double middle = find_median(others);
     for (auto& joint : e->joint_noise) {
       double& sigma = joint[static_cast<size_t>(q)].sigma;
       if (sigma < 1e-3 * middle || sigma <= 0.0) sigma = middle > 0.0 ? middle : 1e-6;

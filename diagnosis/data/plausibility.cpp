@@ -8,6 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "diagnosis/data/mean.h"
 #include "diagnosis/data/range.h"
 
 namespace hrp::diagnosis {
@@ -46,12 +47,6 @@ void remove_mean(std::vector<double>* values) {
 Pair without_means(Pair pair) {
   remove_mean(&pair.reading), remove_mean(&pair.expected);
   return pair;
-}
-
-double calc_rms(const std::vector<double>& a) {
-  double sum = 0.0;
-  for (double v : a) sum += v * v;
-  return a.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(a.size()));
 }
 
 double calc_rms_difference(const std::vector<double>& a, const std::vector<double>& b) {

@@ -10,7 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kFeatures = 120;
+constexpr int kFeatures = 120;  // random cosines; smooth functions of a dozen quantities need no more
 constexpr double kWidth = 1.5;  // of the kernel, in standard deviations of the quantities
 constexpr double kRidges[] = {1e-4, 1e-3, 1e-2, 1e-1, 1.0};  // of the samples' number
 constexpr long kMostSamples = 6000;

@@ -18,7 +18,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kWindowIterations = 8;
+constexpr int kWindowIterations = 8;  // steps of a fit; each simulates all windows
 // Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
 // is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
 constexpr double kWorse = 4.0;

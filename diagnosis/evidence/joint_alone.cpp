@@ -10,8 +10,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kIterations = 10;
-constexpr int kRounds = 4;
+constexpr int kIterations = 10;  // Levenberg-Marquardt steps of one joint
+constexpr int kRounds = 4;  // of steps of coarse parameters and a fit, while they gain
 constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
 
 template <typename Keep>

@@ -349,7 +349,7 @@ LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const Lin
 }
 
 bool LinkVerdict::excludes(const std::string& effect, const Where& where, double value) const {
-  constexpr double kResolves = 6.0;
+  constexpr double kResolves = 6.0;  // standard errors: twice those of a finding, so that one of half the size would show
   if (!design) return false;
   for (size_t t = 0; t < design->terms.size(); ++t) {
     const LinkTerm& term = design->terms[t];

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Selects terms of the whole robot one by one, each with the joints' best subsets beside it.
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <set>
 
@@ -15,7 +14,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kMostWhole = 4;
+constexpr size_t kMostWhole = 4;  // terms of the whole robot in one model: more trade off against each other
 constexpr size_t kTried = 6;         // terms of the whole robot that are tried with newly chosen subsets
 
 using Terms = std::vector<size_t>;

@@ -170,7 +170,7 @@ double calc_evidence(const JointDesign& joint, double cross) {
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }
 
 double calc_mass_cost(double factor) {
-  constexpr double kFreedom = 10.0;
+  constexpr double kFreedom = 10.0;  // degrees of freedom of Student's t: a mass may be far off for a reason
   const double x = std::log(std::max(1e-3, factor)) / kFactorSpread;
   return 0.5 * (kFreedom + 1.0) * std::log1p(x * x / kFreedom);
 }

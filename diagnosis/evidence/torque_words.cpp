@@ -14,7 +14,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kMostAlternatives = 5;
+constexpr size_t kMostAlternatives = 5;  // of a finding: nobody reads more
 
 std::string get_place_name(const Experiment& e, const Term& term) {
   const PlaceKind place = term.row->place;

@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <numeric>
 
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/data/mean.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/gram.h"
@@ -27,7 +26,7 @@ namespace {
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 
-constexpr size_t kLeastSamples = 100;
+constexpr size_t kLeastSamples = 100;  // of neighbours that resemble each other: some ten independent ones
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
 
 bool has_all(const Experiment& e, size_t j) {
@@ -136,7 +135,7 @@ double calc_missed_by_line(const ServoLog& log, double delay) { return calc_miss
 // Standard error [s] of the best delay: from its spread between parts of the recordings, and from the unknown commands
 // between samples.
 double find_delay_error(const ServoLog& log, double delay) {
-  constexpr size_t kParts = 8;
+  constexpr size_t kParts = 8;  // a standard error of a quarter of itself
   const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts), after = sum_parts(log, delay + kScan, kParts);
   Spread spread;
   for (size_t i = 0; i < kParts; ++i) {
@@ -199,10 +198,6 @@ Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   Line line{solve(total, {0, 1}), {}};
   line.std = calc_covariance(folds, total, {0, 1}, line.theta).diagonal().cwiseMax(0.0).cwiseSqrt();
   return line;
-}
-
-double calc_mean(const std::vector<double>& x) {
-  return std::accumulate(x.begin(), x.end(), 0.0) / static_cast<double>(std::max<size_t>(1, x.size()));
 }
 
 double calc_rms(const ServoPairs& pairs, double scale, double bias) {

@@ -34,7 +34,7 @@ using Curve = std::function<double(double)>;  // -1 to 1 as a function of time [
 // their inertia would not show, and all that a quick neighbour does to them would look like an effect of their own.
 Curve make_sines(Draw& draw) {
   struct Term { double a, w, p; };
-  constexpr int kBands = 6;
+  constexpr int kBands = 6;  // of frequencies, 0.8 octaves each, with one sine each
   constexpr double kLow = 0.12, kHigh = 3.0;  // [Hz]
   std::vector<Term> terms;
   double total = 0.0;

@@ -35,7 +35,7 @@ std::vector<Activity> measure_activity(const Problem& problem) {
   const long n = e.num_joints();
   std::vector<Activity> list(static_cast<size_t>(n));
   double count = 0.0;
-  constexpr size_t kThin = 10;
+  constexpr size_t kThin = 10;  // one of so many rows: means of a recording need no more
   for (int r : problem.train) {
     const std::vector<SmoothJoint>& joints = problem.smooth[static_cast<size_t>(r)].joints;
     const long rows = static_cast<long>(joints[0].q.size() / kThin);

@@ -96,7 +96,7 @@ double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
 
 // Joints to report, strongest first.
 std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
-  constexpr size_t kMost = 3;
+  constexpr size_t kMost = 3;  // joints: a report says no more than people read
   std::vector<std::pair<double, int>> missed;
   for (int j : list_missed(left)) missed.push_back({calc_missed(recordings, j), j});
   if (missed.empty()) return {};

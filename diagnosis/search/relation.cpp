@@ -71,7 +71,7 @@ class Table {
   const std::vector<double>& edges() const { return edges_; }
 
  private:
-  static constexpr double kRidge = 1e-3;
+  static constexpr double kRidge = 1e-3;  // of the samples of a cell: an empty cell then has the value 0
 
   double get_beside(const Observed& o, size_t k) const {
     return beside_ < 0 ? 0.0 : o.x[static_cast<size_t>(beside_)][k];

@@ -17,7 +17,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kLargestSet = 3;
+constexpr size_t kLargestSet = 3;  // effects; more causes are found one by one around it (additions.h)
 constexpr size_t kBeam = 4;          // sets that are grown further
 constexpr size_t kLastBeam = 2;      // the same before the largest size, when wrong sets are far behind
 constexpr size_t kCandidates = 10;   // effects that may be added to each set

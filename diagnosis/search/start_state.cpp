@@ -4,16 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/mean.h"
+
 namespace hrp::diagnosis {
 namespace {
 
 constexpr int kIterations = 2;  // the state acts almost linearly
-
-double calc_rms(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (double v : values) sum += v * v;
-  return std::sqrt(sum / std::max<size_t>(1, values.size()));
-}
 
 // One component of the state: where it is stored, and its prior standard deviation.
 struct Slot {

@@ -115,7 +115,7 @@ void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::v
 // [rad], [rad/s] Steps of a joint for its derivatives: large compared with rounding, small compared with changes of the
 // slopes.
 constexpr double kMove = 1e-4, kMoveRate = 1e-3;
-constexpr size_t kSlopeStride = 4;
+constexpr size_t kSlopeStride = 4;  // rows between two slopes; a straight line between them
 
 void fill_slopes(Dynamics* dynamics, RobotPath* path) {
   const size_t n = path->size(), rows = (*path)[0].q.size();

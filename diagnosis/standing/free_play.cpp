@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "diagnosis/data/noise.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {
@@ -52,8 +53,7 @@ std::vector<double> find_slack(const StandProblem& problem, const std::vector<St
   for (size_t j = 0; j < joints; ++j) {
     std::vector<double> found;
     for (const StandBase& base : nominal) found.push_back(estimate_noise(list_torques(base, j, joints)));
-    std::sort(found.begin(), found.end());
-    out.push_back(found.empty() ? 0 : kSure * found[found.size() / 2]);
+    out.push_back(kSure * find_median(std::move(found)));
   }
   return out;
 }

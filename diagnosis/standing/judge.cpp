@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/noise.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit.h"
 
@@ -77,9 +78,8 @@ void StandJudge::update_sigma(const Evaluation& evaluation, const Hypothesis& h)
       if (noise > 0 || sigma_[c] == 1e300) found.push_back(noise);
     }
     if (found.empty()) continue;
-    std::sort(found.begin(), found.end());
     const double floor = find_floor(*problem_, channels_[c]);
-    sigma_[c] = std::min(sigma_[c], std::max(floor, found[found.size() / 2]));
+    sigma_[c] = std::min(sigma_[c], std::max(floor, find_median(std::move(found))));
   }
 }
 

@@ -8,7 +8,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr int kMapBins = 120;
+constexpr int kMapBins = 120;  // of time: as many as a map on a page shows
 
 // Rms in units of noise, by bin of time.
 Json make_map_row(const StandRecording& rec, const std::vector<double>& residuals, size_t channels, size_t c,

@@ -303,9 +303,7 @@ std::pair<double, double> find_sliding_friction(const std::vector<Slide>& slides
   }
   // Within 45 degrees of the way back, in half of all samples.
   if (ratios.size() < kSlips || find_median(std::move(against)) < kLargely) return {0, 0};
-  std::sort(ratios.begin(), ratios.end());
-  const auto at = [&](double q) { return ratios[static_cast<size_t>(q * static_cast<double>(ratios.size() - 1))]; };
-  return {at(0.5), 0.5 * (at(0.75) - at(0.25))};
+  return {find_quantile(ratios, 0.5), 0.5 * (find_quantile(ratios, 0.75) - find_quantile(ratios, 0.25))};
 }
 
 Consensus find_consensus(std::vector<double> values, double least) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/exchanged_legs.h"
 
-#include <cmath>
-#include <numeric>
 #include <vector>
 
 #include "common/base/rounding.h"
+#include "diagnosis/data/mean.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
@@ -14,7 +13,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-double find_mean(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size()); }
 
 // Feet lie a little askew, each its own way: only how the body turns tells legs apart.
 std::vector<Standing> list_turning(const LeggedLog& log, size_t imu) {
@@ -37,7 +35,7 @@ std::string find_exchanged_legs(const Experiment& e) {
   if (as_named.empty() || as_named.size() != exchanged.size()) return "";
   const std::vector<double> left = list_left(log, i, as_named, {}), left_exchanged = list_left(other, i, exchanged, {});
   const double nats = calc_odds(list_instants(as_named), left_exchanged, left);
-  const double before = find_mean(left), after = find_mean(left_exchanged);
+  const double before = calc_mean(left), after = calc_mean(left_exchanged);
   if (nats < kOdds || after * after > kHalf * before * before) return "";
   return "the columns of left and right legs look exchanged (" + log.tree.joint(static_cast<int>(pairs[0].first)).name + " and " +
          log.tree.joint(static_cast<int>(pairs[0].second)).name + ", and so on): over feet that stand, /imu/" + log.imus[i].name +

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/mean.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -54,13 +54,13 @@ std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vecto
 Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Standing>& standing) {
   return [&log, &standing, imu, per_unit](const Matrix3d& R, const Clock& clock) {
     const std::vector<double> left = list_left(log, imu, standing, {R, clock, per_unit});
-    const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
+    const double mean = calc_mean(left);
     return mean * mean + 1.0;
   };
 }
 
 double find_square(const std::vector<double>& left) {
-  const double mean = std::accumulate(left.begin(), left.end(), 0.0) / static_cast<double>(left.size());
+  const double mean = calc_mean(left);
   return (1.0 + mean) * (1.0 + mean);
 }
 

@@ -11,7 +11,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kFewestSamples = 50;
+constexpr size_t kFewestSamples = 50;  // below which a median of shares says nothing
 
 struct Pair {
   size_t foot = 0, sensor = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/mean.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -14,19 +15,12 @@ namespace {
 constexpr double kClear = 0.35;   // share of an equation's mismatch that its columns can predict: then something is missing
 constexpr size_t kMost = 8;       // equations in a report
 
-// [unit] Of all rows, their noise included.
-double calc_rms(const ChannelRows& rows) {
-  double square = 0;
-  for (double y : rows.y) square += y * y;
-  return std::sqrt(square / static_cast<double>(rows.rows()));
-}
-
 Remaining make_remaining(const ChannelRows& rows, double before, double after, bool varies) {
   Remaining r;
   const ChannelInfo& info = rows.info;
   r.where = {{info.place, info.name}}, r.unit = info.unit, r.before = before, r.after = after;
   const bool hidden = varies && before <= 0;  // seen while other rows weighed more
-  if (hidden) r.before = r.after = calc_rms(rows);
+  if (hidden) r.before = r.after = calc_rms(rows.y);
   r.statement = info.name + " (equation: " + get_text(info.equation) + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit +
                 " are left, root mean square " + (hidden ? "with noise." : "beyond noise.");
   if (varies) r.statement += " An effect that explains part of it is not the same everywhere: no known cause is.";

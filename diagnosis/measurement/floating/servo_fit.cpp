@@ -14,7 +14,7 @@ namespace {
 
 constexpr size_t kBlocks = 60;   // stretches whose samples count as one: what a law leaves is correlated
 constexpr double kCertain = 5;   // standard deviations of the stiffness from none
-constexpr size_t kLeastSamples = 100;
+constexpr size_t kLeastSamples = 100;  // as in servo_law.cpp
 
 struct Normal {
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();  // sum z x^T

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
@@ -22,12 +23,6 @@ constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in 
 constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr size_t kQuarters = 4;
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
-
-double find_rms(const std::vector<double>& y) {
-  double sum = 0;
-  for (double v : y) sum += v * v;
-  return std::sqrt(sum / std::max(1.0, static_cast<double>(y.size())));
-}
 
 // What rows have, by phase, by block: sum, count.
 using PhaseSums = std::map<int, std::map<int, std::pair<double, double>>>;
@@ -144,7 +139,7 @@ class WeightChecker {
   void add_differing(const ChannelRows& c, const std::string& phases) {
     if (phases.empty()) return;
     Remaining r;
-    r.where = {{"link", log_.tree.links[0].name}}, r.unit = "N", r.before = r.after = find_rms(c.y);
+    r.where = {{"link", log_.tree.links[0].name}}, r.unit = "N", r.before = r.after = calc_rms(c.y);
     r.statement = "What the feet carry does not fit the model's weight." + phases;
     out_.remaining.push_back(std::move(r));
   }

@@ -233,7 +233,7 @@ TEST(StandingSearch, SeesWhatIsBelowTheNoiseAndNamesNoCauseForIt) {
   EXPECT_TRUE(o.mismatch);
   EXPECT_TRUE(o.chosen.hypothesis.empty());
   ASSERT_EQ(o.shared.size(), o.channels.size());
-  for (size_t c = 0; c < o.channels.size(); ++c) EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == "effort") << c;
+  for (size_t c = 0; c < o.channels.size(); ++c) EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == ChannelKind::kEffort) << c;
 }
 
 // An attitude that had to be found may err; what the robot's own sensors tell of its efforts does not depend on it.

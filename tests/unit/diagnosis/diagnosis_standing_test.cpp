@@ -113,7 +113,7 @@ TEST(StandingDependence, OfARemainderThatFollowsTimeIsNamedTime) {
   for (size_t r = 0; r < 2; ++r) {
     for (double t : p.recordings[r].time) left[r].residuals.push_back(0.3 * std::sin(2 * M_PI * 4.3 * t + 1.0 + r));
   }
-  const Relation found = find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left);
+  const Relation found = find_dependence(p, {ChannelKind::kTilt, "", "", "foot", "", ""}, 0, left);
   EXPECT_EQ(found.names, std::vector<std::string>{"time"});
   EXPECT_NE(found.words.find("4.3 times a second"), std::string::npos) << found.words;
 }
@@ -121,7 +121,7 @@ TEST(StandingDependence, OfARemainderThatFollowsTimeIsNamedTime) {
 TEST(StandingDependence, OfNoiseIsNothing) {
   StandProblem p = make_columns(2);
   const Evaluation left = evaluate_missing(p, [](double, double) { return 0.0; });
-  EXPECT_TRUE(find_dependence(p, {"tilt", "", "", "foot", "", ""}, 0, left).names.empty());
+  EXPECT_TRUE(find_dependence(p, {ChannelKind::kTilt, "", "", "foot", "", ""}, 0, left).names.empty());
 }
 
 // What a robot's equations leave by even and odd samples, then with wider windows: noise of a standard deviation of 1

@@ -14,20 +14,13 @@
 #include "common/node/runner.h"
 #include "controller/node.h"
 #include "servers/scheduler/node.h"
+#include "tests/unit/chain.h"
 
 namespace hrp::test {
 
 inline RobotDescription make_two_joint_robot(const std::string& controller) {
   RobotDescription robot;
-  robot.tree.name = "fake";
-  for (int i = 0; i < 3; ++i) {
-    LinkSpec link;
-    link.name = "link" + std::to_string(i);
-    link.parent = i - 1;
-    link.inertia.mass = 1.0;
-    link.joint.name = "joint" + std::to_string(i - 1);
-    robot.tree.links.push_back(link);
-  }
+  robot.tree = make_chain("fake", {"joint0", "joint1"});
   robot.scenario_path = "fake.yaml";
   robot.scenario =
       "robot: fake.urdf\n"

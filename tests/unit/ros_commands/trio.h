@@ -11,6 +11,7 @@
 #include "common/messages/convert_robot.h"
 #include "controller/play.h"
 #include "controller/ros/ros_controller.h"
+#include "tests/unit/chain.h"
 
 namespace hrp {
 
@@ -21,20 +22,13 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // Three joints: -1 to 1 rad, 2 rad/s, 5 N m each; the last one slides and has no limits.
 inline RobotDescription make_description() {
   RobotDescription description;
-  description.tree.name = "trio";
-  for (int i = 0; i < 4; ++i) {
-    LinkSpec link;
-    link.name = "link" + std::to_string(i);
-    link.parent = i - 1;
-    link.inertia.mass = 1.0;
-    link.joint.name = i == 1 ? "hip" : i == 2 ? "knee" : "slide";
-    if (i == 1 || i == 2) {
-      link.joint.lower = -1.0, link.joint.upper = 1.0;
-      link.joint.velocity_limit = 2.0, link.joint.effort_limit = 5.0;
-    }
-    if (i == 3) link.joint.kind = JointKind::kPrismatic;
-    description.tree.links.push_back(link);
+  description.tree = test::make_chain("trio", {"hip", "knee", "slide"});
+  for (int i = 0; i < 2; ++i) {
+    JointSpec& joint = description.tree.joint(i);
+    joint.lower = -1.0, joint.upper = 1.0;
+    joint.velocity_limit = 2.0, joint.effort_limit = 5.0;
   }
+  description.tree.joint(2).kind = JointKind::kPrismatic;
   description.scenario_path = "trio.yaml";
   description.scenario =
       "robot: trio.urdf\n"

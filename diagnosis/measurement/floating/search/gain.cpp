@@ -53,7 +53,7 @@ double calc_share(const SearchState& state, const LeggedFit& without, const Legg
 }
 
 bool matters(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {
-  if (calc_share(state, without, with, channel) > kLeastShare) return true;
+  if (calc_share(state, without, with, channel) > kDetail) return true;
   const double after = with.signed_square[1][channel], before = without.signed_square[1][channel] - std::min(0.0, after);
   const double gone = before - std::max(0.0, after);
   double largest = 0;

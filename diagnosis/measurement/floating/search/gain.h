@@ -9,12 +9,9 @@ namespace hrp::diagnosis::floating {
 
 // What an effect must gain on held-out rows [n log].
 constexpr double kLeastHeldGain = 4;
-// Share of its equation's held-out mismatch (mean square) that an effect must take away.
-constexpr double kLeastShare = 0.1;
-// Two gains that differ by less do not decide between two effects [n log].
+// Two gains that differ by less do not decide between two effects [n log]. Of large gains the same holds within kDetail: what
+// no law holds makes a difference in proportion to it.
 constexpr double kTie = 8;
-// The same for large gains, as a share of the gain: what no law holds makes a difference in proportion to it.
-constexpr double kTieShare = 0.1;
 
 // What an effect must win on all rows to be accepted; more for each further coefficient.
 double calc_cost(const Candidate& candidate);
@@ -28,7 +25,7 @@ size_t find_main_channel(const SearchState& state, const LeggedFit& without, con
 // Share of an equation's nominal held-out mismatch that goes from `without` to `with`.
 double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);
 
-// Whether an effect takes away the least share of an equation, or half of what all others leave. A load and a scale of its
+// Whether an effect takes away more than a detail of an equation's held-out mismatch, or half of what all others leave. A load and a scale of its
 // sensors explain each other to nine tenths, and both are needed. A late clock makes little beside a load. Columns are of
 // first order: what the others leave of the largest mismatch in these units may be blur, and half of that proves nothing.
 bool matters(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 #include "diagnosis/measurement/floating/search/trials.h"
 
@@ -28,8 +29,8 @@ bool add_best(const std::vector<LeggedTrial>& trials, double least_share, Search
 
 bool add(SearchState* state) {
   if (state->chosen.effects.size() >= kMostEffects) return false;
-  return add_best(list_confirmed(*state, state->chosen, Pool::kListed), kLeastShare, state) ||
-         add_best(list_lasting(*state), kLastingShare, state);
+  return add_best(list_confirmed(*state, state->chosen, Pool::kListed), kDetail, state) ||
+         add_best(list_lasting(*state), kHalf, state);
 }
 
 // Whether a chosen effect still explains something that the others do not, with a possible value.
@@ -64,7 +65,7 @@ bool exchange(Pool pool, SearchState* state) {
     if (trials.empty()) continue;
     const double before = calc_total_gain(*state, rest, state->chosen) - calc_cost(state->chosen.effects[i]);
     // A tie is the listed effect's: a scenario can hold it.
-    const double margin = pool == Pool::kFree ? std::max(kTie, kTieShare * before) : kTie;
+    const double margin = pool == Pool::kFree ? std::max(kTie, kDetail * before) : kTie;
     const LeggedTrial& best = trials[0];
     if (best.gain + best.held < before + margin || !is_significant(*state, best.fit, best.at())) continue;
     say_of(*state, "exchanged for", best.added());
@@ -123,7 +124,7 @@ void grow_listed(SearchState* state) {
 void grow_free(SearchState* state) {
   const bool exchanged = exchange(Pool::kFree, state);
   const bool added = state->chosen.effects.size() < kMostEffects &&
-                     add_best(list_confirmed(*state, state->chosen, Pool::kFree), kLeastShare, state);
+                     add_best(list_confirmed(*state, state->chosen, Pool::kFree), kDetail, state);
   if (exchanged || added) prune(state);
 }
 

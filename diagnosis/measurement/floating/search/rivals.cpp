@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/search/deviations.h"
 #include "diagnosis/measurement/floating/search/gain.h"
@@ -13,9 +14,6 @@ namespace {
 
 constexpr double kStrong = 3;    // times the gain of what was found, on fitted rows alone
 constexpr long kMostPlaces = 6;  // of one effect in a list of rivals
-// Squared correlation of what two laws predict: above it, what no law holds (damping, links that bend) is larger than
-// what the two laws differ by.
-constexpr double kAlike = 0.8;
 
 bool is_same_effect(const Candidate& a, const Candidate& b) { return a.law->effect == b.law->effect; }
 bool is_same_finding(const Candidate& a, const Candidate& b) { return is_same_effect(a, b) && a.where == b.where; }
@@ -25,7 +23,7 @@ bool is_same_finding(const Candidate& a, const Candidate& b) { return is_same_ef
 bool is_strong(const SearchState& state, const LeggedFit& rest, const LeggedTrial& t, double gain) {
   if (t.held <= 0 || t.gain <= kStrong * gain) return false;
   const size_t channel = find_main_channel(state, rest, t.fit);
-  return calc_share(state, rest, t.fit, channel) > kLeastShare && is_significant(state, t.fit, t.at());
+  return calc_share(state, rest, t.fit, channel) > kDetail && is_significant(state, t.fit, t.at());
 }
 
 // How far a link is from where its encoder says: by a constant, by the sign of the torque, or in proportion to it.
@@ -48,7 +46,8 @@ void add_other_departures(const SearchState& state, const LeggedFit& rest, const
     if (!leaves_encoder(state.layout, c) || c.where != found.effect.where || is_same_effect(c, found.effect)) continue;
     const bool listed =
         std::any_of(rivals->begin(), rivals->end(), [&](const Rival& r) { return is_same_finding(r.effect, c); });
-    if (listed || state.fitter.calc_overlap(found.effect, c) < kAlike) continue;
+    // Beyond this squared correlation, what no law holds (damping, links that bend) is larger than what the laws differ by.
+    if (listed || state.fitter.calc_overlap(found.effect, c) < kMostly) continue;
     std::vector<Candidate> effects = rest.effects;
     effects.push_back(c);
     const LeggedFit with = fit_effects(state, std::move(effects));
@@ -62,7 +61,7 @@ void add_other_departures(const SearchState& state, const LeggedFit& rest, const
 
 std::vector<Rival> list_rivals(const SearchState& state, const LeggedFit& rest, const FoundEffect& found) {
   std::vector<Rival> out;
-  const double least = found.gain - std::max(kTie, kTieShare * found.gain);
+  const double least = found.gain - std::max(kTie, kDetail * found.gain);
   const auto is_kept = [&](const LeggedTrial& t) { return is_confirmed(t) || is_strong(state, rest, t, found.gain); };
   for (const LeggedTrial& t : list_trials(state, rest, Pool::kListed, is_kept)) {
     const double gain = t.gain + t.held + calc_cost(t.added());

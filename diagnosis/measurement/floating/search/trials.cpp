@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 
@@ -94,7 +95,7 @@ std::vector<LeggedTrial> list_lasting(const SearchState& state) {
     // the time, which is no effect.
     const bool tried = std::find(state.unsteady.begin(), state.unsteady.end(), channel) != state.unsteady.end();
     if (tried || is_of_soles(state.fitter.channels()[channel].info)) continue;
-    if (t.held <= 0 || calc_share(state, state.chosen, t.fit, channel) < kLastingShare) continue;
+    if (t.held <= 0 || calc_share(state, state.chosen, t.fit, channel) < kHalf) continue;
     t.held = 0, t.gain = state.fitter.calc_gain_after(state.chosen, t.fit) - calc_cost(t.added());
     if (t.gain > 0) out.push_back(std::move(t));
   }

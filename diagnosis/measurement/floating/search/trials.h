@@ -29,12 +29,9 @@ std::vector<LeggedTrial> list_trials(const SearchState& state, const LeggedFit& 
                                      const std::function<bool(const LeggedTrial&)>& is_kept);
 std::vector<LeggedTrial> list_confirmed(const SearchState& state, const LeggedFit& base, Pool pool);
 
-// Listed candidates beside what was chosen that take most of an equation's mismatch, by the gain that counts the errors
+// Listed candidates beside what was chosen that take half of an equation's mismatch (kHalf), by the gain that counts the errors
 // after the step (LeggedFitter::calc_gain_after). An error that is constant, as a missing weight is, counts as few
 // independent errors before the step, so that its gain is small.
 std::vector<LeggedTrial> list_lasting(const SearchState& state);
-
-// Share of an equation's mismatch that a lasting candidate takes away at least.
-constexpr double kLastingShare = 0.5;
 
 }  // namespace hrp::diagnosis::floating

@@ -139,7 +139,7 @@ double calc_overlap_of_play_and_give(bool one_size) {
   std::mt19937 random(17);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> spread(0, 1);
-  RowHalves rows(2, 3000, {{{"tilt, roll", "/joint_states", "rad", "foot", "A"}, {0, 1}}});
+  RowHalves rows(2, 3000, {{{{EquationKind::kTilt, 0}, "/joint_states", "rad", "foot", "A"}, {0, 1}}});
   for (int i = 0; i < rows.cells(); ++i) {
     const double torque = one_size ? 1 : spread(random);
     rows.add_cell(i, 1, [&](RowTable* half, double) {

@@ -220,8 +220,8 @@ LeggedOutcome search_leaning_sole() {
     return std::vector<int>{layout.foot(0, give), layout.foot(0, give + 1), layout.foot(0, shift), layout.foot(0, shift + 1)};
   };
   RowHalves rows(layout.count(), 900,
-                 {{{"tilt, roll", "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kRollGiveColumn, kRollShiftColumn)},
-                  {{"tilt, pitch", "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kPitchGiveColumn, kPitchShiftColumn)}});
+                 {{{{EquationKind::kTilt, 0}, "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kRollGiveColumn, kRollShiftColumn)},
+                  {{{EquationKind::kTilt, 1}, "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kPitchGiveColumn, kPitchShiftColumn)}});
   std::mt19937 random(37);
   std::normal_distribution<double> normal;
   for (int i = 0; i < rows.cells(); ++i) {
