@@ -14,10 +14,11 @@ namespace {
 constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
 constexpr double kLittle = 0.5;      // of the mismatch: where less can be predicted, the share of all of it is told, too
 constexpr size_t kMostGroups = 5;   // effects that are told with their values
+const char* const kCounts = "counts/N";
 constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
 
 struct Group {
-  std::string effect;
+  std::string effect, unit;  // unit: only of raw counts, which are told apart from a scale that is off
   std::vector<const json*> findings;
   double weight = 0.0;
   bool sure = false;  // physics or a fault that takes something away, told from all else at one place at least
@@ -29,12 +30,17 @@ double get_weight(const json& finding) { return std::max(0.0, get_number(finding
 
 bool is_of_log(const json& finding) { return get_object(finding, "where").contains("sensor"); }
 
+std::string get_unit(const json& finding) {
+  const auto parameters = list_parameters(finding);
+  return parameters.empty() ? "" : get_text(parameters[0].second, "unit");
+}
+
 std::vector<Group> group_by_effect(const json& report) {
   std::vector<Group> groups;
   for (const json& f : get_list(report, "findings")) {
-    const std::string effect = get_text(f, "effect");
-    const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect; });
-    Group& group = same == groups.end() ? groups.emplace_back(Group{effect, {}, 0.0}) : *same;
+    const std::string effect = get_text(f, "effect"), unit = get_unit(f) == kCounts ? kCounts : "";
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect && g.unit == unit; });
+    Group& group = same == groups.end() ? groups.emplace_back(Group{effect, unit, {}, 0.0}) : *same;
     group.findings.push_back(&f);
     group.weight += get_weight(f);
     group.sure = group.sure || (!is_ambiguous(f) && (get_weight(f) > 0.0 || !is_of_log(f)));
@@ -74,11 +80,6 @@ std::string describe_values(const std::vector<const json*>& findings) {
          (unit.empty() || unit == "1" ? "" : " " + unit) + ", most at " + describe_place(get(*highest, "where"));
 }
 
-std::string get_unit(const json& finding) {
-  const auto parameters = list_parameters(finding);
-  return parameters.empty() ? "" : get_text(parameters[0].second, "unit");
-}
-
 // Values of different units, as of sliding and turning joints, are told apart.
 std::string describe(const std::vector<const json*>& findings) {
   std::map<std::string, std::vector<const json*>> by_unit;
@@ -93,6 +94,7 @@ std::string describe(const std::vector<const json*>& findings) {
 
 // "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".
 std::string make_group_sentence(const Group& group) {
+  if (group.unit == kCounts) return "Forces are raw counts, no newtons, at " + describe(group.findings) + ".";
   std::vector<const json*> sure, perhaps;
   for (const json* f : group.findings) (is_ambiguous(*f) ? perhaps : sure).push_back(f);
   if (sure.empty()) return "Perhaps " + describe_effect(group.effect, false) + " at " + describe(perhaps) + ".";

@@ -243,6 +243,20 @@ TEST(TorqueEvidence, FrictionOfTheLoadOfADriveThatMovesItsOwnRotorGrowsWithItsEf
   EXPECT_NEAR(rotor->parameters[0].value[0], 0.5, 0.01) << rotor->statement;
 }
 
+// The spring takes most of the effort, so the gear's load is not that of the bodies. With the bodies' load, two zeros of
+// joints, a constant torque and a force explained more.
+TEST(TorqueEvidence, FrictionOfTheLoadBesideASpringGrowsWithWhatTheDriveGives) {
+  Hypothesis hidden{{EffectId::kSpring, kShoulder, {40.0, 0.2}}, {EffectId::kLoadFriction, kShoulder, {0.1, 1e-5}}};
+  for (const Effect& effect : make_arm_drives()) hidden.push_back(effect);
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_spring", kArm, kArmJoints, hidden), 1);
+  const Finding* friction = find(verdict, "load_dependent_friction", "shoulder");
+  const Finding* spring = find(verdict, "parallel_spring", "shoulder");
+  ASSERT_NE(friction, nullptr);
+  ASSERT_NE(spring, nullptr);
+  EXPECT_NEAR(friction->parameters[0].value[0], 0.1, 0.015) << friction->statement;  // as above; the level takes some
+  EXPECT_NEAR(spring->parameters[0].value[0], 40.0, 1.2) << spring->statement;
+}
+
 // From measured efforts a simulation drifts within seconds; over half a second the right model is near the recording.
 TEST(TorqueEvidence, WindowsOfTheTrueModelAreTenTimesNearerThanNominalOnes) {
   const Hypothesis hidden = make_arm_drives();

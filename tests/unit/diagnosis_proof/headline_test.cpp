@@ -54,6 +54,18 @@ TEST(Headline, ForcesOfARailAndTorquesOfJointsAreToldApart) {
   EXPECT_THAT(text, HasSubstr("Coulomb friction at joint rail: level 178 ± 30 N, and at 4 joints: level 0.2 to 380 N m, most at joint waist"));
 }
 
+TEST(Headline, FeetThatLogCountsAreSaidSoApartFromAScaleThatIsOff) {
+  json report = make_leg();
+  const auto add = [&](const char* sensor, double value, const char* unit) {
+    report["findings"].push_back(make_finding("sensor_scale", "knee", "supported", "scale", value, 0.1, unit));
+    report["findings"].back()["where"] = {{"sensor", sensor}};
+  };
+  add("/wrench/left/force", 8.4, "counts/N"), add("/wrench/right/force", 9.9, "counts/N"), add("/imu/base/linear_acceleration", 0.98, "1");
+  const std::string text = join(report);
+  EXPECT_THAT(text, HasSubstr("Forces are raw counts, no newtons, at sensors /wrench/left/force and /wrench/right/force: scale 8.4 to 9.9 counts/N"));
+  EXPECT_THAT(text, HasSubstr("Sensor scale at sensor /imu/base/linear_acceleration: scale 0.98"));
+}
+
 TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
   EXPECT_THAT(join(make_leg()), HasSubstr("Perhaps command delay at 4 joints: delay 0.008 ± 0.002 s at each."));
 }
