@@ -26,7 +26,7 @@ struct Trial {
 };
 
 // What is left with it. An effort of the motor is compared with the motor's part of the torque.
-double calc_left(const Plant& plant, const MotionRows& rows, const Trial& t) {
+double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) {
   const double by = std::exp(-t.log);
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
   q.col(t.joint) *= by, v.col(t.joint) *= by, a.col(t.joint) *= by;
@@ -36,7 +36,7 @@ double calc_left(const Plant& plant, const MotionRows& rows, const Trial& t) {
 }
 
 // Moves the ratio by ever smaller steps while less is left.
-double refine(const Plant& plant, const MotionRows& rows, Trial* t) {
+double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
   double least = calc_left(plant, rows, *t), step = kStep;
   for (int i = 0; i < kHalvings; ++i) {
     step *= kHalf;
@@ -51,7 +51,7 @@ double refine(const Plant& plant, const MotionRows& rows, Trial* t) {
 }
 
 // The best ratio of a joint, and what is left with it.
-double find_best(const Plant& plant, const MotionRows& rows, Trial* best) {
+double find_best(const Plant& plant, const SampledMotion& rows, Trial* best) {
   double least = HUGE_VAL;
   const int joint = best->joint;
   for (const bool of_motor : {false, true}) {
@@ -71,7 +71,7 @@ void judge_pieces(const TorqueData& data, const Plant& plant, const Trial& found
   for (size_t r = 0; r < data.recordings.size(); ++r) {
     const RecordingSpec& spec = data.experiment->recordings[data.recordings[r].index].spec;
     if (!spec.loads.empty() || !spec.pushes.empty()) continue;
-    const MotionRows rows = take_rows(data, {r});
+    const SampledMotion rows = take_rows(data, {r});
     if (rows.tell_nothing()) continue;
     Trial own{found.joint, found.log, found.of_motor};
     const double least = refine(plant, rows, &own);
@@ -119,7 +119,7 @@ void divide(double by, std::vector<double>* values) {
 std::vector<GearRatio> list_gear_ratios(const TorqueData& data) {
   std::vector<GearRatio> out;
   if (data.experiment->scenario.floating_base) return out;
-  const MotionRows rows = take_rows(data, list_unloaded_training(data));
+  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
   if (rows.tell_nothing()) return out;
   const Plant plant = make_plant(*data.experiment, {});
   for (int j = 0; j < static_cast<int>(data.source.size()); ++j) {

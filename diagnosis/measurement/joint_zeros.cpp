@@ -20,7 +20,7 @@ constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
 // Zeros and senses of all joints, and their squared residual.
 class Fitter {
  public:
-  Fitter(const Plant& plant, const MotionRows& rows) : plant_(plant), rows_(rows) {
+  Fitter(const Plant& plant, const SampledMotion& rows) : plant_(plant), rows_(rows) {
     const long n = rows.q.cols();
     zero.setZero(n), sense.setOnes(n);
     least = calc_left();
@@ -76,7 +76,7 @@ class Fitter {
 
  private:
   const Plant& plant_;
-  const MotionRows& rows_;
+  const SampledMotion& rows_;
 };
 
 Eigen::MatrixXd calc_efforts_under(const TorqueData& data, const Vector3d& g_W, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
@@ -91,7 +91,7 @@ bool may_be_off(const TorqueData& data, long joint) {
   return data.experiment->robot.tree.joint(static_cast<int>(joint)).kind == JointKind::kRevolute;
 }
 
-Fitter fit(const TorqueData& data, const Plant& plant, const MotionRows& rows) {
+Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
   Fitter fitter(plant, rows);
   for (int i = 0; i < kSweeps; ++i) {
     for (long j = 0; j < rows.q.cols(); ++j) {
@@ -112,7 +112,7 @@ Fitter fit(const TorqueData& data, const Plant& plant, const MotionRows& rows) {
 double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found, long joint) {
   double sum = 0.0, squares = 0.0, n = 0.0;
   for (size_t r : list_unloaded_training(data)) {
-    const MotionRows rows = take_rows(data, {r});
+    const SampledMotion rows = take_rows(data, {r});
     if (rows.tell_nothing()) continue;
     Fitter own(plant, rows);
     own.zero = found.zero, own.sense = found.sense, own.least = own.calc_left();
@@ -130,7 +130,7 @@ JointZeros find_joint_zeros(const TorqueData& data) {
   if (data.experiment->scenario.floating_base || data.experiment->scenario.gravity_W.norm() == 0.0) return out;
   const std::vector<size_t> train = list_unloaded_training(data);
   const Plant plant = make_plant(*data.experiment, {});
-  const MotionRows rows = take_rows(data, train);
+  const SampledMotion rows = take_rows(data, train);
   if (rows.tell_nothing()) return out;
   const double nominal = Fitter(plant, rows).least;
   const Fitter found = fit(data, plant, rows);
@@ -148,7 +148,7 @@ JointZeros find_joint_zeros(const TorqueData& data) {
 
 FoundGravity find_gravity(const TorqueData& data) {
   FoundGravity out;
-  const MotionRows rows = take_rows(data, list_unloaded_training(data));
+  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
   const long count = rows.q.rows();
   if (rows.tell_nothing()) return out;
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()), none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);

@@ -12,9 +12,9 @@ constexpr long kFewest = 10 * kNuisance;  // fewest samples for a result
 
 }  // namespace
 
-bool MotionRows::tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
+bool SampledMotion::tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
 
-double MotionRows::calc_left(const Eigen::MatrixXd& missing) const {
+double SampledMotion::calc_left(const Eigen::MatrixXd& missing) const {
   double sum = 0.0;
   for (long j = 0; j < missing.cols(); ++j) {
     const Eigen::MatrixXd& B = basis[static_cast<size_t>(j)];
@@ -24,7 +24,7 @@ double MotionRows::calc_left(const Eigen::MatrixXd& missing) const {
   return sum;
 }
 
-MotionRows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
+SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
   long all = 0;
   for (size_t i : recordings) all += data.recordings[i].kept();
   const long skip = std::max(1L, all / kSamples), n = static_cast<long>(data.source.size());
@@ -32,7 +32,7 @@ MotionRows take_rows(const TorqueData& data, const std::vector<size_t>& recordin
   for (size_t i : recordings) {
     for (long k = 0; k < data.recordings[i].kept(); k += skip) picked.emplace_back(&data.recordings[i], k);
   }
-  MotionRows rows;
+  SampledMotion rows;
   const long count = static_cast<long>(picked.size());
   for (Eigen::MatrixXd* m : {&rows.q, &rows.v, &rows.a, &rows.effort, &rows.use}) m->resize(count, n);
   for (long i = 0; i < count; ++i) {

@@ -10,7 +10,7 @@
 
 namespace hrp::diagnosis {
 
-struct MotionRows {
+struct SampledMotion {
   Eigen::MatrixXd q, v, a, effort;       // sample x joint
   Eigen::MatrixXd use;                   // 1 if the joint moves and its effort is known, else 0
   std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
@@ -22,7 +22,7 @@ struct MotionRows {
 };
 
 // About 600 samples of these recordings, at equal distances.
-MotionRows take_rows(const TorqueData& data, const std::vector<size_t>& recordings);
+SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings);
 
 // Training recordings without loads or forces by hand.
 std::vector<size_t> list_unloaded_training(const TorqueData& data);
