@@ -11,7 +11,7 @@
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/list_fit.h"
 #include "diagnosis/report/json.h"
-#include "diagnosis/zero_search.h"
+#include "diagnosis/measurement/joint_zeros.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -37,12 +37,10 @@ Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
   return best;
 }
 
-// Another zero of the joint bends its weight's torque as well.
-bool is_better_than_zeros(const Experiment& e, const Asked& asked, int jobs) {
+// [nats] by which the ratio explains more than other zeros or senses of joints, which bend the weight's torque as well.
+double compare_with_zeros(const Experiment& e, const Asked& asked, int jobs) {
   const std::vector<JointZero> zeros = find_joint_zeros(make_torque_data(e)).joints;
-  const bool turned = std::any_of(zeros.begin(), zeros.end(), [](const JointZero& z) { return z.turned; });
-  if (zeros.empty() || turned) return true;
-  return compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs)) > kConventionNats;
+  return zeros.empty() ? asked.gain : compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs));
 }
 
 std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.robot.tree.joint(ratio.joint).name; }
@@ -68,7 +66,9 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     if (list.empty()) break;
     const Asked asked = ask(now, list, jobs);
     if (asked.gain < kConventionNats) break;
-    if (!asked.ratio.agreed || !is_better_than_zeros(now, asked, jobs)) {
+    const double over_zeros = compare_with_zeros(now, asked, jobs);
+    if (over_zeros < -kConventionNats) break;
+    if (!asked.ratio.agreed || over_zeros < kConventionNats) {
       out.doubted.push_back(asked.ratio);
       break;
     }
