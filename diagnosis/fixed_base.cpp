@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"
+#include "diagnosis/findings/column_findings.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/model/nominal.h"
@@ -200,6 +201,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
       if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
       upgrade_report(&reports.report, !problem.validate.empty());
+      if (torque.judged && outcome.mismatch && !outcome.explained) add_column_findings(torque.evidence.findings, &reports.report);
       if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
       return reports;
     }

@@ -16,12 +16,11 @@
 #include "diagnosis/mounting.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/unit_doubts.h"
+#include "diagnosis/zero_search.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
-constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
@@ -222,50 +221,6 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
-[[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
-  const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
-  refuse_input(e.recordings.front().find_place(column),
-               "with its effort fits the model with the other sign only: is the axis of " +
-                   e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
-}
-
-// Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
-ListFit polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
-  ListFit best = fit_list(convert_zeros(e, *zeros), jobs);
-  for (double step : {0.02, 0.01, 0.005, 0.0025}) {
-    for (size_t i = 0; i < zeros->size(); ++i) {
-      for (double sign : {1.0, -1.0}) {
-        std::vector<JointZero> moved = *zeros;
-        moved[i].offset += sign * step;
-        const ListFit other = fit_list(convert_zeros(e, moved), jobs);
-        if (compare(other, best) > 0.0) best = other, *zeros = moved;
-      }
-    }
-  }
-  return best;
-}
-
-std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
-  const TorqueData data = make_torque_data(e);
-  if (data.recordings.empty()) return {};
-  JointZeros found = find_joint_zeros(data);
-  // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
-  if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
-  const double cost = kZeroCost * static_cast<double>(found.joints.size());
-  const ListFit without = fit_list(e, jobs);
-  const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
-  const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
-  // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
-  // the logged zeros, a zero alone has to do so, too.
-  const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
-  const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
-  if (!alone && gain < cost + kConventionNats) return {};
-  for (const JointZero& zero : found.joints) {
-    if (zero.turned) fail_turned(e, zero);
-  }
-  return found.joints;
-}
-
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
   out->frames = floating::find_sensor_frames(in_units);
@@ -276,7 +231,7 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
 // looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
 // nothing else is off.
 void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
-  const Experiment in_time = convert_commands(e, out->commands);
+  const Experiment in_time = convert_commands(convert_ratios(e, out->ratios), out->commands);
   const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
   const Experiment as_logged = drop_friction(in_time, friction);
   const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
@@ -305,8 +260,10 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  out.commands = find_late_commands(e, jobs);
-  const Experiment in_time = convert_commands(e, out.commands);
+  out.ratios = find_gear_ratios(e, jobs);
+  const Experiment of_links = convert_ratios(e, out.ratios);
+  out.commands = find_late_commands(of_links, jobs);
+  const Experiment in_time = convert_commands(of_links, out.commands);
   const TorqueData as_logged = make_torque_data(in_time);
   out.units = find_effort_units(as_logged);
   const auto find_turned = [&] { return std::find_if(out.units.begin(), out.units.end(), [](const EffortUnit& u) { return u.scale < 0.0; }); };
@@ -323,7 +280,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_torques = convert_zeros(convert_efforts(convert_commands(e, c.commands), c.units), c.zeros);
+  const Experiment in_torques = convert_zeros(convert_efforts(convert_commands(convert_ratios(e, c.ratios), c.commands), c.units), c.zeros);
   const Experiment in_units = floating::convert_body_units(floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
@@ -334,6 +291,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
   if (c.commands.any()) add(describe(c.commands));
+  for (const GearRatio& r : c.ratios.found) add(describe(e, r));
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
   for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
@@ -361,15 +319,17 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
   doubt_beside_units(as_logged, c.units, reports);
+  doubt_ratios(as_logged, c.ratios, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
-    const Experiment in_time = convert_commands(as_logged, c.commands);
+    const Experiment in_time = convert_commands(convert_ratios(as_logged, c.ratios), c.commands);
     const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     const double share = c.zeros.empty() ? 0.0 : 1.0 - find_joint_zeros(data).left;
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, share));
   }
+  for (const GearRatio& ratio : c.ratios.found) own.push_back(make_ratio_finding(as_logged, ratio));
   if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));

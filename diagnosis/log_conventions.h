@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Logs of real machines that count otherwise than the model: efforts that are currents (measurement/effort_units.h), joints
-// whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
+// Logs of real machines that count otherwise than the model: angles of motors before their gears (measurement/gear_ratios.h),
+// efforts that are currents (measurement/effort_units.h), joints whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
 // (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), sides (measurement/floating/exchanged_sides.h), and are
 // above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/checks/checks.h"
+#include "diagnosis/gear_report.h"
 #include "diagnosis/late_commands.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
@@ -23,6 +24,7 @@
 namespace hrp::diagnosis {
 
 struct LogConventions {
+  Ratios ratios;
   LateCommands commands;
   std::vector<EffortUnit> units;
   std::vector<int> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
@@ -35,8 +37,8 @@ struct LogConventions {
   floating::ExchangedSides sides;
   floating::TurnedLegs turned;
   floating::PoseFrame pose;
-  bool any() const { return counts_otherwise() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
-  bool counts_otherwise() const { return commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
+  bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
+  bool counts_otherwise() const { return !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is

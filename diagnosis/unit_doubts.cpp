@@ -39,17 +39,25 @@ void widen(double blur, Json* number, Json* std, Json* ends) {
   *std = wide;
 }
 
-// Its parameters that are torques, inertias, masses or forces; of a load, also where it is.
-void widen_finding(double blur, Json* finding) {
+// Its parameters that are torques, inertias, masses or forces, with the relative deviation `blur`; of a load, also where it
+// is, with that of the joints' units that tell its moments.
+void widen_finding(double blur, double of_moments, Json* finding) {
   const bool link = (*finding)["where"].contains("link");
   if (!std::isfinite(blur)) return;
   for (Json& p : (*finding)["parameters"]) {
     if (!p.is_object() || !p.contains("std") || !p.contains("ci95")) continue;
     const std::string unit = p.value("unit", "");
     if (unit.find('N') == std::string::npos && unit.find("kg") == std::string::npos && !(link && unit == "m")) continue;
-    if (p["value"].is_number()) widen(blur, &p["value"], &p["std"], &p["ci95"]);
-    for (size_t i = 0; p["value"].is_array() && i < p["value"].size(); ++i) widen(blur, &p["value"][i], &p["std"][i], &p["ci95"][i]);
+    const double by = unit == "m" ? std::hypot(blur, of_moments) : blur;
+    if (p["value"].is_number()) widen(by, &p["value"], &p["std"], &p["ci95"]);
+    for (size_t i = 0; p["value"].is_array() && i < p["value"].size(); ++i) widen(by, &p["value"][i], &p["std"][i], &p["ci95"][i]);
   }
+}
+
+// True if it says where a mass is. Moments tell it, and those of the joints that carry it were counted in units of the same
+// motion: a joint that carries little else takes another unit for another place.
+bool has_place(const Json& finding) {
+  return std::any_of(finding["parameters"].begin(), finding["parameters"].end(), [](const Json& p) { return p.is_object() && p.value("unit", "") == "m"; });
 }
 
 double find_blur(const EffortUnit& u) { return 0.5 * (u.high - u.low) / kNinetyFive / u.scale; }
@@ -142,21 +150,21 @@ void doubt_least_units(const Experiment& e, const std::vector<EffortUnit>& units
 
 void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& units, Reports* reports) {
   std::vector<EffortUnit> moved;  // told by the motion
-  double of_load = 0.0;
+  double of_load = 0.0, of_moments = 0.0;
   for (const EffortUnit& u : units) {
-    if (u.of_load > 0.0) moved.push_back(u), of_load = std::max(of_load, u.of_load);
+    if (u.of_load > 0.0) moved.push_back(u), of_load = std::max(of_load, u.of_load), of_moments = std::max(of_moments, find_blur(u));
   }
   for (Json& f : reports->report["findings"]) {
     const std::string joint = f["where"].value("joint", "");
-    if (f["where"].contains("link") && !moved.empty() && is_in_log_unit(f)) {
-      widen_finding(of_load, &f);
-      if (of_load > kPart) doubt_beside(e, moved, " The efforts' units were found from the same motion: other units describe it nearly as well.", &f);
+    if (f["where"].contains("link") && !moved.empty() && (is_in_log_unit(f) || has_place(f))) {
+      widen_finding(of_load, of_moments, &f);
+      if (of_load > kPart || has_place(f)) doubt_beside(e, moved, " The efforts' units were found from the same motion: other units describe it nearly as well.", &f);
     }
     for (const EffortUnit& u : moved) {
       if (joint.empty() || e.robot.tree.joint(u.joint).name != joint) continue;
       if (is_share_of_load(f)) doubt_share_of_load(e, u, &f);
       if (!is_in_log_unit(f)) continue;
-      widen_finding(find_blur(u), &f);
+      widen_finding(find_blur(u), 0.0, &f);
       if (find_blur(u) > kPart || is_load_or_unit(u)) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
     }
   }

@@ -12,6 +12,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr double kLeastLever = 0.001;     // [m] of a centre of mass from its axis: nearer, no turn moves it
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
 
 
@@ -25,6 +26,7 @@ class RivalSearch {
     compare_whole();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
     if (g_.term.whole() && g_.term.row->needs_drive) compare_gains();
+    if (g_.term.row->effect->id == EffectId::kComError) add_turned_link();
     return rivals_;
   }
 
@@ -46,6 +48,28 @@ class RivalSearch {
       if (there || !(k > 0.0)) continue;
       const Term mass{&find_term_row(&TermRow::factor), static_cast<int>(link)};
       rivals_.insert(rivals_.begin(), {mass, Eigen::VectorXd::Constant(1, 1.0 / k - 1.0), g_.width / (k * k), {}, {}});
+    }
+  }
+
+  // Another zero of a joint turns the last link about its axis, and with it the centre of mass: to the first order the same
+  // motion of the same weight. A centre of mass that may lie as far from the axis as the model's is such a turn, whatever
+  // the evidence of the third parameter.
+  void add_turned_link() {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const LinkSpec& link = tree.links[static_cast<size_t>(g_.term.place)];
+    const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(), [&](const LinkSpec& l) { return l.parent == g_.term.place; });
+    if (!ends || link.joint.kind != JointKind::kRevolute) return;
+    const Vector3d axis = link.joint.axis_F.normalized(), lever = link.inertia.p_LLcm_L - axis * axis.dot(link.inertia.p_LLcm_L), d = g_.parameters;
+    const double length = lever.norm();
+    if (length < kLeastLever) return;
+    const Vector3d out = lever / length, turn = axis.cross(out), width = g_.width;
+    if (std::abs(d.dot(out)) > kNinetyFive * out.cwiseProduct(width).norm()) return;
+    for (const Term& other : design_.whole) {
+      if (other.row->effect->id != EffectId::kJointOffset || tree.joint(other.place).name != link.joint.name) continue;
+      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == other.row && r.term.place == other.place; });
+      const Eigen::VectorXd zero = Eigen::VectorXd::Constant(1, -d.dot(turn) / length);
+      if (!there && is_whole_physical(design_, other, zero))
+        rivals_.push_back({other, zero, Eigen::VectorXd::Constant(1, turn.cwiseProduct(width).norm() / length), {}, {}});
     }
   }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/motion_rows.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -12,58 +13,14 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeast = 0.1;     // [rad] smaller offsets are linear to half a percent
-constexpr long kSamples = 600;     // from all recordings, at equal distances
 constexpr int kSweeps = 3;         // over all joints, as each zero depends on the others
 constexpr int kHalvings = 12;      // of a step of a quarter radian: down to 6e-5 rad
 constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
-constexpr long kNuisance = 4;      // v, direction, a, constant
-constexpr long kFewest = 10 * kNuisance;  // fewest samples for a result
-
-// Samples of the recordings, and what friction and rotor can explain of each joint's torque.
-struct Rows {
-  Eigen::MatrixXd q, v, a, effort;       // sample x joint
-  Eigen::MatrixXd use;                   // 1 if the joint moves and its effort is known, else 0
-  std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
-  Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 if it is not judged
-
-  bool tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
-};
-
-Rows take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
-  long all = 0;
-  for (size_t i : recordings) all += data.recordings[i].kept();
-  const long skip = std::max(1L, all / kSamples), n = static_cast<long>(data.source.size());
-  std::vector<std::pair<const TorqueRecording*, long>> picked;
-  for (size_t i : recordings) {
-    for (long k = 0; k < data.recordings[i].kept(); k += skip) picked.emplace_back(&data.recordings[i], k);
-  }
-  Rows rows;
-  const long count = static_cast<long>(picked.size());
-  for (Eigen::MatrixXd* m : {&rows.q, &rows.v, &rows.a, &rows.effort, &rows.use}) m->resize(count, n);
-  for (long i = 0; i < count; ++i) {
-    const auto& [r, k] = picked[static_cast<size_t>(i)];
-    const long row = r->full_row(k);
-    rows.use.row(i) = r->use.row(k).cast<double>();
-    rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row), rows.effort.row(i) = r->effort.row(row);
-  }
-  rows.weight.setZero(n);
-  if (count < kFewest) return rows;
-  for (long j = 0; j < n; ++j) {
-    Eigen::MatrixXd nuisance(count, kNuisance);
-    nuisance.col(0) = rows.v.col(j), nuisance.col(2) = rows.a.col(j), nuisance.col(3).setOnes();
-    nuisance.col(1) = (rows.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh();
-    for (long c = 0; c < kNuisance; ++c) nuisance.col(c).array() *= rows.use.col(j).array();
-    rows.basis.push_back(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nuisance).householderQ() * Eigen::MatrixXd::Identity(count, kNuisance));
-    const double variance = (rows.effort.col(j).array() - rows.effort.col(j).mean()).square().mean();
-    if (data.is_judged(static_cast<int>(j)) && variance > 0.0) rows.weight[j] = 1.0 / variance;
-  }
-  return rows;
-}
 
 // Zeros and senses of all joints, and their squared residual.
 class Fitter {
  public:
-  Fitter(const Plant& plant, const Rows& rows) : plant_(plant), rows_(rows) {
+  Fitter(const Plant& plant, const SampledMotion& rows) : plant_(plant), rows_(rows) {
     const long n = rows.q.cols();
     zero.setZero(n), sense.setOnes(n);
     least = calc_left();
@@ -74,13 +31,7 @@ class Fitter {
     const auto turn = [&](const Eigen::MatrixXd& m) -> Eigen::MatrixXd { return m * sense.asDiagonal(); };
     const Eigen::MatrixXd q = turn(rows_.q).rowwise() + zero.transpose();
     const Eigen::MatrixXd missing = rows_.effort - turn(calc_efforts(plant_, q, turn(rows_.v), turn(rows_.a)));
-    double sum = 0.0;
-    for (long j = 0; j < missing.cols(); ++j) {
-      const Eigen::MatrixXd& B = rows_.basis[static_cast<size_t>(j)];
-      const Eigen::VectorXd own = missing.col(j).cwiseProduct(rows_.use.col(j));
-      sum += rows_.weight[j] * (own - B * (B.transpose() * own)).squaredNorm();
-    }
-    return sum;
+    return rows_.calc_left(missing);
   }
 
   // Accepts the values if they reduce the residual.
@@ -125,18 +76,8 @@ class Fitter {
 
  private:
   const Plant& plant_;
-  const Rows& rows_;
+  const SampledMotion& rows_;
 };
-
-// Leaves out recordings with loads or forces by hand. The others contain zeros and gravity as well.
-std::vector<size_t> list_training(const TorqueData& data) {
-  std::vector<size_t> train;
-  for (size_t r = 0; r < data.recordings.size(); ++r) {
-    const RecordingSpec& spec = data.experiment->recordings[data.recordings[r].index].spec;
-    if (data.recordings[r].train && spec.loads.empty() && spec.pushes.empty()) train.push_back(r);
-  }
-  return train;
-}
 
 Eigen::MatrixXd calc_efforts_under(const TorqueData& data, const Vector3d& g_W, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
                                    const Eigen::MatrixXd& a) {
@@ -150,7 +91,7 @@ bool may_be_off(const TorqueData& data, long joint) {
   return data.experiment->robot.tree.joint(static_cast<int>(joint)).kind == JointKind::kRevolute;
 }
 
-Fitter fit(const TorqueData& data, const Plant& plant, const Rows& rows) {
+Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
   Fitter fitter(plant, rows);
   for (int i = 0; i < kSweeps; ++i) {
     for (long j = 0; j < rows.q.cols(); ++j) {
@@ -170,8 +111,8 @@ Fitter fit(const TorqueData& data, const Plant& plant, const Rows& rows) {
 // Standard error of the zero from its spread between recordings.
 double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found, long joint) {
   double sum = 0.0, squares = 0.0, n = 0.0;
-  for (size_t r : list_training(data)) {
-    const Rows rows = take_rows(data, {r});
+  for (size_t r : list_unloaded_training(data)) {
+    const SampledMotion rows = take_rows(data, {r});
     if (rows.tell_nothing()) continue;
     Fitter own(plant, rows);
     own.zero = found.zero, own.sense = found.sense, own.least = own.calc_left();
@@ -187,9 +128,9 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
 JointZeros find_joint_zeros(const TorqueData& data) {
   JointZeros out;
   if (data.experiment->scenario.floating_base || data.experiment->scenario.gravity_W.norm() == 0.0) return out;
-  const std::vector<size_t> train = list_training(data);
+  const std::vector<size_t> train = list_unloaded_training(data);
   const Plant plant = make_plant(*data.experiment, {});
-  const Rows rows = take_rows(data, train);
+  const SampledMotion rows = take_rows(data, train);
   if (rows.tell_nothing()) return out;
   const double nominal = Fitter(plant, rows).least;
   const Fitter found = fit(data, plant, rows);
@@ -207,7 +148,7 @@ JointZeros find_joint_zeros(const TorqueData& data) {
 
 FoundGravity find_gravity(const TorqueData& data) {
   FoundGravity out;
-  const Rows rows = take_rows(data, list_training(data));
+  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
   const long count = rows.q.rows();
   if (rows.tell_nothing()) return out;
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()), none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);

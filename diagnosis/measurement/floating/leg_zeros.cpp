@@ -36,7 +36,8 @@ struct Zero {
   double value = 0, std = 0;  // [rad]
   double share = 0;           // of the squares of the tilt about its axis that goes away with it
   Tilt axis{0, 0};            // about which it tilts the sole
-  bool is_sure() const { return std::abs(value) > std::max(kAskew, kNinetyFive * std); }
+  // Several joints of each leg are asked, so at three standard errors.
+  bool is_sure() const { return std::abs(value) > std::max(kAskew, kUnlikely * std); }
 };
 
 Sole read_sole(const std::vector<ChannelRows>& channels, const ColumnLayout& layout, const std::string& foot) {

@@ -99,6 +99,22 @@ TEST(UnitDoubts, FrictionThatGrowsWithTheLoadIsNoSurerThanTheUnitOfTheEffort) {
   EXPECT_LT(reports.report["findings"][1]["parameters"]["ratio"]["ci95"][0].get<double>(), 0.7);
 }
 
+// A wrist that carries little but the load takes another unit for another lever of it.
+TEST(LoadedUnits, APlaceThatMomentsInFittedUnitsTellIsAmbiguousWithAWiderInterval) {
+  const Experiment e = make_amperes("loaded_place", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.1;
+  Json payload = make_payload();
+  payload["parameters"]["com"] = {{"value", {0.1, 0.0, 0.0}}, {"std", {0.001, 0.001, 0.001}}, {"ci95", {{0.098, 0.102}, {-0.002, 0.002}, {-0.002, 0.002}}}, {"unit", "m"}};
+  Reports reports;
+  reports.report["findings"] = Json::array({payload});
+  doubt_beside_units(e, {unit}, &reports);
+  const Json& doubted = reports.report["findings"][0];
+  EXPECT_EQ(doubted["grade"], "ambiguous");
+  EXPECT_EQ(doubted["alternatives"][0]["effect"], "torque_constant_error");
+  EXPECT_GT(doubted["parameters"]["com"]["std"][0].get<double>(), 0.1 * 0.1);  // at least that of the load's mass
+}
+
 Json make_force(const std::vector<double>& low, const std::vector<double>& high) {
   Json ends = Json::array();
   for (size_t i = 0; i < 3; ++i) ends.push_back({low[i], high[i]});

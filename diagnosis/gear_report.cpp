@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/gear_report.h"
+
+#include <algorithm>
+
+#include "common/effects/effect_info.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/schema2.h"
+#include "diagnosis/list_fit.h"
+#include "diagnosis/report/json.h"
+#include "diagnosis/measurement/joint_zeros.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kRatioCost = 4.0;  // [nats] of each ratio: its value, and which joint
+constexpr size_t kTried = 3;        // joints: a wrong angle moves the torques of its neighbours, too
+
+// What efforts say of a joint's ratio, and by how many nats more than every effect does with angles as logged.
+struct Asked {
+  GearRatio ratio;
+  double gain = 0.0;
+  ListFit fit;
+};
+
+Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
+  const ListFit as_logged = fit_list(e, jobs);
+  Asked best;
+  for (size_t i = 0; i < std::min(kTried, list.size()); ++i) {
+    const ListFit fit = fit_list(convert_ratio(e, list[i]), jobs);
+    const double gain = compare(fit, as_logged) - kRatioCost;
+    if (gain > best.gain) best = {list[i], gain, fit};
+  }
+  return best;
+}
+
+// [nats] by which the ratio explains more than other zeros or senses of joints, which bend the weight's torque as well.
+double compare_with_zeros(const Experiment& e, const Asked& asked, int jobs) {
+  const std::vector<JointZero> zeros = find_joint_zeros(make_torque_data(e)).joints;
+  return zeros.empty() ? asked.gain : compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs));
+}
+
+std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.robot.tree.joint(ratio.joint).name; }
+
+std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
+
+Json make_scale(const Experiment& e, const GearRatio& ratio) {
+  const EffectInfo& scale = get_effect(EffectId::kSensorScale);
+  return {{"effect", scale.name},
+          {"family", get_family_name(scale.family)},
+          {"where", {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}}},
+          {"parameters", {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}}}};
+}
+
+}  // namespace
+
+Ratios find_gear_ratios(const Experiment& e, int jobs) {
+  Ratios out;
+  Experiment now = e;
+  for (int i = 0; i < e.num_joints(); ++i) {
+    const TorqueData data = make_torque_data(now);
+    const std::vector<GearRatio> list = data.recordings.empty() ? std::vector<GearRatio>{} : list_gear_ratios(data);
+    if (list.empty()) break;
+    const Asked asked = ask(now, list, jobs);
+    if (asked.gain < kConventionNats) break;
+    const double over_zeros = compare_with_zeros(now, asked, jobs);
+    if (over_zeros < -kConventionNats) break;
+    if (!asked.ratio.agreed || over_zeros < kConventionNats) {
+      out.doubted.push_back(asked.ratio);
+      break;
+    }
+    out.found.push_back(asked.ratio);
+    now = convert_ratio(std::move(now), asked.ratio);
+  }
+  return out;
+}
+
+Experiment convert_ratios(Experiment e, const Ratios& ratios) {
+  for (const GearRatio& ratio : ratios.found) e = convert_ratio(std::move(e), ratio);
+  return e;
+}
+
+std::string describe(const Experiment& e, const GearRatio& ratio) {
+  return "the angles of " + name_joint(e, ratio) + " divided by " + number(ratio.ratio, 4) + (ratio.of_motor ? ", its efforts taken times that" : "");
+}
+
+Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
+  Json f = make_scale(e, ratio);
+  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = 0.99;
+  f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3), f["of_log"] = true;
+  f["statement"] = e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
+                   " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +
+                   (ratio.of_motor ? " The effort is the motor's, too: it was multiplied by the ratio." : "");
+  f["alternatives"] = Json::array();
+  return f;
+}
+
+void doubt_ratios(const Experiment& e, const Ratios& ratios, Reports* reports) {
+  for (const GearRatio& ratio : ratios.doubted) {
+    const std::string joint = name_joint(e, ratio);
+    const std::string text = e.signal_name(ratio.joint, Quantity::kPosition) + ": the efforts agree better with angles divided by " + say_value(ratio) +
+                             "; is this the angle of the motor, or is the gear another one? The recordings do not tell it clearly, so nothing was converted";
+    reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
+    for (Json& f : reports->report["findings"]) {
+      if (f["where"].value("joint", "") != joint && !f["where"].contains("link")) continue;
+      make_ambiguous(&f);
+      f["statement"] = f.value("statement", "") + " Or the recorded angle of " + joint + " is " + number(ratio.ratio, 3) + " times the joint's.";
+      f["alternatives"].push_back(make_scale(e, ratio));
+    }
+  }
+}
+
+}  // namespace hrp::diagnosis
