@@ -83,20 +83,6 @@ TEST(Headline, FeetThatLogCountsAreSaidSoApartFromAScaleThatIsOff) {
   EXPECT_THAT(text, HasSubstr("Sensor scale at sensor /imu/base/linear_acceleration: scale 0.98"));
 }
 
-// Of 290 mA nobody knows whether they are more than 3 N m.
-TEST(Headline, ValuesInTheUnitOfALogAreNotComparedWithNewtonMetres) {
-  json report = make_leg();
-  json wrist = make_finding("coulomb_friction", "wrist", "supported", "level", 290.0, 20.0, "N m");
-  wrist["in_log_unit"] = true;
-  report["findings"].push_back(wrist);
-  report["untold_units"] = {"wrist"};
-  report["fit"]["per_signal"] = {{"/joint_states/hip/effort", {{"rms_before", 3.0}, {"rms_after", 1.0}, {"unit", "N m"}}},
-                                 {"/joint_states/wrist/effort", {{"rms_before", 400.0}, {"rms_after", 40.0}, {"unit", "N m"}}}};
-  const std::string text = join(report);
-  EXPECT_THAT(text, HasSubstr("level 0.2 to 1.1 N m, most at joint knee, and at joint wrist: level 290 ± 20 N m (unit of the log)"));
-  EXPECT_THAT(text, HasSubstr("efforts from 3 to 1 N m"));
-}
-
 TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
   EXPECT_THAT(join(make_leg()), HasSubstr("Perhaps command delay at 4 joints: delay 0.008 ± 0.002 s at each."));
 }
