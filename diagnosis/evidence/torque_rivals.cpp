@@ -15,6 +15,22 @@ namespace {
 constexpr double kLeastLever = 0.001;     // [m] of a centre of mass from its axis: nearer, no turn moves it
 constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
 
+// A link that carries no other, on a turning joint: the direction from the axis to its centre of mass, and that in which
+// the centre moves as the joint turns.
+struct LastLink {
+  Vector3d out, turn;   // in the link's axes
+  double length = 0.0;  // [m] from the axis to the centre of mass
+};
+
+// Empty if the joint carries more than its link, or if the link's centre of mass lies on the axis.
+std::optional<LastLink> find_last_link(const TreeSpec& tree, int joint) {
+  const LinkSpec& link = tree.links[static_cast<size_t>(joint) + 1];
+  const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(), [&](const LinkSpec& other) { return other.parent == joint + 1; });
+  const Vector3d axis = link.joint.axis_F.normalized(), lever = link.inertia.p_LLcm_L - axis * axis.dot(link.inertia.p_LLcm_L);
+  if (!ends || link.joint.kind != JointKind::kRevolute || lever.norm() < kLeastLever) return std::nullopt;
+  const Vector3d out = lever.normalized();
+  return LastLink{out, axis.cross(out), lever.norm()};
+}
 
 class RivalSearch {
  public:
@@ -26,7 +42,7 @@ class RivalSearch {
     compare_whole();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
     if (g_.term.whole() && g_.term.row->needs_drive) compare_gains();
-    if (g_.term.row->effect->id == EffectId::kComError) add_turned_link();
+    add_turned_link();
     return rivals_;
   }
 
@@ -51,25 +67,28 @@ class RivalSearch {
     }
   }
 
-  // Another zero of a joint turns the last link about its axis, and with it the centre of mass: to the first order the same
-  // motion of the same weight. A centre of mass that may lie as far from the axis as the model's is such a turn, whatever
-  // the evidence of the third parameter.
+  // Another zero of a joint turns the last link about its axis, and with it the centre of mass: to the first order, as far as
+  // terms go, the same motion of the same weight. Each is a rival of the other, whatever the evidence of the centre's other
+  // coordinates; of a centre of mass only if it may lie as far from the axis as the model's.
   void add_turned_link() {
-    const TreeSpec& tree = design_.data->experiment->robot.tree;
-    const LinkSpec& link = tree.links[static_cast<size_t>(g_.term.place)];
-    const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(), [&](const LinkSpec& l) { return l.parent == g_.term.place; });
-    if (!ends || link.joint.kind != JointKind::kRevolute) return;
-    const Vector3d axis = link.joint.axis_F.normalized(), lever = link.inertia.p_LLcm_L - axis * axis.dot(link.inertia.p_LLcm_L), d = g_.parameters;
-    const double length = lever.norm();
-    if (length < kLeastLever) return;
-    const Vector3d out = lever / length, turn = axis.cross(out), width = g_.width;
-    if (std::abs(d.dot(out)) > kNinetyFive * out.cwiseProduct(width).norm()) return;
+    const bool is_zero = g_.term.row->effect->id == EffectId::kJointOffset;
+    if (!is_zero && g_.term.row->effect->id != EffectId::kComError) return;
+    const int joint = is_zero ? g_.term.place : g_.term.place - 1;
+    const std::optional<LastLink> last = find_last_link(design_.data->experiment->robot.tree, joint);
+    if (!last) return;
+    const Eigen::VectorXd &p = g_.parameters, &width = g_.width;
+    if (is_zero)
+      add_unlisted(EffectId::kComError, joint + 1, -p[0] * last->length * last->turn, width[0] * last->length * last->turn.cwiseAbs());
+    else if (std::abs(p.dot(last->out)) < kNinetyFive * last->out.cwiseProduct(width).norm())
+      add_unlisted(EffectId::kJointOffset, joint, Eigen::VectorXd::Constant(1, -p.dot(last->turn) / last->length),
+                   Eigen::VectorXd::Constant(1, last->turn.cwiseProduct(width).norm() / last->length));
+  }
+
+  void add_unlisted(EffectId id, int place, const Eigen::VectorXd& value, const Eigen::VectorXd& width) {
     for (const Term& other : design_.whole) {
-      if (other.row->effect->id != EffectId::kJointOffset || tree.joint(other.place).name != link.joint.name) continue;
-      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == other.row && r.term.place == other.place; });
-      const Eigen::VectorXd zero = Eigen::VectorXd::Constant(1, -d.dot(turn) / length);
-      if (!there && is_whole_physical(design_, other, zero))
-        rivals_.push_back({other, zero, Eigen::VectorXd::Constant(1, turn.cwiseProduct(width).norm() / length), {}, {}});
+      const auto is_it = [&](const Term& t) { return t.row == other.row && t.place == place; };
+      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return is_it(r.term); });
+      if (other.row->effect->id == id && is_it(other) && !there && is_whole_physical(design_, other, value)) rivals_.push_back({other, value, width, {}, {}});
     }
   }
 

@@ -8,7 +8,7 @@
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/simulation/bodies.h"
-#include "tests/unit/diagnosis/simulated_experiment.h"
+#include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -143,6 +143,19 @@ TEST(TorqueRivals, AConstantTorqueThatHeldOutMotionRefutesGivesWayToAZero) {
   ASSERT_EQ(choice.model.whole.size(), 1u);
   EXPECT_EQ(design.whole[choice.model.whole[0]].effect().family, EffectFamily::kZero);
   EXPECT_LT(choice.fit.held[0], 0.5 * before);
+}
+
+// Both turn the weight of the forearm about the elbow, by the same angle.
+TEST(TorqueRivals, AZeroOfTheLastJointAndACentreOfMassBesideItsLineAreOneAnothersAlternative) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kComError, kFore, {0.0, 0.0, 0.03}});
+  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("rivals_turned", kArm, kArmJoints, hidden), 1);
+  const Finding* f = find(verdict, "joint_offset", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
+  const auto centre = std::find_if(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "com_error"; });
+  ASSERT_NE(centre, f->alternatives.end()) << f->statement;
+  EXPECT_NEAR(centre->parameters[0].value[2], 0.03, 0.002);  // the angle's second order, 0.2^2 / 2
 }
 
 }  // namespace
