@@ -8,10 +8,25 @@ namespace hrp::diagnosis {
 namespace {
 
 // [nats] of a model: its terms, with the sizes of those that are factors.
-double calc_cost(const TorqueDesign& design, const TorqueFit& fit) {
+double calc_cost(const FittedModel& m) {
   double of_errors = 0.0;
-  for (size_t i = 0; i < design.joints.size(); ++i) of_errors += calc_evidence(design.joints[i], fit.cross[i]);
-  return of_errors - fit.evidence;
+  for (size_t i = 0; i < m.design.joints.size(); ++i) of_errors += calc_evidence(m.design.joints[i], m.fit.cross[i]);
+  return of_errors - m.fit.evidence;
+}
+
+// Cross-validated mean square of a joint in units of its effort [(N m)^2]. Where the effort itself is the load, friction
+// mu |y| s takes mu of whatever drives the joint, errors included: 1 - mu of them are left.
+double calc_square(const FittedModel& m, size_t i) {
+  constexpr double kMostShare = 0.999;
+  const JointDesign& joint = m.design.joints[i];
+  if (!m.design.data->loaded_by_drive[static_cast<size_t>(joint.joint)]) return m.fit.cross[i];
+  const Slots slots = list_slots(m.design, m.model);
+  double mu = 0.0;
+  for (size_t t = 0; t < m.model.own[i].size(); ++t) {
+    if (joint.terms[m.model.own[i][t]].row->by_load) mu = m.fit.theta[slots.own[i][t]];
+  }
+  const double left = 1.0 - std::clamp(mu, 0.0, kMostShare);
+  return m.fit.cross[i] / (left * left);
 }
 
 // Loads of the joint by the recorded effort.
@@ -35,16 +50,17 @@ TorqueModel add_loaded_friction(const TorqueDesign& design, TorqueModel model, s
 }
 
 // [nats] by which a joint's mean square is better.
-double calc_joint_gain(const JointDesign& a, double cross_a, const JointDesign& b, double cross_b) {
-  const JointDesign& fewer = a.effective < b.effective ? a : b;
-  return calc_evidence(fewer, cross_a) - calc_evidence(fewer, cross_b);
+double calc_joint_gain(const FittedModel& a, const FittedModel& b, size_t i) {
+  const JointDesign &of_a = a.design.joints[i], &of_b = b.design.joints[i];
+  const JointDesign& fewer = of_a.effective < of_b.effective ? of_a : of_b;
+  return calc_evidence(fewer, calc_square(a, i)) - calc_evidence(fewer, calc_square(b, i));
 }
 
 }  // namespace
 
-double calc_gain(const TorqueDesign& design_a, const TorqueFit& a, const TorqueDesign& design_b, const TorqueFit& b) {
-  double nats = calc_cost(design_b, b) - calc_cost(design_a, a);
-  for (size_t i = 0; i < design_a.joints.size(); ++i) nats += calc_joint_gain(design_a.joints[i], a.cross[i], design_b.joints[i], b.cross[i]);
+double calc_gain(const FittedModel& a, const FittedModel& b) {
+  double nats = calc_cost(b) - calc_cost(a);
+  for (size_t i = 0; i < a.design.joints.size(); ++i) nats += calc_joint_gain(a, b, i);
   return nats;
 }
 
@@ -61,7 +77,7 @@ bool reload_gears(const TorqueModel& model, TorqueDesign* design) {
     if (with.own.empty()) continue;
     const TorqueFit fit = fit_torque(by_effort, with);
     const double cost = with.own[i].size() > model.own[i].size() ? find_term_row(&TermRow::by_load).cost : 0.0;
-    const double gain = calc_joint_gain(by_effort.joints[i], fit.cross[i], design->joints[i], without.cross[i]) - cost;
+    const double gain = calc_joint_gain({by_effort, with, fit}, {*design, model, without}, i) - cost;
     if (gain > 0.0 && is_model_physical(by_effort, with, fit)) load_by_effort(design->joints[i].joint, &data), any = true;
   }
   if (any) *design = make_torque_design(std::move(data));

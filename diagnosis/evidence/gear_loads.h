@@ -9,12 +9,16 @@
 namespace hrp::diagnosis {
 
 // Takes the recorded effort as the load of each joint where friction of that load beside the model is worth its cost, and
-// builds the design again. The effort's own errors hardly matter: in the product of load and direction they have no mean.
-// Returns false, without any change, if there is no such joint.
+// builds the design again. Returns false, without any change, if there is no such joint.
 bool reload_gears(const TorqueModel& model, TorqueDesign* design);
 
-// [nats] by which the fit `a` is better. Independent samples are those of both, as a better fit leaves less correlated
-// residuals.
-double calc_gain(const TorqueDesign& design_a, const TorqueFit& a, const TorqueDesign& design_b, const TorqueFit& b);
+struct FittedModel {
+  const TorqueDesign& design;
+  const TorqueModel& model;
+  const TorqueFit& fit;
+};
+
+// [nats] by which `a` is better. Independent samples are those of both, as a better fit leaves less correlated residuals.
+double calc_gain(const FittedModel& a, const FittedModel& b);
 
 }  // namespace hrp::diagnosis
