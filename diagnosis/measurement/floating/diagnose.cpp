@@ -155,11 +155,12 @@ struct ForceFaults {
   bool any() const { return !zeros.empty() || late.sensor >= 0 || clock.found; }
 };
 
-Eigen::VectorXd list_faults(const ColumnLayout& layout, const ForceFaults& faults) {
+Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, const ForceFaults& faults) {
   Eigen::VectorXd out = list_zeros(layout, faults.zeros);
   if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
-  for (int s = 0; faults.clock.found && faults.clock.late > 0 && s < layout.sensors; ++s) {
-    out(layout.sensor(s, kWrenchDelayColumn)) += faults.clock.late;
+  const ForceClock& clock = faults.clock;
+  for (int s = 0; clock.found && clock.late > 0 && s < layout.sensors; ++s) {
+    if (clock.foot == kAllFeet || log.feet[static_cast<size_t>(clock.foot)].sensor == s) out(layout.sensor(s, kWrenchDelayColumn)) += clock.late;
   }
   return out;
 }
@@ -178,7 +179,7 @@ ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>
   }
   const bool one = out.late.sensor >= 0;
   const LeggedLog& log = logs.even;
-  out.clock = find_force_clock(list_pressed(one ? correct_faults(list_faults(layout, out), layout, logs).even : log), log.sample_time);
+  out.clock = find_force_clock(list_pressed(one ? correct_faults(list_faults(log, layout, out), layout, logs).even : log), log.sample_time);
   return out;
 }
 
@@ -259,7 +260,7 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
   const ForceFaults faults = find_force_faults(logs, channels, layout);
-  const Eigen::VectorXd corrected = list_faults(layout, faults);
+  const Eigen::VectorXd corrected = list_faults(logs.even, layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
   if (faults.any()) logs = correct_faults(corrected, layout, std::move(logs)), channels = make_channels(logs);
   CheckResult checks = check_recordings(logs, channels, layout);

@@ -66,15 +66,25 @@ double interpolate(const std::vector<double>& v, double at) {
   return v[below] + (at - static_cast<double>(below)) * (v[std::min(below + 1, v.size() - 1)] - v[below]);
 }
 
-void add_blocks(const PressedStretch& s, std::vector<Block>* out) {
-  const std::vector<double> force = drop_slow(s.force, s.step), needed = drop_slow(s.needed, s.step);
+// The force of the feet that are shifted, and that of the others.
+std::vector<double> sum_feet(const PressedStretch& s, int foot, bool shifted) {
+  std::vector<double> out(s.needed.size(), 0.0);
+  for (size_t f = 0; f < s.force.size(); ++f) {
+    const bool is_shifted = foot == kAllFeet || static_cast<int>(f) == foot;
+    for (size_t k = 0; k < out.size() && is_shifted == shifted; ++k) out[k] += s.force[f][k];
+  }
+  return out;
+}
+
+void add_blocks(const PressedStretch& s, int foot, std::vector<Block>* out) {
+  const std::vector<double> force = drop_slow(sum_feet(s, foot, true), s.step), rest = drop_slow(sum_feet(s, foot, false), s.step), needed = drop_slow(s.needed, s.step);
   const auto reach = static_cast<size_t>(std::ceil(kReach / s.step)), length = static_cast<size_t>(std::lround(kBlock / s.step));
   for (size_t begin = reach; begin + length + reach < force.size(); begin += length) {
     Block block{s.recording, Curve(count_shifts())};
     for (size_t i = 0; i < block.curve.size(); ++i) {
       Products& p = block.curve[i];
       for (size_t k = begin; k < begin + length; ++k) {
-        const double f = interpolate(force, static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
+        const double f = rest[k] + interpolate(force, static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
         if (std::isfinite(f) && std::isfinite(m)) p.add({f * f, f * m, m * m, 1});
       }
     }
@@ -165,20 +175,40 @@ double find_agreement(const Sums& sums, double shift) {
   return 1 - left / std::max(1e-300, all);
 }
 
-}  // namespace
+double calc_nats(const std::vector<Block>& blocks, const Sums& sums, double shift) {
+  const auto at = static_cast<size_t>(std::lround((shift + kReach) / kShiftStep));
+  double nats = 0;
+  for (const Block& b : blocks) nats -= 0.5 * std::log(std::max(1e-300, sums.at(b.recording)[at].find_left()));
+  return nats;
+}
 
-ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
+ForceClock find_clock(const std::vector<PressedStretch>& stretches, int foot, double sample_time) {
   std::vector<Block> blocks;
-  for (const PressedStretch& s : stretches) add_blocks(s, &blocks);
+  for (const PressedStretch& s : stretches) add_blocks(s, foot, &blocks);
   if (blocks.size() < kFewestBlocks) return {};
   const Told all = find_shift(blocks);
   if (!std::isfinite(all.std)) return {};
   const Sums sums = sum_blocks(blocks);
   const std::vector<Told> told = list_told(blocks, all.value);
-  ForceClock out{all.value, std::hypot(all.std, find_difference(told)), find_agreement(sums, all.value), find_agreement(sums, 0)};
+  ForceClock out{foot, all.value, std::hypot(all.std, find_difference(told)), find_agreement(sums, all.value), find_agreement(sums, 0), calc_nats(blocks, sums, all.value), false, {}};
   const bool sure = std::abs(all.value) > std::max(kUnlikely * all.std, kHalf * sample_time);
   out.found = sure && !told.empty() && is_same_everywhere(told, all.value) && 1 - out.agreement < kNearlyAll * (1 - out.as_logged);
   return out;
+}
+
+}  // namespace
+
+ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
+  std::vector<ForceClock> all{find_clock(stretches, kAllFeet, sample_time)};
+  const int feet = stretches.empty() ? 0 : static_cast<int>(stretches[0].force.size());
+  for (int foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
+  // One foot that is ahead is the others' delay, of which there may be several.
+  all.erase(std::remove_if(all.begin(), all.end(), [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }), all.end());
+  if (all.empty()) return {};
+  std::stable_sort(all.begin(), all.end(), [](const ForceClock& a, const ForceClock& b) { return a.nats > b.nats; });
+  ForceClock best = all[0];
+  for (size_t i = 1; i < all.size() && all[i].nats > best.nats - kOdds; ++i) best.rivals.push_back(all[i]);
+  return best;
 }
 
 namespace {
@@ -190,19 +220,13 @@ bool is_felt(const LeggedLog& log) {
   });
 }
 
-double sum_forces(const LeggedLog& log, const Clip& clip, size_t k) {
-  double sum = 0;
-  for (const Foot& f : log.feet) sum += calc_vertical_force(log, clip, static_cast<size_t>(f.sensor), k);
-  return sum;
-}
-
 PressedStretch press(const LeggedLog& log, size_t c) {
   const Clip& clip = log.clips[c];
-  PressedStretch out{static_cast<int>(clip.recording), clip.step, {}, {}};
+  PressedStretch out{static_cast<int>(clip.recording), clip.step, std::vector<std::vector<double>>(log.feet.size()), {}};
   BodyMotion motion(log, clip);
   Eigen::VectorXd tau(motion.model().nv());
   for (size_t k = clip.edge; k + clip.edge < clip.size(); ++k) {
-    out.force.push_back(sum_forces(log, clip, k));
+    for (size_t f = 0; f < log.feet.size(); ++f) out.force[f].push_back(calc_vertical_force(log, clip, static_cast<size_t>(log.feet[f].sensor), k));
     out.needed.push_back(std::numeric_limits<double>::quiet_NaN());
     if (!motion.update(k)) continue;
     calc_inverse_dynamics(motion.model(), motion.vdot(), nullptr, &motion.data(), &tau);
@@ -228,25 +252,42 @@ std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
   return out;
 }
 
+namespace {
+
+std::string name_feet(const LeggedLog& log, int foot) {
+  if (foot == kAllFeet) return "/wrench";
+  return "/wrench/" + log.sensors[static_cast<size_t>(log.feet[static_cast<size_t>(foot)].sensor)].name + "/force";
+}
+
+std::string describe_clock(const LeggedLog& log, const ForceClock& clock) {
+  const std::string size = format(" %.0f +- %.0f ms late", 1e3 * std::abs(clock.late), 1e3 * kNinetyFive * clock.std);
+  const std::string whose = clock.foot == kAllFeet ? "The feet's forces follow" : "The force of " + log.feet[static_cast<size_t>(clock.foot)].name + " follows";
+  const std::string text = (clock.late > 0 ? whose + " the acceleration of the body" : "The acceleration of the body follows the feet's forces") + size;
+  return text + format(": so shifted, %.0f %% of their changes within half a second are the same, not %.0f %%.", 100 * clock.agreement, 100 * clock.as_logged);
+}
+
+}  // namespace
+
 Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
   const EffectInfo& effect = get_laws().sensor_delay.info();
   const auto main = static_cast<size_t>(BodyMotion::find_main_imu(log));
   const std::string imu = "/imu/" + log.imus[main].name;
   const double odds = ask_encoders(log, main, clock.late);
-  const std::vector<Estimate> value{make_value(effect, std::abs(clock.late), clock.std)};
-  const auto add = [&](const std::string& sensor, Finding* f) {
-    f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value, "a jolt that all sensors feel, with the robot hung up"));
+  const auto value = [&](const ForceClock& c) { return std::vector<Estimate>{make_value(effect, std::abs(c.late), c.std)}; };
+  const auto add = [&](const std::string& sensor, const ForceClock& c, Finding* f) {
+    f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value(c), "a jolt that all sensors feel, with the robot hung up"));
   };
-  const bool forces = clock.late > 0;
-  // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing.
-  Finding f = make_finding(effect, {{"sensor", forces ? "/wrench" : odds < -kOdds ? imu : imu + "/linear_acceleration"}}, value);
-  if (forces && odds < kOdds) add("/joint_states", &f);
-  if (!forces && std::abs(odds) < kOdds) add(imu, &f);
+  const bool forces = clock.late > 0, all = clock.foot == kAllFeet;
+  // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing. One foot's
+  // clock is no question of the IMU.
+  Finding f = make_finding(effect, {{"sensor", forces ? name_feet(log, clock.foot) : odds < -kOdds ? imu : imu + "/linear_acceleration"}}, value(clock));
+  if (all && forces && odds < kOdds) add("/joint_states", clock, &f);
+  if (all && !forces && std::abs(odds) < kOdds) add(imu, clock, &f);
+  for (const ForceClock& rival : clock.rivals) add(name_feet(log, rival.foot), rival, &f);
   f.grade = clock.agreement > kMostly && f.alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = 0.9, f.share = (clock.agreement - clock.as_logged) / (1 - clock.as_logged), f.weight = 0.5;
-  f.statement = format(forces ? "The feet's forces follow the acceleration of the body %.0f +- %.0f ms late" : "The acceleration of the body follows the feet's forces %.0f +- %.0f ms late", 1e3 * std::abs(clock.late), 1e3 * kNinetyFive * clock.std) +
-                format(": so shifted, %.0f %% of their changes within half a second are the same, not %.0f %%.", 100 * clock.agreement, 100 * clock.as_logged);
-  if (odds > kOdds) f.statement += " Encoders of standing legs turn with the IMU: its clock is not the cause.";
+  f.statement = describe_clock(log, clock);
+  if (all && odds > kOdds) f.statement += " Encoders of standing legs turn with the IMU: its clock is not the cause.";
   if (clock.agreement <= kMostly) f.statement += " A body that shakes elsewhere than at its IMU can look so, too.";
   return f;
 }

@@ -25,11 +25,11 @@ constexpr double kSample = 0.01;  // [s]
 PressedStretch make_stretch(int recording, double late, double moves) {
   std::mt19937 random(static_cast<unsigned>(71 + recording));
   std::normal_distribution<double> normal;
-  PressedStretch out{recording, kSample, {}, {}};
+  PressedStretch out{recording, kSample, {{}}, {}};
   const auto shake = [&](double t) { return moves * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1)); };
   for (double t = 0; t < 10; t += kSample) {
     const double elsewhere = moves * (std::sin(17 * t) + std::sin(26 * t + 2));
-    out.force.push_back(300 + 20 * std::sin(t) + 0.5 * shake(t - late) + normal(random));
+    out.force[0].push_back(300 + 20 * std::sin(t) + 0.5 * shake(t - late) + normal(random));
     out.needed.push_back(310 + shake(t) + elsewhere + normal(random));
   }
   return out;
@@ -45,6 +45,33 @@ TEST(ForceClock, ARecordingWithoutMotionDoesNotHideThatForcesAreLate) {
 TEST(ForceClock, ForcesInTimeAndRecordingsThatDisagreeAreNotLate) {
   EXPECT_FALSE(find_force_clock({make_stretch(0, 0, 40), make_stretch(1, 0, 20)}, kSample).found);
   EXPECT_FALSE(find_force_clock({make_stretch(0, 0.03, 40), make_stretch(1, 0.001, 40)}, kSample).found);
+}
+
+// Feet that take turns: each carries the body for a second.
+PressedStretch make_steps(int recording, const std::vector<double>& late) {
+  std::mt19937 random(static_cast<unsigned>(91 + recording));
+  std::normal_distribution<double> normal;
+  const auto shake = [&](double t) { return 40 * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1)); };
+  PressedStretch out{recording, kSample, std::vector<std::vector<double>>(late.size()), {}};
+  for (double t = 0; t < 30; t += kSample) {
+    for (size_t f = 0; f < late.size(); ++f) {
+      const double at = t - late[f], share = 0.5 + 0.5 * std::sin(M_PI * at + 2 * M_PI * static_cast<double>(f) / static_cast<double>(late.size()));
+      out.force[f].push_back(share * (300 + shake(at)) + normal(random));
+    }
+    out.needed.push_back(300 + shake(t) + normal(random));
+  }
+  return out;
+}
+
+TEST(ForceClock, OneLateFootIsToldFromAllFeetThatAreLate) {
+  const ForceClock one = find_force_clock({make_steps(0, {0, 0.05}), make_steps(1, {0, 0.05})}, kSample);
+  EXPECT_TRUE(one.found);
+  EXPECT_EQ(one.foot, 1);
+  EXPECT_NEAR(one.late, 0.05, 0.005);
+  const ForceClock all = find_force_clock({make_steps(0, {0.05, 0.05}), make_steps(1, {0.05, 0.05})}, kSample);
+  EXPECT_TRUE(all.found);
+  EXPECT_EQ(all.foot, kAllFeet);
+  EXPECT_TRUE(all.rivals.empty());
 }
 
 // Delays [s] that the report finds, by sensor, of vertical forces alone.
