@@ -78,6 +78,13 @@ bool is_share_of_load(const Json& finding) {
   return effect && effect->family == EffectFamily::kDryFriction && finding["parameters"].contains("ratio");
 }
 
+// True for friction whose torque is no share of the load's: nothing of bodies follows direction or speed, whatever the unit.
+// Its size is as large as the unit; that it is there is sure.
+bool is_own_friction(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  return effect && (effect->family == EffectFamily::kDryFriction || effect->family == EffectFamily::kSpeedLoss) && !is_share_of_load(finding);
+}
+
 // A unit that is off by a share of itself leaves this share of the load's torque over. While the load brakes or drives the
 // joint, it looks like friction that grows with the load by the same share.
 void doubt_share_of_load(const Experiment& e, const EffortUnit& u, Json* finding) {
@@ -164,8 +171,11 @@ void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& unit
       if (joint.empty() || e.robot.tree.joint(u.joint).name != joint) continue;
       if (is_share_of_load(f)) doubt_share_of_load(e, u, &f);
       if (!is_in_log_unit(f)) continue;
-      widen_finding(find_blur(u), 0.0, &f);
-      if (find_blur(u) > kPart || is_load_or_unit(u)) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
+      const double blur = is_load_or_unit(u) ? std::max(find_blur(u), u.of_load) : find_blur(u);
+      widen_finding(blur, 0.0, &f);
+      const bool sized = is_own_friction(f) && kNinetyFive * blur < 1.0;
+      if (sized && blur > kPart) f["statement"] = f.value("statement", "") + " It is there in any unit; its size is as uncertain as the unit of this joint's effort.";
+      if (!sized && blur > kPart) doubt_beside(e, {u}, " The unit of this joint's effort is hardly known.", &f);
     }
   }
 }

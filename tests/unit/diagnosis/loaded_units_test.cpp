@@ -80,6 +80,29 @@ TEST(LoadedUnits, AMassThatIsToldBesideUnitsKeepsItsGradeWithAWiderInterval) {
   EXPECT_LT(kept["parameters"]["mass"]["ci95"][0].get<double>(), 1.8);
 }
 
+Json make_of_joint(const char* effect, const char* parameter, double value, const char* unit) {
+  return {{"effect", effect}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"statement", "elbow."},
+          {"parameters", {{parameter, {{"value", value}, {"std", 0.01}, {"ci95", {value - 0.02, value + 0.02}}, {"unit", unit}}}}}, {"alternatives", Json::array()}};
+}
+
+// Inertia of bodies in a wrong unit looks like a rotor. Nothing of bodies looks like friction.
+TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
+  const Experiment e = make_amperes("loaded_friction", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.3;  // or another load and unit
+  Reports reports;
+  reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m"), make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2")});
+  doubt_beside_units(e, {unit}, &reports);
+  const Json &friction = reports.report["findings"][0], &rotor = reports.report["findings"][1];
+  EXPECT_EQ(friction["grade"], "supported");
+  EXPECT_LT(friction["parameters"]["level"]["ci95"][0].get<double>(), 0.45);  // 1 - 1.96 x 0.3 = 0.41
+  EXPECT_EQ(rotor["grade"], "ambiguous");
+  unit.of_load = 0.6;  // the interval holds none
+  reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m")});
+  doubt_beside_units(e, {unit}, &reports);
+  EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
+}
+
 Json make_load_friction(double ratio) {
   return {{"effect", "backdriving_friction"}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"statement", "elbow."},
           {"parameters", {{"ratio", {{"value", ratio}, {"std", 0.03}, {"ci95", {ratio - 0.06, ratio + 0.06}}, {"unit", "1"}}}}}, {"alternatives", Json::array()}};
