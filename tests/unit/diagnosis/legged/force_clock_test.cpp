@@ -81,7 +81,9 @@ std::vector<std::pair<std::string, double>> find_delays(const std::string& colum
   Experiment e = make_biped({}, recorded);
   delay_columns(columns, samples, &e);
   std::vector<std::pair<std::string, double>> out;
-  for (const Finding& f : diagnose_legged(e, nullptr).evidence.findings) {
+  const Evidence evidence = diagnose_legged(e, nullptr).evidence;
+  for (const SignalFit& s : evidence.fit.signals) EXPECT_GT(s.spread, 0) << s.signal;  // shares are of it
+  for (const Finding& f : evidence.findings) {
     if (f.effect == "sensor_delay") out.emplace_back(f.where.begin()->get<std::string>(), f.parameters.at(0).value.at(0));
   }
   return out;
