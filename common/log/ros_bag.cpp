@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/robot/bag_metadata.h"
 #include "common/log/ros_types.h"
 #include "common/mcap/compression.h"
@@ -19,10 +20,6 @@ namespace hrp {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 // Largest size of a message or file after it was unpacked: enough for any, and a lie in a file costs nothing.
 constexpr uint64_t kLargest = uint64_t{1} << 40;

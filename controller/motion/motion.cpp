@@ -6,15 +6,12 @@
 #include <fstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/base/read_file.h"
 #include "controller/motion/motion_text.h"
 
 namespace hrp {
 namespace {
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
 
 // Slopes of frame k: differences to the neighbours, weighted for uneven steps (the parabola through three frames).
 Eigen::MatrixXd calc_slopes(const Motion& motion) {

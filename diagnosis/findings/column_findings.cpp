@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <string>
 
+#include "common/base/ends_with.h"
+
 namespace hrp::diagnosis {
 namespace {
-
-bool ends_with(const std::string& text, const std::string& end) { return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0; }
 
 bool is_of_columns(const Finding& f) {
   const std::string sensor = f.where.value("sensor", "");

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "common/base/ends_with.h"
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
@@ -119,10 +120,6 @@ void add_groups(const json& report, std::vector<std::string>* out) {
       smaller += (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
   }
   if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
-}
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
 // Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as newton
