@@ -25,9 +25,8 @@ struct LastLink {
 // Empty if the joint carries more than its link, or if the link's centre of mass lies on the axis.
 std::optional<LastLink> find_last_link(const TreeSpec& tree, int joint) {
   const LinkSpec& link = tree.links[static_cast<size_t>(joint) + 1];
-  const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(), [&](const LinkSpec& other) { return other.parent == joint + 1; });
   const Vector3d axis = link.joint.axis_F.normalized(), lever = link.inertia.p_LLcm_L - axis * axis.dot(link.inertia.p_LLcm_L);
-  if (!ends || link.joint.kind != JointKind::kRevolute || lever.norm() < kLeastLever) return std::nullopt;
+  if (!is_last(tree, joint + 1) || link.joint.kind != JointKind::kRevolute || lever.norm() < kLeastLever) return std::nullopt;
   const Vector3d out = lever.normalized();
   return LastLink{out, axis.cross(out), lever.norm()};
 }
@@ -54,9 +53,7 @@ class RivalSearch {
     const std::string& joint = tree.joint(g_.term.place).name;
     for (size_t link = 1; link < tree.links.size(); ++link) {
       const LinkSpec& own = tree.links[link];
-      const bool ends = std::none_of(tree.links.begin() + 1, tree.links.end(),
-                                     [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
-      if (own.joint.name != joint || own.parent != 0 || !ends) continue;
+      if (own.joint.name != joint || own.parent != 0 || !is_last(tree, static_cast<int>(link))) continue;
       const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) {
         return r.term.row->factor && r.term.place == static_cast<int>(link);
       });

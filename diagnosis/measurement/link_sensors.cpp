@@ -12,6 +12,7 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -127,16 +128,11 @@ class Finder {
     if (!there) return;
     if (sensor.link == 0)
       out_.notes.push_back(sensor.name + " is on a link that does not move, so it is compared with nothing");
-    else if (!sensor.whole && has_children(sensor.link))
+    else if (!sensor.whole && !is_last(e_.robot.tree, sensor.link))
       out_.notes.push_back(sensor.name + " sits within link " + e_.robot.tree.links[static_cast<size_t>(sensor.link)].name +
                            ", which carries other joints; name the link behind one of its joints");
     else
       out_.sensors.push_back(sensor);
-  }
-
-  bool has_children(int link) const {
-    const auto& links = e_.robot.tree.links;
-    return std::any_of(links.begin() + 1, links.end(), [&](const LinkSpec& l) { return l.parent == link; });
   }
 
   void add_imu(const ImuSpec& spec) {

@@ -8,4 +8,7 @@ namespace hrp::diagnosis {
 // Whether a link carries another one, or is it.
 bool is_above(const TreeSpec& tree, int link, int carried);
 
+// Whether a link carries no other.
+bool is_last(const TreeSpec& tree, int link);
+
 }  // namespace hrp::diagnosis

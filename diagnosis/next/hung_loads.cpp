@@ -5,6 +5,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -19,16 +20,12 @@ double calc_moving_mass(const TreeSpec& tree, int last) {
   return mass;
 }
 
-bool is_last(const TreeSpec& tree, size_t link) {
-  return std::none_of(tree.links.begin(), tree.links.end(), [&](const LinkSpec& other) { return other.parent == static_cast<int>(link); });
-}
-
 }  // namespace
 
 std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most) {
   std::vector<LoadSpec> loads;
   for (size_t link = 1; link < tree.links.size() && loads.size() < kMostPlaces; ++link) {
-    if (!is_last(tree, link)) continue;
+    if (!is_last(tree, static_cast<int>(link))) continue;
     const double allowed = std::min(most, kPart * calc_moving_mass(tree, static_cast<int>(link)));
     const auto mass = std::find_if(std::begin(kMasses), std::end(kMasses), [&](double m) { return m <= allowed; });
     if (mass == std::end(kMasses)) continue;
