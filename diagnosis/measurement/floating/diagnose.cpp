@@ -165,10 +165,9 @@ Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, co
   return out;
 }
 
-Halves correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves logs) {
-  correct_log(layout, about, &logs.even), correct_log(layout, about, &logs.odd);
-  logs.contacts = find_contacts(logs.even);
-  return logs;
+void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves* logs) {
+  correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
+  logs->contacts = find_contacts(logs->even);
 }
 
 // One late foot first: what both have in common is seen in their sum. Counts tell of clocks alone.
@@ -177,9 +176,15 @@ ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>
   if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) {
     out.zeros = find_air_zeros(logs.even, logs.contacts), out.late = find_late_foot(logs.even, channels, layout);
   }
-  const bool one = out.late.sensor >= 0;
   const LeggedLog& log = logs.even;
-  out.clock = find_force_clock(list_pressed(one ? correct_faults(list_faults(log, layout, out), layout, logs).even : log), log.sample_time);
+  const auto find_clock = [&](const LeggedLog& of) { return find_force_clock(list_pressed(of), of.sample_time); };
+  if (out.late.sensor < 0) {
+    out.clock = find_clock(log);
+  } else {
+    LeggedLog in_time = log;
+    correct_log(layout, list_faults(log, layout, out), &in_time);
+    out.clock = find_clock(in_time);
+  }
   return out;
 }
 
@@ -262,7 +267,7 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   const ForceFaults faults = find_force_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(logs.even, layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
-  if (faults.any()) logs = correct_faults(corrected, layout, std::move(logs)), channels = make_channels(logs);
+  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
   CheckResult checks = check_recordings(logs, channels, layout);
   const Used used{!checks.raw_counts, drives == Drives::kJudged};
   if (used.drives) {

@@ -13,7 +13,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-
 // Feet lie a little askew, each its own way: only how the body turns tells legs apart.
 std::vector<Standing> list_turning(const LeggedLog& log, size_t imu) {
   std::vector<Standing> out = list_standing(log, imu, Purpose::kForTurns);

@@ -48,6 +48,7 @@ struct Block {
 
 size_t count_shifts() { return 2 * static_cast<size_t>(std::lround(kReach / kShiftStep)) + 1; }
 double get_shift(double i) { return -kReach + kShiftStep * i; }
+size_t find_nearest(double shift) { return static_cast<size_t>(std::lround((shift + kReach) / kShiftStep)); }
 
 // Less its mean over half a second about each stamp.
 std::vector<double> drop_slow(const std::vector<double>& v, double step) {
@@ -169,14 +170,14 @@ double find_difference(const std::vector<Told>& told) {
 
 // Share of the forces' squares that follows the motion at a shift, recordings by what they know.
 double find_agreement(const Sums& sums, double shift) {
-  const auto at = static_cast<size_t>(std::lround((shift + kReach) / kShiftStep));
+  const size_t at = find_nearest(shift);
   double left = 0, all = 0;
   for (const auto& [recording, curve] : sums) left += curve[at].ff * curve[at].find_left(), all += curve[at].ff;
   return 1 - left / std::max(1e-300, all);
 }
 
 double calc_nats(const std::vector<Block>& blocks, const Sums& sums, double shift) {
-  const auto at = static_cast<size_t>(std::lround((shift + kReach) / kShiftStep));
+  const size_t at = find_nearest(shift);
   double nats = 0;
   for (const Block& b : blocks) nats -= 0.5 * std::log(std::max(1e-300, sums.at(b.recording)[at].find_left()));
   return nats;

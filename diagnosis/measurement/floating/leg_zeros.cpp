@@ -13,7 +13,6 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/sole_check.h"
-#include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
@@ -21,13 +20,12 @@ namespace {
 
 constexpr const char* kMotion = "the leg against its stops, or bent at one joint after the other";
 
-using Tilt = Eigen::Vector2d;           // roll, pitch [rad]
-using ByRecording = std::map<int, Tilt>;
+using Tilt = TiltByRecording::mapped_type;
 
 // Of one foot: its tilt, and how a zero of each joint would tilt it.
 struct Sole {
-  ByRecording tilt;
-  std::map<int, ByRecording> slope;  // by joint
+  TiltByRecording tilt;
+  std::map<int, TiltByRecording> slope;  // by joint
 };
 
 // A joint's zero that the tilts ask for.
@@ -41,31 +39,22 @@ struct Zero {
 };
 
 Sole read_sole(const std::vector<ChannelRows>& channels, const ColumnLayout& layout, const std::string& foot) {
-  Sole out;
-  std::map<int, int> axes;
+  Sole out{list_tilts(channels, foot), {}};
   for (const ChannelRows& c : channels) {
     if (c.info.name != foot || !c.info.equation.is(EquationKind::kTilt)) continue;
-    const int axis = c.info.equation.axis;
-    for (const auto& [recording, y] : split_by_recording(c)) {
-      if (y.size() < kQuietRows) continue;
-      out.tilt[recording](axis) = find_median(y), ++axes[recording];
-    }
     for (size_t k = 0; k < c.columns.size(); ++k) {
       const int joint = (c.columns[k] - layout.joint(0, 0)) / kJointColumns;
       if (c.columns[k] < layout.joint(0, 0) || joint >= layout.joints || c.columns[k] != layout.joint(joint, kOffsetColumn)) continue;
       std::map<int, std::vector<double>> slopes;
       for (size_t i = 0; i < c.rows(); ++i) slopes[c.recording[i]].push_back(c.row(i)[k]);
-      for (const auto& [recording, s] : slopes) out.slope[joint].try_emplace(recording, Tilt::Zero()).first->second(axis) = find_median(s);
+      for (const auto& [recording, s] : slopes) out.slope[joint].try_emplace(recording, Tilt::Zero()).first->second(c.info.equation.axis) = find_median(s);
     }
-  }
-  for (const auto& [recording, count] : axes) {
-    if (count < 2) out.tilt.erase(recording);
   }
   return out;
 }
 
 // Recordings are the errors: within one, an attitude that drifts is the same for all rows.
-Zero fit_zero(int joint, const ByRecording& tilt, const ByRecording& slope) {
+Zero fit_zero(int joint, const TiltByRecording& tilt, const TiltByRecording& slope) {
   Zero out;
   out.joint = joint;
   std::vector<double> each;
@@ -80,8 +69,8 @@ Zero fit_zero(int joint, const ByRecording& tilt, const ByRecording& slope) {
 }
 
 // Of a sole less the mean of the others.
-ByRecording subtract_others(const std::vector<Sole>& soles, size_t own) {
-  ByRecording out;
+TiltByRecording subtract_others(const std::vector<Sole>& soles, size_t own) {
+  TiltByRecording out;
   for (const auto& [r, tilt] : soles[own].tilt) {
     Tilt sum = Tilt::Zero();
     double count = 0;
@@ -97,7 +86,7 @@ ByRecording subtract_others(const std::vector<Sole>& soles, size_t own) {
 // their axis, best first. The other soles have to say the same: what tilts all of them is no zero of a leg.
 std::vector<Zero> list_zeros(const LeggedLog& log, const std::vector<Sole>& soles, size_t foot) {
   std::vector<Zero> out;
-  const ByRecording against = subtract_others(soles, foot);
+  const TiltByRecording against = subtract_others(soles, foot);
   if (against.size() < 2) return out;
   for (const auto& [joint, slope] : soles[foot].slope) {
     if (!is_above(log.tree, joint + 1, log.feet[foot].link)) continue;

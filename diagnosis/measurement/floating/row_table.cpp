@@ -6,6 +6,12 @@
 
 namespace hrp::diagnosis::floating {
 
+std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows) {
+  std::map<int, std::vector<double>> out;
+  for (size_t i = 0; i < rows.rows(); ++i) out[rows.recording[i]].push_back(rows.y[i]);
+  return out;
+}
+
 int RowTable::add_channel(const ChannelInfo& info, std::vector<int> columns) {
   ChannelRows rows;
   rows.info = info;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -76,6 +77,9 @@ class RowTable {
   std::vector<std::vector<int>> local_;  // by channel, by column: place in the row, -1: none
   std::vector<Sum> sums_;
 };
+
+// What is left of an equation, by recording.
+std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows);
 
 // The rows that both halves have: their means, and half their differences.
 std::vector<ChannelRows> merge_halves(const RowTable& even, const RowTable& odd);

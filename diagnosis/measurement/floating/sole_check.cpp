@@ -10,17 +10,13 @@
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
-namespace {
-
-using ByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]: medians
-
-ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {
+TiltByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {
   std::map<int, std::vector<double>> angles[2];
   for (const ChannelRows& c : channels) {
     if (c.info.name != foot || !c.info.equation.is(EquationKind::kTilt)) continue;
     angles[c.info.equation.axis] = split_by_recording(c);
   }
-  ByRecording out;
+  TiltByRecording out;
   for (const auto& [recording, roll] : angles[0]) {
     const auto pitch = angles[1].find(recording);
     if (roll.size() < kQuietRows || pitch == angles[1].end() || pitch->second.size() < kQuietRows) continue;
@@ -28,6 +24,8 @@ ByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::stri
   }
   return out;
 }
+
+namespace {
 
 std::string describe(const Eigen::Vector2d& tilt) { return format("roll %.1f, pitch %.1f mrad", 1e3 * tilt.x(), 1e3 * tilt.y()); }
 
@@ -39,7 +37,7 @@ void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std
     if (c.info.equation == Equation(EquationKind::kTilt, 0)) feet.push_back(c.info.name);
   }
   for (const std::string& foot : feet) {
-    const ByRecording tilts = list_tilts(channels, foot);
+    const TiltByRecording tilts = list_tilts(channels, foot);
     const auto less = [](const auto& a, const auto& b) { return a.second.norm() < b.second.norm(); };
     const auto [least, most] = std::minmax_element(tilts.begin(), tilts.end(), less);
     if (tilts.empty() || most->second.norm() < kAskew) continue;

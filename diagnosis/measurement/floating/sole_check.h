@@ -2,11 +2,20 @@
 // How far soles that stand are from level by the encoders and the base's attitude, recording by recording.
 #pragma once
 
+#include <map>
+#include <string>
+#include <vector>
+
 #include "diagnosis/measurement/floating/checks.h"
 
 namespace hrp::diagnosis::floating {
 
 constexpr double kAskew = 0.01;  // [rad] half a degree: zeros of encoders are set no better, floors no more level
+
+using TiltByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]
+
+// Medians of a foot's tilt while it stands, in recordings where both are known.
+TiltByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot);
 
 // A remaining difference for each flat foot that is askew. It may be the zeros of the leg's encoders, the ground, a sole that
 // gives, or the attitude; one number cannot tell which.

@@ -366,12 +366,6 @@ class WeightChecker {
 
 }  // namespace
 
-std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows) {
-  std::map<int, std::vector<double>> out;
-  for (size_t i = 0; i < rows.rows(); ++i) out[rows.recording[i]].push_back(rows.y[i]);
-  return out;
-}
-
 const ChannelRows* find_weight_equation(const std::vector<ChannelRows>& channels) {
   const ChannelRows* best = nullptr;
   for (const ChannelRows& c : channels) {

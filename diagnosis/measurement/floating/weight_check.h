@@ -2,7 +2,6 @@
 // What the feet carry against what the model weighs, by whole recordings; and forces that are no newtons.
 #pragma once
 
-#include <map>
 #include <vector>
 
 #include "diagnosis/measurement/floating/checks.h"
@@ -13,9 +12,6 @@ namespace hrp::diagnosis::floating {
 constexpr double kKnownWeight = 0.008;
 // Cells at rest that tell what a recording or a part of it weighs, or its gravity.
 constexpr size_t kQuietRows = 20;
-
-// What is left of an equation, by recording.
-std::map<int, std::vector<double>> split_by_recording(const ChannelRows& rows);
 
 // Adds what it finds to `out`.
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
