@@ -38,8 +38,8 @@ Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
 }
 
 // [nats] by which the ratio explains more than other zeros or senses of joints, which bend the weight's torque as well.
-double compare_with_zeros(const Experiment& e, const Asked& asked, int jobs) {
-  const std::vector<JointZero> zeros = find_joint_zeros(make_torque_data(e)).joints;
+double compare_with_zeros(const Experiment& e, const TorqueData& data, const Asked& asked, int jobs) {
+  const std::vector<JointZero> zeros = find_joint_zeros(data).joints;
   return zeros.empty() ? asked.gain : compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs));
 }
 
@@ -66,7 +66,7 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     if (list.empty()) break;
     const Asked asked = ask(now, list, jobs);
     if (asked.gain < kConventionNats) break;
-    const double over_zeros = compare_with_zeros(now, asked, jobs);
+    const double over_zeros = compare_with_zeros(now, data, asked, jobs);
     if (over_zeros < -kConventionNats) break;
     if (!asked.ratio.agreed || over_zeros < kConventionNats) {
       out.doubted.push_back(asked.ratio);

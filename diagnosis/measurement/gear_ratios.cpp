@@ -25,15 +25,20 @@ struct Trial {
   bool of_motor = false;
 };
 
-// What is left with it. An effort of the motor is compared with the motor's part of the torque.
-double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) {
+Eigen::MatrixXd calc_torques(const Plant& plant, const SampledMotion& rows, const Trial& t) {
   const double by = std::exp(-t.log);
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
   q.col(t.joint) *= by, v.col(t.joint) *= by, a.col(t.joint) *= by;
-  Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
-  if (t.of_motor) tau.col(t.joint) *= by;
+  return calc_efforts(plant, q, v, a);
+}
+
+// What is left with these torques. An effort of the motor is compared with the motor's part of them.
+double calc_left(const SampledMotion& rows, const Trial& t, Eigen::MatrixXd tau) {
+  if (t.of_motor) tau.col(t.joint) *= std::exp(-t.log);
   return rows.calc_left(rows.effort - tau);
 }
+
+double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) { return calc_left(rows, t, calc_torques(plant, rows, t)); }
 
 // Moves the ratio by ever smaller steps while less is left.
 double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
@@ -50,17 +55,20 @@ double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
   return least;
 }
 
-// The best ratio of a joint, and what is left with it.
+// The best ratio of a joint, and what is left with it. The torques of an angle serve both meanings of the effort.
 double find_best(const Plant& plant, const SampledMotion& rows, Trial* best) {
-  double least = HUGE_VAL;
   const int joint = best->joint;
-  for (const bool of_motor : {false, true}) {
-    for (double log = -kLargest; log <= kLargest + kStep; log += kStep) {
-      const Trial t{joint, log, of_motor};
-      const double left = calc_left(plant, rows, t);
-      if (left < least) least = left, *best = t;
+  Trial of[2];  // of the link, of the motor
+  double least[2] = {HUGE_VAL, HUGE_VAL};
+  for (double log = -kLargest; log <= kLargest + kStep; log += kStep) {
+    const Eigen::MatrixXd tau = calc_torques(plant, rows, {joint, log, false});
+    for (const int i : {0, 1}) {
+      const Trial t{joint, log, i == 1};
+      const double left = calc_left(rows, t, tau);
+      if (left < least[i]) least[i] = left, of[i] = t;
     }
   }
+  *best = least[1] < least[0] ? of[1] : of[0];
   return refine(plant, rows, best);
 }
 
