@@ -221,6 +221,9 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
+// Angles of joints, and commands at their times.
+Experiment convert_motion(const Experiment& e, const LogConventions& c) { return convert_commands(convert_ratios(e, c.ratios), c.commands); }
+
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
   out->frames = floating::find_sensor_frames(in_units);
@@ -231,7 +234,7 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
 // looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
 // nothing else is off.
 void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
-  const Experiment in_time = convert_commands(convert_ratios(e, out->ratios), out->commands);
+  const Experiment in_time = convert_motion(e, *out);
   const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
   const Experiment as_logged = drop_friction(in_time, friction);
   const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
@@ -280,7 +283,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
-  const Experiment in_torques = convert_zeros(convert_efforts(convert_commands(convert_ratios(e, c.ratios), c.commands), c.units), c.zeros);
+  const Experiment in_torques = convert_zeros(convert_efforts(convert_motion(e, c), c.units), c.zeros);
   const Experiment in_units = floating::convert_body_units(floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
   return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
@@ -323,7 +326,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
   if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
-    const Experiment in_time = convert_commands(convert_ratios(as_logged, c.ratios), c.commands);
+    const Experiment in_time = convert_motion(as_logged, c);
     const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
     const double share = c.zeros.empty() ? 0.0 : 1.0 - find_joint_zeros(data).left;
