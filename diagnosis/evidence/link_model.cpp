@@ -131,7 +131,6 @@ class Chooser {
   }
 
  private:
-
   // Accepts a model and updates the weights to its residuals.
   void accept(const LinkTerms& model) {
     model_ = model;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
@@ -17,8 +18,7 @@ TorqueModel exchange_delay(const TorqueDesign& design, TorqueModel model, const 
   const bool dry = std::any_of(own.begin(), own.end(), [&](size_t t) { return terms[t].row->is_dry(); });
   const std::vector<std::vector<size_t>> usual = list_usual_terms(design);
   for (size_t term : usual[i]) {
-    const bool there = std::find(own.begin(), own.end(), term) != own.end();
-    if (!there && !(dry && terms[term].row->is_dry())) own.push_back(term);
+    if (!has(own, term) && !(dry && terms[term].row->is_dry())) own.push_back(term);
   }
   std::sort(own.begin(), own.end());
   return model;
@@ -32,8 +32,7 @@ double get_left(const TorqueDesign& design, const TorqueFit& fit, size_t i) {
 void add_rivals(const TorqueDesign& design, const Choice& with_delay, const Choice& without, GradedTerm* g) {
   const auto i = static_cast<size_t>(g->place.joint);
   for (size_t at = 0; at < without.model.own[i].size(); ++at) {
-    const std::vector<size_t>& have = with_delay.model.own[i];
-    if (std::find(have.begin(), have.end(), without.model.own[i][at]) != have.end()) continue;
+    if (has(with_delay.model.own[i], without.model.own[i][at])) continue;
     const TermPlace place{g->place.joint, at};
     const GradedTerm other = grade_term(design, without, place);
     if (other.parameters[0] > 0.0) g->rivals.push_back({other.term, other.parameters, other.width, without.model, place});

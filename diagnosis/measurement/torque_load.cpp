@@ -11,11 +11,11 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr long kLoadColumns = 6;
+
 bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
   return recording.has(kLinkSide + joint.name + "/position");
 }
-
-constexpr long kLoadColumns = 6;
 
 // Regressors of a drive's effort beside the bodies' torque, on the full grid: acceleration, speed, direction,
 // direction x |load|, position and 1 (a spring beside the drive).
