@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
+#include "diagnosis/evidence/soft_joints.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/evidence/torque_loads.h"
@@ -50,6 +51,10 @@ class Judge {
     drop_lone_excess();
     explain_by_gears(design_, &graded_);
     add_findings(&out);
+    for (const SoftGear& gear : design_.data->soft) {
+      out.evidence.findings.push_back(make_soft_finding(e_, gear));
+      add_soft_gear(gear, &out.model);
+    }
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "diagnosis/evidence/gear_loads.h"
+#include "diagnosis/evidence/soft_joints.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -99,6 +100,7 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
     if (!(again.fit.evidence > choice.fit.evidence)) break;
     *design = std::move(moved), choice = again;
   }
+  soften_gears(jobs, design, &choice);
   TorqueDesign reloaded = *design;
   if (!reload_gears(choice.model, &reloaded)) return choice;
   const Choice again = choose_torque_model(reloaded, jobs);

@@ -38,7 +38,7 @@ struct TorqueRecording {
   double begin = 0.0, step = 0.0;  // [s] of the full grid
   long stride = 1, trim = 0;       // every `stride`-th sample is kept; `trim` samples are left out at both ends
   Eigen::MatrixXd q, v, a;         // smoothed, full grid
-  Eigen::MatrixXd link_q, link_v, link_a;  // of the links by encoders behind the gears, full grid; empty: as q, v, a
+  Eigen::MatrixXd link_q, link_v, link_a;  // of the links behind gears that give, full grid; empty: as q, v, a
   Eigen::MatrixXd speed;           // v with less smoothing, full grid: for laws of friction
   Eigen::MatrixXd effort;          // y on the full grid, smoothed
   Eigen::MatrixXd effort_rate;     // [N m/s] derivative of the smoothed y
@@ -65,6 +65,14 @@ struct TorqueRecording {
   double time(long kept_row) const { return begin + step * static_cast<double>(full_row(kept_row)); }
 };
 
+// A gear without an encoder behind it that gives under its load (soft_gears.h).
+struct SoftGear {
+  int joint = 0;
+  double stiffness = 0.0, std = 0.0;   // [N m/rad] and its standard error
+  Eigen::Vector4d motor{0, 0, 0, 0};   // rotor, viscous friction, dry friction, friction of the load: not on the gear
+  double left = 1.0;                   // squares over those with a rigid gear, geometric mean of all joints' rows
+};
+
 // The missing torque of all recordings, with what was corrected and what is left out.
 struct TorqueData {
   const Experiment* experiment = nullptr;
@@ -80,6 +88,7 @@ struct TorqueData {
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is unknown
   std::vector<TorqueRecording> recordings;
   std::vector<size_t> frozen;           // indices of recordings whose log freezes
+  std::vector<SoftGear> soft;      // the links' motion is that behind them
   std::vector<Vector3d> load_p_L;  // [m] by link: assumed position of a load, for its inertia about the link's frame
   bool behind_gears = false;            // tau was measured there: links and springs beside gears do not contribute
   std::vector<std::string> warnings;    // about stretches that are left out

@@ -17,16 +17,6 @@ bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
   return recording.has(kLinkSide + joint.name + "/position");
 }
 
-// Regressors of a drive's effort beside the bodies' torque, on the full grid: acceleration, speed, direction,
-// direction x |load|, position and 1 (a spring beside the drive).
-Eigen::MatrixXd make_load_columns(const TorqueWork& w, const TorqueRecording& r, int j) {
-  const Eigen::VectorXd sign = w.data.calc_sign(r, j);
-  Eigen::MatrixXd x(r.q.rows(), kLoadColumns);
-  x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, w.data.cutoff), low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, w.data.cutoff),
-      r.q.col(j), Eigen::VectorXd::Ones(r.q.rows());
-  return x;
-}
-
 struct LoadFit {
   Eigen::VectorXd theta;  // of the columns
   double left = 0.0;      // [(N m)^2] sum of squares
@@ -40,7 +30,7 @@ LoadFit fit_loads(const TorqueWork& w, int j) {
   for (const TorqueRecording& r : w.data.recordings) {
     const long inner = r.q.rows() - 2 * r.trim;
     if (!r.train || inner <= 0) continue;
-    Eigen::MatrixXd x = make_load_columns(w, r, j).middleRows(r.trim, inner);
+    Eigen::MatrixXd x = make_drive_columns(w.data, r, j).middleRows(r.trim, inner);
     Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
     if (r.known.size() > 0) {
       const Eigen::ArrayXd known = r.known.col(j).segment(r.trim, inner).cast<double>();
@@ -94,7 +84,7 @@ LoadFit choose_speed(TorqueWork* w, int j) {
 // it would explain its own errors.
 void choose_load(TorqueWork* w, int j, const LoadFit& bodies) {
   if (!w->e.robot.tree.joint(j).actuated) return;
-  for (TorqueRecording& r : w->data.recordings) r.load.col(j) += make_load_columns(*w, r, j) * bodies.theta;
+  for (TorqueRecording& r : w->data.recordings) r.load.col(j) += make_drive_columns(w->data, r, j) * bodies.theta;
   // A smaller difference decides nothing.
   const bool by_drive = fit_loads(*w, j).left < (1.0 - kKnown) * bodies.left;
   w->data.loaded_by_drive[static_cast<size_t>(j)] = by_drive;
@@ -104,6 +94,14 @@ void choose_load(TorqueWork* w, int j, const LoadFit& bodies) {
 }
 
 }  // namespace
+
+Eigen::MatrixXd make_drive_columns(const TorqueData& data, const TorqueRecording& r, int j) {
+  const Eigen::VectorXd sign = data.calc_sign(r, j);
+  Eigen::MatrixXd x(r.q.rows(), kLoadColumns);
+  x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data.cutoff), low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, data.cutoff),
+      r.q.col(j), Eigen::VectorXd::Ones(r.q.rows());
+  return x;
+}
 
 void choose_encoders(TorqueWork* w) {
   const auto has_any = [&](const Recording& r) {

@@ -7,6 +7,10 @@
 
 namespace hrp::diagnosis {
 
+// Regressors of a drive's effort beside the bodies' torque, on the full grid: acceleration, speed, direction,
+// direction x |load|, position and 1 (a spring beside the drive).
+Eigen::MatrixXd make_drive_columns(const TorqueData& data, const TorqueRecording& recording, int joint);
+
 // Takes the links' motion from their own encoders. The training recordings decide, because an encoder may be faulty.
 void choose_encoders(TorqueWork* work);
 

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Elastic gears by the missing torque of the whole robot. Inverse dynamics along the encoders has the links move as the
+// drives. Behind a gear that gives they do not, and at its resonance the torque of every joint is then wrong: gains,
+// rotors and masses would stand in for it.
+#pragma once
+
+#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/model/effect.h"
+
+namespace hrp::diagnosis {
+
+// Lets gears of the design give, one after the other, while the model of the missing torque gains beyond their cost.
+void soften_gears(int jobs, TorqueDesign* design, Choice* choice);
+
+// `joint_elasticity` of a gear that gives.
+Finding make_soft_finding(const Experiment& experiment, const SoftGear& gear);
+
+// Replaces the rotor of the gear's joint by an elastic transmission with that rotor.
+void add_soft_gear(const SoftGear& gear, Hypothesis* model);
+
+}  // namespace hrp::diagnosis
