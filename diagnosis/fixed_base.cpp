@@ -166,9 +166,11 @@ bool has_any(const std::vector<int>& recordings, const std::vector<size_t>& of) 
   return std::any_of(of.begin(), of.end(), [&](size_t r) { return std::find(recordings.begin(), recordings.end(), static_cast<int>(r)) != recordings.end(); });
 }
 
-// True if a finding of the same family is at the same place.
-bool is_named_at(const std::vector<Finding>& findings, const Finding& other) {
-  return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.where == other.where && f.family == other.family; });
+// Adds what the simulation says of a gear. It takes the place of what the missing torque only suspects there.
+void add_gear(const Finding& gear, std::vector<Finding>* findings) {
+  const auto same = std::find_if(findings->begin(), findings->end(), [&](const Finding& f) { return f.where == gear.where && f.family == gear.family; });
+  if (same == findings->end()) findings->push_back(gear);
+  else if (same->grade == Grade::kAmbiguous) *same = gear;
 }
 
 }  // namespace
@@ -213,9 +215,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   }
   progress("simulation with what was found");
   outcome.chosen = choose_best_model(problem, whole, torque.model, outcome.best, progress);
-  for (const Finding& gear : loosen_gears(problem, whole, &outcome.chosen, progress)) {
-    if (!is_named_at(torque.evidence.findings, gear)) torque.evidence.findings.push_back(gear);
-  }
+  for (const Finding& gear : loosen_gears(problem, whole, &outcome.chosen, progress)) add_gear(gear, &torque.evidence.findings);
   sort_findings(&torque.evidence.findings);
   outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");

@@ -24,36 +24,43 @@ constexpr double kLeastRotor = 1e-4;  // [kg m^2] behind which a simulation is s
 
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
   for (int i = 0; i < kMostSoft; ++i) {
-    const std::optional<SoftGear> gear = find_soft_gear(*design->data);
+    std::optional<SoftGear> gear = find_soft_gear(*design->data);
     if (!gear) return;
     TorqueDesign softened = make_torque_design(soften(*design->data, *gear));
     if (softened.joints.size() != design->joints.size()) return;
     const Choice again = choose_torque_model(softened, jobs);
-    const double left = calc_held_left(softened, again.fit) / std::max(1e-300, calc_held_left(*design, choice->fit));
-    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain || left > 1.0 - kMinor) return;
-    softened.data->soft.back().left = left;
+    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain) return;
+    gear->left = calc_held_left(softened, again.fit) / std::max(1e-300, calc_held_left(*design, choice->fit));
+    if (gear->left > 1.0 - kMinor) return;
+    if (gear->left > kHalf) {
+      design->data->soft.push_back(*gear);
+      continue;
+    }
+    softened.data->soft.back().left = gear->left;
     *design = std::move(softened), *choice = again;
   }
 }
 
 Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
-  const EffectInfo& row = get_effect(EffectId::kElasticity);
+  const EffectInfo &row = get_effect(EffectId::kElasticity), &other = get_effect(EffectId::kBacklash);
   const JointSpec& joint = e.robot.tree.joint(gear.joint);
+  // An effort is known to kKnown, and the stiffness with it.
+  const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
   Finding f;
   f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", joint.name}};
-  // An effort is known to kKnown, and the stiffness with it.
-  const double std = std::hypot(gear.std, kKnown * gear.stiffness);
-  f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {gear.stiffness}, {std}, false}};
-  f.grade = std < gear.stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
+  f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {stiffness}, {std}, false}};
+  f.grade = gear.applied && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = 0.99;
   f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
-  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(gear.stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit +
-                " (" + get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " +
-                number(100.0 * gear.left, 2) + " % of that with a rigid gear (squares), on held-out data.";
+  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
+                get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
+                " % of that with a rigid gear (squares), on held-out data.";
+  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, "slow reversals against a held link, with a second encoder at the link"}};
   return f;
 }
 
 void add_soft_gear(const SoftGear& gear, Hypothesis* model) {
+  if (!gear.applied) return;
   double rotor = gear.motor[0];
   const auto is_rotor = [&](const Effect& e) { return e.place == at_joint(gear.joint) && is_rigid_rotor(e); };
   for (const Effect& e : *model) {
@@ -62,7 +69,7 @@ void add_soft_gear(const SoftGear& gear, Hypothesis* model) {
   model->erase(std::remove_if(model->begin(), model->end(), is_rotor), model->end());
   const EffectInfo& row = get_effect(EffectId::kElasticity);
   std::vector<double> p(row.parameters.size());
-  row.give.start_at(std::max(kLeastRotor, rotor), gear.stiffness, p.data());
+  row.give.start_at(std::max(kLeastRotor, rotor), 1.0 / gear.give, p.data());
   model->push_back({row.id, gear.joint, p});
 }
 

@@ -10,13 +10,15 @@
 
 namespace hrp::diagnosis {
 
-// Lets gears of the design give, one after the other, while the model of the missing torque gains beyond their cost.
+// Lets gears of the design give, one after the other, while the model of the missing torque gains beyond their cost. A
+// gear that leaves more than half of the squares may have play instead: it is noted, and the links stay as they are.
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice);
 
-// `joint_elasticity` of a gear that gives.
+// `joint_elasticity` of a gear that gives; ambiguous, with play as the alternative, if it was only noted.
 Finding make_soft_finding(const Experiment& experiment, const SoftGear& gear);
 
-// Replaces the rotor of the gear's joint by an elastic transmission with that rotor.
+// Replaces the rotor of the gear's joint by an elastic transmission with that rotor. Nothing if it was only noted: the
+// simulation then tries both laws (loose_gears.h).
 void add_soft_gear(const SoftGear& gear, Hypothesis* model);
 
 }  // namespace hrp::diagnosis

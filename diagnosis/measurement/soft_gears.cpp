@@ -6,8 +6,8 @@
 
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/gram.h"
-#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque_load.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -18,10 +18,10 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
 constexpr long kOfMotor = 4;     // first columns of make_drive_columns: on the motor's side of the gear
-constexpr long kUnknown = 1 + kOfMotor;  // 1/k, then the motor's coefficients
+constexpr long kUnknown = 1 + kOfMotor;  // the give, then the motor's coefficients
 constexpr int kSteps = 6;        // of Gauss and Newton
 constexpr double kStep = 1e-3;   // of the differences along a twist, relative to the joint's spread of motion
-constexpr double kSettled = 0.01;  // change of 1/k, relative, at which the steps end
+constexpr double kSettled = 0.01;  // change of the give, relative, at which the steps end
 constexpr long kStretches = 4;   // of a recording, for the errors
 constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: the linear equations rank them well
 
@@ -29,7 +29,7 @@ constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: th
 struct Piece {
   const TorqueRecording* recording = nullptr;
   Plant plant;                  // nominal, with what hangs on it in this recording
-  LinksMotion motion;           // as now believed, full grid
+  JointsMotion motion;           // as now believed, full grid
   std::vector<Matrix> drives;   // by joint: columns beside the bodies, kept samples
   Matrix left;                  // effort - tau - stated friction, kept x joint
 };
@@ -40,13 +40,19 @@ Matrix keep(const TorqueRecording& r, const Matrix& full) {
   return out;
 }
 
-Matrix calc_tau(const Piece& p, const LinksMotion& m) {
+Matrix calc_tau(const Piece& p, const JointsMotion& m) {
   return calc_efforts(p.plant, keep(*p.recording, m.q), keep(*p.recording, m.v), keep(*p.recording, m.a));
 }
 
 // Torque on the gear of a joint by the effort of its drive [N m], full grid.
 Vector calc_gear_torque(const TorqueData& data, const TorqueRecording& r, const SoftGear& gear) {
   return r.effort.col(gear.joint) - make_drive_columns(data, r, gear.joint).leftCols(kOfMotor) * gear.motor;
+}
+
+// Moves the link of a joint back by `angle` [rad], full grid.
+void twist(const TorqueRecording& r, int j, const Vector& angle, JointsMotion* links) {
+  const Vector rate = differentiate(angle, r.step);
+  links->q.col(j) -= angle, links->v.col(j) -= rate, links->a.col(j) -= differentiate(rate, r.step);
 }
 
 // What a column leaves beside those of a drive.
@@ -64,18 +70,20 @@ class Search {
       for (int j = 0; j < n_; ++j) p.drives.push_back(keep(r, make_drive_columns(data, r, j)));
       rigid_.push_back(std::move(p));
     }
-    for (int j = 0; j < n_; ++j) squares_.push_back(sum_left(j));
   }
 
   std::optional<SoftGear> run() {
     std::vector<SoftGear> starts;
     for (int j = 0; j < n_; ++j) {
-      const std::optional<SoftGear> gear = may_give(j) ? start(j) : std::nullopt;
+      if (!may_give(j)) continue;
+      weigh(j);
+      const std::optional<SoftGear> gear = start(j);
       if (gear && gear->left < 1.0 - kMinor) starts.push_back(*gear);
     }
     std::stable_sort(starts.begin(), starts.end(), [](const SoftGear& a, const SoftGear& b) { return a.left < b.left; });
     std::optional<SoftGear> best;
     for (size_t i = 0; i < std::min(starts.size(), kRefined); ++i) {
+      weigh(starts[i].joint);
       const std::optional<SoftGear> gear = refine(starts[i]);
       if (gear && gear->left < 1.0 - kMinor && (!best || gear->left < best->left)) best = gear;
     }
@@ -83,12 +91,19 @@ class Search {
   }
 
  private:
-  bool is_used(const Piece& p, long k, int joint) const { return data_.is_judged(joint) && p.recording->use(k, joint); }
+  // While the drive of the gear sticks, its friction and so the twist are unknown, and with it the links' motion.
+  bool is_used(const Piece& p, long k, int joint, int soft) const { return data_.is_judged(joint) && p.recording->use(k, joint) && p.recording->use(k, soft); }
 
   bool may_give(int j) const {
     const auto is_here = [&](const SoftGear& g) { return g.joint == j; };
-    return data_.is_judged(j) && data_.experiment->robot.tree.joint(j).actuated && !rigid_.empty() && squares_[static_cast<size_t>(j)] > 0.0 &&
+    return data_.is_judged(j) && data_.experiment->robot.tree.joint(j).actuated && !rigid_.empty() &&
            std::none_of(data_.soft.begin(), data_.soft.end(), is_here);
+  }
+
+  // What is left by rigid gears, where that of joint `soft` may give.
+  void weigh(int soft) {
+    squares_.clear();
+    for (int j = 0; j < n_; ++j) squares_.push_back(data_.is_judged(j) ? sum_left(j, soft) : 0.0);
   }
 
   // All rows of one joint that are used, stacked: the drive's columns, other columns and what is left.
@@ -98,10 +113,10 @@ class Search {
     std::vector<int> stretch;
   };
 
-  Stack stack(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int joint) const {
+  Stack stack(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int joint, int soft) const {
     long rows = 0;
     for (const Piece& p : pieces) {
-      for (long k = 0; k < p.recording->kept(); ++k) rows += is_used(p, k, joint) ? 1 : 0;
+      for (long k = 0; k < p.recording->kept(); ++k) rows += is_used(p, k, joint, soft) ? 1 : 0;
     }
     const long width = columns.empty() ? 0 : columns[0][static_cast<size_t>(joint)].cols();
     Stack s{Matrix(rows, pieces[0].drives[static_cast<size_t>(joint)].cols()), Matrix(rows, width), Vector(rows), {}};
@@ -109,7 +124,7 @@ class Search {
     for (size_t i = 0; i < pieces.size(); ++i) {
       const Piece& p = pieces[i];
       for (long k = 0; k < p.recording->kept(); ++k) {
-        if (!is_used(p, k, joint)) continue;
+        if (!is_used(p, k, joint, soft)) continue;
         s.drive.row(at) = p.drives[static_cast<size_t>(joint)].row(k), s.left[at] = p.left(k, joint);
         if (width > 0) s.columns.row(at) = columns[i][static_cast<size_t>(joint)].row(k);
         s.stretch.push_back(static_cast<int>(static_cast<long>(i) * kStretches + kStretches * k / p.recording->kept()));
@@ -119,17 +134,16 @@ class Search {
     return s;
   }
 
-  double sum_left(int joint) const {
-    if (!data_.is_judged(joint) || rigid_.empty()) return 0.0;
-    const Stack s = stack(rigid_, {}, joint);
+  double sum_left(int joint, int soft) const {
+    const Stack s = stack(rigid_, {}, joint, soft);
     return s.left.size() > 0 ? take_out_drive(s.drive, s.left).squaredNorm() : 0.0;
   }
 
   // d tau / d twist x series: by joint, kept samples, for a twist of joint j that follows `series` [full grid].
   Matrix calc_slope(const Piece& p, int j, const Vector& series) const {
     const double size = std::max(1e-300, series.cwiseAbs().maxCoeff()), scale = kStep / size;
-    LinksMotion ahead = p.motion, behind = p.motion;
-    twist(*p.recording, j, -scale * series, 1.0, &ahead), twist(*p.recording, j, scale * series, 1.0, &behind);
+    JointsMotion ahead = p.motion, behind = p.motion;
+    twist(*p.recording, j, -scale * series, &ahead), twist(*p.recording, j, scale * series, &behind);
     return (calc_tau(p, ahead) - calc_tau(p, behind)) / (2.0 * scale);
   }
 
@@ -138,9 +152,8 @@ class Search {
     const long width = columns[0][0].cols();
     std::vector<Gram> parts(pieces.size() * static_cast<size_t>(kStretches), Gram(width));
     for (int i = 0; i < n_; ++i) {
-      if (!data_.is_judged(i)) continue;
-      const Stack s = stack(pieces, columns, i);
-      if (s.left.size() == 0) continue;
+      if (!(squares_[static_cast<size_t>(i)] > 0.0)) continue;
+      const Stack s = stack(pieces, columns, i, j);
       const Matrix own = i == j && with_motor ? Matrix(s.drive.rightCols(s.drive.cols() - kOfMotor)) : s.drive;
       const Matrix x = take_out_drive(own, s.columns);
       const Vector y = take_out_drive(own, s.left);
@@ -162,20 +175,21 @@ class Search {
         columns.back().push_back(c);
       }
     }
+    if (!(squares_[static_cast<size_t>(j)] > 0.0)) return std::nullopt;
     const std::vector<Gram> parts = gather(rigid_, columns, j, false);
     const Gram total = sum(parts, 2);
     const Vector x = solve(total, {0, 1});
     if (!(x[0] > 0.0)) return std::nullopt;
     SoftGear gear;
     gear.left = calc_rest(total, {0, 1}, x) / total.c;
-    gear.joint = j, gear.stiffness = 1.0 / x[0];
+    gear.joint = j, gear.give = x[0];
     gear.motor = fit_motor(j);
     gear.motor[0] = std::max(0.0, x[1] / x[0]);
     return gear;
   }
 
   Eigen::Vector4d fit_motor(int j) const {
-    const Stack s = stack(rigid_, {}, j);
+    const Stack s = stack(rigid_, {}, j, j);
     return Vector(s.drive.completeOrthogonalDecomposition().solve(s.left)).head<kOfMotor>();
   }
 
@@ -183,51 +197,52 @@ class Search {
   std::vector<Piece> move(const SoftGear& gear) const {
     std::vector<Piece> pieces = rigid_;
     for (Piece& p : pieces) {
-      twist(*p.recording, gear.joint, calc_gear_torque(data_, *p.recording, gear), gear.stiffness, &p.motion);
+      twist(*p.recording, gear.joint, gear.give * calc_gear_torque(data_, *p.recording, gear), &p.motion);
       const Matrix rigid = calc_tau(p, {p.recording->get_link_q(), p.recording->get_link_v(), p.recording->get_link_a()});
       p.left += rigid - calc_tau(p, p.motion);
     }
     return pieces;
   }
 
-  double calc_left(const std::vector<Piece>& pieces) const {
+  double calc_left(const std::vector<Piece>& pieces, int soft) const {
     double left = 0.0, all = 0.0;
     for (int i = 0; i < n_; ++i) {
       if (!(squares_[static_cast<size_t>(i)] > 0.0)) continue;
-      const Stack s = stack(pieces, {}, i);
+      const Stack s = stack(pieces, {}, i, soft);
       const double n = static_cast<double>(s.left.size());
       left += n * std::log(take_out_drive(s.drive, s.left).squaredNorm() / squares_[static_cast<size_t>(i)]), all += n;
     }
     return std::exp(left / std::max(1.0, all));
   }
 
-  // Gauss-Newton steps in 1/k and the motor's coefficients. A step that makes it worse is halved once, then it ends.
+  // Gauss-Newton steps in the give and the motor's coefficients. A step that makes it worse is halved once, then it ends.
   std::optional<SoftGear> refine(SoftGear gear) const {
     std::vector<Piece> pieces = move(gear);
-    gear.left = calc_left(pieces);
+    gear.left = calc_left(pieces, gear.joint);
     for (int step = 0; step < kSteps; ++step) {
       const std::vector<Gram> parts = linearise(pieces, gear);
       Columns all(static_cast<size_t>(kUnknown));
       for (long c = 0; c < kUnknown; ++c) all[static_cast<size_t>(c)] = c;
       const Gram total = sum(parts, kUnknown);
       const Vector x = solve(total, all);
-      const double give = 1.0 / gear.stiffness;
-      gear.std = std::sqrt(std::abs(calc_covariance(parts, total, all, x)(0, 0))) * gear.stiffness * gear.stiffness;
+      gear.std = std::sqrt(std::abs(calc_covariance(parts, total, all, x)(0, 0)));
       bool better = false;
       for (double part : {1.0, 0.5, 0.25}) {
         SoftGear next = gear;
-        const double moved = give + part * x[0];
-        if (!(moved > 0.0)) continue;
-        next.stiffness = 1.0 / moved, next.motor += part * x.tail<kOfMotor>();
+        next.give += part * x[0], next.motor += part * x.tail<kOfMotor>();
+        if (!(next.give > 0.0)) continue;
         std::vector<Piece> at = move(next);
-        next.left = calc_left(at);
+        next.left = calc_left(at, gear.joint);
         if (!(next.left < gear.left)) continue;
         better = true, gear = next, pieces = std::move(at);
         break;
       }
-      if (!better || std::abs(x[0]) < kSettled * give) break;
+      if (!better || std::abs(x[0]) < kSettled * gear.give) break;
     }
     if (!(gear.motor[0] >= 0.0)) return std::nullopt;
+    // Errors of the effort are in the regressor, too. The regression the other way gives 1 / (1 - left) times the give; the
+    // interval holds half of the difference (errors in variables, Frisch's bounds).
+    gear.std = std::hypot(gear.std, 0.5 * gear.give * gear.left / (1.0 - std::min(gear.left, kNearlyAll)) / kNinetyFive);
     return gear;
   }
 
@@ -236,7 +251,7 @@ class Search {
     for (const Piece& p : pieces) {
       const Matrix motor = make_drive_columns(data_, *p.recording, gear.joint).leftCols(kOfMotor);
       std::vector<Matrix> slopes{-calc_slope(p, gear.joint, calc_gear_torque(data_, *p.recording, gear))};
-      for (long c = 0; c < kOfMotor; ++c) slopes.push_back(calc_slope(p, gear.joint, motor.col(c)) / gear.stiffness);
+      for (long c = 0; c < kOfMotor; ++c) slopes.push_back(calc_slope(p, gear.joint, motor.col(c)) * gear.give);
       columns.emplace_back();
       for (int i = 0; i < n_; ++i) {
         Matrix out(p.recording->kept(), kUnknown);
@@ -259,24 +274,21 @@ class Search {
 
 }  // namespace
 
-void twist(const TorqueRecording& r, int j, const Vector& torque, double stiffness, LinksMotion* links) {
-  const Vector angle = torque / stiffness, rate = differentiate(angle, r.step);
-  links->q.col(j) -= angle, links->v.col(j) -= rate, links->a.col(j) -= differentiate(rate, r.step);
-}
-
 TorqueData soften(TorqueData data, const SoftGear& gear) {
   const Plant nominal = make_plant(*data.experiment, {});
   for (TorqueRecording& r : data.recordings) {
     const Plant plant = add_by_hand(nominal, data.experiment->recordings[r.index].spec);
-    LinksMotion links{r.get_link_q(), r.get_link_v(), r.get_link_a()};
+    JointsMotion links{r.get_link_q(), r.get_link_v(), r.get_link_a()};
     const Matrix rigid = calc_efforts(plant, links.q, links.v, links.a);
-    twist(r, gear.joint, calc_gear_torque(data, r, gear), gear.stiffness, &links);
+    twist(r, gear.joint, gear.give * calc_gear_torque(data, r, gear), &links);
     const Matrix more = calc_efforts(plant, links.q, links.v, links.a) - rigid;
     r.link_q = links.q, r.link_v = links.v, r.link_a = links.a;
     r.tau += more, r.load += more;
     r.missing -= keep(r, more);
+    for (long j = 0; j < r.use.cols(); ++j) r.use.col(j) = r.use.col(j) && r.use.col(gear.joint);
   }
   data.soft.push_back(gear);
+  data.soft.back().applied = true;
   return data;
 }
 

@@ -7,8 +7,8 @@
 //   q_link = q - u / k                       k: stiffness
 //   u = tau(q_link)                          inverse dynamics along the links' motion, in the rows of every joint
 //
-// The equations are linear in 1/k, and in J/k, as far as the twist is a small angle. They hold at the resonance of link
-// and gear, too, because u comes from the effort and not from the motion (Spong, "Modeling and control of elastic joint
+// The equations are linear in 1/k and J/k as far as the twist is a small angle. They hold at the resonance of link and
+// gear, too, because u comes from the effort and not from the motion (Spong, "Modeling and control of elastic joint
 // robots", ASME J. Dyn. Syst. Meas. Control 1987, without the damping of the gear).
 #pragma once
 
@@ -26,13 +26,5 @@ std::optional<SoftGear> find_soft_gear(const TorqueData& data);
 
 // The data with the links behind this gear moved by its twist.
 TorqueData soften(TorqueData data, const SoftGear& gear);
-
-// Positions, velocities and accelerations of the links along a recording [full grid x joint].
-struct LinksMotion {
-  Eigen::MatrixXd q, v, a;
-};
-
-// Twists one gear: `torque` on it [N m] at the full grid.
-void twist(const TorqueRecording& recording, int joint, const Eigen::VectorXd& torque, double stiffness, LinksMotion* links);
 
 }  // namespace hrp::diagnosis

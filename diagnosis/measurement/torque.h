@@ -68,9 +68,10 @@ struct TorqueRecording {
 // A gear without an encoder behind it that gives under its load (soft_gears.h).
 struct SoftGear {
   int joint = 0;
-  double stiffness = 0.0, std = 0.0;   // [N m/rad] and its standard error
+  double give = 0.0, std = 0.0;        // [rad/(N m)] compliance and its standard error
   Eigen::Vector4d motor{0, 0, 0, 0};   // rotor, viscous friction, dry friction, friction of the load: not on the gear
-  double left = 1.0;                   // squares over those with a rigid gear, geometric mean of all joints' rows
+  double left = 1.0;                   // squares over those with a rigid gear
+  bool applied = false;
 };
 
 // The missing torque of all recordings, with what was corrected and what is left out.
@@ -88,7 +89,7 @@ struct TorqueData {
   std::vector<double> slow;             // [rad/s] by joint: below it the direction of motion is unknown
   std::vector<TorqueRecording> recordings;
   std::vector<size_t> frozen;           // indices of recordings whose log freezes
-  std::vector<SoftGear> soft;      // the links' motion is that behind them
+  std::vector<SoftGear> soft;      // gears that give; the links' motion is that behind those that are `applied`
   std::vector<Vector3d> load_p_L;  // [m] by link: assumed position of a load, for its inertia about the link's frame
   bool behind_gears = false;            // tau was measured there: links and springs beside gears do not contribute
   std::vector<std::string> warnings;    // about stretches that are left out

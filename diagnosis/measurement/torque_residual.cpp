@@ -3,8 +3,6 @@
 
 #include <cmath>
 
-#include "diagnosis/data/low_pass.h"
-#include "diagnosis/measurement/soft_gears.h"
 #include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/model/memory.h"
 #include "diagnosis/simulation/bodies.h"
@@ -36,30 +34,12 @@ Eigen::MatrixXd take_offsets(const Plant& plant, Eigen::MatrixXd q) {
   return q;
 }
 
-// Torque [N m] that the drive's effort puts on the gear of a joint, full grid: less what acts on the motor's side.
-Eigen::VectorXd calc_on_gear(const TorqueData& data, JointLaws laws, const TorqueRecording& r, int j) {
-  laws.spring_stiffness = laws.hysteresis_stiffness = 0.0;  // on the link's side
-  Eigen::VectorXd torque = -low_pass(calc_taken(data, laws, r, r.tau.col(j), j), r.step, data.cutoff);
-  for (long k = 0; k < torque.size(); ++k) torque[k] += calc_given_torque(laws, r.effort(k, j), r.v(k, j));
-  return torque;
-}
-
-// Motion of the links, behind the gears of the plant that give.
-LinksMotion calc_links(const TorqueData& data, const Plant& plant, const TorqueRecording& r) {
-  LinksMotion links{take_offsets(plant, r.q), r.v, r.a};
-  for (size_t i = 0; i < plant.laws.size(); ++i) {
-    const JointLaws& laws = plant.laws[i];
-    const int j = static_cast<int>(i);
-    if (laws.elastic && laws.gap == 0.0 && data.is_judged(j)) twist(r, j, calc_on_gear(data, laws, r, j), laws.stiffness, &links);
-  }
-  return links;
-}
-
 }  // namespace
 
 Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const TorqueRecording& r) {
-  const LinksMotion links = calc_links(data, plant, r);
-  return r.smooth_torque(calc_efforts(add_by_hand(plant, data.experiment->recordings[r.index].spec), links.q, links.v, links.a));
+  const Plant here = add_by_hand(plant, data.experiment->recordings[r.index].spec);
+  const JointsMotion links = follow_drives(here, {take_offsets(plant, r.q), r.v, r.a}, r.step);
+  return r.smooth_torque(calc_efforts(here, links.q, links.v, links.a));
 }
 
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& r, const Plant& plant,

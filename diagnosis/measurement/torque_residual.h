@@ -13,7 +13,8 @@ namespace hrp::diagnosis {
 std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecording& recording, const Plant& plant,
                                      const Eigen::VectorXd& tau, int joint);
 
-// Inverse dynamics of the bodies along a recording's motion [N m], full grid x joint.
+// Inverse dynamics of the bodies along a recording's motion [N m], full grid x joint. Links behind elastic gears swing
+// beside their drives.
 Eigen::MatrixXd calc_bodies(const TorqueData& data, const Plant& plant, const TorqueRecording& recording);
 
 // Root mean square of this residual by joint [N m or N], over used samples of held-out (`held`) or training recordings;

@@ -96,6 +96,97 @@ class PathBodies : public Bodies {
   const std::vector<double>& time_;
 };
 
+// Links behind elastic gears along one motion of the drives.
+class ElasticLinks {
+ public:
+  ElasticLinks(const Plant& plant, const JointsMotion& drives, double step)
+      : dynamics_(plant), drives_(drives), step_(step), out_(drives), q_(drives.q.row(0)), v_(drives.v.row(0)) {
+    for (size_t j = 0; j < plant.laws.size(); ++j) {
+      const JointLaws& laws = plant.laws[j];
+      if (laws.elastic && laws.gap == 0.0) at_.push_back(static_cast<long>(j)), k_.push_back(laws.stiffness), d_.push_back(laws.damping);
+    }
+    const auto n = static_cast<long>(at_.size());
+    K_ = Eigen::Map<const Eigen::VectorXd>(k_.data(), n).asDiagonal(), D_ = Eigen::Map<const Eigen::VectorXd>(d_.data(), n).asDiagonal();
+  }
+
+  JointsMotion run() {
+    if (at_.empty()) return drives_;
+    twist_by_load();
+    for (long k = 0; k < drives_.q.rows(); ++k) {
+      if (k > 0) advance(k);
+      evaluate(k);
+      keep(k);
+    }
+    return out_;
+  }
+
+ private:
+  Eigen::VectorXd pick(const Eigen::VectorXd& all) const {
+    Eigen::VectorXd own(static_cast<long>(at_.size()));
+    for (long i = 0; i < own.size(); ++i) own[i] = all[at_[static_cast<size_t>(i)]];
+    return own;
+  }
+  void put(const Eigen::VectorXd& own, Eigen::VectorXd* all) const {
+    for (long i = 0; i < own.size(); ++i) (*all)[at_[static_cast<size_t>(i)]] = own[i];
+  }
+
+  // M and h of the elastic joints at (q_, v_), the others as their drives at sample k.
+  void evaluate(long k) {
+    dynamics_.move(q_.data(), v_.data());
+    const Eigen::MatrixXd& mass = dynamics_.mass();
+    const auto n = static_cast<long>(at_.size());
+    M_.resize(n, n);
+    for (long i = 0; i < n; ++i) {
+      for (long j = 0; j < n; ++j) M_(i, j) = mass(at_[static_cast<size_t>(i)], at_[static_cast<size_t>(j)]);
+    }
+    Eigen::VectorXd a = drives_.a.row(k), tau(a.size());
+    put(Eigen::VectorXd::Zero(n), &a);
+    dynamics_.calc_effort(a, &tau);
+    h_ = pick(tau);
+  }
+
+  void twist_by_load() {
+    constexpr int kPasses = 5;  // the load hardly changes over a twist
+    for (int pass = 0; pass < kPasses; ++pass) {
+      evaluate(0);
+      const Eigen::VectorXd load = h_ + M_ * pick(drives_.a.row(0));
+      put(pick(drives_.q.row(0)) - load.cwiseQuotient(K_.diagonal()), &q_);
+    }
+  }
+
+  // From sample k - 1 to k; M_ and h_ are those at k - 1.
+  void advance(long k) {
+    const Eigen::VectorXd q0 = pick(q_), v0 = pick(v_), h0 = h_;
+    const Eigen::VectorXd drive_q = 0.5 * (pick(drives_.q.row(k - 1)) + pick(drives_.q.row(k))),
+                          drive_v = 0.5 * (pick(drives_.v.row(k - 1)) + pick(drives_.v.row(k)));
+    q_ = drives_.q.row(k), v_ = drives_.v.row(k);
+    for (bool corrected : {false, true}) {  // by the load at the end of the step
+      const Eigen::VectorXd load = corrected ? Eigen::VectorXd(0.5 * (h0 + h_)) : h0;
+      const Eigen::MatrixXd A = M_ / step_ + 0.5 * D_ + 0.25 * step_ * K_;
+      const Eigen::VectorXd b = M_ * v0 / step_ + K_ * (drive_q - q0 - 0.25 * step_ * v0) + D_ * (drive_v - 0.5 * v0) - load;
+      const Eigen::VectorXd v1 = A.ldlt().solve(b);
+      put(q0 + 0.5 * step_ * (v0 + v1), &q_), put(v1, &v_);
+      if (!corrected) evaluate(k);
+    }
+  }
+
+  void keep(long k) {
+    const Eigen::VectorXd q = pick(q_), v = pick(v_);
+    Eigen::VectorXd a = drives_.a.row(k);
+    put(M_.ldlt().solve(K_ * (pick(drives_.q.row(k)) - q) + D_ * (pick(drives_.v.row(k)) - v) - h_), &a);
+    out_.q.row(k) = q_, out_.v.row(k) = v_, out_.a.row(k) = a;
+  }
+
+  Dynamics dynamics_;
+  const JointsMotion& drives_;
+  const double step_;
+  JointsMotion out_;
+  Eigen::VectorXd q_, v_, h_;
+  std::vector<long> at_;
+  std::vector<double> k_, d_;
+  Eigen::MatrixXd K_, D_, M_;
+};
+
 // True motion of every joint: the recorded one minus the encoder's offset, or a better known one.
 void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::vector<LinkMotion>& links,
                  RobotPath* path) {
@@ -175,6 +266,8 @@ Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const
   }
   return efforts;
 }
+
+JointsMotion follow_drives(const Plant& plant, const JointsMotion& drives, double step) { return ElasticLinks(plant, drives, step).run(); }
 
 std::unique_ptr<Bodies> make_robot_bodies(const Plant& plant, const SmoothRecording& smooth) {
   return std::make_unique<RobotBodies>(plant, smooth);

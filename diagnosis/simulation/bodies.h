@@ -18,6 +18,16 @@ namespace hrp::diagnosis {
 Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const Eigen::MatrixXd& qd,
                              const Eigen::MatrixXd& qdd);
 
+// A motion of all joints at even steps [sample][joint].
+struct JointsMotion {
+  Eigen::MatrixXd q, v, a;
+};
+
+// The links of elastic joints behind their drives' motion, all others as the drives, `step` [s]:
+//   M q'' + h(q, q') = k (q_drive - q) + d (q_drive' - q')
+// by the midpoint rule, which adds no damping. They start at rest beside their drives, twisted by their load.
+JointsMotion follow_drives(const Plant& plant, const JointsMotion& drives, double step);
+
 // Wrenches of steady forces on the links; requires update_kinematics. Empty if there are none.
 LinkWrenches calc_wrenches(const std::vector<SteadyForce>& forces, const Model& model, const Data& data);
 
