@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -157,13 +158,13 @@ std::vector<size_t> list_undriven(const Experiment& e) {
 std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& out) {
   std::vector<int> left;
   for (int r : recordings) {
-    if (std::find(out.begin(), out.end(), static_cast<size_t>(r)) == out.end()) left.push_back(r);
+    if (!has(out, static_cast<size_t>(r))) left.push_back(r);
   }
   return left.empty() ? recordings : left;
 }
 
 bool has_any(const std::vector<int>& recordings, const std::vector<size_t>& of) {
-  return std::any_of(of.begin(), of.end(), [&](size_t r) { return std::find(recordings.begin(), recordings.end(), static_cast<int>(r)) != recordings.end(); });
+  return std::any_of(of.begin(), of.end(), [&](size_t r) { return has(recordings, static_cast<int>(r)); });
 }
 
 }  // namespace

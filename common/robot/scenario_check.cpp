@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/has.h"
 #include "common/robot/foot_bush.h"
 
 namespace hrp {
@@ -32,7 +33,7 @@ class Checker {
   // One that may be fixed to the world, and has a frame of its own.
   void check_sensor(const std::string& key, const std::string& link, const std::string& frame) {
     if (!link.empty()) check_link(key + ".link", link);
-    if (std::find(links_.begin(), links_.end(), frame) == links_.end()) return;
+    if (!has(links_, frame)) return;
     diagnostics_->add_error(scenario_.make_diagnostic(key, "its frame would be '" + frame + "', which is a link of the robot"));
   }
   // Names of whatever may touch: "all" stands for everything.
@@ -68,7 +69,7 @@ class Checker {
   }
   void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
              const std::string& kind) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    if (has(names, name)) return;
     const std::string nearest = find_nearest(name, names);
     diagnostics_->add_error(scenario_.make_diagnostic(
         key, "the robot has no " + kind + " '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")));

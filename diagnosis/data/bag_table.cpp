@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/topic_clock.h"
@@ -187,7 +188,7 @@ class BagReader {
       for (size_t c = track.columns.size(); c-- > 0;) {
         const size_t begin = track.columns[c].find('/', 1) + 1;
         const std::string joint = track.columns[c].substr(begin, track.columns[c].rfind('/') - begin);
-        const bool known = std::find(robot_.joints.begin(), robot_.joints.end(), joint) != robot_.joints.end();
+        const bool known = has(robot_.joints, joint);
         any = any || known;
         if (known) continue;
         strangers.insert(joint);

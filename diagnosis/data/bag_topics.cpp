@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/bag_topics.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -44,7 +44,7 @@ class Guess {
   void add(const std::string& signal, const std::string& word, const std::vector<std::string>& types, bool command) {
     std::vector<std::string> fitting, named;
     for (const BagTopic& t : bag_.topics()) {
-      if (std::find(types.begin(), types.end(), t.type) == types.end() || is_command_name(t.name) != command) continue;
+      if (!has(types, t.type) || is_command_name(t.name) != command) continue;
       fitting.push_back(t.name);
       if (t.name == "/" + signal || (!word.empty() && contains(t.name, word))) named.push_back(t.name);
     }

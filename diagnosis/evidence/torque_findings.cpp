@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/free_model.h"
@@ -218,7 +219,7 @@ class Judge {
   void add_bus_delay(const GradedTerm& g, TorqueVerdict* out) const {
     const std::vector<int> servo = list_servo_joints();
     for (size_t i = 0; i < design_.joints.size(); ++i) {
-      if (std::find(servo.begin(), servo.end(), design_.joints[i].joint) == servo.end()) continue;
+      if (!has(servo, design_.joints[i].joint)) continue;
       GradedTerm own = g;
       own.term.place = design_.joints[i].joint;
       own.share = g.joint_share[i], own.weight = g.joint_weight[i];

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
@@ -57,7 +58,7 @@ class Finder {
       for (const auto& column : r.other) {
         if (column.first.rfind(kLinkSide, 0) != 0) continue;
         const std::string joint = column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
-        if (std::find(joints_.begin(), joints_.end(), joint) != joints_.end()) continue;
+        if (has(joints_, joint)) continue;
         refuse_input(r.find_place(column.first), "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
       }
     }
@@ -65,7 +66,7 @@ class Finder {
 
   void check_declared(const std::vector<DeclaredJoint>& list, const std::string& key, const char* quantity) const {
     for (const DeclaredJoint& d : list) {
-      if (std::find(joints_.begin(), joints_.end(), d.joint) == joints_.end())
+      if (!has(joints_, d.joint))
         refuse_input({e_.path, "sensors." + key, d.line, d.column},
                      "the robot has no joint '" + d.joint + "'" + suggest(d.joint, joints_));
       for (const Recording& r : e_.recordings) {
@@ -157,7 +158,7 @@ bool LinkSensors::has_torque(int joint) const {
 }
 
 bool LinkSensors::has_encoder(int joint) const {
-  return std::find(link_encoders.begin(), link_encoders.end(), joint) != link_encoders.end();
+  return has(link_encoders, joint);
 }
 
 LinkSensors find_link_sensors(const Experiment& e) {
@@ -211,7 +212,7 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
   LinkData data;
   data.experiment = &e, data.cutoff = motion.cutoff;
   for (const TorqueRecording& in : motion.recordings) {
-    if (std::find(motion.frozen.begin(), motion.frozen.end(), in.index) != motion.frozen.end()) continue;
+    if (has(motion.frozen, in.index)) continue;
     const Recording& r = e.recordings[in.index];
     if (!r.spec.pushes.empty()) continue;  // forces at other points than a link's centre of mass are not predicted here
     LinkRecording out;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -27,7 +28,7 @@ std::vector<std::string> list_files(const TorqueData& data) {
   std::vector<std::string> files;
   for (const TorqueRecording& r : data.recordings) {
     const std::string& file = data.experiment->recordings[r.index].spec.file;
-    if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
+    if (!has(files, file)) files.push_back(file);
   }
   return files;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/noise.h"
@@ -168,8 +169,7 @@ bool fill_joint(TorqueWork* w, const Recording& in, long joint, long rows, Torqu
   if (position.empty()) {
     const std::string text = in.spec.name + ": no column " + w->e.signal_name(static_cast<int>(joint), Quantity::kPosition) +
                              ": the recording is left out";
-    if (std::find(w->data.missing.begin(), w->data.missing.end(), text) == w->data.missing.end())
-      w->data.missing.push_back(text);
+    if (!has(w->data.missing, text)) w->data.missing.push_back(text);
     return false;
   }
   const auto smooth = [&](const std::vector<double>& series) -> Eigen::VectorXd {

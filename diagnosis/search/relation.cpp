@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/has.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/format.h"
@@ -279,8 +280,7 @@ class Finder {
 
   void add(int i, const std::string& more, Relation* relation) const {
     const Regressor& quantity = quantities_[static_cast<size_t>(i)];
-    if (std::find(relation->names.begin(), relation->names.end(), quantity.name) == relation->names.end())
-      relation->names.push_back(quantity.name);
+    if (!has(relation->names, quantity.name)) relation->names.push_back(quantity.name);
     relation->words += (relation->words.empty() ? "" : ", ") + quantity.words + more;
   }
 

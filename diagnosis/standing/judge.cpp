@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
@@ -251,7 +252,7 @@ void choose_laws(StandProblems* problems) {
   const size_t joints = all.effort.size();
   std::vector<char> both(joints, 0);
   for (size_t j = 0; j < joints; ++j) both[j] = all.effort[j] && all.command[j] && !all.held;
-  if (std::find(both.begin(), both.end(), 1) == both.end()) return;
+  if (!has(both, 1)) return;
   StandProblem* const each[] = {&problems->all, &problems->even, &problems->odd, &problems->wide_even,
                                 &problems->wide_odd};
   std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/standing/dependence.h"
@@ -112,7 +113,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     const Json where = make_where(o.channels[c]);
     const bool loud = o.shared.empty() ? rms[c] >= 2 : rms[c] > 0;
     if (places.size() >= 3 || (!places.empty() && (!loud || rms[c] < 0.5 * rms[order[0]]))) break;
-    if (std::find(places.begin(), places.end(), where) != places.end()) continue;
+    if (has(places, where)) continue;
     places.push_back(where);
     std::string statement = "What is left at " + where.begin().value().get<std::string>() +
                             " (equation: " + get_text(o.channels[c].kind) + ") is up to " + number(rms[c], 2) +

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
@@ -167,7 +168,7 @@ TurnedLegs find_turned_legs(const Experiment& e) {
   TurnedLegs out;
   if (!e.scenario.floating_base || e.num_joints() == 0) return out;
   for (int joint = find_turned_joint(e, &out.left); joint >= 0; joint = find_turned_joint(convert_turned_legs(e, out), &out.left)) {
-    if (std::find(out.joints.begin(), out.joints.end(), joint) != out.joints.end()) break;
+    if (has(out.joints, joint)) break;
     out.joints.push_back(joint);
   }
   return out;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "common/base/has.h"
 #include "common/node/node.h"
 #include "common/robot/movers.h"
 #include "servers/model_parser/robot_loader.h"
@@ -71,7 +72,7 @@ std::string find_command(const std::string& name) {
 }
 
 bool ServerCommands::is_left_out(const std::string& role) const {
-  return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
+  return has(options_.without, role);
 }
 
 std::vector<int> ServerCommands::find_cores_of(const std::string& role, int domain) const {
