@@ -12,6 +12,7 @@
 #include "test_places.h"
 #include "tests/physics/run_trial.h"
 
+#include "tests/catch_complaint.h"
 namespace hrp {
 namespace {
 
@@ -34,14 +35,7 @@ class Robots : public ::testing::Test {
     return folder_ + "/" + name;
   }
   Scenario load(const std::string& yaml) { return load_scenario(write("world.yaml", yaml)); }
-  std::string find_refusal(const std::string& yaml) {
-    try {
-      Trial trial(load(yaml));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
+  std::string find_refusal(const std::string& yaml) { return catch_complaint([&] { Trial trial(load(yaml)); }); }
   std::string folder_;
 };
 
