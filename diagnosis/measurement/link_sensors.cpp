@@ -10,6 +10,7 @@
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
@@ -264,12 +265,12 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
   };
   static const Known known[] = {
       {"rad/s", kDegrees, "57.3 times the predicted rate: these are degrees, expected rad/s"},
-      {"m/s^2", 1.0 / 9.81, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
+      {"m/s^2", 1.0 / kGravity, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
       {"m/s^2", -1.0, "-1 times the predicted one: expected specific force, which points up at rest"},
       {"N m", 1000.0, "1000 times the predicted torque: these are mN m, expected N m"},
       {"N m", -1.0, "-1 times the predicted torque: expected the drive's sign of a joint, and of a wrench what the link exerts on its parent"},
       {"N", -1.0, "-1 times the predicted force: expected what the link exerts on its parent (a hanging load reads downwards)"},
-      {"N", 1.0 / 9.81, "a 9.81th of the predicted force: these are kilograms, expected N"}};
+      {"N", 1.0 / kGravity, "a 9.81th of the predicted force: these are kilograms, expected N"}};
   for (const ReadingGroup& group : predict.groups()) {
     const Ratio ratio = find_ratio(data, group);
     for (const Known& k : known) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/has.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
@@ -37,7 +38,7 @@ double find_floor(const StandProblem& p, const Channel& c) {
   if (c.kind == ChannelKind::kBalance) return 0.02;
   if (c.kind == ChannelKind::kGyro) return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
   if (c.kind == ChannelKind::kVelocity) return 1e-4;
-  return c.kind == ChannelKind::kGravity ? std::max(3e-3, 9.81 * tilt) : 2e-3;
+  return c.kind == ChannelKind::kGravity ? std::max(3e-3, kGravity * tilt) : 2e-3;
 }
 
 // One value a recording.

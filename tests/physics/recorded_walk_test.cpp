@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include "common/multibody/tree_mass.h"
+#include "common/spatial/gravity.h"
 #include "controller/motion/motion.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
@@ -40,9 +42,7 @@ class Rollout {
   }
   const Simulator& simulator() const { return simulator_; }
   double weight() const {
-    double mass = 0.0;
-    for (const LinkSpec& link : robot_.tree.links) mass += link.inertia.mass;
-    return mass * 9.81;
+    return calc_mass(robot_.tree) * kGravity;
   }
 
  private:

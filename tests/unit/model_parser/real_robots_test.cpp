@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/multibody/tree_mass.h"
 #include "common/robot/sole.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/shared_files.h"
@@ -25,12 +26,6 @@ std::string find_robot(const std::string& file) { return find_shared("robots/" +
 
 Scenario make_scenario(const std::string& urdf, const std::string& more) {
   return parse_scenario("robot: " + urdf + "\n" + more, "/test.yaml");
-}
-
-double calc_mass(const TreeSpec& tree) {
-  double mass = 0.0;
-  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
-  return mass;
 }
 
 class RealRobot : public ::testing::TestWithParam<Expected> {};
