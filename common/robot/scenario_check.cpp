@@ -7,6 +7,7 @@
 
 #include "common/base/has.h"
 #include "common/robot/foot_bush.h"
+#include "common/base/suggest.h"
 
 namespace hrp {
 namespace {
@@ -70,9 +71,7 @@ class Checker {
   void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
              const std::string& kind) {
     if (has(names, name)) return;
-    const std::string nearest = find_nearest(name, names);
-    diagnostics_->add_error(scenario_.make_diagnostic(
-        key, "the robot has no " + kind + " '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")));
+    diagnostics_->add_error(scenario_.make_diagnostic(key, "the robot has no " + kind + " '" + name + "'" + suggest(name, names)));
   }
 
   const Scenario& scenario_;

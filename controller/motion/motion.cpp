@@ -7,6 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
+#include "common/base/suggest.h"
 #include "common/base/read_file.h"
 #include "controller/motion/motion_text.h"
 
@@ -49,9 +50,7 @@ MotionPlayer::MotionPlayer(Motion motion, const std::vector<std::string>& robot_
   for (const std::string& joint : motion_.joints) {
     const auto it = std::find(robot_joints.begin(), robot_joints.end(), joint);
     if (it == robot_joints.end()) {
-      const std::string nearest = find_nearest(joint, robot_joints);
-      refuse_input(path, "moves joint '" + joint + "', which the robot does not have" +
-                             (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+      refuse_input(path, "moves joint '" + joint + "', which the robot does not have" + suggest(joint, robot_joints));
     }
     robot_index_.push_back(static_cast<int>(it - robot_joints.begin()));
   }

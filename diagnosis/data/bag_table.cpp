@@ -10,6 +10,7 @@
 #include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
+#include "common/base/suggest.h"
 #include "diagnosis/data/topic_clock.h"
 
 namespace hrp::diagnosis {
@@ -199,10 +200,8 @@ class BagReader {
     std::string list;
     for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
     if (!strangers.empty() && !any) {
-      const std::string near = find_nearest(*strangers.begin(), robot_.joints);
       refuse_input({bag_.path(), tracks_[0].topic->spec.topic},
-                   "the robot has no joint of the bag (" + list + ")" +
-                       (near.empty() ? "" : "; did you mean '" + near + "'?") +
+                   "the robot has no joint of the bag (" + list + ")" + suggest(*strangers.begin(), robot_.joints) +
                        "; names are mapped with 'joints: {name in the bag: name in the model}' under topics");
     }
     if (!strangers.empty()) notes_->push_back("joints that the model does not have were left out: " + list);

@@ -5,6 +5,8 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/has.h"
+#include "common/base/join_words.h"
+#include "common/base/suggest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -91,10 +93,9 @@ class Binder {
       if (bag_.topics()[i].name == spec.topic) return i;
       names.push_back(bag_.topics()[i].name);
     }
-    const std::string near = find_nearest(spec.topic, names);
     refuse_input({experiment_, "topics." + spec.signal, spec.line, spec.column},
                  "the bag " + bag_.path() + " has no topic '" + spec.topic + "'; it has " + list_topics(bag_) +
-                     (near.empty() ? "" : "; did you mean '" + near + "'?"));
+                     suggest(spec.topic, names));
   }
 
   RosType make_type(const SignalTopic& spec, const BagTopic& topic) const {

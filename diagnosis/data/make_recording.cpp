@@ -9,6 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
+#include "common/base/suggest.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 
@@ -237,10 +238,10 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
   for (size_t i = 0; i < table.names.size(); ++i) {
     const std::string joint = get_joint(table.names[i]);
     if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
-    const std::string near = find_nearest(joint, missing);
+    const std::string near = suggest(joint, missing);
     if (!near.empty() || known.empty())
       refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1},
-                   "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+                   "the robot has no joint '" + joint + "'" + near);
     strangers.insert(joint), used->insert(table.names[i]);
   }
   std::string list;

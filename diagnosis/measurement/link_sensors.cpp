@@ -7,6 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/has.h"
+#include "common/base/suggest.h"
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
 #include "diagnosis/data/low_pass.h"
@@ -23,11 +24,6 @@ std::vector<std::string> list_joints(const Experiment& e) {
   std::vector<std::string> names;
   for (int j = 0; j < e.num_joints(); ++j) names.push_back(e.robot.tree.joint(j).name);
   return names;
-}
-
-std::string suggest(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = find_nearest(word, names);
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
 }
 
 bool has_all(const Recording& r, const std::string& name, const std::string& parts) {
