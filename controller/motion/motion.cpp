@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
@@ -35,8 +34,7 @@ Eigen::MatrixXd calc_slopes(const Motion& motion) {
 }  // namespace
 
 Motion load_motion(const std::string& path, const std::vector<std::string>& joint_order) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) refuse_input(path, "cannot be read: there is no such file, or no permission");
+  std::ifstream file = open_input(path);
   const std::string text = read_rest(file, path);
   if (ends_with(path, ".seq")) return parse_seq_motion(text, path, joint_order);
   if (!ends_with(path, ".csv")) refuse_input(path, "is of no known kind, expected a name ending in .csv or .seq");

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,12 +18,6 @@ namespace hrp::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error(path.string() + ": cannot be read");
-  return read_rest(in, path.string());
-}
 
 }  // namespace
 
@@ -85,7 +78,7 @@ void write_take_home(const std::string& updated_folder) {
   write_file(folder / "robot.sdf", make_sdf_model(model));
   write_file(folder / "isaac_lab.yaml", make_isaac_table(model));
   if (fs::exists(updated / "nominal.yaml"))
-    write_file(folder / "mujoco.yaml", make_mujoco_scenario(model, read_text(updated / "nominal.yaml")));
+    write_file(folder / "mujoco.yaml", make_mujoco_scenario(model, read_input((updated / "nominal.yaml").string())));
 }
 
 }  // namespace hrp::diagnosis
