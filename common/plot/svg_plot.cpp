@@ -7,12 +7,11 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "common/plot/svg_text.h"
+#include "common/base/escape_xml.h"
+#include "common/base/format.h"
 
 namespace hrp {
 namespace {
-
-using plot::format;
 
 constexpr double kWidth = 900, kHeight = 420, kLeft = 80, kRight = 20, kTop = 40, kBottom = 55, kLegendLine = 20;
 // The palette of Okabe and Ito: told apart by everybody, and dark enough on white, light enough on black.

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/format.h"
 #include "common/base/has.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/search/format.h"
 
 namespace hrp::diagnosis {
 namespace {
