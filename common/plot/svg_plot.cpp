@@ -35,18 +35,6 @@ struct Axis {
   double map(double value) const { return pixel_low + (value - low) / (high - low) * (pixel_high - pixel_low); }
 };
 
-std::string escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&') escaped += "&amp;";
-    else if (c == '<') escaped += "&lt;";
-    else if (c == '>') escaped += "&gt;";
-    else if (c == '"') escaped += "&quot;";
-    else escaped += c;
-  }
-  return escaped;
-}
-
 // Ticks at 1, 2 or 5 times a power of ten, about six of them.
 double find_tick_step(double span) {
   const double raw = span / 6, power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -92,10 +80,10 @@ std::string draw_axes(const Plot& plot, const Axis& x, const Axis& y) {
   }
   const double middle = (y.pixel_low + y.pixel_high) / 2;
   svg += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", (x.pixel_low + x.pixel_high) / 2,
-                y.pixel_low + 42) + escape(plot.x_label) + "</text>\n";
+                y.pixel_low + 42) + escape_xml(plot.x_label) + "</text>\n";
   svg += format("<text x=\"18\" y=\"%.1f\" text-anchor=\"middle\" transform=\"rotate(-90 18 %.1f)\">", middle, middle) +
-         escape(plot.y_label) + "</text>\n";
-  svg += format("<text x=\"%.1f\" y=\"24\" class=\"title\">", kLeft) + escape(plot.title) + "</text>\n";
+         escape_xml(plot.y_label) + "</text>\n";
+  svg += format("<text x=\"%.1f\" y=\"24\" class=\"title\">", kLeft) + escape_xml(plot.title) + "</text>\n";
   return svg;
 }
 
@@ -174,7 +162,7 @@ std::string make_svg(const Plot& plot) {
     svg += draw_series(plot.series[i], x, y, colour);
     svg += format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"3\"/>", kLeft, line,
                   kLeft + 24, line, colour);
-    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape(plot.series[i].label) + "</text>\n";
+    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape_xml(plot.series[i].label) + "</text>\n";
   }
   return svg + "</svg>\n";
 }

@@ -4,36 +4,13 @@
 #include <cctype>
 #include <cmath>
 
+#include "common/base/escape_xml.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
 
 namespace hrp::diagnosis::html {
 
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        // Control characters are not allowed in HTML text; tab and newline are.
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
-    }
-  }
-  return out;
-}
+std::string escape(const std::string& text) { return escape_xml(text); }
 
 std::string typeset(std::string text) {
   for (const auto& [plain, sign] : {std::pair{"+-", "\u00b1"}, std::pair{"^2", "\u00b2"}, std::pair{"^3", "\u00b3"}}) {
