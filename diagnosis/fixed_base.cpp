@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/has.h"
+#include "common/base/join_words.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -108,9 +109,7 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
 }
 
 std::string list_joints(const Experiment& e, const std::vector<int>& joints) {
-  std::string names;
-  for (int joint : joints) names += (names.empty() ? "" : ", ") + e.robot.tree.joint(joint).name;
-  return names;
+  return join_words(joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
 }
 
 // What is missing along the recorded motion, where no simulation can follow the recordings; `why` says it.

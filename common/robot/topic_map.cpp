@@ -99,12 +99,8 @@ class TopicReader {
 
   std::string read_word(const YAML::Node& node, const std::string& field, const std::vector<std::string>& words) const {
     std::string word = node.IsScalar() ? node.as<std::string>() : "";
-    std::string list;
-    for (const std::string& known : words) {
-      if (word == known) return word;
-      list += (list.empty() ? "" : ", ") + known;
-    }
-    fail(node, field, "is '" + word + "', expected one of " + list);
+    if (has(words, word)) return word;
+    fail(node, field, "is '" + word + "', expected one of " + join_words(words));
   }
 
   std::string path_;

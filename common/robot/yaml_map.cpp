@@ -47,12 +47,6 @@ bool is_within(double value, Bound bound) {
 
 std::string unit_text(const std::string& unit) { return unit.empty() ? "" : " [" + unit + "]"; }
 
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 }  // namespace
 
 InputPlace make_place(const std::string& file, const YAML::Mark& mark, const std::string& field) {

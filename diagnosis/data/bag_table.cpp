@@ -8,9 +8,10 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/has.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
-#include "diagnosis/data/gaps.h"
 #include "common/base/suggest.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/topic_clock.h"
 
 namespace hrp::diagnosis {
@@ -197,8 +198,7 @@ class BagReader {
         track.values.erase(track.values.begin() + static_cast<long>(c));
       }
     }
-    std::string list;
-    for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
+    const std::string list = join_words(strangers);
     if (!strangers.empty() && !any) {
       refuse_input({bag_.path(), tracks_[0].topic->spec.topic},
                    "the robot has no joint of the bag (" + list + ")" + suggest(*strangers.begin(), robot_.joints) +

@@ -14,8 +14,7 @@ namespace {
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 std::string list_topics(const RosBag& bag) {
-  std::string list;
-  for (const BagTopic& t : bag.topics()) list += (list.empty() ? "" : ", ") + t.name + " (" + t.type + ")";
+  const std::string list = join_words(bag.topics(), [](const BagTopic& t) { return t.name + " (" + t.type + ")"; });
   return list.empty() ? "no topic" : list;
 }
 
@@ -52,9 +51,7 @@ class Guess {
     }
     const std::vector<std::string>& found = named.empty() ? fitting : named;
     if (found.size() > 1) {
-      std::string list;
-      for (const std::string& name : found) list += (list.empty() ? "" : ", ") + name;
-      notes_->push_back("several topics may be " + signal + ": " + list + "; say which under 'topics:' of the experiment");
+      notes_->push_back("several topics may be " + signal + ": " + join_words(found) + "; say which under 'topics:' of the experiment");
     }
     if (found.size() != 1) return;
     SignalTopic spec;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
 #include "common/base/suggest.h"
@@ -244,9 +245,7 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
                    "the robot has no joint '" + joint + "'" + near);
     strangers.insert(joint), used->insert(table.names[i]);
   }
-  std::string list;
-  for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
-  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + list);
+  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));
 }
 
 }  // namespace

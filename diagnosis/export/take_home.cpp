@@ -6,6 +6,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/join_words.h"
 #include "common/base/read_file.h"
 #include "common/base/write_file.h"
 #include "common/robot/closed_chains.h"
@@ -56,7 +57,7 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
   }
   if (motion) text += "controller: {motion: ../motion.csv}\n";
   text += "servo:\n  joints:\n";
-  std::string rotors, free;
+  std::string rotors;
   for (int j = 0; j < model.robot.tree.num_joints(); ++j) {
     const JointLaws& laws = model.laws[static_cast<size_t>(j)];
     const std::string& name = model.robot.tree.joint(j).name;
@@ -65,7 +66,7 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
             (limit < kUnlimited ? ", effort_limit: " + print_value(limit) : "") + "}\n";
     if (laws.motor_inertia > 0.0) rotors += "  " + name + ": " + print_value(laws.motor_inertia) + "\n";
   }
-  for (const std::string& name : model.scenario.unactuated) free += (free.empty() ? "" : ", ") + name;
+  const std::string free = join_words(model.scenario.unactuated);
   return text + (rotors.empty() ? "" : "rotor_inertia:\n" + rotors) + (free.empty() ? "" : "unactuated: [" + free + "]\n");
 }
 

@@ -4,6 +4,7 @@
 #include <regex>
 #include <sstream>
 
+#include "common/base/join_words.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
 
@@ -34,9 +35,7 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
 }
 
 std::string describe_load(const StatedEffect& e) {
-  std::string text;
-  for (const auto& [key, value] : e.parameters) text += (text.empty() ? "" : ", ") + key + " " + print_value(value);
-  return e.effect + " (" + text + ")";
+  return e.effect + " (" + join_words(e.parameters, [](const auto& p) { return p.first + " " + print_value(p.second); }) + ")";
 }
 
 std::string print_list(const Vector3d& v) { return print_value(v.x()) + " " + print_value(v.y()) + " " + print_value(v.z()); }

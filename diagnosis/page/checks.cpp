@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/join_words.h"
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
@@ -153,9 +154,9 @@ std::string make_on_all(const json& report) {
 std::string make_per_recording(const json& report) {
   std::string rows;
   for (const json& item : get_list(report, "per_recording")) {
-    std::string values;
-    for (const json& r : get_list(item, "each"))
-      values += (values.empty() ? "" : ", ") + escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value"), 3);
+    const std::string values = join_words(get_list(item, "each"), [](const json& r) {
+      return escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value"), 3);
+    });
     rows += "<tr>" + cell(escape(describe_effect(get_text(item, "effect")))) + cell(escape(describe_place(get(item, "where")))) +
             cell(escape(get_text(item, "parameter")) + " [" + escape(get_text(item, "unit")) + "]") +
             cell(make_dots(item) + "<span class='small'>" + values + "</span>") +

@@ -28,9 +28,18 @@ std::string format_value(const json& value, int digits) {
   if (value.is_string()) return escape(value.get<std::string>());
   if (!value.is_array())
     return value.is_null() ? "-" : escape(value.dump(-1, ' ', false, json::error_handler_t::replace));
-  std::string out;
-  for (const json& item : value) out += (out.empty() ? "" : ", ") + format_value(item, digits);
-  return "(" + out + ")";
+  return "(" + join_values(value, digits) + ")";
+}
+
+std::string join_values(const json& list, int digits) {
+  return join_words(list, [digits](const json& item) { return format_value(item, digits); });
+}
+
+std::string make_table(const std::vector<std::string>& head, const std::string& rows) {
+  if (rows.empty()) return "";
+  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
+  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
+  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
 }
 
 const json& get(const json& object, const char* key) {
