@@ -32,12 +32,6 @@ std::string print_origin(const Transform& X) {
   return "<origin xyz=\"" + print(X.p) + "\" rpy=\"" + print(calc_rpy(X.R)) + "\"/>";
 }
 
-// How far joint frame F has moved at position q.
-Transform calc_motion(const JointSpec& joint, double q) {
-  if (joint.kind == JointKind::kPrismatic) return {Matrix3d::Identity(), q * joint.axis_F};
-  return {Eigen::AngleAxisd(q, joint.axis_F).toRotationMatrix(), Vector3d::Zero()};
-}
-
 class Writer {
  public:
   UrdfText write(const BodyTree& tree, const std::string& source) {

@@ -12,6 +12,7 @@
 #include "common/base/has.h"
 #include "common/node/node.h"
 #include "common/robot/movers.h"
+#include "servers/console/launcher/file_name.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
@@ -38,8 +39,6 @@ std::string find_own_folder() {
 std::string find_program(const std::string& name) {
   return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
 }
-
-std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
 std::string join_robots(const Scenario& scenario) {
   std::string names;
