@@ -24,13 +24,6 @@ std::string make_section(const char* id, const std::string& title, const std::st
          "</section>\n";
 }
 
-std::string make_table(const std::vector<std::string>& head, const std::string& rows) {
-  if (rows.empty()) return "";
-  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
-  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
-  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
-}
-
 std::string make_row(const std::vector<std::string>& cells) {
   std::string out = "<tr>";
   for (const std::string& c : cells) out += "<td>" + c + "</td>";
