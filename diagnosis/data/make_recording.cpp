@@ -9,10 +9,11 @@
 #include "common/base/diagnostics.h"
 #include "common/base/join_words.h"
 #include "common/base/rounding.h"
-#include "diagnosis/data/gaps.h"
 #include "common/base/suggest.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -142,20 +143,6 @@ bool any_finite(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-void fill_gaps(std::vector<double>* values) {
-  double last = 0.0;
-  for (double v : *values) {
-    if (std::isfinite(v)) {
-      last = v;
-      break;
-    }
-  }
-  for (double& v : *values) {
-    if (!std::isfinite(v)) v = last;
-    last = v;
-  }
-}
-
 bool is_constant(const std::vector<double>& values) { return calc_range(values) == 0.0; }
 
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
@@ -220,8 +207,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     column(key, &effort);
     if (!effort.empty()) warnings->push_back(file + ": the effort of " + name + " was not logged; its command " + key + " stands in for it");
   }
-  fill_gaps(&joint->command);
-  fill_gaps(&joint->command_rate);
+  joint->command = fill_gaps(joint->command);
+  joint->command_rate = fill_gaps(joint->command_rate);
 }
 
 // Leaves out columns of joints that the model does not have, such as those of a gripper. Throws if a joint of the model
