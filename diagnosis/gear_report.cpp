@@ -9,6 +9,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/list_fit.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/measurement/joint_zeros.h"
@@ -89,7 +90,7 @@ std::string describe(const Experiment& e, const GearRatio& ratio) {
 
 Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
   Json f = make_scale(e, ratio);
-  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = 0.99;
+  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = kSurest;
   f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3), f["of_log"] = true;
   f["statement"] = e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
                    " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +

@@ -17,6 +17,7 @@
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/simulation/plant.h"
 
+#include "diagnosis/report/finding_head.h"
 namespace hrp::diagnosis {
 namespace {
 
@@ -184,17 +185,13 @@ Json make_late_finding(const Experiment& e, const LateCommands& late) {
   const EffectInfo& effect = get_effect(EffectId::kSensorDelay);
   // A log that writes values one cycle late is off by a period.
   const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"sensor", "/joint_commands"}}},
-          {"parameters", {{"delay", make_value(round_to(late.delay, 4), round_to(late.std, 3), "s")}}},
-          {"grade", get_grade_name(sure ? Grade::kSupported : Grade::kAmbiguous)},
-          {"probability", late.either ? kHalf : 0.99},
-          {"share", 1.0},
-          {"weight", 1.0},
-          {"of_log", true},
-          {"statement", "/joint_commands: " + describe(late) + "."},
-          {"alternatives", Json::array()}};
+  const Json delay = make_value(round_to(late.delay, 4), round_to(late.std, 3), "s");
+  Json f = make_finding_head(get_effect(EffectId::kSensorDelay), {{"sensor", "/joint_commands"}}, {{"delay", delay}}, sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
+  if (late.either) f["probability"] = kHalf;
+  f["of_log"] = true;
+  f["statement"] = "/joint_commands: " + describe(late) + ".";
+  f["alternatives"] = Json::array();
+  return f;
 }
 
 }  // namespace hrp::diagnosis

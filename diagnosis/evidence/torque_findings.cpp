@@ -19,6 +19,7 @@
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/evidence/torque_possible.h"
 #include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -166,7 +167,7 @@ class Judge {
     f.where = {{"joint", e_.robot.tree.joint(d.joint).name}};
     f.parameters = {{"delay", "s", {d.delay}, {d.std}, false}};
     f.grade = Grade::kSupported;
-    f.probability = 0.99;
+    f.probability = kSurest;
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
                   " ms late (supported). With that delay the servo's law misses the recorded effort by " +

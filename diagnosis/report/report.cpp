@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"
@@ -10,8 +11,8 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/report/series.h"
 #include "diagnosis/report/effect_shares.h"
+#include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
 
@@ -189,7 +190,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"where", make_where(*problem.experiment, effect)},
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
-         {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
+         {"probability", round_to(std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std)},
          {"alternatives", alternatives}});
     const Json also = list_also_fitted(effect);
