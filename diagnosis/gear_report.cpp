@@ -17,7 +17,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRatioCost = 4.0;  // [nats] of each ratio: its value, and which joint
 constexpr size_t kTried = 3;        // joints: a wrong angle moves the torques of its neighbours, too
 
 // What efforts say of a joint's ratio, and by how many nats more than every effect does with angles as logged.
@@ -32,7 +31,7 @@ Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
   Asked best;
   for (size_t i = 0; i < std::min(kTried, list.size()); ++i) {
     const ListFit fit = fit_list(convert_ratio(e, list[i]), jobs);
-    const double gain = compare(fit, as_logged) - kRatioCost;
+    const double gain = compare(fit, as_logged) - kOfOneJoint;
     if (gain > best.gain) best = {list[i], gain, fit};
   }
   return best;

@@ -11,6 +11,7 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/kept_samples.h"
 #include "diagnosis/measurement/torque_effort.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -25,8 +26,6 @@ constexpr double kOfMotion = 2.5;
 constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
 constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
-// Kept samples per period of the cutoff: enough to lose nothing, and few duplicates.
-constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
 constexpr double kTrim = 0.15;
 // Speeds below this share of the largest one, or within the noise, have no certain direction.
