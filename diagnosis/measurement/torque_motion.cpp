@@ -238,7 +238,7 @@ double make_motions(TorqueWork* w) {
 
 // Noise [N m] of every joint: noise of all accelerations through the mass matrix, rms over some poses.
 Eigen::VectorXd calc_torque_noise(const TorqueWork& w, const TorqueRecording& r) {
-  constexpr long kPoses = 20;
+  constexpr long kPoses = 20;  // spread over the motion: a mean over them needs no more
   const long n = r.q.cols(), poses = std::min(kPoses, r.q.rows()), stride = std::max(1L, r.q.rows() / poses);
   Eigen::MatrixXd q(poses, n);
   for (long k = 0; k < poses; ++k) q.row(k) = r.q.row(k * stride);

@@ -61,9 +61,9 @@ struct Step {
   double share = 0.0;
 };
 
-// Findings by what they take away; beyond the largest ten together.
+// Findings by what they take away; beyond the largest dozen together.
 std::vector<Step> find_steps(const json& report) {
-  constexpr std::size_t kMost = 12;
+  constexpr std::size_t kMost = 12;  // steps that fit beside each other
   std::vector<Step> steps;
   for (const json& f : get_list(report, "findings")) {
     const double weight = get_number(f, "weight");
