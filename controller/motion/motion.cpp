@@ -6,8 +6,8 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
-#include "common/base/suggest.h"
 #include "common/base/read_file.h"
+#include "common/base/suggest.h"
 #include "controller/motion/motion_text.h"
 
 namespace hrp {
