@@ -62,7 +62,7 @@ LeftByDrives find_left(const Experiment& e) {
     const UnitRows rows = collect_efforts(data, static_cast<int>(j));
     if (rows.tau.size() <= rows.nuisance.cols()) continue;
     left.logs += std::log(std::max(1e-300, calc_left(rows))), ++left.joints;
-    left.samples += static_cast<double>(rows.tau.size()) / kCorrelated;
+    left.samples += static_cast<double>(rows.tau.size()) / kPerPeriod;
   }
   return left;
 }
