@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include "common/base/join_words.h"
 #include "diagnosis/held_feet/held_feet.h"
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/findings/schema2.h"
@@ -56,9 +57,7 @@ void say_what_was_not_compared(const Experiment& e, const std::set<std::string>&
     }
   }
   if (sources.empty()) return;
-  std::string list;
-  for (const std::string& source : sources) list += (list.empty() ? "" : ", ") + source;
-  const std::string text = "recorded but not compared with any prediction: " + list +
+  const std::string text = "recorded but not compared with any prediction: " + join_words(sources) +
                            "; faults of these sensors are neither found nor excluded";
   progress("note: " + text);
   reports->report["warnings"].push_back(text);

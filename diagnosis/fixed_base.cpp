@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
+#include "common/base/join_words.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -107,9 +109,7 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
 }
 
 std::string list_joints(const Experiment& e, const std::vector<int>& joints) {
-  std::string names;
-  for (int joint : joints) names += (names.empty() ? "" : ", ") + e.robot.tree.joint(joint).name;
-  return names;
+  return join_words(joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
 }
 
 // What is missing along the recorded motion, where no simulation can follow the recordings; `why` says it.
@@ -157,13 +157,13 @@ std::vector<size_t> list_undriven(const Experiment& e) {
 std::vector<int> leave_out(const std::vector<int>& recordings, const std::vector<size_t>& out) {
   std::vector<int> left;
   for (int r : recordings) {
-    if (std::find(out.begin(), out.end(), static_cast<size_t>(r)) == out.end()) left.push_back(r);
+    if (!has(out, static_cast<size_t>(r))) left.push_back(r);
   }
   return left.empty() ? recordings : left;
 }
 
 bool has_any(const std::vector<int>& recordings, const std::vector<size_t>& of) {
-  return std::any_of(of.begin(), of.end(), [&](size_t r) { return std::find(recordings.begin(), recordings.end(), static_cast<int>(r)) != recordings.end(); });
+  return std::any_of(of.begin(), of.end(), [&](size_t r) { return has(recordings, static_cast<int>(r)); });
 }
 
 // Adds what the simulation says of a gear. It takes the place of what the missing torque only suspects there.

@@ -9,6 +9,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/list_fit.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/measurement/joint_zeros.h"
@@ -16,7 +17,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRatioCost = 4.0;  // [nats] of each ratio: its value, and which joint
 constexpr size_t kTried = 3;        // joints: a wrong angle moves the torques of its neighbours, too
 
 // What efforts say of a joint's ratio, and by how many nats more than every effect does with angles as logged.
@@ -31,7 +31,7 @@ Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
   Asked best;
   for (size_t i = 0; i < std::min(kTried, list.size()); ++i) {
     const ListFit fit = fit_list(convert_ratio(e, list[i]), jobs);
-    const double gain = compare(fit, as_logged) - kRatioCost;
+    const double gain = compare(fit, as_logged) - kOfOneJoint;
     if (gain > best.gain) best = {list[i], gain, fit};
   }
   return best;
@@ -89,7 +89,7 @@ std::string describe(const Experiment& e, const GearRatio& ratio) {
 
 Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
   Json f = make_scale(e, ratio);
-  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = 0.99;
+  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = kSurest;
   f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3), f["of_log"] = true;
   f["statement"] = e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
                    " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +

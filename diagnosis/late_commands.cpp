@@ -8,19 +8,21 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/stretches.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/list_fit.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
+#include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/measurement/torque_effort.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLongest = 0.1;   // [s] as of a drive's delay
 constexpr int kSteps = 20;         // delays to try up to the longest: 5 ms
 constexpr double kDelayCost = 6.0; // [nats] of a fault of the log that is rare, as of a late effort
 constexpr int kSigned = 3;         // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
@@ -60,7 +62,7 @@ LeftByDrives find_left(const Experiment& e) {
     const UnitRows rows = collect_efforts(data, static_cast<int>(j));
     if (rows.tau.size() <= rows.nuisance.cols()) continue;
     left.logs += std::log(std::max(1e-300, calc_left(rows))), ++left.joints;
-    left.samples += static_cast<double>(rows.tau.size()) / kCorrelated;
+    left.samples += static_cast<double>(rows.tau.size()) / kPerPeriod;
   }
   return left;
 }
@@ -129,8 +131,8 @@ LateCommands find_delay(const Experiment& e, const LeftByDrives& logged) {
   const auto best = std::min_element(share.begin(), share.end()) - share.begin();
   if (best == 0 || best == kSteps || !(share[static_cast<size_t>(best)] < kHalf)) return {};
   const auto b = static_cast<size_t>(best);
-  const double step = kLongest / kSteps, bend = share[b - 1] + share[b + 1] - 2.0 * share[b], slope = 0.5 * (share[b + 1] - share[b - 1]);
-  LateCommands late = make_delay(step * (static_cast<double>(best) - slope / bend));
+  const double step = kLongest / kSteps, bend = share[b - 1] + share[b + 1] - 2.0 * share[b];
+  LateCommands late = make_delay(step * (static_cast<double>(best) + calc_vertex(share[b - 1], share[b], share[b + 1])));
   // Least squares: what is left grows by its n-th part at one standard deviation. Bounds of friction and rotor bend the
   // curve, so that a parabola tells no more than a quarter of a step.
   late.std = step * std::hypot(kPart, std::sqrt(2.0 * share[b] / (bend * std::max(1.0, logged.samples))));
@@ -181,20 +183,15 @@ std::string describe(const LateCommands& late) {
 
 Json make_late_finding(const Experiment& e, const LateCommands& late) {
   if (!late.any() || (late.of_rate && !late.either)) return nullptr;
-  const EffectInfo& effect = get_effect(EffectId::kSensorDelay);
   // A log that writes values one cycle late is off by a period.
   const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"sensor", "/joint_commands"}}},
-          {"parameters", {{"delay", make_value(round_to(late.delay, 4), round_to(late.std, 3), "s")}}},
-          {"grade", get_grade_name(sure ? Grade::kSupported : Grade::kAmbiguous)},
-          {"probability", late.either ? kHalf : 0.99},
-          {"share", 1.0},
-          {"weight", 1.0},
-          {"of_log", true},
-          {"statement", "/joint_commands: " + describe(late) + "."},
-          {"alternatives", Json::array()}};
+  const Json delay = make_value(round_to(late.delay, 4), round_to(late.std, 3), "s");
+  Json f = make_finding_head(get_effect(EffectId::kSensorDelay), {{"sensor", "/joint_commands"}}, {{"delay", delay}}, sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
+  if (late.either) f["probability"] = kHalf;
+  f["of_log"] = true;
+  f["statement"] = "/joint_commands: " + describe(late) + ".";
+  f["alternatives"] = Json::array();
+  return f;
 }
 
 }  // namespace hrp::diagnosis

@@ -12,6 +12,7 @@
 #include "diagnosis/evidence/link_findings.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -164,7 +165,7 @@ class Merger {
     f.where = {{"sensor", gear.fit.signal}};
     f.parameters = {{"value", "rad", {-gear.zero}, {gear.zero_std}, false}};
     f.grade = told && !gear.one_sided && would_show(gear) ? Grade::kSupported : Grade::kAmbiguous;
-    f.probability = 0.99, f.share = f.weight = std::clamp(gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
+    f.probability = kSurest, f.share = f.weight = std::clamp(gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
     f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) + " rad off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
     if (f.grade == Grade::kAmbiguous)
       f.alternatives.push_back({"joint_offset", f.family, {{"joint", joint}}, {{"offset", "rad", {gear.zero}, {gear.zero_std}, false}},

@@ -7,6 +7,8 @@
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "common/effects/units.h"
+#include "common/spatial/rpy.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/list_fit.h"
@@ -14,6 +16,7 @@
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/mounting.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/unit_doubts.h"
 #include "diagnosis/zero_search.h"
@@ -46,16 +49,11 @@ Json make_alternative(const char* effect, const Json& where, const Json& paramet
   return {{"effect", effect}, {"family", find_family_name(effect)}, {"where", where}, {"parameters", parameters}};
 }
 
-Json make_finding(const EffectInfo& effect, const std::string& joint, const char* parameter, const Json& value, double share, bool sure) {
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"joint", joint}}},
-          {"parameters", {{parameter, value}}},
-          {"grade", get_grade_name(sure ? Grade::kSupported : Grade::kAmbiguous)},
-          {"probability", 0.99},
-          {"share", round_to(share, 3)},
-          {"weight", round_to(share, 3)},
-          {"of_log", true}};
+// A fault of the log with one parameter.
+Json make_finding(const EffectInfo& effect, const Json& where, const char* parameter, const Json& value, double share, Grade grade = Grade::kSupported) {
+  Json f = make_finding_head(effect, where, {{parameter, value}}, grade, share);
+  f["of_log"] = true;
+  return f;
 }
 
 Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
@@ -64,7 +62,9 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const double std = calc_std(unit);
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
-  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), joint, "scale", scale, calc_share(data, unit), !unit.by_others && !unit.at_least && !is_load_or_unit(unit));
+  const bool sure = !unit.by_others && !unit.at_least && !is_load_or_unit(unit);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), {{"joint", joint}}, "scale", scale, calc_share(data, unit),
+                        sure ? Grade::kSupported : Grade::kAmbiguous);
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
     f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +
@@ -83,18 +83,10 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
 }
 
 Json make_body_finding(const floating::BodyUnit& unit) {
-  const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
-  Json f = {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"sensor", unit.sensor}}},
-          {"parameters", {{"scale", make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1")}}},
-          {"grade", get_grade_name(Grade::kSupported)},
-          {"probability", 0.99},
-          {"share", 1.0},
-          {"weight", 1.0},
-          {"of_log", true},
-          {"statement", unit.sensor + ": " + unit.meaning + "."},
-          {"alternatives", Json::array()}};
+  const Json scale = make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1");
+  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", unit.sensor}}, "scale", scale, 1.0);
+  f["statement"] = unit.sensor + ": " + unit.meaning + ".";
+  f["alternatives"] = Json::array();
   if (!unit.may_hang) return f;
   const std::string imu = unit.sensor.substr(0, unit.sensor.rfind('/'));
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
@@ -105,20 +97,13 @@ Json make_body_finding(const floating::BodyUnit& unit) {
 
 // A zero that is off by gravity: no effect of the table takes gravity out as the body turns.
 Json make_gravity_finding(const floating::GoneGravity& gone) {
-  const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kZero);
   const double std = std::max(gone.left, kBlur);
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"sensor", gone.sensor}}},
-          {"parameters", {{"value", make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2")}}},
-          {"grade", get_grade_name(Grade::kSupported)},
-          {"probability", 0.99},
-          {"share", 1.0},
-          {"weight", 1.0},
-          {"of_log", true},
-          {"statement", gone.sensor + ": gravity is not in it: on average it reads " + number(gone.left, 2) + " m/s^2 " +
-                            (gone.follows ? "and nothing of how the body leans. A filter took gravity out." : "of 9.8. It was zeroed at rest, or a filter took gravity out.")},
-          {"alternatives", Json::array()}};
+  const Json value = make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2");
+  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gone.sensor}}, "value", value, 1.0);
+  f["statement"] = gone.sensor + ": gravity is not in it: on average it reads " + number(gone.left, 2) + " m/s^2 " +
+                   (gone.follows ? "and nothing of how the body leans. A filter took gravity out." : "of 9.8. It was zeroed at rest, or a filter took gravity out.");
+  f["alternatives"] = Json::array();
+  return f;
 }
 
 // What a frame says of one effect: its value, and that of the rival in its place, which is off in the other sense.
@@ -130,22 +115,14 @@ struct FrameValue {
 };
 
 Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v) {
-  const EffectInfo& effect = v.effect;
-  Json f = {{"effect", effect.name},
-            {"family", get_family_name(effect.family)},
-            {"where", {{"sensor", frame.sensor}}},
-            {"parameters", {{v.parameter, v.value}}},
-            {"grade", get_grade_name(Grade::kSupported)},
-            {"probability", 0.99},
-            {"share", round_to(1.0 - frame.left, 3)},
-            {"weight", 1.0},
-            {"of_log", true},
-            {"statement", frame.sensor + v.statement},
-            {"alternatives", Json::array()}};
+  Json f = make_finding(v.effect, {{"sensor", frame.sensor}}, v.parameter, v.value, 1.0 - frame.left);
+  f["weight"] = 1.0;
+  f["statement"] = frame.sensor + v.statement;
+  f["alternatives"] = Json::array();
   if (frame.rival.empty()) return f;
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
-  f["alternatives"].push_back(make_alternative(effect.name.c_str(), {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
+  f["alternatives"].push_back(make_alternative(v.effect.name.c_str(), {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
   return f;
 }
 
@@ -153,12 +130,12 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
 void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   constexpr double kTurn = 0.05, kDelay = 0.01;  // [rad, s] to which they are told here
   const auto make_rpy = [&](const Matrix3d& R) {
-    const Vector3d rpy = floating::find_roll_pitch_yaw(R);
+    const Vector3d rpy = calc_rpy(R);
     return make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad");
   };
   if (frame.is_turned()) {
-    const Vector3d rpy = floating::find_roll_pitch_yaw(frame.R);
-    const auto degrees = [](double angle) { return number(std::round(angle * 180.0 / M_PI) + 0.0, 3); };  // no "-0"
+    const Vector3d rpy = calc_rpy(frame.R);
+    const auto degrees = [](double angle) { return number(std::round(angle * kDegrees) + 0.0, 3); };  // no "-0"
     const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
                              degrees(rpy.z()) + " degrees.";
     findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(frame.R), make_rpy(frame.R.transpose()), text}));
@@ -187,7 +164,7 @@ bool is_first_and_level(const Experiment& e, int joint) {
 Json make_zero_finding(const Experiment& e, const JointZero& zero, double share) {
   const std::string joint = e.robot.tree.joint(zero.joint).name;
   const Json value = make_value(round_to(zero.offset, 5), round_to(zero.std, 3), "rad");
-  Json f = make_finding(get_effect(EffectId::kJointOffset), joint, "offset", value, share, true);
+  Json f = make_finding(get_effect(EffectId::kJointOffset), {{"joint", joint}}, "offset", value, share);
   f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
                    number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();

@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
@@ -100,17 +101,12 @@ Json make_finding(const Experiment& e, const RefutedFriction& r) {
   const EffectInfo& effect = *r.effect;
   const JointSpec& joint = e.robot.tree.joint(r.joint);
   const std::string unit = get_joint_unit(joint, r.unit());
-  return {{"effect", effect.name},
-          {"family", get_family_name(effect.family)},
-          {"where", {{"joint", joint.name}}},
-          {"parameters", {{effect.parameters[0].name, make_value(round_to(r.found, 5), round_to(r.std, 3), unit)}}},
-          {"grade", get_grade_name(Grade::kSupported)},
-          {"probability", 0.99},
-          {"share", round_to(r.share, 3)},
-          {"weight", round_to(r.share, 3)},
-          {"statement", joint.name + ": the model states " + describe(e, r) + "."},
-          {"alternatives", Json::array()},
-          {"replaces", round_to(r.stated, 5)}};
+  const Json value = make_value(round_to(r.found, 5), round_to(r.std, 3), unit);
+  Json f = make_finding_head(effect, {{"joint", joint.name}}, {{effect.parameters[0].name, value}}, Grade::kSupported, r.share);
+  f["statement"] = joint.name + ": the model states " + describe(e, r) + ".";
+  f["alternatives"] = Json::array();
+  f["replaces"] = round_to(r.stated, 5);
+  return f;
 }
 
 // Whatever friction was found at a place takes the place of what was stated there.

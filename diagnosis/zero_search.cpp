@@ -11,7 +11,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
-constexpr double kZeroCost = 4.0;   // [nats] of each zero: its value, and which joint
 
 [[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
   const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
@@ -44,7 +43,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   JointZeros found = find_joint_zeros(data);
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
-  const double cost = kZeroCost * static_cast<double>(found.joints.size());
+  const double cost = kOfOneJoint * static_cast<double>(found.joints.size());
   const ListFit without = fit_list(e, jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;

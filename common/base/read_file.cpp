@@ -2,10 +2,32 @@
 #include "common/base/read_file.h"
 
 #include <array>
+#include <filesystem>
 
 #include "common/base/diagnostics.h"
 
 namespace hrp {
+namespace {
+
+constexpr uintmax_t kLargestFile = 64u << 20;  // [bytes]
+
+[[noreturn]] void refuse_file(const std::string& path) { refuse_input(path, "cannot be read: there is no such file, or no permission"); }
+
+}  // namespace
+
+std::ifstream open_input(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) refuse_file(path);
+  return file;
+}
+
+std::string read_input(const std::string& path) {
+  std::error_code error;
+  std::ifstream file = open_input(path);
+  if (!std::filesystem::is_regular_file(path, error)) refuse_file(path);
+  if (std::filesystem::file_size(path, error) > kLargestFile) refuse_input(path, "is larger than 64 MB");
+  return read_rest(file, path);
+}
 
 std::string read_rest(std::istream& file, const std::string& path) {
   std::string text;

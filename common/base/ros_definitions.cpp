@@ -9,6 +9,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/join_words.h"
+
 namespace hrp {
 namespace {
 
@@ -119,9 +121,7 @@ std::string describe_field(const RosField& field) {
 }
 
 std::string describe_type(const std::string& name) {
-  std::string fields;
-  for (const RosField& field : parse_ros_definition(name)) fields += (fields.empty() ? "" : ", ") + describe_field(field);
-  return "{\"type_name\": \"" + name + "\", \"fields\": [" + fields + "]}";
+  return "{\"type_name\": \"" + name + "\", \"fields\": [" + join_words(parse_ros_definition(name), describe_field) + "]}";
 }
 
 }  // namespace
@@ -156,10 +156,8 @@ std::string make_ros_schema(const std::string& name) {
 std::string calc_ros_type_hash(const std::string& name) {
   std::set<std::string> needs;  // in the order of their names, as the description wants them
   collect_needs(name, &needs);
-  std::string others;
-  for (const std::string& need : needs) others += (others.empty() ? "" : ", ") + describe_type(need);
-  const std::string text =
-      "{\"type_description\": " + describe_type(name) + ", \"referenced_type_descriptions\": [" + others + "]}";
+  const std::string text = "{\"type_description\": " + describe_type(name) + ", \"referenced_type_descriptions\": [" +
+                           join_words(needs, describe_type) + "]}";
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned size = 0;
   if (EVP_Digest(text.data(), text.size(), digest, &size, EVP_sha256(), nullptr) != 1) throw std::runtime_error("no SHA-256");

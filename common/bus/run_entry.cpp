@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/bus/run_entry.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
 #include <map>
 #include <sstream>
+
+#include "common/base/has.h"
 
 namespace hrp {
 namespace {
@@ -28,7 +29,7 @@ std::string format_time(long long seconds) {
 }  // namespace
 
 bool RunEntry::has_free_place(const std::string& role) const {
-  return std::find(free_places.begin(), free_places.end(), role) != free_places.end();
+  return has(free_places, role);
 }
 
 std::string format_entry(const RunEntry& entry) {

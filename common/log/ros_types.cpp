@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/base/ros_definitions.h"
 
 namespace hrp {
@@ -102,7 +103,7 @@ class IdlWriter {
 bool has_path(const StructType& type, const std::string& path) {
   const size_t dot = path.find('.');
   std::string head = path.substr(0, dot);
-  const bool list = head.size() > 2 && head.compare(head.size() - 2, 2, "[]") == 0;
+  const bool list = head.size() > 2 && ends_with(head, "[]");
   if (list) head.resize(head.size() - 2);
   for (const Field& field : type.fields) {
     if (field.name != head) continue;

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "common/base/format.h"
 #include "common/messages/convert.h"
 
 namespace hrp {
@@ -16,11 +17,7 @@ bool has_same_content(const msg::JointCommands& a, const msg::JointCommands& b) 
   return a.positions() == b.positions() && a.velocities() == b.velocities() && a.efforts() == b.efforts();
 }
 
-std::string format_seconds(double seconds) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g s", seconds);
-  return text;
-}
+std::string format_seconds(double seconds) { return format("%g s", seconds); }
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "common/base/format.h"
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
@@ -14,14 +15,11 @@
 #include "common/messages/topics.h"
 #include "common/multibody/kinematics.h"
 #include "common/plot/solids.h"
-#include "common/plot/svg_text.h"
 #include "common/robot/movers.h"
 #include "common/robot/sole.h"
 
 namespace hrp {
 namespace {
-
-using plot::format;
 
 using Eigen::Vector2d;
 
@@ -147,16 +145,10 @@ class Painter {
     const State start = make_start_state(robot.robot, robot.scenario);
     const std::vector<Solid> placed = place(&body, start);
     for (size_t i = 0; i < placed.size(); ++i) {
-      body.solids[i].colour = find_colour((start.R_WB.conjugate() * (calc_mean(placed[i]) - start.p_WB)).y());
+      body.solids[i].colour = find_colour((start.R_WB.conjugate() * (calc_middle(placed[i]) - start.p_WB)).y());
       if (!followed) continue;
       for (const Vector3d& v : placed[i].vertices) height_ = std::max(height_, calc_height(v));
     }
-  }
-
-  static Vector3d calc_mean(const Solid& solid) {
-    Vector3d sum = Vector3d::Zero();
-    for (const Vector3d& v : solid.vertices) sum += v;
-    return sum / std::max<double>(1.0, static_cast<double>(solid.vertices.size()));
   }
 
   double calc_height(const Vector3d& p_W) const { return ground_.n_W.dot(p_W) - ground_.offset; }

@@ -83,12 +83,6 @@ Solid make_mesh_solid(const CollisionShape& shape) {
   return solid;
 }
 
-Vector3d calc_middle(const Solid& solid) {
-  Vector3d sum = Vector3d::Zero();
-  for (const Vector3d& v : solid.vertices) sum += v;
-  return sum / std::max<double>(1.0, static_cast<double>(solid.vertices.size()));
-}
-
 Vector3d calc_normal(const Solid& solid, const std::vector<int>& face) {
   const auto p = [&](size_t i) { return solid.vertices[size_t(face[i])]; };
   return (p(1) - p(0)).cross(p(2) - p(1)).normalized();
@@ -157,6 +151,12 @@ std::string draw_solid(const Solid& solid, const Camera& camera) {
 }
 
 }  // namespace
+
+Vector3d calc_middle(const Solid& solid) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& v : solid.vertices) sum += v;
+  return sum / std::max<double>(1.0, static_cast<double>(solid.vertices.size()));
+}
 
 Vector3d Camera::calc_direction() const {
   return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};

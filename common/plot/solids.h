@@ -35,6 +35,7 @@ struct Camera {
 // In the shape's own frame; meshes become the outermost of their vertices along many directions.
 Solid make_solid(const CollisionShape& shape);
 Solid move_solid(const Transform& X_WG, Solid solid);
+Vector3d calc_middle(const Solid& solid);  // of its vertices
 
 // The convex hull of points, counter-clockwise in a frame with y upward.
 std::vector<Eigen::Vector2d> find_outline(std::vector<Eigen::Vector2d> points);

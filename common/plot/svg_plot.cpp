@@ -7,12 +7,11 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "common/plot/svg_text.h"
+#include "common/base/escape_xml.h"
+#include "common/base/format.h"
 
 namespace hrp {
 namespace {
-
-using plot::format;
 
 constexpr double kWidth = 900, kHeight = 420, kLeft = 80, kRight = 20, kTop = 40, kBottom = 55, kLegendLine = 20;
 // The palette of Okabe and Ito: told apart by everybody, and dark enough on white, light enough on black.
@@ -35,18 +34,6 @@ struct Axis {
   double pixel_low = 0, pixel_high = 1;
   double map(double value) const { return pixel_low + (value - low) / (high - low) * (pixel_high - pixel_low); }
 };
-
-std::string escape(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    if (c == '&') escaped += "&amp;";
-    else if (c == '<') escaped += "&lt;";
-    else if (c == '>') escaped += "&gt;";
-    else if (c == '"') escaped += "&quot;";
-    else escaped += c;
-  }
-  return escaped;
-}
 
 // Ticks at 1, 2 or 5 times a power of ten, about six of them.
 double find_tick_step(double span) {
@@ -93,10 +80,10 @@ std::string draw_axes(const Plot& plot, const Axis& x, const Axis& y) {
   }
   const double middle = (y.pixel_low + y.pixel_high) / 2;
   svg += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", (x.pixel_low + x.pixel_high) / 2,
-                y.pixel_low + 42) + escape(plot.x_label) + "</text>\n";
+                y.pixel_low + 42) + escape_xml(plot.x_label) + "</text>\n";
   svg += format("<text x=\"18\" y=\"%.1f\" text-anchor=\"middle\" transform=\"rotate(-90 18 %.1f)\">", middle, middle) +
-         escape(plot.y_label) + "</text>\n";
-  svg += format("<text x=\"%.1f\" y=\"24\" class=\"title\">", kLeft) + escape(plot.title) + "</text>\n";
+         escape_xml(plot.y_label) + "</text>\n";
+  svg += format("<text x=\"%.1f\" y=\"24\" class=\"title\">", kLeft) + escape_xml(plot.title) + "</text>\n";
   return svg;
 }
 
@@ -175,7 +162,7 @@ std::string make_svg(const Plot& plot) {
     svg += draw_series(plot.series[i], x, y, colour);
     svg += format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"3\"/>", kLeft, line,
                   kLeft + 24, line, colour);
-    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape(plot.series[i].label) + "</text>\n";
+    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape_xml(plot.series[i].label) + "</text>\n";
   }
   return svg + "</svg>\n";
 }

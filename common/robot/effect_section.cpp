@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/effects/effect_target.h"
 
 namespace hrp {
@@ -173,7 +174,7 @@ void check_bushes(YamlMap& map, const Scenario& scenario) {
     const bool complete = bush.kz > 0.0 && bush.k_roll > 0.0 && bush.k_pitch > 0.0;
     const char* section = map.has("foot_bush") ? "foot_bush" : "effects";
     if (!complete) map.error(section, "the bush of '" + foot + "' needs kz, k_roll and k_pitch > 0");
-    if (std::find(scenario.feet.begin(), scenario.feet.end(), foot) != scenario.feet.end()) continue;
+    if (has(scenario.feet, foot)) continue;
     map.error(section, "'" + foot + "' is not in the list of feet");
   }
 }

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <limits>
 
+#include "common/base/has.h"
+
 namespace hrp {
 namespace {
 
@@ -62,7 +64,7 @@ void FallWatch::update_foothold(const ContactForces& forces) {
 
 bool FallWatch::has_fallen() const {
   if (tilt_ > kFallenTilt || height_ < kFallenHeight * start_height_) return true;
-  const bool touches = std::find(touched_.begin(), touched_.end(), 1) != touched_.end();
+  const bool touches = has(touched_, 1);
   return touches && (tilt_ > kTouchingTilt || height_ < kTouchingHeight * start_height_);
 }
 

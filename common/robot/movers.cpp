@@ -2,9 +2,9 @@
 #include "common/robot/movers.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/base/diagnostics.h"
+#include "common/base/format.h"
 #include "common/spatial/rpy.h"
 
 namespace hrp {
@@ -96,11 +96,7 @@ Mover make_object(const ObjectSpec& object, const RobotDescription& robot, const
   throw InputError(scenario.make_diagnostic(key, message));
 }
 
-std::string format_period(double seconds) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g s", seconds);
-  return text;
-}
+std::string format_period(double seconds) { return format("%g s", seconds); }
 
 // All robots step together, and are asked for commands together.
 void check_fits(const Scenario& own, const RobotPlacement& placement, const Scenario& world) {

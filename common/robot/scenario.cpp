@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "common/base/printable.h"
 #include "common/base/read_file.h"
@@ -172,11 +171,8 @@ Diagnostic Scenario::make_diagnostic(const std::string& key_path, const std::str
 
 Scenario load_scenario(const std::string& path) {
   std::error_code error;
-  std::ifstream file(path, std::ios::binary);
-  if (!file || !fs::is_regular_file(path, error))
-    refuse_input(path, "cannot be read: there is no such file, or no permission");
   Diagnostics diagnostics;
-  Scenario scenario = parse_unchecked(read_rest(file, path), make_absolute(path, fs::current_path(error)), &diagnostics);
+  Scenario scenario = parse_unchecked(read_input(path), make_absolute(path, fs::current_path(error)), &diagnostics);
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
   check_file(scenario, "world", scenario.world, &diagnostics);

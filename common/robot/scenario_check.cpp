@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "common/base/ends_with.h"
+#include "common/base/format.h"
+#include "common/base/has.h"
+#include "common/base/suggest.h"
 #include "common/robot/foot_bush.h"
 
 namespace hrp {
@@ -32,7 +35,7 @@ class Checker {
   // One that may be fixed to the world, and has a frame of its own.
   void check_sensor(const std::string& key, const std::string& link, const std::string& frame) {
     if (!link.empty()) check_link(key + ".link", link);
-    if (std::find(links_.begin(), links_.end(), frame) == links_.end()) return;
+    if (!has(links_, frame)) return;
     diagnostics_->add_error(scenario_.make_diagnostic(key, "its frame would be '" + frame + "', which is a link of the robot"));
   }
   // Names of whatever may touch: "all" stands for everything.
@@ -68,10 +71,8 @@ class Checker {
   }
   void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
              const std::string& kind) {
-    if (std::find(names.begin(), names.end(), name) != names.end()) return;
-    const std::string nearest = find_nearest(name, names);
-    diagnostics_->add_error(scenario_.make_diagnostic(
-        key, "the robot has no " + kind + " '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?")));
+    if (has(names, name)) return;
+    diagnostics_->add_error(scenario_.make_diagnostic(key, "the robot has no " + kind + " '" + name + "'" + suggest(name, names)));
   }
 
   const Scenario& scenario_;
@@ -106,12 +107,6 @@ void check_feet_are_named(const Scenario& scenario, const RobotDescription& robo
               "expected the links that it stands on, or 'ground: {type: none}'"));
 }
 
-std::string format(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
-
 // More than this beyond a limit is no rounding, and no pose that was ever seen on the robot.
 constexpr double kFarBeyond = 1.0;   // [rad or m]
 constexpr double kTurns = 4 * M_PI;  // [rad] of a joint without limits
@@ -126,9 +121,9 @@ void check_initial_joints(const Scenario& scenario, const TreeSpec& tree, Diagno
     const bool endless = turns && std::isinf(joint.lower) && std::isinf(joint.upper) && std::abs(q) > kTurns;
     if (!(beyond > 1e-6) && !endless) continue;
     const std::string unit = turns ? " rad" : " m";
-    std::string text = "is " + format(q) + unit + ", expected " +
+    std::string text = "is " + format("%g", q) + unit + ", expected " +
                        (endless ? "less than two turns either way"
-                                : format(joint.lower) + " to " + format(joint.upper) + unit + ", the limits in the URDF");
+                                : format("%g", joint.lower) + " to " + format("%g", joint.upper) + unit + ", the limits in the URDF");
     if (turns && std::abs(q) > kTurns) text += "; are these degrees?";
     const Diagnostic d = scenario.make_diagnostic("initial.joints." + name, text);
     beyond > kFarBeyond || endless ? diagnostics->add_error(d) : diagnostics->add_warning(d);
@@ -204,7 +199,7 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
 // Here, as logs are read without the geometry of feet.
 bool is_bush_joint(const std::string& joint) {
   for (const std::string end : kBushEndings) {
-    if (joint.size() > end.size() && joint.compare(joint.size() - end.size(), end.size(), end) == 0) return true;
+    if (joint != end && ends_with(joint, end)) return true;
   }
   return false;
 }

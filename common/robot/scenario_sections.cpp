@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/robot/disturbance_section.h"
 #include "common/robot/vision_section.h"
 #include "common/robot/walk_section.h"
@@ -292,7 +293,7 @@ void read_foot_bush(YamlMap& map, Scenario* scenario) {
   map.each([&](const std::string& foot, YamlMap& child) {
     FootBushSpec bush = all_feet;
     read_bush(child, &bush);
-    if (std::find(scenario->feet.begin(), scenario->feet.end(), foot) == scenario->feet.end()) {
+    if (!has(scenario->feet, foot)) {
       child.error("", "'" + foot + "' is not in the list of feet");
     }
     scenario->foot_bush[foot] = bush;

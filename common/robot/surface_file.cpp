@@ -5,7 +5,6 @@
 #include <cctype>
 #include <charconv>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <tuple>
 
@@ -15,17 +14,6 @@
 
 namespace hrp {
 namespace {
-
-constexpr uintmax_t kLargestFile = 64u << 20;  // [bytes]
-
-std::string read_file(const std::string& path) {
-  std::error_code error;
-  std::ifstream file(path, std::ios::binary);
-  if (!file || !std::filesystem::is_regular_file(path, error))
-    refuse_input(path, "cannot be read: there is no such file, or no permission");
-  if (std::filesystem::file_size(path, error) > kLargestFile) refuse_input(path, "is larger than 64 MB");
-  return read_rest(file, path);
-}
 
 bool is_separator(char c) { return c == ',' || c == ';' || c == ' ' || c == '\t' || c == '\r'; }
 
@@ -80,8 +68,8 @@ std::string find_ending(const std::string& path) {
 HeightTable load_heights(const std::string& path) {
   const std::string ending = find_ending(path);
   if (ending == ".png") return read_png(path);
-  if (ending == ".pgm") return parse_pgm(read_file(path), path);
-  if (ending == ".csv" || ending == ".txt") return parse_height_text(read_file(path), path);
+  if (ending == ".pgm") return parse_pgm(read_input(path), path);
+  if (ending == ".csv" || ending == ".txt") return parse_height_text(read_input(path), path);
   refuse_input(path, "heights are read from .csv, .txt, .png and .pgm files");
 }
 

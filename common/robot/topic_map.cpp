@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/topic_map.h"
 
+#include "common/base/has.h"
+#include "common/base/join_words.h"
+#include "common/base/suggest.h"
 #include "common/robot/yaml_map.h"
 
 namespace hrp {
@@ -25,16 +28,13 @@ class TopicReader {
 
   void check_signal(const YAML::Node& node, const std::string& signal) const {
     static const std::vector<std::string> whole{"joint_states", "joint_commands", "joint_states_link", "base"};
-    for (const std::string& known : whole) {
-      if (signal == known) return;
-    }
+    if (has(whole, signal)) return;
     for (const char* begin : {"imu/", "wrench/"}) {
       if (signal.rfind(begin, 0) == 0 && signal.size() > std::string(begin).size()) return;
     }
-    const std::string near = find_nearest(signal, whole);
     fail(node, "topics." + signal,
          "is no signal; expected joint_states, joint_commands, joint_states_link, imu/<name>, wrench/<name> or base" +
-             (near.empty() ? "" : "; did you mean '" + near + "'?"));
+             suggest(signal, whole));
   }
 
   // A topic, a mapping, or a list of these.
@@ -99,12 +99,8 @@ class TopicReader {
 
   std::string read_word(const YAML::Node& node, const std::string& field, const std::vector<std::string>& words) const {
     std::string word = node.IsScalar() ? node.as<std::string>() : "";
-    std::string list;
-    for (const std::string& known : words) {
-      if (word == known) return word;
-      list += (list.empty() ? "" : ", ") + known;
-    }
-    fail(node, field, "is '" + word + "', expected one of " + list);
+    if (has(words, word)) return word;
+    fail(node, field, "is '" + word + "', expected one of " + join_words(words));
   }
 
   std::string path_;

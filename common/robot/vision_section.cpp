@@ -3,7 +3,8 @@
 
 #include <cctype>
 #include <cmath>
-#include <cstdio>
+
+#include "common/base/format.h"
 
 namespace hrp {
 namespace {
@@ -11,12 +12,6 @@ namespace {
 // A picture beyond this takes seconds; a message of it has 200 MB.
 constexpr unsigned long long kMostPixels = 4096, kMostRays = 1000000;
 constexpr double kLeastFov = 0.01, kMostFov = 3.0;  // [rad] beyond, a plane of pixels is no camera
-
-std::string format(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%g", value);
-  return text;
-}
 
 // It becomes a part of topic names.
 void check_name(YamlMap& map, const std::string& name) {
@@ -50,12 +45,12 @@ void read_camera(YamlMap& map, CameraSpec* camera) {
   read_count(map, "height", &camera->height, kMostPixels);
   map.number("fov", &camera->fov, Bound::kPositive, "rad");
   if (camera->fov < kLeastFov || camera->fov > kMostFov) {
-    map.error("fov", "is " + format(camera->fov) + " rad, expected " + format(kLeastFov) + " to " + format(kMostFov) + " rad");
+    map.error("fov", "is " + format("%g", camera->fov) + " rad, expected " + format("%g", kLeastFov) + " to " + format("%g", kMostFov) + " rad");
   }
   map.number("rate", &camera->rate, Bound::kPositive, "1/s");
   map.number("near", &camera->near, Bound::kPositive, "m");
   map.number("far", &camera->far, Bound::kPositive, "m");
-  if (camera->far <= camera->near) map.error("far", "is " + format(camera->far) + " m, expected more than near, " + format(camera->near) + " m");
+  if (camera->far <= camera->near) map.error("far", "is " + format("%g", camera->far) + " m, expected more than near, " + format("%g", camera->near) + " m");
   map.flag("color", &camera->color);
   map.flag("depth", &camera->depth);
   if (!camera->color && !camera->depth) map.error("", "takes neither color nor depth: expected one of them");
@@ -92,7 +87,7 @@ void check_look_rates(const Scenario& scenario, Diagnostics* diagnostics) {
   const auto check = [&](const std::string& sensor, double rate) {
     if (rate <= most * (1.0 + 1e-9)) return;  // periods are decimal numbers that binary ones only approximate
     diagnostics->add_error(scenario.make_diagnostic(
-        sensor + ".rate", "is " + format(rate) + " 1/s, expected at most " + format(most) + " 1/s: once in a control period"));
+        sensor + ".rate", "is " + format("%g", rate) + " 1/s, expected at most " + format("%g", most) + " 1/s: once in a control period"));
   };
   for (const CameraSpec& camera : scenario.sensors.cameras) check("sensors.camera." + camera.name, camera.rate);
   for (const LidarSpec& lidar : scenario.sensors.lidars) check("sensors.lidar." + lidar.name, lidar.rate);

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/join_words.h"
+#include "common/base/suggest.h"
+
 namespace hrp {
 namespace {
 
@@ -43,12 +46,6 @@ bool is_within(double value, Bound bound) {
 }
 
 std::string unit_text(const std::string& unit) { return unit.empty() ? "" : " [" + unit + "]"; }
-
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 }  // namespace
 
@@ -190,9 +187,7 @@ void YamlMap::choice(const std::string& key, std::string* value, const std::vect
       return;
     }
   }
-  const std::string nearest = find_nearest(word, choices);
-  complain(node, path_of(key), "is '" + word + "', expected one of " + join(choices) +
-                                   (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  complain(node, path_of(key), "is '" + word + "', expected one of " + join_words(choices) + suggest(word, choices));
 }
 
 void YamlMap::vector3(const std::string& key, Vector3d* value, Bound bound, const std::string& unit) {
@@ -302,9 +297,7 @@ void YamlMap::finish() {
   const std::vector<std::string> known(asked_.begin(), asked_.end());
   for (const std::string& key : keys_) {
     if (asked_.count(key) > 0) continue;
-    const std::string nearest = find_nearest(key, known);
-    const std::string hint = nearest.empty() ? "; known here: " + join(known) : "; did you mean '" + nearest + "'?";
-    complain(key_nodes_.at(key), path_of(key), "unknown key" + hint);
+    complain(key_nodes_.at(key), path_of(key), "unknown key" + suggest(key, known, "; known here: " + join_words(known)));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "common/multibody/model.h"
 #include "common/robot/mesh.h"
 #include "common/scene/json_text.h"
+#include "common/spatial/gravity.h"
 
 namespace hrp::foxglove {
 namespace {
@@ -19,7 +20,7 @@ constexpr Colour kBody{0.75, 0.78, 0.82, 1.0}, kSole{0.35, 0.38, 0.45, 1.0}, kFl
     kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
 constexpr double kFloorSize = 20.0, kFloorThickness = 0.01;                      // [m]
 constexpr double kShaft = 0.012, kHead = 0.03, kLine = 0.004, kZmpDiameter = 0.03;  // [m]
-constexpr double kWeightLength = 0.5, kGravity = 9.81;                           // [m], [m/s^2]
+constexpr double kWeightLength = 0.5;                                            // [m]
 constexpr size_t kMostTriangles = 20000;  // of one shape: more makes pages slow
 enum LineType { kStrip, kLoop, kList };
 enum DeletionType { kMatchingId, kAll };

@@ -3,17 +3,9 @@
 
 #include <stdexcept>
 
+#include "common/multibody/joint_motion.h"
+
 namespace hrp {
-namespace {
-
-// X_FC: pose of the child link in its joint's frame.
-Transform make_joint_transform(const JointSpec& joint, double q) {
-  if (joint.kind == JointKind::kPrismatic) return {Matrix3d::Identity(), q * joint.axis_F};
-  return {Eigen::AngleAxisd(q, joint.axis_F).toRotationMatrix(), Vector3d::Zero()};
-}
-
-}  // namespace
-
 FrameTree::FrameTree(const TreeSpec& tree) : tree_(tree), world_("world") {
   if (tree.find_frame(world_) >= 0 || tree.find_link(world_) >= 0) world_ = "simulation_world";
 }
@@ -55,7 +47,7 @@ void FrameTree::update_moving(const State& state, std::vector<NamedTransform>* f
     at.parent = i == 0 ? world_ : get_link(link.parent);
     at.child = link.name;
     at.X_PC = i == 0 ? state.X_WB()
-                     : link.joint.X_PF * make_joint_transform(link.joint, state.q[static_cast<Eigen::Index>(i) - 1]);
+                     : link.joint.X_PF * calc_joint_motion(link.joint, state.q[static_cast<Eigen::Index>(i) - 1]);
   }
 }
 

@@ -2,6 +2,8 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
+#include "common/base/trim.h"
 #include "controller/motion/motion.h"
 #include "controller/motion/motion_text.h"
 
@@ -12,12 +14,6 @@ struct Column {
   size_t index = 0;  // in the file
   std::string joint;
 };
-
-std::string trim(const std::string& text) {
-  const size_t first = text.find_first_not_of(" \t\r");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
 
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> words;
@@ -34,8 +30,7 @@ std::vector<std::string> split(const std::string& line) {
 std::string read_joint_name(const std::string& word) {
   const std::string prefix = "/joint_commands/", suffix = "/position";
   if (word.find('/') == std::string::npos) return word;
-  const bool command = word.rfind(prefix, 0) == 0 && word.size() > prefix.size() + suffix.size() &&
-                       word.compare(word.size() - suffix.size(), suffix.size(), suffix) == 0;
+  const bool command = word.rfind(prefix, 0) == 0 && word.size() > prefix.size() + suffix.size() && ends_with(word, suffix);
   return command ? word.substr(prefix.size(), word.size() - prefix.size() - suffix.size()) : "";
 }
 

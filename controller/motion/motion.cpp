@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
 #include "common/base/read_file.h"
+#include "common/base/suggest.h"
 #include "controller/motion/motion_text.h"
 
 namespace hrp {
@@ -34,8 +34,7 @@ Eigen::MatrixXd calc_slopes(const Motion& motion) {
 }  // namespace
 
 Motion load_motion(const std::string& path, const std::vector<std::string>& joint_order) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) refuse_input(path, "cannot be read: there is no such file, or no permission");
+  std::ifstream file = open_input(path);
   const std::string text = read_rest(file, path);
   if (ends_with(path, ".seq")) return parse_seq_motion(text, path, joint_order);
   if (!ends_with(path, ".csv")) refuse_input(path, "is of no known kind, expected a name ending in .csv or .seq");
@@ -49,9 +48,7 @@ MotionPlayer::MotionPlayer(Motion motion, const std::vector<std::string>& robot_
   for (const std::string& joint : motion_.joints) {
     const auto it = std::find(robot_joints.begin(), robot_joints.end(), joint);
     if (it == robot_joints.end()) {
-      const std::string nearest = find_nearest(joint, robot_joints);
-      refuse_input(path, "moves joint '" + joint + "', which the robot does not have" +
-                             (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+      refuse_input(path, "moves joint '" + joint + "', which the robot does not have" + suggest(joint, robot_joints));
     }
     robot_index_.push_back(static_cast<int>(it - robot_joints.begin()));
   }

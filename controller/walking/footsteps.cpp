@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/base/diagnostics.h"
+#include "common/base/format.h"
 
 namespace hrp::walking {
 namespace {
@@ -14,12 +14,6 @@ const char* get_name(Side side) { return side == kLeft ? "left" : "right"; }
 
 [[noreturn]] void refuse(size_t number, Side side, const std::string& reason) {
   refuse_input({"", "controller.walk"}, "step " + std::to_string(number) + " (" + get_name(side) + "): " + reason);
-}
-
-std::string format(const char* text, double a, double b) {
-  char out[160];
-  std::snprintf(out, sizeof out, text, a, b);
-  return out;
 }
 
 Vector2d rotate(double yaw, const Vector2d& v) { return Eigen::Rotation2Dd(yaw) * v; }

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/spatial/turn_z.h"
+
 namespace hrp::walking {
 namespace {
-
-Matrix3d turn_z(double yaw) { return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(); }
 
 double mix_yaw(double a, double b, double s) { return a + s * std::remainder(b - a, 2.0 * M_PI); }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
+#include "common/spatial/turn_z.h"
 #include "controller/walking/pattern.h"
 #include "controller/walking/stabilizer.h"
 #include "controller/walking/whole_body.h"
@@ -13,8 +14,6 @@ namespace hrp {
 namespace {
 
 using namespace walking;
-
-Matrix3d turn_z(double yaw) { return Eigen::AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix(); }
 
 // Small turns about world x and y.
 Matrix3d make_turn(const Vector2d& roll_pitch) { return make_rotation_from_rpy({roll_pitch.x(), roll_pitch.y(), 0.0}); }

@@ -7,7 +7,10 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
+#include "common/base/suggest.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/topic_clock.h"
 
@@ -187,7 +190,7 @@ class BagReader {
       for (size_t c = track.columns.size(); c-- > 0;) {
         const size_t begin = track.columns[c].find('/', 1) + 1;
         const std::string joint = track.columns[c].substr(begin, track.columns[c].rfind('/') - begin);
-        const bool known = std::find(robot_.joints.begin(), robot_.joints.end(), joint) != robot_.joints.end();
+        const bool known = has(robot_.joints, joint);
         any = any || known;
         if (known) continue;
         strangers.insert(joint);
@@ -195,13 +198,10 @@ class BagReader {
         track.values.erase(track.values.begin() + static_cast<long>(c));
       }
     }
-    std::string list;
-    for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
+    const std::string list = join_words(strangers);
     if (!strangers.empty() && !any) {
-      const std::string near = find_nearest(*strangers.begin(), robot_.joints);
       refuse_input({bag_.path(), tracks_[0].topic->spec.topic},
-                   "the robot has no joint of the bag (" + list + ")" +
-                       (near.empty() ? "" : "; did you mean '" + near + "'?") +
+                   "the robot has no joint of the bag (" + list + ")" + suggest(*strangers.begin(), robot_.joints) +
                        "; names are mapped with 'joints: {name in the bag: name in the model}' under topics");
     }
     if (!strangers.empty()) notes_->push_back("joints that the model does not have were left out: " + list);

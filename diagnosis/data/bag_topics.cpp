@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/data/bag_topics.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
+#include "common/base/join_words.h"
+#include "common/base/suggest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -12,8 +14,7 @@ namespace {
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 std::string list_topics(const RosBag& bag) {
-  std::string list;
-  for (const BagTopic& t : bag.topics()) list += (list.empty() ? "" : ", ") + t.name + " (" + t.type + ")";
+  const std::string list = join_words(bag.topics(), [](const BagTopic& t) { return t.name + " (" + t.type + ")"; });
   return list.empty() ? "no topic" : list;
 }
 
@@ -44,15 +45,13 @@ class Guess {
   void add(const std::string& signal, const std::string& word, const std::vector<std::string>& types, bool command) {
     std::vector<std::string> fitting, named;
     for (const BagTopic& t : bag_.topics()) {
-      if (std::find(types.begin(), types.end(), t.type) == types.end() || is_command_name(t.name) != command) continue;
+      if (!has(types, t.type) || is_command_name(t.name) != command) continue;
       fitting.push_back(t.name);
       if (t.name == "/" + signal || (!word.empty() && contains(t.name, word))) named.push_back(t.name);
     }
     const std::vector<std::string>& found = named.empty() ? fitting : named;
     if (found.size() > 1) {
-      std::string list;
-      for (const std::string& name : found) list += (list.empty() ? "" : ", ") + name;
-      notes_->push_back("several topics may be " + signal + ": " + list + "; say which under 'topics:' of the experiment");
+      notes_->push_back("several topics may be " + signal + ": " + join_words(found) + "; say which under 'topics:' of the experiment");
     }
     if (found.size() != 1) return;
     SignalTopic spec;
@@ -91,10 +90,9 @@ class Binder {
       if (bag_.topics()[i].name == spec.topic) return i;
       names.push_back(bag_.topics()[i].name);
     }
-    const std::string near = find_nearest(spec.topic, names);
     refuse_input({experiment_, "topics." + spec.signal, spec.line, spec.column},
                  "the bag " + bag_.path() + " has no topic '" + spec.topic + "'; it has " + list_topics(bag_) +
-                     (near.empty() ? "" : "; did you mean '" + near + "'?"));
+                     suggest(spec.topic, names));
   }
 
   RosType make_type(const SignalTopic& spec, const BagTopic& topic) const {

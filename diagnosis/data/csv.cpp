@@ -18,12 +18,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-std::ifstream open(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) refuse_input(path, "cannot be read: there is no such file, or no permission");
-  return file;
-}
-
 std::string trim(const char* begin, const char* end) {
   while (begin < end && (*begin == ' ' || *begin == '\t' || *begin == '"')) ++begin;
   while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r' || end[-1] == '"')) --end;
@@ -184,7 +178,7 @@ class Averager {
 }  // namespace
 
 CsvShape probe_csv(const std::string& path) {
-  std::ifstream file = open(path);
+  std::ifstream file = open_input(path);
   Table head;
   head.file = path;
   std::string text;
@@ -216,7 +210,7 @@ Table read_csv(const std::string& path, std::vector<std::string>* warnings) { re
 
 // Reads line by line, because a recording of twenty minutes may not fit into memory.
 Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings) {
-  std::ifstream file = open(path);
+  std::ifstream file = open_input(path);
   Table table;
   table.file = path;
   std::string text;

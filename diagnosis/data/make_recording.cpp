@@ -7,10 +7,13 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
+#include "common/base/suggest.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -140,20 +143,6 @@ bool any_finite(const std::vector<double>& values) {
   return std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
 
-void fill_gaps(std::vector<double>* values) {
-  double last = 0.0;
-  for (double v : *values) {
-    if (std::isfinite(v)) {
-      last = v;
-      break;
-    }
-  }
-  for (double& v : *values) {
-    if (!std::isfinite(v)) v = last;
-    last = v;
-  }
-}
-
 bool is_constant(const std::vector<double>& values) { return calc_range(values) == 0.0; }
 
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
@@ -218,8 +207,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     column(key, &effort);
     if (!effort.empty()) warnings->push_back(file + ": the effort of " + name + " was not logged; its command " + key + " stands in for it");
   }
-  fill_gaps(&joint->command);
-  fill_gaps(&joint->command_rate);
+  joint->command = fill_gaps(joint->command);
+  joint->command_rate = fill_gaps(joint->command_rate);
 }
 
 // Leaves out columns of joints that the model does not have, such as those of a gripper. Throws if a joint of the model
@@ -237,15 +226,13 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
   for (size_t i = 0; i < table.names.size(); ++i) {
     const std::string joint = get_joint(table.names[i]);
     if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
-    const std::string near = find_nearest(joint, missing);
+    const std::string near = suggest(joint, missing);
     if (!near.empty() || known.empty())
       refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1},
-                   "the robot has no joint '" + joint + "'" + (near.empty() ? "" : "; did you mean '" + near + "'?"));
+                   "the robot has no joint '" + joint + "'" + near);
     strangers.insert(joint), used->insert(table.names[i]);
   }
-  std::string list;
-  for (const std::string& joint : strangers) list += (list.empty() ? "" : ", ") + joint;
-  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + list);
+  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/log/log_table.h"
 #include "diagnosis/data/csv.h"
 
@@ -38,9 +39,7 @@ Table read_mcap(const std::string& path, std::vector<std::string>* warnings) {
 }
 
 Table read_recording_table(const std::string& path, std::vector<std::string>* warnings) {
-  const std::string end = ".mcap";
-  const bool is_log = path.size() > end.size() && path.compare(path.size() - end.size(), end.size(), end) == 0;
-  return is_log ? read_mcap(path, warnings) : read_csv(path, warnings);
+  return ends_with(path, ".mcap") ? read_mcap(path, warnings) : read_csv(path, warnings);
 }
 
 }  // namespace hrp::diagnosis

@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -209,7 +210,7 @@ class Gear {
     const EffectInfo& row = get_effect(id);
     Finding f;
     f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", name()}};
-    f.grade = grade, f.probability = 0.99, f.share = f.weight = share;
+    f.grade = grade, f.probability = kSurest, f.share = f.weight = share;
     return f;
   }
 

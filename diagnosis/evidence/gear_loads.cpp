@@ -17,7 +17,7 @@ double calc_cost(const FittedModel& m) {
 // Cross-validated mean square of a joint in units of its effort [(N m)^2]. Where the effort itself is the load, friction
 // mu |y| s takes mu of whatever drives the joint, errors included: 1 - mu of them are left.
 double calc_square(const FittedModel& m, size_t i) {
-  constexpr double kMostShare = 0.999;
+  constexpr double kMostShare = 0.999;  // beyond, a gear gives nothing, and nothing is divided by it
   const JointDesign& joint = m.design.joints[i];
   if (!m.design.data->loaded_by_drive[static_cast<size_t>(joint.joint)]) return m.fit.cross[i];
   const Slots slots = list_slots(m.design, m.model);

@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
+#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -57,7 +58,7 @@ Finding make_column_finding(const Experiment& e, int joint, Quantity column, Eff
   Finding f;
   f.effect = get_effect(id).name, f.family = get_family_name(get_effect(id).family);
   f.where = make_log_place(e, joint, column), f.parameters = {estimate};
-  f.grade = Grade::kSupported, f.probability = 0.99;
+  f.grade = Grade::kSupported, f.probability = kSurest;
   f.share = std::clamp(1.0 - std::pow(missed.after / std::max(1e-300, missed.before), 2), 0.0, 1.0);
   const std::string unit = std::string(" ") + missed.unit;
   f.statement = e.robot.tree.joint(joint).name + ": " + words + ". " + missed.of + " by " + number(missed.after, 3) + unit +

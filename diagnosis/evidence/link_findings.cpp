@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"
+#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -259,7 +260,7 @@ class Judge {
     f.parameters = make_parameters(*design_, term, g.theta, g.std);
     const bool sure = g.significant && g.stable && g.helps && g.whole && g.rivals.empty();
     f.grade = sure ? Grade::kSupported : Grade::kAmbiguous;
-    f.probability = std::min(0.99, 1.0 / (1.0 + std::exp(-g.gain)));
+    f.probability = std::min(kSurest, 1.0 / (1.0 + std::exp(-g.gain)));
     f.share = f.weight = g.share;
     for (const auto& [other, theta] : g.rivals) {
       const LinkTerm& rival = design_->terms[other];

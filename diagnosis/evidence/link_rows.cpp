@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/spatial/rpy.h"
+#include "common/spatial/turn.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/link_columns.h"
 
@@ -131,9 +133,8 @@ LinkTermRow make_misalignment() {
     return moved;
   };
   row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd&, std::vector<double>* value, std::vector<double>*) {
-    const Vector3d phi = p;  // rotation vector, converted to roll, pitch, yaw
-    const Matrix3d R = Eigen::AngleAxisd(phi.norm(), phi.norm() > 0.0 ? phi.normalized() : Vector3d::UnitX()).toRotationMatrix();
-    *value = {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
+    const Vector3d rpy = calc_rpy(make_turn(Vector3d(p)).toRotationMatrix());
+    *value = {rpy.x(), rpy.y(), rpy.z()};
   };
   return row;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/free_model.h"
@@ -19,6 +20,7 @@
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/evidence/torque_possible.h"
 #include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {
@@ -170,7 +172,7 @@ class Judge {
     f.where = {{"joint", e_.robot.tree.joint(d.joint).name}};
     f.parameters = {{"delay", "s", {d.delay}, {d.std}, false}};
     f.grade = Grade::kSupported;
-    f.probability = 0.99;
+    f.probability = kSurest;
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
                   " ms late (supported). With that delay the servo's law misses the recorded effort by " +
@@ -223,7 +225,7 @@ class Judge {
   void add_bus_delay(const GradedTerm& g, TorqueVerdict* out) const {
     const std::vector<int> servo = list_servo_joints();
     for (size_t i = 0; i < design_.joints.size(); ++i) {
-      if (std::find(servo.begin(), servo.end(), design_.joints[i].joint) == servo.end()) continue;
+      if (!has(servo, design_.joints[i].joint)) continue;
       GradedTerm own = g;
       own.term.place = design_.joints[i].joint;
       own.share = g.joint_share[i], own.weight = g.joint_weight[i];

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <limits>
 
-#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_doubts.h"
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/evidence/torque_rivals.h"
+#include "diagnosis/evidence/torque_shares.h"
 #include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
@@ -210,45 +210,6 @@ class Grader {
     return at;
   }
 
-  // Held-out mean square of a joint with the terms in `mask` (the players of a Shapley value). The joint's own terms
-  // are fitted to training again; terms of the whole robot keep their parameters.
-  double calc_held(size_t i, size_t mask) const {
-    const JointDesign& joint = design_.joints[i];
-    Columns columns, fixed;
-    const size_t own = choice_.model.own[i].size();
-    std::vector<size_t> fitted;
-    Eigen::VectorXd values;
-    for (size_t t = 0; t < own; ++t) {
-      if (!(mask >> t & 1)) continue;
-      fitted.push_back(choice_.model.own[i][t]);
-      for (long c : list_columns(joint, fitted.back())) columns.push_back(c);
-    }
-    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
-      if (!(mask >> (own + t) & 1)) continue;
-      for (long c : list_whole_columns(design_, joint, choice_.model.whole[t])) fixed.push_back(c);
-      const long size = design_.whole[choice_.model.whole[t]].columns(), before = values.size();
-      values.conservativeResize(before + size);
-      values.tail(size) = fit_.theta.segment(slots_.whole[t], size);
-    }
-    Gram total = joint.total;
-    for (size_t f = 0; f < fixed.size(); ++f) {
-      for (long c = 0; c < total.b.size(); ++c) total.b[c] -= joint.total.get(c, fixed[f]) * values[static_cast<long>(f)];
-    }
-    const Eigen::VectorXd theta = solve(total, columns);
-    columns.insert(columns.end(), fixed.begin(), fixed.end());
-    Eigen::VectorXd all(theta.size() + values.size());
-    all << theta, values;
-    double rest = 0.0, n = 0.0;
-    for (const Gram& held : joint.held) rest += calc_rest(held, columns, all), n += held.n;
-    return calc_per_effort(joint, fitted, theta) * rest / std::max(1.0, n);
-  }
-
-  // Held-out mean square that each term removes (Shapley value).
-  std::vector<double> calc_shares(size_t i) const {
-    const size_t players = choice_.model.own[i].size() + choice_.model.whole.size();
-    return calc_shapley(players, [&](size_t mask) { return -calc_held(i, mask); }, players);
-  }
-
   void find_shares() {
     double whole = 0.0;  // mismatch of all joints, each over the spread of its effort
     std::vector<double> scale;
@@ -257,7 +218,7 @@ class Grader {
       whole += calc_nominal_held(joint) * scale.back();
     }
     for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const std::vector<double> value = calc_shares(i);
+      const std::vector<double> value = calc_term_shares(design_, choice_.model, fit_, i);
       const double nominal = std::max(1e-300, calc_nominal_held(design_.joints[i]));
       for (GradedTerm& g : graded_) {
         if (g.place.joint == static_cast<int>(i)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
@@ -22,7 +23,7 @@ double get_parameter(const JointDesign& joint, const Terms& terms, const Eigen::
   return 0.0;
 }
 
-bool has(const JointDesign& joint, const Terms& terms, bool TermRow::*property) {
+bool has_term(const JointDesign& joint, const Terms& terms, bool TermRow::*property) {
   return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].row->*property; });
 }
 
@@ -99,7 +100,7 @@ class SubsetSearch {
   // True if the estimates of a gain from the effort column and from the torque column agree: both on the same side of
   // one, and close.
   bool has_bracketed_gain(const Terms& terms) const {
-    if (!has(joint_, terms, &TermRow::scales_effort)) return true;
+    if (!has_term(joint_, terms, &TermRow::scales_effort)) return true;
     const double k = 1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), &TermRow::scales_effort);
     Terms other;
     for (size_t term : terms) other.push_back(joint_.terms[term].row->scales_effort ? term + 1 : term);
@@ -110,7 +111,7 @@ class SubsetSearch {
   }
 
   bool is_barred(const TermRow& row) const {
-    return std::find(joint_.barred.begin(), joint_.barred.end(), &row) != joint_.barred.end();
+    return has(joint_.barred, &row);
   }
 
   // Terms that may be in a subset. Of terms with several shapes, the shape that fits best beside the usual terms.
@@ -185,9 +186,9 @@ bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms) {
   const auto count = [&](const auto& is) {
     return std::count_if(terms.begin(), terms.end(), [&](size_t t) { return is(*joint.terms[t].row); });
   };
-  const bool needs_level = has(joint, terms, &TermRow::excess) || has(joint, terms, &TermRow::memory);
+  const bool needs_level = has_term(joint, terms, &TermRow::excess) || has_term(joint, terms, &TermRow::memory);
   if (needs_level && count([](const TermRow& r) { return r.is_dry(); }) == 0) return false;
-  if (has(joint, terms, &TermRow::backwards) && has(joint, terms, &TermRow::scales_effort)) return false;
+  if (has_term(joint, terms, &TermRow::backwards) && has_term(joint, terms, &TermRow::scales_effort)) return false;
   return count([](const TermRow& r) { return r.effect->family == EffectFamily::kTiming; }) < 2 &&
          count([](const TermRow& r) { return r.constant >= 0; }) < 2;
 }

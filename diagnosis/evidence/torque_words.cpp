@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/findings/estimate_words.h"
+#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -102,7 +103,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
                       make_ranged("stribeck_velocity", unit("rad/s"), g.curve.velocity, 0.0)};
   }
   f.grade = g.grade;
-  f.probability = std::min(0.99, g.probability);
+  f.probability = std::min(kSurest, g.probability);
   f.share = std::clamp(g.share + (excess ? excess->share : 0.0), 0.0, 1.0);
   f.weight = g.weight + (excess ? excess->weight : 0.0);
   f.alternatives = alternatives;

@@ -23,22 +23,15 @@ std::string print_vector(const Vector& v) {
   return text;
 }
 
-// XML comments must not hold two hyphens in a row.
-std::string comment(const std::string& text) {
-  std::string out;
-  for (char c : text) out += c == '-' && !out.empty() && out.back() == '-' ? ' ' : c;
-  return "<!-- " + out + " -->\n";
-}
-
 class Writer {
  public:
   explicit Writer(const TakeHome& model) : model_(model), tree_(model.robot.tree) {}
 
   std::string write() {
     out_ << "<mujoco model=\"" << tree_.name << "\">\n"
-         << comment("The model that the recordings ask for. Merge armature, damping, frictionloss and actuators into your own "
+         << make_comment("The model that the recordings ask for. Merge armature, damping, frictionloss and actuators into your own "
                     "model, or run this one. Shapes and meshes are not here.");
-    for (const std::string& force : model_.forces) out_ << comment("not held: " + force);
+    for (const std::string& force : model_.forces) out_ << make_comment("not held: " + force);
     out_ << "<compiler angle=\"radian\" autolimits=\"true\" boundmass=\"0\"/>\n<option gravity=\""
          << print_vector(model_.scenario.gravity_W) << "\" timestep=\"0.001\" integrator=\"implicit\"/>\n<worldbody>\n";
     write_body(0, 1);
@@ -71,7 +64,7 @@ class Writer {
   void write_joint(int j, int depth) {
     const JointSpec& joint = tree_.joint(j);
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kMjcfHolds)) out_ << indent(depth) << comment(joint.name + ", not held: " + text);
+    for (const std::string& text : list_unheld(laws, kMjcfHolds)) out_ << indent(depth) << make_comment(joint.name + ", not held: " + text);
     out_ << indent(depth) << "<joint name=\"" << joint.name << "\" type=\"" << (joint.kind == JointKind::kPrismatic ? "slide" : "hinge")
          << "\" axis=\"" << print_vector(joint.axis_F) << "\" armature=\"" << print_value(laws.motor_inertia) << "\" damping=\""
          << print_value(laws.viscous + laws.spring_damping) << "\" frictionloss=\"" << print_value(laws.coulomb) << "\"";
@@ -101,7 +94,7 @@ class Writer {
     if (laws.kp > 0.0)
       out_ << "  <general name=\"" << joint.name << "\" joint=\"" << joint.name << "\" biastype=\"affine\" gainprm=\"" << print_value(k)
            << "\" biasprm=\"0 " << print_value(-k * laws.kp) << " " << print_value(-k * laws.kd) << "\"" << range << "/>  "
-           << comment("ctrl = " + print_value(laws.kp) + " position + " + print_value(laws.kd) + " velocity of the command");
+           << make_comment("ctrl = " + print_value(laws.kp) + " position + " + print_value(laws.kd) + " velocity of the command");
     else
       out_ << "  <motor name=\"" << joint.name << "\" joint=\"" << joint.name << "\" gear=\"" << print_value(k) << "\"" << range << "/>\n";
   }

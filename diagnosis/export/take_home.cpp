@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 
+#include "common/base/join_words.h"
 #include "common/base/read_file.h"
 #include "common/base/write_file.h"
 #include "common/robot/closed_chains.h"
@@ -19,12 +19,6 @@ namespace hrp::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_text(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw std::runtime_error(path.string() + ": cannot be read");
-  return read_rest(in, path.string());
-}
 
 }  // namespace
 
@@ -63,7 +57,7 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
   }
   if (motion) text += "controller: {motion: ../motion.csv}\n";
   text += "servo:\n  joints:\n";
-  std::string rotors, free;
+  std::string rotors;
   for (int j = 0; j < model.robot.tree.num_joints(); ++j) {
     const JointLaws& laws = model.laws[static_cast<size_t>(j)];
     const std::string& name = model.robot.tree.joint(j).name;
@@ -72,7 +66,7 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
             (limit < kUnlimited ? ", effort_limit: " + print_value(limit) : "") + "}\n";
     if (laws.motor_inertia > 0.0) rotors += "  " + name + ": " + print_value(laws.motor_inertia) + "\n";
   }
-  for (const std::string& name : model.scenario.unactuated) free += (free.empty() ? "" : ", ") + name;
+  const std::string free = join_words(model.scenario.unactuated);
   return text + (rotors.empty() ? "" : "rotor_inertia:\n" + rotors) + (free.empty() ? "" : "unactuated: [" + free + "]\n");
 }
 
@@ -85,7 +79,7 @@ void write_take_home(const std::string& updated_folder) {
   write_file(folder / "robot.sdf", make_sdf_model(model));
   write_file(folder / "isaac_lab.yaml", make_isaac_table(model));
   if (fs::exists(updated / "nominal.yaml"))
-    write_file(folder / "mujoco.yaml", make_mujoco_scenario(model, read_text(updated / "nominal.yaml")));
+    write_file(folder / "mujoco.yaml", make_mujoco_scenario(model, read_input((updated / "nominal.yaml").string())));
 }
 
 }  // namespace hrp::diagnosis

@@ -6,6 +6,12 @@
 
 namespace hrp::diagnosis {
 
+std::string make_comment(const std::string& text) {
+  std::string out;
+  for (char c : text) out += c == '-' && !out.empty() && out.back() == '-' ? ' ' : c;
+  return "<!-- " + out + " -->\n";
+}
+
 std::string print_value(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value == 0.0 ? 0.0 : value);

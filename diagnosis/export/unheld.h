@@ -17,6 +17,9 @@ struct Holds {
 // "dry friction is 0.31 N m at rest and falls to 0.2 N m above 0.05 rad/s", ...; empty when all is held.
 std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds);
 
+// A line of XML; comments must not hold two hyphens in a row.
+std::string make_comment(const std::string& text);
+
 // Six digits: what recordings tell, and what a reader can read.
 std::string print_value(double value);
 

@@ -4,6 +4,7 @@
 #include <regex>
 #include <sstream>
 
+#include "common/base/join_words.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
 
@@ -12,12 +13,6 @@ namespace {
 
 constexpr Holds kUrdfHolds{};
 constexpr Holds kSdfHolds{false, false, true, false, false};
-
-std::string comment(const std::string& text) {
-  std::string out;
-  for (char c : text) out += c == '-' && !out.empty() && out.back() == '-' ? ' ' : c;
-  return "<!-- " + out + " -->\n";
-}
 
 // Where the element of a joint begins and ends; transmissions have elements of that name, too, without a type.
 bool find_joint(const std::string& urdf, const std::string& name, size_t* begin, size_t* end) {
@@ -34,9 +29,7 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
 }
 
 std::string describe_load(const StatedEffect& e) {
-  std::string text;
-  for (const auto& [key, value] : e.parameters) text += (text.empty() ? "" : ", ") + key + " " + print_value(value);
-  return e.effect + " (" + text + ")";
+  return e.effect + " (" + join_words(e.parameters, [](const auto& p) { return p.first + " " + print_value(p.second); }) + ")";
 }
 
 std::string print_list(const Vector3d& v) { return print_value(v.x()) + " " + print_value(v.y()) + " " + print_value(v.z()); }
@@ -47,8 +40,8 @@ class SdfWriter {
 
   std::string write() {
     out_ << "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n<model name=\"" << tree_.name << "\">\n"
-         << comment("The model that the recordings ask for; shapes and meshes are not here.");
-    for (const std::string& force : model_.forces) out_ << comment("not held: " + force);
+         << make_comment("The model that the recordings ask for; shapes and meshes are not here.");
+    for (const std::string& force : model_.forces) out_ << make_comment("not held: " + force);
     for (size_t i = 0; i < tree_.links.size(); ++i) write_link(tree_.links[i], i);
     for (int j = 0; j < tree_.num_joints(); ++j) write_joint(j);
     if (!tree_.floating_base)
@@ -79,7 +72,7 @@ class SdfWriter {
     const LinkSpec& link = tree_.links[static_cast<size_t>(j) + 1];
     const JointSpec& joint = link.joint;
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kSdfHolds)) out_ << "  " << comment(joint.name + ", not held: " + text);
+    for (const std::string& text : list_unheld(laws, kSdfHolds)) out_ << "  " << make_comment(joint.name + ", not held: " + text);
     out_ << "  <joint name=\"" << joint.name << "\" type=\"" << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute")
          << "\">\n    <parent>" << tree_.links[static_cast<size_t>(link.parent)].name << "</parent><child>" << link.name
          << "</child>\n    <axis><xyz>" << print_list(joint.axis_F) << "</xyz><dynamics><damping>"
@@ -111,13 +104,13 @@ std::string make_urdf_model(const TakeHome& model) {
     std::string body = urdf.substr(begin, end - begin);
     body = std::regex_replace(body, std::regex("<dynamics[^>]*/>|<dynamics[^>]*>\\s*</dynamics>"), "");
     body += "  <dynamics damping=\"" + print_value(laws.viscous) + "\" friction=\"" + print_value(laws.coulomb) + "\"/>\n";
-    for (const std::string& text : list_unheld(laws, kUrdfHolds)) body += "    " + comment("not held: " + text);
+    for (const std::string& text : list_unheld(laws, kUrdfHolds)) body += "    " + make_comment("not held: " + text);
     urdf.replace(begin, end - begin, body);
   }
   std::string notes;
-  for (const std::string& force : model.forces) notes += comment("not held: " + force);
+  for (const std::string& force : model.forces) notes += make_comment("not held: " + force);
   for (const auto& [link, effects] : model.scenario.link_laws) {
-    for (const StatedEffect& e : effects) notes += comment("not held here (see robot.xml): " + link + ", " + describe_load(e));
+    for (const StatedEffect& e : effects) notes += make_comment("not held here (see robot.xml): " + link + ", " + describe_load(e));
   }
   const size_t close = urdf.rfind("</robot>");
   return close == std::string::npos ? urdf + notes : urdf.insert(close, notes);

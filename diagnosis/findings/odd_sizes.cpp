@@ -6,6 +6,8 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "common/multibody/tree_mass.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
@@ -16,20 +18,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kWeights = 3.0;    // weights of all moving links: as hard as a rope or a person pulls
-constexpr double kLoads = 2.0;      // masses of all moving links
-constexpr double kGravity = 9.81;   // [m/s^2]
+constexpr double kWeights = 3.0;    // weights of the machine: as hard as a rope or a person pulls
+constexpr double kLoads = 2.0;      // masses of the machine: what more could it carry?
 constexpr double kTool = 0.5;       // [m] by which a carried object may extend beyond its link
 constexpr double kSink = 1e-3;      // [m] compression of a sole under half the weight
 constexpr double kTilt = 5e-3;      // [rad] tilt of a sole when half the weight moves by kMove
 constexpr double kMove = 0.05;      // [m]
 constexpr double kIdle = 0.25;      // standard deviations from neutral
-
-double calc_moving_mass(const TreeSpec& tree) {
-  double mass = 0.0;
-  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
-  return mass;
-}
 
 std::vector<double> list_numbers(const Json& value) {
   if (value.is_number()) return {value.get<double>()};
@@ -113,7 +108,7 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
   if (finding.contains("of_log")) return "";
   if (!effect || (effect->place != PlaceKind::kLink && effect->place != PlaceKind::kJoint)) return "";
   const int link = find_link(tree, finding["where"]);
-  const double mass = link >= 0 ? calc_moving_mass(tree) : 0.0;
+  const double mass = link >= 0 ? calc_mass(tree) : 0.0;
   const double reach = link >= 0 ? calc_link_reach(tree, link) + (effect->of_whole_link ? 0.0 : kTool) : 0.0;
   for (const EffectParameter& p : effect->parameters) {
     if (p.axis > 0 || p.nuisance || !finding["parameters"].contains(p.name)) continue;
@@ -140,7 +135,7 @@ void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
 }
 
 void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
-  const double half_weight = 0.5 * kGravity * calc_moving_mass(tree);
+  const double half_weight = 0.5 * kGravity * calc_mass(tree);
   for (Json& f : (*report)["findings"]) {
     if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_stiff_sole(f, half_weight)) continue;
     make_ambiguous(&f);

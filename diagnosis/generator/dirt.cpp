@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
+
 namespace hrp::cases {
 namespace {
 
@@ -75,7 +77,7 @@ std::vector<std::string> draw_on_top(bool biped, Prng& random) {
   const std::size_t count = d < 0.2 ? 0 : d < 0.75 ? 1 : 2;
   while (out.size() < count) {
     const std::string& effect = random.pick(biped ? stand : arm);
-    if (std::find(out.begin(), out.end(), effect) == out.end()) out.push_back(effect);
+    if (!has(out, effect)) out.push_back(effect);
   }
   return out;
 }

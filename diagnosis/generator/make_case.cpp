@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/base/has.h"
 #include "diagnosis/generator/dirt_truth.h"
 #include "diagnosis/generator/draft.h"
 #include "diagnosis/generator/poor.h"
@@ -19,7 +20,7 @@ constexpr int kOtherSeeds = 5;  // for a case that was given up
 
 void draw_recordings(Draft& draft, const CaseRequest& request, const CaseOptions& options, Prng& random) {
   std::vector<std::string> kinds = draw_motion_kinds(draft.robot, random);
-  if (std::find(request.effects.begin(), request.effects.end(), "ground_friction") != request.effects.end()) {
+  if (has(request.effects, "ground_friction")) {
     kinds[2] = kinds[3] = "spread";
   }
   const bool mid_motion = random.chance(0.15);
@@ -66,12 +67,12 @@ std::vector<Hidden> draw_all_hidden(const CaseRequest& request, const RobotPlan&
 
 // Sensors behind the gears of an arm: at one of its last links.
 void add_sensors(const std::vector<std::string>& sensors, RobotPlan* robot, Prng random) {
-  const auto has = [&](const char* name) { return std::find(sensors.begin(), sensors.end(), name) != sensors.end(); };
+  const auto takes = [&](const char* name) { return has(sensors, name); };
   const int last = joint_count(*robot);
-  robot->joint_torques = has("joint_torque"), robot->link_encoders = has("link_encoder");
+  robot->joint_torques = takes("joint_torque"), robot->link_encoders = takes("link_encoder");
   const auto draw_link = [&] { return random.chance(0.7) ? last : 1 + random.below(last); };
-  if (has("wrench")) robot->wrist = "wrist_ft", robot->wrist_link = draw_link();
-  if (!has("imu")) return;
+  if (takes("wrench")) robot->wrist = "wrist_ft", robot->wrist_link = draw_link();
+  if (!takes("imu")) return;
   robot->imu = "arm_imu", robot->imu_link = draw_link();
   for (double& x : robot->imu_xyz) x = tidy(random.uniform(-0.06, 0.06));
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "common/base/has.h"
 #include "diagnosis/generator/robot_parts.h"
 
 namespace hrp::cases {
@@ -115,7 +116,7 @@ void name_upper_body(RobotPlan* robot) {
     joint_of(*robot, link).role = "waist";
   }
   for (int i = 1; i < static_cast<int>(robot->links.size()); ++i) {
-    const bool below = std::find(waist.begin(), waist.end(), i) != waist.end();
+    const bool below = has(waist, i);
     if (joint_of(*robot, i).role.empty() && !below) joint_of(*robot, i).role = "arm";
   }
   robot->imu = "imu", robot->imu_link = trunk;

@@ -9,12 +9,12 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/held_feet/foot_give.h"
 #include "diagnosis/torque_report.h"
 
 namespace hrp::diagnosis::held_feet {
 namespace {
-
 
 // Of each joint's missing torque at the kept samples [N m or N]: its high frequencies.
 std::vector<double> find_noise(const TorqueData& data) {
@@ -71,7 +71,7 @@ Finding make_finding(const Experiment& e, const LoadedFoot& foot, const FootGive
   f.effect = info.name, f.family = get_family_name(info.family), f.where = {{"foot", link}};
   f.parameters = {{"kz", "N/m", {k}, {std}, false}};
   f.grade = give.same_everywhere ? Grade::kSupported : Grade::kAmbiguous;
-  f.probability = 0.99, f.share = share;
+  f.probability = kSurest, f.share = share;
   f.alternatives = list_joints_that_give(e, give);
   f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " + number(kNinetyFive * std, 2) + " N/m (" +
                 get_grade_name(f.grade) + "). By the encoders the foot is " + number(1e6 * give.compliance, 3) +

@@ -4,11 +4,10 @@
 
 #include <vector>
 
+#include "common/spatial/gravity.h"
 #include "diagnosis/identification/robot_log.h"
 
 namespace hrp::identification {
-
-constexpr double kGravity = 9.81;  // [m/s^2]
 
 // Errors of the IMU that all motions share: accelerometer bias x, y, z [m/s^2], delay of the gyroscope [s], what is
 // left of its bias x, y [rad/s] (z hardly turns the vertical).

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/identification/smoothing.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -90,7 +91,7 @@ BodyRig::BodyRig(const Scenario& scenario) : robot(load_robot(with_rigid_feet(sc
   for (const std::string& foot : scenario.feet) feet.push_back(robot.tree.find_link(foot));
 }
 
-bool BodyRig::is_foot(int link) const { return std::find(feet.begin(), feet.end(), link) != feet.end(); }
+bool BodyRig::is_foot(int link) const { return has(feet, link); }
 
 BodyMotion observe_body(const BodyRig& rig, const BushObserver& observer, const RobotLog& log,
                         const std::vector<SensorZero>& zeros) {

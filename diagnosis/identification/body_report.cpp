@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 
 #include "diagnosis/identification/html.h"
 
 namespace hrp::identification {
 
-std::string print(const char* format, ...) {
-  char text[1024];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (char c : text) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
-}
-
 std::string make_cell(const Estimate& e, const double* truth) {
-  std::string cell = print("<td>%.4g</td><td>%.4g</td><td>%.2f %%</td>", e.value, e.std, 100.0 * e.relative_std());
+  std::string cell = format("<td>%.4g</td><td>%.4g</td><td>%.2f %%</td>", e.value, e.std, 100.0 * e.relative_std());
   cell += truth == nullptr ? "<td></td>"
-                           : print("<td>%.4g (%+.2f %%, %+.1f &sigma;)</td>", *truth, 100.0 * (e.value / *truth - 1.0),
+                           : format("<td>%.4g (%+.2f %%, %+.1f &sigma;)</td>", *truth, 100.0 * (e.value / *truth - 1.0),
                                    (e.value - *truth) / e.std);
   return cell;
 }
@@ -53,8 +36,8 @@ std::string make_parameters(const Identification& r, const BodyRig& rig) {
     const BodyParameter& p = r.body->parameters[i];
     if (!p.is_shown()) continue;
     const double t = truth[static_cast<Eigen::Index>(i)];
-    html += "<tr><td>" + escape(p.name) + "</td>" + make_cell(p.estimate, r.simulated ? &t : nullptr) +
-            print("<td>%.4g</td><td>%.4g</td></tr>", p.described, p.physical);
+    html += "<tr><td>" + escape_xml(p.name) + "</td>" + make_cell(p.estimate, r.simulated ? &t : nullptr) +
+            format("<td>%.4g</td><td>%.4g</td></tr>", p.described, p.physical);
   }
   return html + "</table>";
 }
@@ -74,7 +57,7 @@ std::string make_joints(const Identification& r, const BodyRig& rig) {
                                            sum_laws(r.scenario, joint.name, "coulomb_friction", "level")};
     for (int i = 0; i < kJointParameters; ++i) {
       const double truth = model[kJointParameters * joint.joint + i] + laws[i];
-      html += "<tr><td>" + escape(joint.name) + "</td><td>" + kNames[i] + "</td>" +
+      html += "<tr><td>" + escape_xml(joint.name) + "</td><td>" + kNames[i] + "</td>" +
               make_cell(joint.values[i], r.simulated ? &truth : nullptr) + "</tr>";
     }
   }
@@ -88,8 +71,8 @@ std::string make_body_errors(const Identification& r) {
       "<th>description</th><th>identified</th><th>nearest bodies</th><th>over the largest change</th></tr>";
   for (const BodyError& e : r.body->errors) {
     html +=
-        "<tr><td>" + escape(e.motion) + "</td><td>" + (e.fitted ? "fitted" : "not seen") + "</td>" +
-        print(
+        "<tr><td>" + escape_xml(e.motion) + "</td><td>" + (e.fitted ? "fitted" : "not seen") + "</td>" +
+        format(
             "<td>%.2f, %.2f</td><td>%.3f, %.3f</td><td>%.3f, %.3f</td><td>%.3f, %.3f</td><td>%.2f %%, %.2f "
             "%%</td></tr>",
             e.largest[0], e.largest[1], e.described[0], e.described[1], e.estimated[0], e.estimated[1], e.physical[0],
@@ -106,7 +89,7 @@ std::string make_body_section(const Identification& r) {
   const auto shown = std::count_if(r.body->parameters.begin(), r.body->parameters.end(),
                                    [](const BodyParameter& p) { return p.is_shown(); });
   return "<h2>Inertial and joint parameters of everything above the ankles</h2>" +
-         print(
+         format(
              "<p>%ld of %ld base parameters are shown by these motions (relative standard deviation below %.0f %%); m "
              "is mass [kg], m x and so on "
              "mass times place [kg m], I inertia about the link's origin [kg m&sup2;]; a + stands for links after it, "
@@ -128,7 +111,7 @@ std::string make_body_text(const Identification& r) {
     for (int g = 0; g < 2; ++g) worst[g] = std::max(worst[g], e.fitted ? 0.0 : e.physical[g] / e.largest[g]);
   }
   const Estimate& mass = r.body->parameters.front().estimate;
-  return print(
+  return format(
       "body above the ankles: %.3f kg (%.3f %%); %zu joints; worst mean error on motions not seen: moments %.2f %%, "
       "forces %.2f %% of the largest change\n",
       mass.value, 100.0 * mass.relative_std(), r.body->joints.size(), 100.0 * worst[0], 100.0 * worst[1]);

@@ -4,12 +4,12 @@
 
 #include <string>
 
+#include "common/base/escape_xml.h"
+#include "common/base/format.h"
 #include "diagnosis/identification/identify.h"
 
 namespace hrp::identification {
 
-std::string print(const char* format, ...) __attribute__((format(printf, 1, 2)));
-std::string escape(const std::string& text);
 // Value, standard deviation, relative standard deviation, and the error where the truth is known.
 std::string make_cell(const Estimate& e, const double* truth);
 // What a simulated scenario says of a joint: the sum of this parameter over its laws of this effect.

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
@@ -119,8 +120,7 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
   };
   const std::string head = "/joint_states/", tail = "/position", axes = "xyz";
   for (const std::string& name : table.names) {
-    if (name.size() > head.size() + tail.size() && name.compare(0, head.size(), head) == 0 &&
-        name.compare(name.size() - tail.size(), tail.size(), tail) == 0) {
+    if (name.size() > head.size() + tail.size() && name.compare(0, head.size(), head) == 0 && ends_with(name, tail)) {
       log.joints.push_back(name.substr(head.size(), name.size() - head.size() - tail.size()));
     }
   }

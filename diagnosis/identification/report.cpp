@@ -58,7 +58,7 @@ std::string make_text(const Identification& r) {
   for (size_t f = 0; f < r.fit.feet.size(); ++f) {
     for (int a = 0; a < kAxes; ++a) {
       const BushParameters& p = r.fit.feet[f][static_cast<size_t>(a)];
-      text += print("%-16s %-5s  K %8.2f (%.2f %%)  C %7.3f (%.2f %%)  O %8.4f (%.2f %%)\n", r.scenario.feet[f].c_str(),
+      text += format("%-16s %-5s  K %8.2f (%.2f %%)  C %7.3f (%.2f %%)  O %8.4f (%.2f %%)\n", r.scenario.feet[f].c_str(),
                     kAxisNames[a], p.K.value, 100 * p.K.relative_std(), p.C.value, 100 * p.C.relative_std(), p.O.value,
                     100 * p.O.relative_std());
     }
@@ -67,12 +67,12 @@ std::string make_text(const Identification& r) {
   for (const ValidationError& e : r.cross) worst = std::max(worst, e.relative());
   for (size_t f = 0; f < r.vertical.stiffness.size(); ++f) {
     const Estimate &k = r.vertical.stiffness[f], &c = r.vertical.damping[f];
-    text += print("%-16s vertical  kz %.4g (%.2f %%)  cz %.4g (%.1f %%)\n", r.scenario.feet[f].c_str(), k.value,
+    text += format("%-16s vertical  kz %.4g (%.2f %%)  cz %.4g (%.1f %%)\n", r.scenario.feet[f].c_str(), k.value,
                   100 * k.relative_std(), c.value, 100 * c.relative_std());
   }
-  text += print("law: %s (error on motions left out: linear %.4f, hardening %.4f, hysteresis %.4f N m)\n",
+  text += format("law: %s (error on motions left out: linear %.4f, hardening %.4f, hysteresis %.4f N m)\n",
                 kLawNames[static_cast<int>(r.choice.law)], r.choice.error[0], r.choice.error[1], r.choice.error[2]);
-  text += print("cross-validation: worst mean error %.2f %% of the largest torque; condition number %.1f\n",
+  text += format("cross-validation: worst mean error %.2f %% of the largest torque; condition number %.1f\n",
                 100 * worst, r.fit.condition);
   text += make_body_text(r);
   for (const std::string& note : r.notes) text += note + "\n";
@@ -93,18 +93,18 @@ std::string make_summary(const Identification& r) {
   double worst = 0.0;
   for (const ValidationError& e : r.cross) worst = std::max(worst, e.relative());
   std::string html = "<ul>";
-  html += print("<li>Law chosen: <strong>%s</strong>.</li>", kLawNames[static_cast<int>(r.choice.law)]);
-  html += print(
+  html += format("<li>Law chosen: <strong>%s</strong>.</li>", kLawNames[static_cast<int>(r.choice.law)]);
+  html += format(
       "<li>Each motion predicted by a fit that has not seen it: mean error at most %.2f %% of the largest torque, both "
       "axes, on two feet and on one (table 3).</li>",
       100.0 * worst);
   const Estimate* bias = r.fit.accelerometer_bias;
-  html += print(
+  html += format(
       "<li>Found beside it: accelerometer bias x %.4f &plusmn; %.4f, y %.4f &plusmn; %.4f, z %.3f &plusmn; %.3f "
       "m/s&sup2;; the gyroscope is late by %.2f &plusmn; %.2f ms.</li>",
       bias[0].value, bias[0].std, bias[1].value, bias[1].std, bias[2].value, bias[2].std, 1e3 * r.fit.delay.value,
       1e3 * r.fit.delay.std);
-  for (const std::string& note : r.notes) html += "<li>" + escape(note) + "</li>";
+  for (const std::string& note : r.notes) html += "<li>" + escape_xml(note) + "</li>";
   return html + "</ul>";
 }
 

@@ -49,17 +49,17 @@ std::vector<Point> make_hull(std::vector<Point> points) {
 struct Picture {
   explicit Picture(const Eigen::AlignedBox2d& box_in) : box(box_in) {}
   std::string at(const Point& p) const {
-    return print("%.1f,%.1f ", kMargin + kPixels * (box.max().y() - p.y()),
+    return format("%.1f,%.1f ", kMargin + kPixels * (box.max().y() - p.y()),
                  kMargin + kPixels * (box.max().x() - p.x()));
   }
   void add_shape(const std::vector<Point>& corners, const char* style) {
     svg += "<polygon points=\"";
     for (const Point& p : corners) svg += at(p);
-    svg += print("\" %s/>", style);
+    svg += format("\" %s/>", style);
   }
   std::string finish() const {
     const Point size = kPixels * box.sizes() + Point::Constant(2.0 * kMargin);
-    return print("<svg width=\"%.0f\" height=\"%.0f\" role=\"img\" aria-label=\"centre of pressure\">", size.y(),
+    return format("<svg width=\"%.0f\" height=\"%.0f\" role=\"img\" aria-label=\"centre of pressure\">", size.y(),
                  size.x()) +
            svg + "</svg>";
   }
@@ -157,7 +157,7 @@ std::string make_figures(const Identification& r) {
   const std::vector<FootFrame> feet = BushObserver(r.scenario).feet();
   std::string html = "<h2>Figures</h2><p>Lines have gaps while a foot does not stand.</p>";
   for (const MotionTrack& track : r.tracks) {
-    html += "<details open><summary>" + escape(track.name) + ": " + escape(describe_support(r, track)) + ", " +
+    html += "<details open><summary>" + escape_xml(track.name) + ": " + escape_xml(describe_support(r, track)) + ", " +
             (is_fitted(r, track) ? "fitted" : "not seen by the fit") + "</summary><div class=\"row\">" +
             make_zmp(track, feet) + make_angles(r, track) + make_slide(r, track);
     for (size_t f = 0; f < track.feet.size(); ++f) {

@@ -17,9 +17,9 @@ const FootBushSpec* find_truth(const Identification& r, size_t foot) {
 }
 
 std::string make_value(const Estimate& e, const double* truth) {
-  std::string cell = print("<td>%.5g &plusmn; %.2g<br><small>%.2f %%", e.value, e.std, 100.0 * e.relative_std());
+  std::string cell = format("<td>%.5g &plusmn; %.2g<br><small>%.2f %%", e.value, e.std, 100.0 * e.relative_std());
   if (truth != nullptr)
-    cell += print("; truth %.4g: %+.2f %%, %+.1f &sigma;", *truth, 100.0 * (e.value / *truth - 1.0),
+    cell += format("; truth %.4g: %+.2f %%, %+.1f &sigma;", *truth, 100.0 * (e.value / *truth - 1.0),
                   (e.value - *truth) / e.std);
   return cell + "</small></td>";
 }
@@ -29,9 +29,9 @@ std::string make_motions(const Identification& r) {
       "<h2>Motions</h2><table><tr><th>motion</th><th>support</th><th>used to</th><th>largest change of the soles' "
       "distance</th><th>of the yaw between them</th></tr>";
   for (const MotionTrack& track : r.tracks) {
-    html += "<tr><td>" + escape(track.name) + "</td><td>" + escape(describe_support(r, track)) + "</td><td>" +
+    html += "<tr><td>" + escape_xml(track.name) + "</td><td>" + escape_xml(describe_support(r, track)) + "</td><td>" +
             (is_fitted(r, track) ? "fit" : "validate") + "</td>" +
-            print("<td%s>%.2f mm</td><td>%.2f mrad</td></tr>", has_slipped(track) ? " class=\"bad\"" : "",
+            format("<td%s>%.2f mm</td><td>%.2f mrad</td></tr>", has_slipped(track) ? " class=\"bad\"" : "",
                   1e3 * track.slip, 1e3 * track.turn);
   }
   return html + "</table>";
@@ -43,8 +43,8 @@ std::string make_selection(const Identification& r) {
       "linear one must lower the error by a tenth, and its term must be four standard deviations from zero.</p>"
       "<table><tr><th>law</th><th>error [N m]</th><th>its term over its std</th><th></th></tr>";
   for (int i = 0; i < kLaws; ++i) {
-    html += print("<tr><td>%s</td><td>%.4f</td>", kLawNames[i], r.choice.error[i]) +
-            (i == 0 ? "<td></td>" : print("<td>%.1f</td>", r.choice.significance[i])) +
+    html += format("<tr><td>%s</td><td>%.4f</td>", kLawNames[i], r.choice.error[i]) +
+            (i == 0 ? "<td></td>" : format("<td>%.1f</td>", r.choice.significance[i])) +
             (static_cast<int>(r.choice.law) == i ? "<td><strong>chosen</strong></td></tr>" : "<td></td></tr>");
   }
   return html + "</table>";
@@ -84,14 +84,14 @@ std::string make_table_1(const Identification& r) {
       const double truth[3] = {t ? (a ? t->k_pitch : t->k_roll) : 0, t ? (a ? t->c_pitch : t->c_roll) : 0,
                                t ? (a ? t->offset_pitch : t->offset_roll) : 0};
       const Estimate* estimates[3] = {&p.K, &p.C, &p.O};
-      html += "<tr><td>" + escape(r.scenario.feet[f]) + ", " + kAxisNames[a] + "</td>";
+      html += "<tr><td>" + escape_xml(r.scenario.feet[f]) + ", " + kAxisNames[a] + "</td>";
       for (int i = 0; i < 3; ++i) html += make_value(*estimates[i], t != nullptr ? &truth[i] : nullptr);
       html += (more ? make_term(r, f, a) : "") + "</tr>";
     }
   }
   html += "</table>";
   if (r.fit.law == BushLaw::kHysteresis)
-    html += print("<p>Yield angle %.2f &plusmn; %.2f mrad, all bushes.</p>", 1e3 * r.fit.yield.value,
+    html += format("<p>Yield angle %.2f &plusmn; %.2f mrad, all bushes.</p>", 1e3 * r.fit.yield.value,
                   1e3 * r.fit.yield.std);
   return html;
 }
@@ -103,7 +103,7 @@ std::string make_vertical(const Identification& r) {
       "<th>cz [N s/m]</th></tr>";
   for (size_t f = 0; f < r.vertical.stiffness.size(); ++f) {
     const FootBushSpec* t = find_truth(r, f);
-    html += "<tr><td>" + escape(r.scenario.feet[f]) + "</td>" +
+    html += "<tr><td>" + escape_xml(r.scenario.feet[f]) + "</td>" +
             make_value(r.vertical.stiffness[f], t != nullptr ? &t->kz : nullptr) +
             make_value(r.vertical.damping[f], t != nullptr ? &t->cz : nullptr) + "</tr>";
   }
@@ -116,7 +116,7 @@ std::string make_errors(const std::string& title, const std::vector<ValidationEr
                      "</h2><p>Mean error of the torque while the foot stands [N m], the largest torque of that motion "
                      "[N m], and their ratio.</p><table><tr><th>motion</th>";
   for (const std::string& foot : r.scenario.feet) {
-    for (const char* axis : kAxisNames) html += "<th>" + escape(foot) + ", " + axis + "</th>";
+    for (const char* axis : kAxisNames) html += "<th>" + escape_xml(foot) + ", " + axis + "</th>";
   }
   html += "</tr>";
   for (const MotionTrack& track : r.tracks) {
@@ -130,11 +130,11 @@ std::string make_errors(const std::string& title, const std::vector<ValidationEr
         any = any || e != errors.end();
         cells += e == errors.end()
                      ? "<td><small>does not stand</small></td>"
-                     : print("<td%s>%.4f of %.1f: %.2f %%</td>", e->relative() > kLimit ? " class=\"bad\"" : "",
+                     : format("<td%s>%.4f of %.1f: %.2f %%</td>", e->relative() > kLimit ? " class=\"bad\"" : "",
                              e->mean, e->largest, 100.0 * e->relative());
       }
     }
-    if (any) html += "<tr><td>" + escape(track.name) + "</td>" + cells + "</tr>";
+    if (any) html += "<tr><td>" + escape_xml(track.name) + "</td>" + cells + "</tr>";
   }
   return html + "</table>";
 }
@@ -154,10 +154,10 @@ std::string describe_support(const Identification& r, const MotionTrack& track) 
     const double stood = track.calc_standing_time(f);
     all = all && stood > time - 1e-6;
     alone = alone || stood < 0.5 * time;
-    text += (text.empty() ? "" : ", ") + r.scenario.feet[f] + print(" stands %.1f s", stood);
+    text += (text.empty() ? "" : ", ") + r.scenario.feet[f] + format(" stands %.1f s", stood);
   }
   if (all) return "both feet";
-  return (alone ? "single support: " : "not all the time: ") + text + print(" of %.1f s", time);
+  return (alone ? "single support: " : "not all the time: ") + text + format(" of %.1f s", time);
 }
 
 std::string make_tables(const Identification& r) {

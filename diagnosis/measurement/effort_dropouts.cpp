@@ -8,6 +8,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque_flags.h"
@@ -19,7 +20,7 @@ namespace {
 constexpr double kTimesUsual = 3.0;
 constexpr double kMoreThanAStep = 1.5;  // of a quantised signal
 constexpr long kColumns = 5;            // tau, a, v, direction, constant
-constexpr long kFewest = 50;            // samples of the law
+constexpr long kFewest = kRowsPerColumn * kColumns;  // samples of the law
 constexpr size_t kMostTold = 3;         // stretches in a warning; the others are counted
 
 constexpr size_t kEffort = static_cast<size_t>(Quantity::kEffort);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
-constexpr long kFewest = 50;      // samples: ten for each regressor
+constexpr long kFewest = kRowsPerColumn * (kNuisance + 1);  // samples: tau stands beside them
 // |ln| of a scale that counts as one where a rotor may be part of it. Units differ by factors of up to a hundred either way.
 // One in 23 of these lies as near to one by chance, so a torque has odds of 20 to 1.
 constexpr double kSame = kMinority;
@@ -45,7 +46,7 @@ bool is_turned(const UnitRows& rows, double scale) {
 // count only for what they explain beyond it (adjusted coefficient of determination). Zero if none is left.
 double discount_chance(double share, const UnitRows& rows, long regressors) {
   if (rows.tau.size() >= kFewest) return share;
-  const double samples = static_cast<double>(rows.tau.size()) / kCorrelated, free = samples - static_cast<double>(regressors);
+  const double samples = static_cast<double>(rows.tau.size()) / kPerPeriod, free = samples - static_cast<double>(regressors);
   return free > 0.0 ? std::max(0.0, 1.0 - (1.0 - share) * (samples - 1.0) / free) : 0.0;
 }
 

@@ -6,8 +6,11 @@
 #include <cstring>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
+#include "common/base/suggest.h"
 #include "common/effects/effect_target.h"
 #include "common/robot/link_sensor_keys.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
@@ -21,11 +24,6 @@ std::vector<std::string> list_joints(const Experiment& e) {
   std::vector<std::string> names;
   for (int j = 0; j < e.num_joints(); ++j) names.push_back(e.robot.tree.joint(j).name);
   return names;
-}
-
-std::string suggest(const std::string& word, const std::vector<std::string>& names) {
-  const std::string near = find_nearest(word, names);
-  return near.empty() ? "" : "; did you mean '" + near + "'?";
 }
 
 bool has_all(const Recording& r, const std::string& name, const std::string& parts) {
@@ -57,7 +55,7 @@ class Finder {
       for (const auto& column : r.other) {
         if (column.first.rfind(kLinkSide, 0) != 0) continue;
         const std::string joint = column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
-        if (std::find(joints_.begin(), joints_.end(), joint) != joints_.end()) continue;
+        if (has(joints_, joint)) continue;
         refuse_input(r.find_place(column.first), "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
       }
     }
@@ -65,7 +63,7 @@ class Finder {
 
   void check_declared(const std::vector<DeclaredJoint>& list, const std::string& key, const char* quantity) const {
     for (const DeclaredJoint& d : list) {
-      if (std::find(joints_.begin(), joints_.end(), d.joint) == joints_.end())
+      if (!has(joints_, d.joint))
         refuse_input({e_.path, "sensors." + key, d.line, d.column},
                      "the robot has no joint '" + d.joint + "'" + suggest(d.joint, joints_));
       for (const Recording& r : e_.recordings) {
@@ -157,7 +155,7 @@ bool LinkSensors::has_torque(int joint) const {
 }
 
 bool LinkSensors::has_encoder(int joint) const {
-  return std::find(link_encoders.begin(), link_encoders.end(), joint) != link_encoders.end();
+  return has(link_encoders, joint);
 }
 
 LinkSensors find_link_sensors(const Experiment& e) {
@@ -211,7 +209,7 @@ LinkData make_link_data(const Experiment& e, const TorqueData& motion, const Lin
   LinkData data;
   data.experiment = &e, data.cutoff = motion.cutoff;
   for (const TorqueRecording& in : motion.recordings) {
-    if (std::find(motion.frozen.begin(), motion.frozen.end(), in.index) != motion.frozen.end()) continue;
+    if (has(motion.frozen, in.index)) continue;
     const Recording& r = e.recordings[in.index];
     if (!r.spec.pushes.empty()) continue;  // forces at other points than a link's centre of mass are not predicted here
     LinkRecording out;
@@ -263,12 +261,12 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
   };
   static const Known known[] = {
       {"rad/s", kDegrees, "57.3 times the predicted rate: these are degrees, expected rad/s"},
-      {"m/s^2", 1.0 / 9.81, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
+      {"m/s^2", 1.0 / kGravity, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
       {"m/s^2", -1.0, "-1 times the predicted one: expected specific force, which points up at rest"},
       {"N m", 1000.0, "1000 times the predicted torque: these are mN m, expected N m"},
       {"N m", -1.0, "-1 times the predicted torque: expected the drive's sign of a joint, and of a wrench what the link exerts on its parent"},
       {"N", -1.0, "-1 times the predicted force: expected what the link exerts on its parent (a hanging load reads downwards)"},
-      {"N", 1.0 / 9.81, "a 9.81th of the predicted force: these are kilograms, expected N"}};
+      {"N", 1.0 / kGravity, "a 9.81th of the predicted force: these are kilograms, expected N"}};
   for (const ReadingGroup& group : predict.groups()) {
     const Ratio ratio = find_ratio(data, group);
     for (const Known& k : known) {

@@ -10,7 +10,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kNuisance = 4;     // v, direction, a, constant
 
 // Sums of squares of weighted rows: y = X p, p = mass [kg] and moment [kg m] of a load.
 struct Squares {
@@ -98,7 +97,7 @@ bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
   }
   const double most = find_moving_mass(data.experiment->robot.tree);
   // Evidence of the scales against the load [nats].
-  const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kCorrelated * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
+  const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kPerPeriod * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
   return !std::all_of(of_link.begin(), of_link.end(), prefers_unit);
 }
 

@@ -3,6 +3,7 @@
 // load adds the torque of one.
 #pragma once
 
+#include "diagnosis/measurement/kept_samples.h"
 #include "diagnosis/measurement/torque_terms.h"
 
 namespace hrp::diagnosis {
@@ -13,7 +14,7 @@ namespace hrp::diagnosis {
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
 constexpr long kLoadColumns = 4;     // of a load: mass and moment
-constexpr double kCorrelated = 5.0;  // kept samples that count as one: those of a period of the filter's cutoff
+constexpr long kNuisance = 4;        // v, direction, a, constant: what a drive's effort has beside tau
 
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
 struct UnitRows {

@@ -102,7 +102,7 @@ Sums sum_up(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
   Eigen::MatrixXd known(n, rows.beside + 1 + loads.cols() + 1);
   known << rows.X.leftCols(rows.beside + 1), rows.X.rightCols(loads.cols() + 1);
   const Eigen::VectorXd left = take_out(known, rows.X.col(rows.beside + 1));
-  out.independent = static_cast<double>(n) / std::max(kCorrelated, calc_correlation_time(left));
+  out.independent = static_cast<double>(n) / std::max(kPerPeriod, calc_correlation_time(left));
   return out;
 }
 

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/measurement/load_or_unit.h"
+
 namespace hrp::diagnosis {
 namespace {
 
 constexpr long kSamples = 600;     // from all recordings, at equal distances
-constexpr long kNuisance = 4;      // v, direction, a, constant
-constexpr long kFewest = 10 * kNuisance;  // fewest samples for a result
+constexpr long kFewest = kRowsPerColumn * kNuisance;  // samples for a result
 
 }  // namespace
 

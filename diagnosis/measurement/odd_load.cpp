@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
+#include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -14,7 +16,7 @@ namespace {
 
 constexpr long kCommon = 6;       // v, direction, a, 1, tau, |tau| direction: the same in all recordings
 constexpr double kCost = 10.0;    // [nats] four parameters, which link and which recording
-constexpr long kFewest = 60;      // samples of a joint: ten for each regressor
+constexpr long kFewest = kRowsPerColumn * kCommon;  // samples of a joint
 
 // Rows of one joint, all recordings; those of friction, rotor and gain are taken out.
 struct JointRows {
@@ -27,7 +29,7 @@ std::vector<std::string> list_files(const TorqueData& data) {
   std::vector<std::string> files;
   for (const TorqueRecording& r : data.recordings) {
     const std::string& file = data.experiment->recordings[r.index].spec.file;
-    if (std::find(files.begin(), files.end(), file) == files.end()) files.push_back(file);
+    if (!has(files, file)) files.push_back(file);
   }
   return files;
 }
@@ -116,7 +118,7 @@ class OddLoadSearch {
     const double left = std::max(1e-300, yy - xy.dot(p));
     const double without = yy - xy.head<kLoadColumns>().dot(common.solve(xy.head<kLoadColumns>()));
     // Odds beyond chance, and most of what is left: friction that changes with the day takes less, and follows no mass.
-    const double independent = n / kCorrelated;
+    const double independent = n / kPerPeriod;
     if (0.5 * independent * std::log(without / left) < kCost + kOdds || left > kHalf * without) return std::nullopt;
     const Eigen::VectorXd std = (left / independent * all.pseudoInverse().diagonal()).cwiseMax(0.0).cwiseSqrt();
     const double mass = p[kLoadColumns];

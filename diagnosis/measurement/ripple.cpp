@@ -19,7 +19,7 @@ constexpr double kPassed = 0.7;        // share of the cutoff: slower ripples pa
 constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
-constexpr long kMostRows = 4000, kLeastRows = 50;
+constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
 constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
 
 // Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.

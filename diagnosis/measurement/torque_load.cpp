@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kLoadColumns = 6;
+constexpr long kDriveColumns = 6;  // of make_load_columns()
 
 bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
   return recording.has(kLinkSide + joint.name + "/position");
@@ -24,8 +24,8 @@ struct LoadFit {
 
 // Least squares of effort - tau on the training recordings, with the present r.load.
 LoadFit fit_loads(const TorqueWork& w, int j) {
-  Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(kLoadColumns, kLoadColumns);
-  LoadFit fit{Eigen::VectorXd::Zero(kLoadColumns), 0.0};
+  Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(kDriveColumns, kDriveColumns);
+  LoadFit fit{Eigen::VectorXd::Zero(kDriveColumns), 0.0};
   Eigen::VectorXd xy = fit.theta;
   for (const TorqueRecording& r : w.data.recordings) {
     const long inner = r.q.rows() - 2 * r.trim;
@@ -97,7 +97,7 @@ void choose_load(TorqueWork* w, int j, const LoadFit& bodies) {
 
 Eigen::MatrixXd make_drive_columns(const TorqueData& data, const TorqueRecording& r, int j) {
   const Eigen::VectorXd sign = data.calc_sign(r, j);
-  Eigen::MatrixXd x(r.q.rows(), kLoadColumns);
+  Eigen::MatrixXd x(r.q.rows(), kDriveColumns);
   x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data.cutoff), low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, data.cutoff),
       r.q.col(j), Eigen::VectorXd::Ones(r.q.rows());
   return x;

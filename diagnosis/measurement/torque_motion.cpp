@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/kept_samples.h"
 #include "diagnosis/measurement/torque_effort.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -24,8 +26,6 @@ constexpr double kOfMotion = 2.5;
 constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
 constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
-// Kept samples per period of the cutoff: enough to lose nothing, and few duplicates.
-constexpr double kPerPeriod = 5.0;
 // [s] left out at both ends, where derivatives are one-sided.
 constexpr double kTrim = 0.15;
 // Speeds below this share of the largest one, or within the noise, have no certain direction.
@@ -168,8 +168,7 @@ bool fill_joint(TorqueWork* w, const Recording& in, long joint, long rows, Torqu
   if (position.empty()) {
     const std::string text = in.spec.name + ": no column " + w->e.signal_name(static_cast<int>(joint), Quantity::kPosition) +
                              ": the recording is left out";
-    if (std::find(w->data.missing.begin(), w->data.missing.end(), text) == w->data.missing.end())
-      w->data.missing.push_back(text);
+    if (!has(w->data.missing, text)) w->data.missing.push_back(text);
     return false;
   }
   const auto smooth = [&](const std::vector<double>& series) -> Eigen::VectorXd {
@@ -239,7 +238,7 @@ double make_motions(TorqueWork* w) {
 
 // Noise [N m] of every joint: noise of all accelerations through the mass matrix, rms over some poses.
 Eigen::VectorXd calc_torque_noise(const TorqueWork& w, const TorqueRecording& r) {
-  constexpr long kPoses = 20;
+  constexpr long kPoses = 20;  // spread over the motion: a mean over them needs no more
   const long n = r.q.cols(), poses = std::min(kPoses, r.q.rows()), stride = std::max(1L, r.q.rows() / poses);
   Eigen::MatrixXd q(poses, n);
   for (long k = 0; k < poses; ++k) q.row(k) = r.q.row(k * stride);

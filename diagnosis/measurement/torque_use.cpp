@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/shares.h"
@@ -43,7 +44,7 @@ Flags find_read(const TorqueWork& w, const TorqueRecording& r, size_t joint) {
 Flags find_known(const TorqueWork& w, const TorqueRecording& r, long j) {
   const RecordingSpec& spec = w.e.recordings[r.index].spec;
   const JointSpec& joint = w.e.robot.tree.joint(static_cast<int>(j));
-  const bool pushed = std::find(spec.unknown_force.begin(), spec.unknown_force.end(), joint.name) != spec.unknown_force.end();
+  const bool pushed = has(spec.unknown_force, joint.name);
   // from the equation of a foot, not measured
   const bool followed = !w.closed[r.index][static_cast<size_t>(j)].empty();
   if (pushed || followed) return Flags::Constant(r.q.rows(), false);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/next/dot.h"
 #include "diagnosis/search/starts.h"
 
 namespace hrp::diagnosis {
@@ -65,12 +66,6 @@ class Along {
   const Hypothesis& hypothesis_;
   Paths paths_;
 };
-
-double dot(const Residuals& a, const Residuals& b) {
-  double sum = 0.0;
-  for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
-}
 
 Eigen::MatrixXd make_fisher(const Slopes& slopes) {
   const long p = static_cast<long>(slopes.columns.size());

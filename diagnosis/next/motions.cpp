@@ -135,12 +135,6 @@ void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan,
   }
 }
 
-std::vector<double> differentiate(const std::vector<double>& q, double period) {
-  std::vector<double> v(q.size(), 0.0);
-  for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
-  return v;
-}
-
 double find_largest(const std::vector<double>& values) {
   double most = 0.0;
   for (double v : values) most = std::max(most, std::abs(v));
@@ -171,6 +165,12 @@ const char* get_family_sentence(Family family) {
   return sentences[static_cast<size_t>(family)];
 }
 
+std::vector<double> calc_rates(const std::vector<double>& q, double period) {
+  std::vector<double> v(q.size(), 0.0);
+  for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
+  return v;
+}
+
 Commands make_motion(const MotionPlan& plan, const Limits& limits) {
   Commands out;
   const size_t rows = static_cast<size_t>(std::lround(plan.seconds / plan.period)) + 1;
@@ -181,11 +181,11 @@ Commands make_motion(const MotionPlan& plan, const Limits& limits) {
     const Curve curve = make_curve(plan.family, plan.seconds, draw);
     std::vector<double> q(rows, joint.start);
     if (plan.moves[j]) fill(curve, joint, plan, &q);
-    std::vector<double> v = differentiate(q, plan.period);
+    std::vector<double> v = calc_rates(q, plan.period);
     const double excess = find_largest(v) / joint.speed;
     if (excess > 1.0) {
       for (double& x : q) x = joint.start + (x - joint.start) / excess;
-      v = differentiate(q, plan.period);
+      v = calc_rates(q, plan.period);
     }
     out.position.push_back(std::move(q)), out.velocity.push_back(std::move(v));
   }

@@ -31,6 +31,9 @@ struct MotionPlan {
   std::vector<LoadSpec> loads;  // that hang on the robot
 };
 
+// Central differences of commands at equal steps [s]; both ends are at rest.
+std::vector<double> calc_rates(const std::vector<double>& q, double period);
+
 // The commands of a plan, within the positions and speeds of `limits`.
 Commands make_motion(const MotionPlan& plan, const Limits& limits);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "common/base/has.h"
 #include "common/effects/units.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/next/explanations.h"
@@ -131,7 +132,7 @@ class Finder {
   bool has(const Found& found) const {
     TorqueModel model = out_.best.model;
     const std::vector<size_t>& list = get_list(model, found);
-    return std::all_of(found.terms.begin(), found.terms.end(), [&](size_t t) { return std::find(list.begin(), list.end(), t) != list.end(); });
+    return std::all_of(found.terms.begin(), found.terms.end(), [&](size_t t) { return hrp::has(list, t); });
   }
 
   void add_finding(const Json& finding) {

@@ -140,8 +140,7 @@ std::string make_steps(const json& motion) {
 std::string make_motion(const json& motion, const json& next, size_t number) {
   const json& explanations = html::get_list(next, "explanations");
   const std::string scale = html::get_text(next, "scale");
-  std::string joints;
-  for (const json& joint : html::get_list(motion, "joints")) joints += (joints.empty() ? "" : ", ") + escape(joint.get<std::string>());
+  const std::string joints = html::join_values(html::get_list(motion, "joints"));
   const std::string steps = make_steps(motion);
   const bool held = html::get_text(motion, "role") == "validate";
   return "<h2>" + std::to_string(number) + ". " + (steps.empty() ? "" : "With a load. ") + escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" +

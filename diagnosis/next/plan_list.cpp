@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/next/plan_list.h"
 
-#include <algorithm>
-
+#include "common/base/has.h"
 #include "diagnosis/next/hung_loads.h"
 #include "diagnosis/search/starts.h"
 
@@ -38,7 +37,7 @@ void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vect
 std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned, double seconds) {
   std::vector<MotionPlan> plans;
   const std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);
-  const bool apart = concerned != all && std::find(concerned.begin(), concerned.end(), 1) != concerned.end();
+  const bool apart = concerned != all && has(concerned, 1);
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
       MotionPlan plan;

@@ -7,6 +7,7 @@
 #include "common/base/parallel_for.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/next/dot.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/proposal_parts.h"
@@ -33,12 +34,6 @@ struct StanceCandidate {
   std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
-
-double dot(const Readings& a, const Readings& b) {
-  double sum = 0.0;
-  for (size_t k = 0; k < a.size(); ++k) sum += a[k] * b[k];
-  return sum;
-}
 
 class StanceProposer {
  public:

@@ -152,8 +152,7 @@ class Legs {
 bool finish(const Limits& limits, double period, Commands* out) {
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     const std::vector<double>& q = out->position[j];
-    std::vector<double> v(q.size(), 0.0);
-    for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
+    std::vector<double> v = calc_rates(q, period);
     for (size_t k = 0; k < q.size(); ++k) {
       if (q[k] < limits.joints[j].lower - kClose || q[k] > limits.joints[j].upper + kClose || std::abs(v[k]) > limits.joints[j].speed) return false;
     }

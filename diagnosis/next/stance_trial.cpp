@@ -9,6 +9,7 @@
 #include "common/robot/sole.h"
 #include "common/scene/ground_contact.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/standing/sole.h"
 #include "servers/console/trial/trial.h"
 
 namespace hrp::diagnosis {
@@ -17,7 +18,6 @@ namespace {
 constexpr double kRest = 1.0;         // [s] at rest before the motion
 constexpr double kSettled = 0.6;      // [s] start of the checks; the robot is put down at 0
 constexpr double kLean = 0.3;         // [rad] of the base; a motion over fixed soles leans less
-constexpr double kLevel = 0.005;  // [m] height above the lowest point up to which a point of a sole is on the ground
 constexpr double kWindow = 0.02;      // [s] over which forces are averaged (light soles chatter), and between checks
 
 class StanceController : public Controller {
@@ -62,7 +62,7 @@ std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& sta
   }
   PairForce all;
   for (const PointForce& point : points) {
-    if (point.p_WC.z() < lowest + kLevel) all.points.push_back(point);
+    if (point.p_WC.z() < lowest + standing::kLevel) all.points.push_back(point);
   }
   return calc_support_polygon({all}, ground);
 }

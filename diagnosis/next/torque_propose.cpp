@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/has.h"
 #include "common/base/parallel_for.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
@@ -61,7 +62,7 @@ class TorqueProposer {
     try_motions();
     choose();
     for (const TorqueCandidate& c : candidates_) {
-      const bool there = std::find(next_.rejected.begin(), next_.rejected.end(), c.fault) != next_.rejected.end();
+      const bool there = has(next_.rejected, c.fault);
       if (!c.fault.empty() && !there) next_.rejected.push_back(c.fault);
     }
     if (next_.proposals.empty()) next_.nothing = "No motion is safe within the limits under every explanation.";

@@ -4,19 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/join_words.h"
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
 namespace {
 
 std::string cell(const std::string& text) { return "<td>" + text + "</td>"; }
-
-std::string table(const std::vector<std::string>& head, const std::string& rows) {
-  if (rows.empty()) return "";
-  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
-  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
-  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
-}
 
 std::string make_recordings(const json& checks) {
   std::string rows;
@@ -27,7 +21,7 @@ std::string make_recordings(const json& checks) {
             cell(gaps == 0 ? "none" : format_number(get_number(r, "lost"), 3) + " s") +
             cell(held == 0 ? "none" : std::to_string(held) + (held == 1 ? " signal" : " signals")) + "</tr>";
   }
-  return table({"recording", "role", "length", "rate", "gaps", "held samples"}, rows);
+  return make_table({"recording", "role", "length", "rate", "gaps", "held samples"}, rows);
 }
 
 // "0.12 N m", "weak: from 0.4 N m on", "hidden by rotor inertia".
@@ -59,7 +53,7 @@ std::string make_joints(const json& checks) {
   }
   if (rows.empty()) return "";
   return "<p>Speed and acceleration are exceeded 5 % of the time. The right columns say how small an effect may be and still "
-         "show in these motions.</p>" + table(head, rows);
+         "show in these motions.</p>" + make_table(head, rows);
 }
 
 struct Step {
@@ -67,9 +61,9 @@ struct Step {
   double share = 0.0;
 };
 
-// Findings by what they take away; beyond the largest ten together.
+// Findings by what they take away; beyond the largest dozen together.
 std::vector<Step> find_steps(const json& report) {
-  constexpr std::size_t kMost = 12;
+  constexpr std::size_t kMost = 12;  // steps that fit beside each other
   std::vector<Step> steps;
   for (const json& f : get_list(report, "findings")) {
     const double weight = get_number(f, "weight");
@@ -147,15 +141,15 @@ std::string make_on_all(const json& report) {
   }
   return rows.empty() ? "" : "<h3>On all recordings</h3><p>The search worked on " + format_number(get_number(all, "searched"), 4) +
                                  " s; this is the missing torque over all " + format_number(get_number(all, "seconds"), 5) +
-                                 " s.</p>" + table({"joint", "before", "after"}, rows);
+                                 " s.</p>" + make_table({"joint", "before", "after"}, rows);
 }
 
 std::string make_per_recording(const json& report) {
   std::string rows;
   for (const json& item : get_list(report, "per_recording")) {
-    std::string values;
-    for (const json& r : get_list(item, "each"))
-      values += (values.empty() ? "" : ", ") + escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value"), 3);
+    const std::string values = join_words(get_list(item, "each"), [](const json& r) {
+      return escape(get_text(r, "recording")) + " " + format_number(get_number(r, "value"), 3);
+    });
     rows += "<tr>" + cell(escape(describe_effect(get_text(item, "effect")))) + cell(escape(describe_place(get(item, "where")))) +
             cell(escape(get_text(item, "parameter")) + " [" + escape(get_text(item, "unit")) + "]") +
             cell(make_dots(item) + "<span class='small'>" + values + "</span>") +
@@ -163,7 +157,7 @@ std::string make_per_recording(const json& report) {
   }
   return rows.empty() ? "" : "<p>The same model fitted to each recording alone. Dots from top to bottom in the order of the "
                              "recordings, with 95 % intervals; the line is zero.</p>" +
-                                 table({"effect", "where", "parameter", "by recording", "recordings"}, rows);
+                                 make_table({"effect", "where", "parameter", "by recording", "recordings"}, rows);
 }
 
 std::string make_waterfall(const json& report) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "common/base/ends_with.h"
+#include "common/base/join_words.h"
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
@@ -202,9 +203,7 @@ std::string make_ceiling_sentence(const json& report) {
 }
 
 std::string list_joints(const json& report, const char* key) {
-  std::string names;
-  for (const json& joint : get_list(report, key)) names += (names.empty() ? "" : ", ") + format_value(joint);
-  return names;
+  return join_values(get_list(report, key));
 }
 
 std::string make_unit_sentence(const json& report) {
@@ -237,8 +236,7 @@ std::string tell_alone(const json& finding) {
 
 // The recordings in which it is, if it is not in all.
 std::string describe_only_in(const json& finding) {
-  std::string files;
-  for (const json& file : get(finding, "only_in")) files += (files.empty() ? "" : ", ") + file.get<std::string>();
+  const std::string files = join_words(get(finding, "only_in"), [](const json& file) { return file.get<std::string>(); });
   return files.empty() ? "" : " (only in " + files + ")";
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "common/base/join_words.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/page/headline.h"
 
@@ -57,8 +58,7 @@ std::vector<std::pair<std::string, json>> list_parameters(const json& finding) {
 }
 
 std::string describe_parameters(const json& finding) {
-  std::string out;
-  for (const auto& [name, p] : list_parameters(finding)) out += (out.empty() ? "" : ", ") + describe_parameter(name, p);
+  std::string out = join_words(list_parameters(finding), [](const auto& p) { return describe_parameter(p.first, p.second); });
   if (get(finding, "at_least") == json(true)) out += " (or more)";
   return out + (get(finding, "in_log_unit") == json(true) ? " (unit of the log)" : "");
 }

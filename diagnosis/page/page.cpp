@@ -24,13 +24,6 @@ std::string make_section(const char* id, const std::string& title, const std::st
          "</section>\n";
 }
 
-std::string make_table(const std::vector<std::string>& head, const std::string& rows) {
-  if (rows.empty()) return "";
-  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
-  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
-  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
-}
-
 std::string make_row(const std::vector<std::string>& cells) {
   std::string out = "<tr>";
   for (const std::string& c : cells) out += "<td>" + c + "</td>";
@@ -110,8 +103,7 @@ std::string make_shares(const json& report) {
 std::string make_remaining(const json& report) {
   std::string rows;
   for (const json& r : get_list(report, "remaining")) {
-    std::string on;
-    for (const json& d : get_list(r, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
+    const std::string on = join_values(get_list(r, "depends_on"));
     const std::string unit = " " + escape(get_text(r, "unit"));
     rows += make_row({escape(describe_place(get(r, "where"))), format_number(get_number(r, "before"), 3) + unit,
                       format_number(get_number(r, "after"), 3) + unit,
@@ -141,8 +133,7 @@ std::string make_findings(const json& report) {
 std::string make_unexplained(const json& report) {
   std::string out;
   for (const json& u : get_list(report, "unexplained")) {
-    std::string on;
-    for (const json& d : get_list(u, "depends_on")) on += (on.empty() ? "" : ", ") + format_value(d);
+    const std::string on = join_values(get_list(u, "depends_on"));
     out += "<article class='card warn'><h3>Something unknown<span class='place'>" +
            escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(typeset(get_text(u, "statement"))) + "</p>" +
            (on.empty() ? "" : "<p class='small'>Depends on: " + on + ".</p>") + "</article>";

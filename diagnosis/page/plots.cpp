@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/has.h"
 #include "diagnosis/page/text.h"
 
 namespace hrp::diagnosis::html {
@@ -118,7 +119,7 @@ std::string make_marks(const json& marks, const Frame& f, double* top) {
   std::vector<std::string> kinds;
   for (const json& mark : marks) {
     const std::string kind = get_text(mark, "kind");
-    if (!kind.empty() && std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) kinds.push_back(kind);
+    if (!kind.empty() && !has(kinds, kind)) kinds.push_back(kind);
   }
   std::sort(kinds.begin(), kinds.end());
   std::string out;

@@ -4,36 +4,13 @@
 #include <cctype>
 #include <cmath>
 
+#include "common/base/escape_xml.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
 
 namespace hrp::diagnosis::html {
 
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        // Control characters are not allowed in HTML text; tab and newline are.
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
-    }
-  }
-  return out;
-}
+std::string escape(const std::string& text) { return escape_xml(text); }
 
 std::string typeset(std::string text) {
   for (const auto& [plain, sign] : {std::pair{"+-", "\u00b1"}, std::pair{"^2", "\u00b2"}, std::pair{"^3", "\u00b3"}}) {
@@ -51,9 +28,18 @@ std::string format_value(const json& value, int digits) {
   if (value.is_string()) return escape(value.get<std::string>());
   if (!value.is_array())
     return value.is_null() ? "-" : escape(value.dump(-1, ' ', false, json::error_handler_t::replace));
-  std::string out;
-  for (const json& item : value) out += (out.empty() ? "" : ", ") + format_value(item, digits);
-  return "(" + out + ")";
+  return "(" + join_values(value, digits) + ")";
+}
+
+std::string join_values(const json& list, int digits) {
+  return join_words(list, [digits](const json& item) { return format_value(item, digits); });
+}
+
+std::string make_table(const std::vector<std::string>& head, const std::string& rows) {
+  if (rows.empty()) return "";
+  std::string out = "<div class='wide' tabindex='0'><table><thead><tr>";
+  for (const std::string& h : head) out += "<th scope='col'>" + h + "</th>";
+  return out + "</tr></thead><tbody>" + rows + "</tbody></table></div>";
 }
 
 const json& get(const json& object, const char* key) {

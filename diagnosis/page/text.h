@@ -18,6 +18,9 @@ std::string escape(const std::string& text);
 std::string typeset(std::string text);
 std::string format_number(double value, int digits = 4);      // "3.021", "1.2e-05", "-" when not finite
 std::string format_value(const json& value, int digits = 4);  // number, list or text, escaped
+std::string join_values(const json& list, int digits = 4);    // "1, 2, 3"
+// Of rows that are HTML already, with a head; empty without rows.
+std::string make_table(const std::vector<std::string>& head, const std::string& rows);
 
 // Reading that never throws: the fallback when the key is absent, null or of another type.
 const json& get(const json& object, const char* key);

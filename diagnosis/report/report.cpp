@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"
@@ -9,8 +10,8 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
-#include "diagnosis/estimate/shapley.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/report/effect_shares.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/subtrees.h"
@@ -144,18 +145,11 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
 
 // Share of the held-out squares above the noise that each effect of the chosen model takes away.
 std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) {
-  const Hypothesis& all = outcome.chosen.hypothesis;
-  const double nominal = outcome.nominal.rms * outcome.nominal.rms - 1.0;
-  if (nominal <= 0.0) return std::vector<double>(all.size(), 0.0);
-  return calc_shapley(all.size(), [&](size_t mask) {
-    Trial part = outcome.chosen;
-    part.hypothesis.clear();
-    for (size_t i = 0; i < all.size(); ++i) {
-      if (mask >> i & 1) part.hypothesis.push_back(all[i]);
-    }
-    const Score score = calc_score(problem, mask == 0 ? outcome.nominal.full() : part.full(), get_judged(problem));
-    const double left = score.ok ? score.rms() : outcome.nominal.rms;
-    return std::clamp(1.0 - (left * left - 1.0) / nominal, -1.0, 1.0);
+  return calc_effect_shares(outcome.chosen.hypothesis, outcome.nominal.rms, [&](const Hypothesis& part) {
+    Trial trial = outcome.chosen;
+    trial.hypothesis = part;
+    const Score score = calc_score(problem, part.empty() ? outcome.nominal.full() : trial.full(), get_judged(problem));
+    return score.ok ? score.rms() : outcome.nominal.rms;
   });
 }
 
@@ -196,7 +190,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"where", make_where(*problem.experiment, effect)},
          {"parameters", make_parameters(*problem.experiment, effect, std, true)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
-         {"probability", round_to(std::min(0.99, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
+         {"probability", round_to(std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std)},
          {"alternatives", alternatives}});
     const Json also = list_also_fitted(effect);

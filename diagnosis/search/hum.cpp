@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -66,7 +67,7 @@ Hum find_hum(const Experiment& e) {
 Experiment take_out_hum(Experiment e, const Hum& hum) {
   const Plant plant = make_plant(e, {});
   for (int j = 0; j < e.num_joints(); ++j) {
-    if (std::find(hum.shaken.begin(), hum.shaken.end(), j) != hum.shaken.end()) continue;
+    if (has(hum.shaken, j)) continue;
     for (Recording& r : e.recordings) {
       JointColumns& joint = r.joints[static_cast<size_t>(j)];
       if (!joint.has(Quantity::kPosition) || !joint.has(Quantity::kVelocity) || !joint.has(Quantity::kEffort)) continue;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/format.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/fit.h"
-#include "diagnosis/search/format.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/starts.h"
 

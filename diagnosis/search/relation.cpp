@@ -6,9 +6,10 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/base/format.h"
+#include "common/base/has.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/search/format.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -279,8 +280,7 @@ class Finder {
 
   void add(int i, const std::string& more, Relation* relation) const {
     const Regressor& quantity = quantities_[static_cast<size_t>(i)];
-    if (std::find(relation->names.begin(), relation->names.end(), quantity.name) == relation->names.end())
-      relation->names.push_back(quantity.name);
+    if (!has(relation->names, quantity.name)) relation->names.push_back(quantity.name);
     relation->words += (relation->words.empty() ? "" : ", ") + quantity.words + more;
   }
 

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <set>
 
+#include "common/base/format.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
-#include "diagnosis/search/format.h"
 #include "diagnosis/search/outcome.h"
 #include "diagnosis/search/significance.h"
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/screen.h"
 #include "diagnosis/search/significance.h"
@@ -139,7 +140,7 @@ bool is_plain(const EffectInfo& row) {
 void add_unseen(const Lead& lead, std::vector<Effect>* list) {
   std::vector<int> joints{find_worst(lead)};
   for (const Effect& effect : lead.hypothesis) {
-    const bool there = std::find(joints.begin(), joints.end(), effect.place.index) != joints.end();
+    const bool there = has(joints, effect.place.index);
     if (is_dry(effect.id) && !there) joints.push_back(effect.place.index);
   }
   for (int joint : joints) {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/format.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/search/format.h"
 #include "diagnosis/search/starts.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/start_state.h"

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/effects.h"
 #include "diagnosis/standing/layout.h"
@@ -25,7 +26,7 @@ class Calculator : StandMotion {
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
     friction_ = terms_.ground.friction > 0 ? terms_.ground.friction : problem.experiment->scenario.ground.friction;
-    for (const LinkSpec& link : problem.tree.links) load_ += kTrace * link.inertia.mass * 9.81;
+    for (const LinkSpec& link : problem.tree.links) load_ += kTrace * link.inertia.mass * kGravity;
   }
 
   std::vector<double> run(StandBase* base) {

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "common/effects/link_law.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/effect_rows.h"
 #include "diagnosis/standing/layout.h"
@@ -284,7 +285,7 @@ double find_sole_prior(const StandProblem& problem, const Effect& e, size_t para
   if (at == 5 || at == 6) return 0.02;  // [m] the bush is near the sole's centre
   if (at == 7) return 0.01;             // [m] about half the height of a sole
   // [N m] Moment of the foot's weight: the part of the foot above the bush is not known.
-  if (at == 8 || at == 9) return foot.mass * 9.81 * (0.5 * (foot.com - foot.bush).head<2>().norm() + 0.005);
+  if (at == 8 || at == 9) return foot.mass * kGravity * (0.5 * (foot.com - foot.bush).head<2>().norm() + 0.005);
   return 0;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "diagnosis/model/most_play.h"
 #include "diagnosis/standing/terms.h"
 
 namespace hrp::diagnosis::standing {
@@ -18,8 +19,6 @@ struct StandHints {
 
 // [rad/(N m)] Largest compliance of ground and sole. Stiffer feet (above 5e4 N m/rad) count as rigid.
 constexpr double kContact = 2e-5;
-
-constexpr double kMostPlay = 0.2;  // [rad] largest gap between the teeth of a usable transmission
 
 // Where apply() writes coefficients that differ from the table's parameters (see StandRow).
 struct StandTarget {

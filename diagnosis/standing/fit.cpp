@@ -35,7 +35,7 @@ Normal gather(const StandProblem& problem, const FitSelection& selection, const 
     const size_t rows = count_rows(problem, r);
     const double span = recording.time[static_cast<size_t>(recording.samples.back())] -
                         recording.time[static_cast<size_t>(recording.samples.front())];
-    const auto stretch = std::max<size_t>(1, static_cast<size_t>(kStretch * static_cast<double>(rows) / span));
+    const auto stretch = std::max<size_t>(1, static_cast<size_t>(kBlock * static_cast<double>(rows) / span));
     Eigen::VectorXd score = Eigen::VectorXd::Zero(n), a(n), b(n);
     for (size_t k = 0; k < rows; ++k) {
       for (size_t c = 0; c < channels; ++c) {

@@ -11,13 +11,12 @@
 
 #include <Eigen/Dense>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/channels.h"
 #include "diagnosis/standing/effects.h"
 
 namespace hrp::diagnosis::standing {
-
-constexpr double kStretch = 0.5;      // [s] errors of stretches of this length count as independent
 
 using Evaluation = std::vector<StandBase>;            // by recording
 using Derivative = std::vector<std::vector<double>>;  // by recording, flat as the residuals

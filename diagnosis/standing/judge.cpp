@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
+#include "common/spatial/gravity.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
@@ -36,7 +38,7 @@ double find_floor(const StandProblem& p, const Channel& c) {
   if (c.kind == ChannelKind::kBalance) return 0.02;
   if (c.kind == ChannelKind::kGyro) return std::max(1e-4, std::sqrt(2) * tilt / kTurn);
   if (c.kind == ChannelKind::kVelocity) return 1e-4;
-  return c.kind == ChannelKind::kGravity ? std::max(3e-3, 9.81 * tilt) : 2e-3;
+  return c.kind == ChannelKind::kGravity ? std::max(3e-3, kGravity * tilt) : 2e-3;
 }
 
 // One value a recording.
@@ -251,7 +253,7 @@ void choose_laws(StandProblems* problems) {
   const size_t joints = all.effort.size();
   std::vector<char> both(joints, 0);
   for (size_t j = 0; j < joints; ++j) both[j] = all.effort[j] && all.command[j] && !all.held;
-  if (std::find(both.begin(), both.end(), 1) == both.end()) return;
+  if (!has(both, 1)) return;
   StandProblem* const each[] = {&problems->all, &problems->even, &problems->odd, &problems->wide_even,
                                 &problems->wide_odd};
   std::vector<double> shared, noise[2];  // by channel; the noise with logs and with laws

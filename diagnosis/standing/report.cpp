@@ -2,8 +2,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/base/rounding.h"
-#include "diagnosis/estimate/shapley.h"
+#include "diagnosis/report/effect_shares.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"
 
@@ -50,17 +51,9 @@ Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others)
 // Share of the squared residual above the noise that each effect removes (Shapley), on held-out recordings if there are
 // any.
 std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
-  const Hypothesis& all = o.chosen.hypothesis;
   const bool train = std::all_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return r.train; });
-  const double nominal = std::pow(calc_fit(p, o, evaluate(p, {}), train), 2) - 1.0;
-  if (nominal <= 0) return std::vector<double>(all.size(), 0.0);
-  return calc_shapley(all.size(), [&](size_t mask) {
-    Hypothesis part;
-    for (size_t i = 0; i < all.size(); ++i) {
-      if (mask >> i & 1) part.push_back(all[i]);
-    }
-    return std::clamp(1.0 - (std::pow(calc_fit(p, o, evaluate(p, part), train), 2) - 1.0) / nominal, -1.0, 1.0);
-  });
+  const auto calc_left = [&](const Hypothesis& part) { return calc_fit(p, o, evaluate(p, part), train); };
+  return calc_effect_shares(o.chosen.hypothesis, calc_left({}), calc_left);
 }
 
 void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
@@ -112,7 +105,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     const Json where = make_where(o.channels[c]);
     const bool loud = o.shared.empty() ? rms[c] >= 2 : rms[c] > 0;
     if (places.size() >= 3 || (!places.empty() && (!loud || rms[c] < 0.5 * rms[order[0]]))) break;
-    if (std::find(places.begin(), places.end(), where) != places.end()) continue;
+    if (has(places, where)) continue;
     places.push_back(where);
     std::string statement = "What is left at " + where.begin().value().get<std::string>() +
                             " (equation: " + get_text(o.channels[c].kind) + ") is up to " + number(rms[c], 2) +

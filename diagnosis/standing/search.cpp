@@ -83,7 +83,7 @@ bool StandSearcher::is_explained() const {
 double StandSearcher::find_deviations(double normal) const {
   double stretches = 0;
   for (size_t r : judge_.train())
-    stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kStretch;
+    stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kBlock;
   return find_student(normal, stretches - 1);
 }
 

@@ -37,7 +37,7 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
     size_t axes;
     double bias, scale;
   };
-  constexpr double kScale = 0.01;
+  constexpr double kScale = 0.01;  // for slopes; readings are linear in it
   const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},           {Reading::kTorque, 3, 0.01, kScale},
                         {Reading::kAngularVelocity, 3, 1e-3, kScale}, {Reading::kAcceleration, 3, 1e-2, kScale},
                         {Reading::kEffort, 1, 0.1, kScale},          {Reading::kVelocity, 1, 1e-3, kScale},

@@ -10,7 +10,6 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kLevel = 0.005;  // [m] largest height difference of a sole's points: treads, rounded edges
 constexpr double kFlat = 0.015;   // [m] a shorter sole shows no tilt: it rolls
 constexpr double kAbove = 0.01;   // [m] height of a bush above the sole, half that of a usual sole
 constexpr int kRim = 8;           // points on a cylinder's rim

@@ -10,6 +10,9 @@ namespace hrp::diagnosis::standing {
 // Share of a sole's half edges within which the centre of pressure means that the sole lies flat.
 constexpr double kInside = 0.88;
 
+// [m] Largest height difference of a sole's points: treads, rounded edges.
+constexpr double kLevel = 0.005;
+
 // Fills kind, radius, bush, sole and size of a foot whose link is known. A single sphere is a ball. Otherwise the
 // lowest points of all shapes (corners, spheres under the corners, mesh vertices) span a flat sole.
 void read_sole(const RobotDescription& robot, StandFoot* foot);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "servers/dynamics/impulse_contact.h"
 
@@ -95,7 +96,7 @@ class Stepper {
   double find_new_depth(const State& state) const {
     double deepest = -1e3;
     visit_points(state, [&](int index, const Vector3d&, double depth) {
-      if (std::find(touches_.begin(), touches_.end(), index) == touches_.end()) deepest = std::max(deepest, depth);
+      if (!has(touches_, index)) deepest = std::max(deepest, depth);
     });
     return deepest;
   }

@@ -8,6 +8,7 @@
 
 #include "common/multibody/tree_spec.h"
 #include "common/robot/sole.h"
+#include "common/spatial/gravity.h"
 
 namespace hrp::diagnosis::toss {
 
@@ -25,7 +26,7 @@ struct World {
   GroundSpec ground;
   double restitution = 0.0;
   double drag = 0.0;                // [1/s] deceleration of the centre of mass per speed
-  Vector3d gravity_W{0, 0, -9.81};  // [m/s^2]
+  Vector3d gravity_W{0, 0, -kGravity};  // [m/s^2]
 };
 
 // Kind of motion at a sample.

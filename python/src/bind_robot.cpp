@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // openhrp_dds.Robot and State: the functions of common/multibody.
+#include "common/base/join_words.h"
 #include "common/multibody/forward_dynamics.h"
 #include "common/multibody/mass_matrix.h"
 #include "common/multibody/momentum.h"
@@ -21,12 +22,6 @@ void check_state(const TreeSpec& tree, const State& state) {
 
 namespace {
 
-std::string join(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
 std::vector<std::string> get_links(const PyRobot& robot) {
   std::vector<std::string> names;
   for (const LinkSpec& link : robot.description.tree.links) names.push_back(link.name);
@@ -47,13 +42,13 @@ std::vector<std::string> get_frames(const PyRobot& robot) {
 
 int find_frame(const PyRobot& robot, const std::string& name) {
   const int frame = robot.description.tree.find_frame(name);
-  if (frame < 0) throw py::value_error("robot '" + robot.description.tree.name + "' has no frame '" + name + "'; frames: " + join(get_frames(robot)));
+  if (frame < 0) throw py::value_error("robot '" + robot.description.tree.name + "' has no frame '" + name + "'; frames: " + join_words(get_frames(robot)));
   return frame;
 }
 
 int find_link(const PyRobot& robot, const std::string& name) {
   const int link = robot.description.tree.find_link(name);
-  if (link < 0) throw py::value_error("robot '" + robot.description.tree.name + "' has no moving link '" + name + "'; links: " + join(get_links(robot)));
+  if (link < 0) throw py::value_error("robot '" + robot.description.tree.name + "' has no moving link '" + name + "'; links: " + join_words(get_links(robot)));
   return link;
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/dynamics/joint_effects.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/effects/effect_target.h"
 
 namespace hrp {
@@ -19,7 +19,7 @@ ServoGains find_gains(const Scenario& scenario, const JointSpec& joint) {
 
 bool is_unactuated(const Scenario& scenario, const JointSpec& joint) {
   const auto& names = scenario.unactuated;
-  return !joint.actuated || std::find(names.begin(), names.end(), joint.name) != names.end();
+  return !joint.actuated || has(names, joint.name);
 }
 
 // Of the roll and pitch joints of a foot's bush (common/robot/foot_bush.h names them) [1/rad^2].

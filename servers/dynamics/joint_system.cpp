@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "common/multibody/mass_matrix.h"
 
@@ -24,7 +25,7 @@ JointSystem::JointSystem(const Model& model, const Scenario& scenario, const std
   for (int i = 0; i < model.num_joints(); ++i) {
     const JointSpec& joint = model.spec().joint(i);
     const auto& idle = scenario.unactuated;
-    const bool driven = joint.actuated && std::find(idle.begin(), idle.end(), joint.name) == idle.end();
+    const bool driven = joint.actuated && !has(idle, joint.name);
     const bool mimic = joint.mimic.joint >= 0;
     mimics_.push_back(joint.mimic);
     const bool perfect = scenario.perfect_joints || scenario.drive == "motion";

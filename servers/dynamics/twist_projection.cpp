@@ -4,14 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "servers/dynamics/scale_angular.h"
+
 namespace hrp {
 namespace {
-
-Vector6d scale_rotation(const Vector6d& x, double length) {
-  Vector6d scaled = x;
-  scaled.head<3>() *= length;
-  return scaled;
-}
 
 // Rows divided by their lengths. Their products with each other are found when one is asked for: few points hold.
 class UnitRows {
@@ -56,13 +52,13 @@ void TwistProjector::add_point(const Vector3d& r, const Vector3d& n) {
 }
 
 double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
-  return a_[i].dot(scale_rotation(x, length_));
+  return a_[i].dot(scale_angular(x, length_));
 }
 
 // [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it: a
 // point waits for one product and one sum of the point before it, not for a whole dot product.
 TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
-  x0_ = scale_rotation(twist, length_);
+  x0_ = scale_angular(twist, length_);
   UnitRows rows(a_, square_, num_);
   double speed[kMaxProjectionPoints], push[kMaxProjectionPoints];
   for (int i = 0; i < num_; ++i) {
@@ -87,7 +83,7 @@ TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, d
     x_ += push[i] * rows.get(i);
     lambda_[i] = push[i] / std::sqrt(square_[i]);
   }
-  result.x = scale_rotation(x_, 1.0 / length_);
+  result.x = scale_angular(x_, 1.0 / length_);
   return result;
 }
 

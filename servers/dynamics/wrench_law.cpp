@@ -4,18 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "servers/dynamics/scale_angular.h"
+
 namespace hrp {
 namespace {
 
 constexpr int kMaxSweeps = 400;
 constexpr double kPrecision = 1e-12;   // of the displacement, relative to the deepest point
 constexpr double kIndependent = 1e-9;  // squared share of a row that earlier rows do not have
-
-Vector6d scale_angular(const Vector6d& x, double factor) {
-  Vector6d scaled = x;
-  scaled.head<3>() *= factor;
-  return scaled;
-}
 
 // Rows in units in which the spring's energy is half the squared length.
 struct SeparationRows {

@@ -7,6 +7,8 @@
 #include <set>
 #include <sstream>
 
+#include "common/base/escape_xml.h"
+#include "common/multibody/joint_motion.h"
 #include "common/spatial/rpy.h"
 
 namespace hrp {
@@ -14,20 +16,6 @@ namespace {
 
 // URDF has no slide with one limit or none.
 constexpr double kFar = 1e9;  // [rad or m]
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += static_cast<unsigned char>(c) < 32 ? ' ' : c;
-    }
-  }
-  return out;
-}
 
 std::string print(double value) {
   std::ostringstream text;
@@ -44,19 +32,13 @@ std::string print_origin(const Transform& X) {
   return "<origin xyz=\"" + print(X.p) + "\" rpy=\"" + print(calc_rpy(X.R)) + "\"/>";
 }
 
-// How far joint frame F has moved at position q.
-Transform calc_motion(const JointSpec& joint, double q) {
-  if (joint.kind == JointKind::kPrismatic) return {Matrix3d::Identity(), q * joint.axis_F};
-  return {Eigen::AngleAxisd(q, joint.axis_F).toRotationMatrix(), Vector3d::Zero()};
-}
-
 class Writer {
  public:
   UrdfText write(const BodyTree& tree, const std::string& source) {
     for (const Body& body : tree.bodies) names_.insert(body.name);
     put(0, "<?xml version=\"1.0\"?>");
-    put(0, "<!-- Made from " + escape(source) + ". -->");
-    put(0, "<robot name=\"" + escape(tree.name) + "\">");
+    put(0, "<!-- Made from " + escape_xml(source) + ". -->");
+    put(0, "<robot name=\"" + escape_xml(tree.name) + "\">");
     for (const Body& body : tree.bodies) write_body(body);
     put(0, "</robot>");
     return std::move(urdf_);
@@ -80,7 +62,7 @@ class Writer {
     write_link(body);
     for (const BodyFrame& frame : body.frames) {
       const std::string name = claim(frame.name);
-      put(frame.line, "  <link name=\"" + escape(name) + "\"/>");
+      put(frame.line, "  <link name=\"" + escape_xml(name) + "\"/>");
       write_fixed(body.name, name, frame.X_BS, frame.line);
     }
   }
@@ -93,8 +75,8 @@ class Writer {
       const BodyJoint& joint = body.joints[i];
       const bool last = i + 1 == body.joints.size() && is_identity(joint.X_BF);
       const std::string child = last ? body.name : claim(joint.spec.name + "_link");
-      if (!last) put(joint.line, "  <link name=\"" + escape(child) + "\"/>");
-      write_joint(joint, at, child, X_CB * joint.X_BF * calc_motion(joint.spec, -joint.shown));
+      if (!last) put(joint.line, "  <link name=\"" + escape_xml(child) + "\"/>");
+      write_joint(joint, at, child, X_CB * joint.X_BF * calc_joint_motion(joint.spec, -joint.shown));
       X_CB = joint.X_BF.inverse();
       at = child;
       if (last) return;
@@ -103,8 +85,8 @@ class Writer {
   }
 
   void write_fixed(const std::string& parent, const std::string& child, const Transform& X, int line) {
-    put(line, "  <joint name=\"" + escape(child) + "_fixed\" type=\"fixed\"><parent link=\"" + escape(parent) + "\"/><child link=\"" +
-                  escape(child) + "\"/>" + print_origin(X) + "</joint>");
+    put(line, "  <joint name=\"" + escape_xml(child) + "_fixed\" type=\"fixed\"><parent link=\"" + escape_xml(parent) + "\"/><child link=\"" +
+                  escape_xml(child) + "\"/>" + print_origin(X) + "</joint>");
   }
 
   void write_joint(const BodyJoint& joint, const std::string& parent, const std::string& child, const Transform& X_PF) {
@@ -112,8 +94,8 @@ class Writer {
     const bool slides = spec.kind == JointKind::kPrismatic;
     const bool limited = std::isfinite(spec.lower) || std::isfinite(spec.upper);
     const char* type = slides ? "prismatic" : limited ? "revolute" : "continuous";
-    put(joint.line, "  <joint name=\"" + escape(spec.name) + "\" type=\"" + type + "\">");
-    put(joint.line, "    <parent link=\"" + escape(parent) + "\"/><child link=\"" + escape(child) + "\"/>" + print_origin(X_PF));
+    put(joint.line, "  <joint name=\"" + escape_xml(spec.name) + "\" type=\"" + type + "\">");
+    put(joint.line, "    <parent link=\"" + escape_xml(parent) + "\"/><child link=\"" + escape_xml(child) + "\"/>" + print_origin(X_PF));
     put(joint.line, "    <axis xyz=\"" + print(spec.axis_F) + "\"/>");
     std::string limits;
     if (slides || limited) {
@@ -139,13 +121,13 @@ class Writer {
     }
     if (!spec.actuated) put(joint.line, "    <unactuated/>");
     if (!joint.follows.empty()) {
-      put(joint.line, "    <mimic joint=\"" + escape(joint.follows) + "\" multiplier=\"" + print(joint.multiplier) + "\" offset=\"" +
+      put(joint.line, "    <mimic joint=\"" + escape_xml(joint.follows) + "\" multiplier=\"" + print(joint.multiplier) + "\" offset=\"" +
                           print(joint.offset) + "\"/>");
     }
   }
 
   void write_link(const Body& body) {
-    put(body.line, "  <link name=\"" + escape(body.name) + "\">");
+    put(body.line, "  <link name=\"" + escape_xml(body.name) + "\">");
     if (body.inertia.mass != 0.0) write_inertia(body);
     const bool drawn = std::any_of(body.shapes.begin(), body.shapes.end(), [](const BodyShape& s) { return !s.touches; });
     for (const BodyShape& shape : body.shapes) {
@@ -169,7 +151,7 @@ class Writer {
       case ShapeKind::kCylinder: return "<cylinder radius=\"" + print(shape.size.x()) + "\" length=\"" + print(shape.size.y()) + "\"/>";
       case ShapeKind::kMesh: break;
     }
-    return "<mesh filename=\"" + escape(shape.mesh) + "\" scale=\"" + print(shape.scale) + "\"/>";
+    return "<mesh filename=\"" + escape_xml(shape.mesh) + "\" scale=\"" + print(shape.scale) + "\"/>";
   }
 
   void write_shape(const BodyShape& shape, const std::string& as) {

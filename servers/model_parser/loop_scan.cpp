@@ -6,6 +6,7 @@
 
 #include <tinyxml2.h>
 
+#include "common/base/suggest.h"
 #include "servers/model_parser/urdf_scan.h"
 #include "servers/model_parser/xml_values.h"
 
@@ -74,9 +75,7 @@ void LoopScanner::check_link(const Element& frame, const std::string& link) {
   if (scan_.find_link_line(link) > 0) return;
   std::vector<std::string> names;
   for (const LinkScan& l : scan_.links) names.push_back(l.name);
-  const std::string nearest = find_nearest(link, names);
-  error(frame, "names link '" + link + "', which is not in the file" +
-                   (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+  error(frame, "names link '" + link + "', which is not in the file" + suggest(link, names));
 }
 
 void LoopScanner::read_frame(const Element& loop, const char* tag, std::string* link, Transform* X_LF) {

@@ -2,7 +2,6 @@
 #include "servers/model_parser/robot_loader.h"
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 
 #include "common/base/read_file.h"
@@ -21,19 +20,6 @@
 
 namespace hrp {
 namespace {
-
-// Parsers of XML recurse and copy: text beyond this is no robot.
-constexpr size_t kLargestFile = 64u << 20;  // [bytes]
-
-std::string read_file(const std::string& path) {
-  std::error_code error;
-  std::ifstream file(path, std::ios::binary);
-  if (!file || !std::filesystem::is_regular_file(path, error))
-    refuse_input(path, "cannot be read: there is no such file, or no permission");
-  if (std::filesystem::file_size(path, error) > kLargestFile)
-    refuse_input(path, "is larger than 64 MB: neither a robot nor a world");
-  return read_rest(file, path);
-}
 
 // Without the warnings: they would hide why the robot is refused.
 void throw_errors(const Diagnostics& diagnostics) {
@@ -73,7 +59,7 @@ void load_surfaces(const Scenario& scenario, RobotDescription* robot, Diagnostic
 Scenario read_world(const Scenario& scenario) {
   if (scenario.world.empty()) return scenario;
   Diagnostics diagnostics;
-  const WorldSpec world = read_sdf_world(read_file(scenario.world), scenario, &diagnostics);
+  const WorldSpec world = read_sdf_world(read_input(scenario.world), scenario, &diagnostics);
   throw_errors(diagnostics);
   return parse_scenario(add_world(scenario.text, world), scenario.path);
 }
@@ -113,7 +99,7 @@ void load_other_robot(const RobotPlacement& placement, const Scenario& world, Ro
   OtherRobot other;
   other.name = placement.name;
   const Scenario own = load_scenario(placement.scenario);
-  other.description = parse_robot(read_file(own.robot), own.robot, own);
+  other.description = parse_robot(read_input(own.robot), own.robot, own);
   if (world.sensors.has_vision()) other.description.visuals = read_visuals(other.description.urdf, other.description);
   other.description.surfaces.clear();  // of its own world
   for (const std::string& warning : other.description.warnings) robot->warnings.push_back(placement.name + ": " + warning);
@@ -148,7 +134,7 @@ RobotDescription parse_robot(const std::string& text, const std::string& path, c
 
 RobotDescription load_robot(const Scenario& scenario) {
   const Scenario in_world = read_world(scenario);
-  RobotDescription robot = parse_robot(read_file(in_world.robot), in_world.robot, in_world);
+  RobotDescription robot = parse_robot(read_input(in_world.robot), in_world.robot, in_world);
   for (const RobotPlacement& placement : in_world.robots) load_other_robot(placement, in_world, &robot);
   if (!in_world.robots.empty()) make_movers(robot, in_world);  // throws where robots do not go together
   return robot;

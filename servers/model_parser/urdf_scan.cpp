@@ -8,6 +8,7 @@
 #include <tinyxml2.h>
 
 #include "common/base/printable.h"
+#include "common/base/suggest.h"
 #include "servers/model_parser/xml_values.h"
 
 namespace hrp {
@@ -161,9 +162,7 @@ std::string Scanner::read_link_reference(const Element& joint, const std::string
   if (scan_->find_link_line(link) == 0) {
     std::vector<std::string> names;
     for (const LinkScan& l : scan_->links) names.push_back(l.name);
-    const std::string nearest = find_nearest(link, names);
-    error(*element, owner, "names link '" + link + "', which is not in the file" +
-                               (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+    error(*element, owner, "names link '" + link + "', which is not in the file" + suggest(link, names));
   }
   return link;
 }

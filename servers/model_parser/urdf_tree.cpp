@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "common/base/has.h"
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
 #include "servers/model_parser/robot_loader.h"
@@ -63,7 +64,7 @@ void TreeBuilder::add(int line, const std::string& field, const std::string& mes
 }
 
 bool TreeBuilder::is_foot(const std::string& link) const {
-  return std::find(scenario_.feet.begin(), scenario_.feet.end(), link) != scenario_.feet.end();
+  return has(scenario_.feet, link);
 }
 
 LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
@@ -133,7 +134,7 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   const auto rotor = scenario_.rotor_inertia.find(joint.name);
   if (rotor != scenario_.rotor_inertia.end()) spec.rotor_inertia = rotor->second;
   const auto& passive = scenario_.unactuated;
-  spec.actuated = !joint.unactuated && std::find(passive.begin(), passive.end(), joint.name) == passive.end();
+  spec.actuated = !joint.unactuated && !has(passive, joint.name);
   return spec;
 }
 

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <iterator>
 
+#include "common/base/has.h"
+
 namespace hrp {
 namespace {
 
@@ -51,7 +53,7 @@ void StepScheduler::set_run(double time_step, uint64_t end_step) {
 }
 
 bool StepScheduler::is_waited_for(const std::string& role) const {
-  return std::find(options_.roles.begin(), options_.roles.end(), role) != options_.roles.end();
+  return has(options_.roles, role);
 }
 
 void StepScheduler::take_report(const ServerReport& report, Clock::time_point now) {
@@ -124,7 +126,7 @@ void StepScheduler::request_stop(const std::string& reason) {
 
 // What was granted cannot be taken back: its last step is the last one of the run, as if it had been planned so.
 void StepScheduler::request_end(Clock::time_point now) {
-  const bool follower = std::find(std::begin(kFollowers), std::end(kFollowers), late_) != std::end(kFollowers);
+  const bool follower = has(kFollowers, late_);
   const bool somebody_missing = !late_.empty() && !follower;
   if (stopping_ || !started_ || grant_.through_step == 0 || somebody_missing) return request_stop("");
   stopping_ = true;

@@ -8,6 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
+#include "common/base/trim.h"
 
 namespace hrp {
 namespace {
@@ -21,10 +22,7 @@ std::vector<std::string> split(const std::string& line) {
       cells.back() += c;
     }
   }
-  for (std::string& cell : cells) {
-    const size_t begin = cell.find_first_not_of(" \t");
-    cell = begin == std::string::npos ? "" : cell.substr(begin, cell.find_last_not_of(" \t") - begin + 1);
-  }
+  for (std::string& cell : cells) cell = trim(cell);
   return cells;
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // CSV recordings as messages: then everything that shows a log shows them, too.
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,6 +7,7 @@
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/base/read_file.h"
 #include "common/messages/cdr.h"
 #include "common/messages/topics.h"
@@ -39,7 +39,7 @@ std::vector<std::string> find_parts(const CsvTable& table, const std::vector<std
   for (const std::string& name : table.names) {
     for (const std::string& prefix : prefixes) {
       const std::string part = find_part(name, prefix);
-      if (!part.empty() && std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(part);
+      if (!part.empty() && !has(parts, part)) parts.push_back(part);
     }
   }
   return parts;

@@ -10,6 +10,7 @@
 #include "common/multibody/tree_spec.h"
 #include "servers/model_parser/robot_loader.h"
 #include "test_places.h"
+#include "tests/shared_files.h"
 
 namespace hrp::engines {
 
@@ -26,11 +27,7 @@ inline std::vector<std::string> find_urdfs() {
   return paths;
 }
 
-// The URDF of a robot beside this repository, empty when it is not there.
-inline std::string find_shared_robot(const std::string& relative) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / ".." / "shared" / "robots" / relative;
-  return std::filesystem::is_regular_file(path) ? path.lexically_normal().string() : std::string();
-}
+inline std::string find_shared_robot(const std::string& relative) { return find_shared("robots/" + relative); }
 
 inline TreeSpec load_tree(const std::string& urdf, bool floating, bool repair_inertias = true) {
   Scenario scenario;

@@ -9,7 +9,9 @@
 
 #include "common/multibody/close_loops.h"
 #include "common/multibody/kinematics.h"
+#include "common/multibody/tree_mass.h"
 #include "common/robot/closed_chains.h"
+#include "common/spatial/gravity.h"
 #include "servers/console/trial/trial.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
@@ -80,9 +82,7 @@ TEST(ParallelAnkles, AFootsForceSensorReadsJointAndRodsTogether) {
   trial.run();
   const std::vector<WrenchSample>& wrenches = trial.engine().sensors().wrenches;
   ASSERT_EQ(wrenches.size(), 2u);
-  double mass = 0.0;
-  for (const LinkSpec& link : trial.robot().tree.links) mass += link.inertia.mass;
-  const double above = 0.5 * (mass - 2.0 * 1.1) * 9.81;  // of a foot's 1.1 kg nothing
+  const double above = 0.5 * (calc_mass(trial.robot().tree) - 2.0 * 1.1) * kGravity;  // of a foot's 1.1 kg nothing
   EXPECT_NEAR(wrenches[0].force.z() / above, 1.0, 2e-3) << "[N]; still sinking in by 0.1 %";
   // The ankle joint has no drive and no friction: all moment goes through the rods, 0.05 m behind it.
   const TreeSpec& tree = trial.robot().tree;

@@ -3,26 +3,22 @@
 // together, without a bus.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "common/multibody/tree_mass.h"
+#include "common/spatial/gravity.h"
 #include "controller/motion/motion.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 
 namespace hrp {
 namespace {
-
-std::string find_shared(const std::string& file) {
-  const auto path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/robots" / file;
-  return std::filesystem::exists(path) ? path.string() : "";
-}
 
 // A robot, its world and the motion it plays.
 class Rollout {
@@ -46,9 +42,7 @@ class Rollout {
   }
   const Simulator& simulator() const { return simulator_; }
   double weight() const {
-    double mass = 0.0;
-    for (const LinkSpec& link : robot_.tree.links) mass += link.inertia.mass;
-    return mass * 9.81;
+    return calc_mass(robot_.tree) * kGravity;
   }
 
  private:
@@ -75,7 +69,7 @@ class RealRobotStands : public ::testing::TestWithParam<Standing> {};
 
 TEST_P(RealRobotStands, ForFiveSecondsOnItsOwnWeight) {
   const Standing& c = GetParam();
-  const std::string path = find_shared(c.file);
+  const std::string path = find_shared(std::string("robots/") + c.file);
   if (path.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/" << c.file << " is not there";
   Rollout run("robot: " + path + "\nfeet: [" + c.feet + "]\nservo: {default: {kp: " + std::to_string(c.kp) +
           ", kd: " + std::to_string(c.kd) + "}}\n");
@@ -109,7 +103,7 @@ class Sr1Walks : public ::testing::TestWithParam<const char*> {};
 // On one foot the contact must be stiffer in roll than m g h, about 1 kN m/rad for 130.8 kg: 2e5 N/m gives this sole
 // 2e5 x (0.07 m)^2 = 0.98 kN m/rad, and the robot falls (so it does with 5e5). Contact and start pose are the defaults.
 TEST_P(Sr1Walks, ItsPublishedPatternToTheEndUprightAndForward) {
-  const std::string urdf = find_shared("sr1/SR1.urdf"), motion = find_shared(std::string("sr1/") + GetParam());
+  const std::string urdf = find_shared("robots/sr1/SR1.urdf"), motion = find_shared(std::string("robots/sr1/") + GetParam());
   if (urdf.empty() || motion.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/sr1 is not there";
   Rollout run("robot: " + urdf + "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\nground: {friction: 1.0}\n"
           "servo: {default: {kp: 8000, kd: 100}}\nsteps: {time_step: 0.001, control_period: 0.002}\n"

@@ -9,7 +9,10 @@
 
 #include "common/base/diagnostics.h"
 #include "common/multibody/kinematics.h"
+#include "common/multibody/tree_mass.h"
+#include "common/spatial/gravity.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 #include "tests/physics/run_trial.h"
 
 namespace hrp {
@@ -34,14 +37,7 @@ class Robots : public ::testing::Test {
     return folder_ + "/" + name;
   }
   Scenario load(const std::string& yaml) { return load_scenario(write("world.yaml", yaml)); }
-  std::string find_refusal(const std::string& yaml) {
-    try {
-      Trial trial(load(yaml));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  }
+  std::string find_refusal(const std::string& yaml) { return catch_complaint([&] { Trial trial(load(yaml)); }); }
   std::string folder_;
 };
 
@@ -84,11 +80,7 @@ TEST_F(Robots, TheGroundCarriesTheWeightOfEach) {
     carried[slash == std::string::npos ? "first" : name.substr(0, slash)] += pair.total[5];
   }
   ASSERT_EQ(carried.size(), 3u);
-  const auto calc_weight = [](const TreeSpec& tree) {
-    double mass = 0.0;
-    for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
-    return 9.81 * mass;
-  };
+  const auto calc_weight = [](const TreeSpec& tree) { return kGravity * calc_mass(tree); };
   // A tenth: the bodies still swing a little at this time.
   const double first = calc_weight(trial.robot().tree), second = calc_weight(trial.robot().robots[0].description.tree);
   EXPECT_NEAR(carried["first"], first, 0.1 * first);

@@ -66,12 +66,6 @@ TEST(Fall, OfARobotThatStandsNothingIsSaidOrLogged) {
   EXPECT_EQ(digest_log(set.log()).count(topics::kEvents.name), 0u) << "the log is what it was without events";
 }
 
-int count(const std::string& text, const std::string& word) {
-  int found = 0;
-  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
-  return found;
-}
-
 TEST(BlowUp, IsSaidOnceWithJointTimeAndLikelyReason) {
   const std::string path = write_scenario("kicked");
   std::ofstream(path, std::ios::app) << "\npushes: {kick: {link: R_HAND_LINK, force: [1.0e12, 0, 1.0e12], start: 0.1, duration: 1}}\n";

@@ -151,11 +151,6 @@ void cut_power(const std::string& log, const std::string& synced) {
   fs::resize_file(log, std::min(size, fs::file_size(log)));
 }
 
-long find_step_said_to_be_logged(const std::string& output) {
-  const size_t place = output.find(" at step ");
-  return place == std::string::npos ? -1 : std::stol(output.substr(place + 9));
-}
-
 class PowerCut : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(PowerCut, LosesNoStepOfADurableLogThatIsSaidToBeOnDisk) {
@@ -169,7 +164,7 @@ TEST_P(PowerCut, LosesNoStepOfADurableLogThatIsSaidToBeOnDisk) {
   kill(set.find_server("hrp-logger"), SIGKILL);
   EXPECT_EQ(set.wait(), 1) << set.output();
   cut_power(set.log(), synced);
-  const long said = find_step_said_to_be_logged(set.output());
+  const long said = find_named_step(set.output());
   EXPECT_GE(said, 1000) << "the scheduler lets nobody run more than some windows of 64 steps ahead of the disk\n" << set.output();
   EXPECT_GE(find_last_step(set.log()), said) << set.output();
 }

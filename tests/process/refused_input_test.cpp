@@ -35,12 +35,6 @@ TEST(BadInput, ARobotIsRefusedWithFileAndElement) {
   EXPECT_THAT(set.output(), HasSubstr("base"));
 }
 
-int count(const std::string& text, const std::string& word) {
-  int found = 0;
-  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
-  return found;
-}
-
 TEST(BadInput, ARefusalIsSaidOnceHoweverManyServersHearOfIt) {
   const std::string urdf = get_test_folder() + "/twice.urdf";
   std::ofstream(urdf) << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";

@@ -67,6 +67,17 @@ bool wait_until(const std::function<bool()>& done) {
   return true;
 }
 
+int count(const std::string& text, const std::string& word) {
+  int found = 0;
+  for (size_t at = text.find(word); at != std::string::npos; at = text.find(word, at + 1)) ++found;
+  return found;
+}
+
+long find_named_step(const std::string& output) {
+  const size_t place = output.find(" at step ");
+  return place == std::string::npos ? -1 : std::stol(output.substr(place + 9));
+}
+
 std::string get_test_folder() {
   static const TestFolder folder;
   return folder.path();

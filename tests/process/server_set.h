@@ -29,6 +29,12 @@ struct ScenarioChange {
 };
 std::string write_scenario(const std::string& name, const ScenarioChange& change = {});
 
+// How often `text` has the word.
+int count(const std::string& text, const std::string& word);
+
+// The step that the launcher named: "... at step N"; -1: none.
+long find_named_step(const std::string& output);
+
 // A program with its output in a file.
 class Program {
  public:

@@ -100,12 +100,6 @@ void PrintTo(const Victim& victim, std::ostream* out) { *out << victim.role; }
 
 class Killed : public ::testing::TestWithParam<Victim> {};
 
-// The step that the launcher named: "... at step N".
-long find_named_step(const std::string& output) {
-  const size_t place = output.find(" at step ");
-  return place == std::string::npos ? -1 : std::stol(output.substr(place + 9));
-}
-
 TEST_P(Killed, TheSetStopsWithNameAndStepAndLeavesAGoodLog) {
   const Victim victim = GetParam();
   ScenarioChange change;

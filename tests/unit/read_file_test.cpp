@@ -2,12 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <ios>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp::test {
 namespace {
@@ -25,15 +25,6 @@ class BadDisk : public std::stringbuf {
   }
 };
 
-std::string find_complaint(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 const char kComplaint[] = "walk.csv: error: cannot be read to its end: the disk reports an error";
 
 TEST(ReadFile, IsReadWholeWhateverItsSize) {
@@ -46,7 +37,7 @@ TEST(ReadFile, IsReadWholeWhateverItsSize) {
 TEST(ReadFile, AnErrorOfTheDiskIsNoEndOfTheFile) {
   BadDisk disk("time,knee\n0,1\n");
   std::istream file(&disk);
-  EXPECT_EQ(find_complaint([&] { (void)read_rest(file, "walk.csv"); }), kComplaint);
+  EXPECT_EQ(catch_complaint([&] { (void)read_rest(file, "walk.csv"); }), kComplaint);
 }
 
 TEST(ReadFile, AnErrorOfTheDiskIsNoLastLine) {
@@ -54,11 +45,11 @@ TEST(ReadFile, AnErrorOfTheDiskIsNoLastLine) {
     BadDisk disk(text);
     std::istream file(&disk);
     for (std::string line; std::getline(file, line);) continue;
-    EXPECT_EQ(find_complaint([&] { check_end(file, "walk.csv"); }), kComplaint);
+    EXPECT_EQ(catch_complaint([&] { check_end(file, "walk.csv"); }), kComplaint);
   }
   std::istringstream good("time,knee\n0,1");
   for (std::string line; std::getline(good, line);) continue;
-  EXPECT_EQ(find_complaint([&] { check_end(good, "walk.csv"); }), "none");
+  EXPECT_EQ(catch_complaint([&] { check_end(good, "walk.csv"); }), "");
 }
 
 }  // namespace

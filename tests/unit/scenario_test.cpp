@@ -11,6 +11,7 @@
 
 #include "common/robot/experiment_keys.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp {
 namespace {
@@ -52,14 +53,7 @@ seed: 7
 )";
 
 // What parse_scenario() says about `text`, empty when it accepts it.
-std::string find_complaint(const std::string& text) {
-  try {
-    parse_scenario(text, "dir/test.yaml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
+std::string find_complaint(const std::string& text) { return catch_complaint([&] { parse_scenario(text, "dir/test.yaml"); }); }
 
 TEST(Scenario, ReadsEveryKindOfKey) {
   const Scenario s = parse_scenario(kGood, "/dir/test.yaml");
@@ -180,12 +174,7 @@ TEST(Scenario, MissingFilesAreNamedWithTheirLine) {
 
 // What parse_experiment_keys() says about an experiment of one recording, empty when it accepts it.
 std::string find_complaint_of_keys(const std::string& file, const std::string& more = "") {
-  try {
-    parse_experiment_keys("recordings:\n  - {file: " + file + "}\n" + more, ::testing::TempDir() + "/experiment.yaml");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { parse_experiment_keys("recordings:\n  - {file: " + file + "}\n" + more, ::testing::TempDir() + "/experiment.yaml"); });
 }
 
 TEST(ExperimentKeys, ARecordingThatTheSystemCannotLookForIsNotThere) {

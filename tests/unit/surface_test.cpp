@@ -11,6 +11,7 @@
 #include "common/messages/logged_description.h"
 #include "common/robot/surface_file.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp {
 namespace {
@@ -46,14 +47,7 @@ ObstacleSpec make_mesh(const std::string& file, double scale = 1.0) {
   return obstacle;
 }
 
-std::string find_complaint(const ObstacleSpec& obstacle) {
-  try {
-    load_surface(obstacle);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "none";
-}
+std::string find_complaint(const ObstacleSpec& obstacle) { return catch_complaint([&] { load_surface(obstacle); }); }
 
 TEST(HeightText, LinesAreRowsAndCommentsAreLeftOut) {
   const HeightTable table = parse_height_text("# heights\n1, 2;3\n\n4 5\t-6.5e-1 # the last row\n", "a.csv");
@@ -133,7 +127,7 @@ TEST(MeshFile, StairsAreReadScaledAndWelded) {
 
 TEST(MeshFile, ABodyThatFacesInwardIsRefused) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
-  EXPECT_EQ(find_complaint(make_mesh(write_file("out.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"))), "none");
+  EXPECT_EQ(find_complaint(make_mesh(write_file("out.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"))), "");
   EXPECT_THAT(find_complaint(make_mesh(write_file("in.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"))), HasSubstr("faces inward"));
 }
 

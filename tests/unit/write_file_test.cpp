@@ -7,11 +7,11 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/write_file.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp::test {
 namespace {
@@ -52,15 +52,6 @@ class SmallDisk {
   rlimit before_{};
 };
 
-std::string find_complaint(const std::function<void()>& write) {
-  try {
-    write();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "none";
-}
-
 TEST_F(WriteFile, ReplacesWhatWasThere) {
   write_file(path("report.json"), std::string(100, 'a'));
   write_file(path("report.json"), "b");
@@ -73,7 +64,7 @@ TEST_F(WriteFile, OnAFullDiskKeepsTheFileThatWasThereAndSaysTheReason) {
   std::string complaint;
   {
     const SmallDisk disk;
-    complaint = find_complaint([&] { write_file(path("report.json"), std::string(100000, 'x')); });
+    complaint = catch_complaint<std::exception>([&] { write_file(path("report.json"), std::string(100000, 'x')); });
   }
   EXPECT_EQ(complaint, path("report.json") + ": cannot be written: File too large");
   EXPECT_EQ(read(path("report.json")), "before");
@@ -81,7 +72,7 @@ TEST_F(WriteFile, OnAFullDiskKeepsTheFileThatWasThereAndSaysTheReason) {
 }
 
 TEST_F(WriteFile, NamesAFolderThatIsNotThere) {
-  EXPECT_THAT(find_complaint([&] { write_file(path("none/report.json"), "x"); }), HasSubstr("No such file or directory"));
+  EXPECT_THAT(catch_complaint<std::exception>([&] { write_file(path("none/report.json"), "x"); }), HasSubstr("No such file or directory"));
 }
 
 TEST_F(WriteFile, AFolderForResultsIsMadeAndLeftEmpty) {
@@ -94,7 +85,7 @@ TEST_F(WriteFile, AFolderOnAFullDiskIsBadInput) {
   {
     const SmallDisk disk;
     prepare_folder(path("results"), 900);
-    complaint = find_complaint([&] { prepare_folder(path("results"), 2000); });
+    complaint = catch_complaint<std::exception>([&] { prepare_folder(path("results"), 2000); });
   }
   EXPECT_THAT(complaint, HasSubstr("results: error: nothing can be written in it: "));
   EXPECT_THAT(complaint, HasSubstr("File too large"));
@@ -103,11 +94,11 @@ TEST_F(WriteFile, AFolderOnAFullDiskIsBadInput) {
 
 TEST_F(WriteFile, AFolderThatIsAFileOrCannotBeMadeIsBadInput) {
   write_file(path("file"), "x");
-  EXPECT_THAT(find_complaint([&] { prepare_folder(path("file")); }), HasSubstr("file: error: cannot be made: Not a directory"));
+  EXPECT_THAT(catch_complaint<std::exception>([&] { prepare_folder(path("file")); }), HasSubstr("file: error: cannot be made: Not a directory"));
   EXPECT_THROW(prepare_folder("/proc/none"), InputError);
   EXPECT_THROW(prepare_folder(path(std::string(300, 'y'))), InputError);
   // A folder in which even root can make no file.
-  EXPECT_THAT(find_complaint([] { prepare_folder("/proc/self"); }), HasSubstr("/proc/self: error: nothing can be written in it"));
+  EXPECT_THAT(catch_complaint<std::exception>([] { prepare_folder("/proc/self"); }), HasSubstr("/proc/self: error: nothing can be written in it"));
 }
 
 }  // namespace

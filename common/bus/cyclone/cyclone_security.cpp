@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "common/base/escape_xml.h"
 #include "common/bus/bus.h"
 
 namespace hrp {
@@ -33,11 +34,7 @@ std::string make_library(const std::string& name, const std::string& function) {
 std::string make_element(const std::string& name, const std::string& text) { return "<" + name + ">" + text + "</" + name + ">"; }
 
 // In XML.
-std::string make_uri(const std::string& path) {
-  std::string uri = "file:";
-  for (const char c : path) uri += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
-  return uri;
-}
+std::string make_uri(const std::string& path) { return "file:" + escape_xml(path); }
 
 }  // namespace
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "common/base/has.h"
+
 namespace hrp {
 
 DeferredDelivery::~DeferredDelivery() {
@@ -17,7 +19,7 @@ DeferredDelivery::~DeferredDelivery() {
 void DeferredDelivery::add(DeferredReader* reader) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
-  if (std::find(waiting_.begin(), waiting_.end(), reader) != waiting_.end()) return;
+  if (has(waiting_, reader)) return;
   waiting_.push_back(reader);
   changed_.notify_all();
 }

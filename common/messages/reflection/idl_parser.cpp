@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "common/base/diagnostics.h"
+#include "common/base/trim.h"
 #include "common/messages/reflection/schema.h"
 
 namespace hrp {
@@ -24,12 +25,6 @@ struct Comment {
 };
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
-
-std::string trim(const std::string& text) {
-  const size_t first = text.find_first_not_of(" \t\r\n");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
-}
 
 // "[N m] total joint effort" -> "N m"
 std::string find_unit(const std::string& comment) {

@@ -5,6 +5,8 @@
 #include <cstring>
 
 #include "common/base/diagnostics.h"
+#include "common/base/join_words.h"
+#include "common/base/suggest.h"
 
 namespace hrp {
 namespace {
@@ -159,11 +161,7 @@ const Field& find_path_field(const StructType& type, const std::string& name, co
     if (field.name == name) return field;
     names.push_back(field.name);
   }
-  std::string list;
-  for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
-  const std::string nearest = find_nearest(name, names);
-  refuse_input({"", path}, type.name + " has no field '" + name + "'" +
-                               (nearest.empty() ? "; it has " + list : "; did you mean '" + nearest + "'?"));
+  refuse_input({"", path}, type.name + " has no field '" + name + "'" + suggest(name, names, "; it has " + join_words(names)));
 }
 
 // "pairs[2]" -> field pairs, index 2

@@ -6,16 +6,13 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/spatial/turn.h"
+#include "diagnosis/measurement/floating/flat_feet.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kLevelling = 1.0;  // [s] deviation of the kernel that finds down: steps last less, gyroscopes drift slower
-
-bool has_flat_foot(const LeggedLog& log) {
-  return std::any_of(log.feet.begin(), log.feet.end(), [](const Foot& f) { return f.flat; });
-}
 
 }  // namespace
 

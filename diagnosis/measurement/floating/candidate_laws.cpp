@@ -4,13 +4,13 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/law_values.h"
 #include "diagnosis/measurement/floating/least_squares.h"
+#include "diagnosis/model/most_play.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
-constexpr double kLargestGap = 0.2;                 // [rad] of teeth
 constexpr double kLatest = 0.2;                     // [s] up to which delays are linear in their columns
 
 CandidateLaw make_plain_law(EffectId effect) {
@@ -57,7 +57,7 @@ void add_link_laws(LawTable* t) {
 
 void add_joint_laws(LawTable* t) {
   t->joint_offset = make_angle(EffectId::kJointOffset), t->joint_offset.least = kSmallAngle;
-  t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kLargestGap;
+  t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kMostPlay;
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->elasticity.is_sensible = &is_stiff_enough;
   t->viscous = make_positive(EffectId::kViscous), t->coulomb = make_positive(EffectId::kCoulomb);

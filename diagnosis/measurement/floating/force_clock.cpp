@@ -8,7 +8,9 @@
 #include <string>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/body_motion.h"
@@ -23,8 +25,6 @@ namespace {
 
 constexpr double kReach = 0.12;      // [s] by which forces are looked for on either side
 constexpr double kShiftStep = 0.005;  // [s]
-constexpr double kBlock = 0.5;       // [s] of independent errors; slower differences are scales and zeros
-constexpr size_t kFewestBlocks = 6;
 
 struct Told {
   double value = 0, std = 0;  // [s]
@@ -50,7 +50,7 @@ size_t count_shifts() { return 2 * static_cast<size_t>(std::lround(kReach / kShi
 double get_shift(double i) { return -kReach + kShiftStep * i; }
 size_t find_nearest(double shift) { return static_cast<size_t>(std::lround((shift + kReach) / kShiftStep)); }
 
-// Less its mean over half a second about each stamp.
+// Less its mean over a block about each stamp: slower differences are scales and zeros.
 std::vector<double> drop_slow(const std::vector<double>& v, double step) {
   const auto half = static_cast<long>(std::lround(0.5 * kBlock / step)), n = static_cast<long>(v.size());
   std::vector<double> out(v.size(), std::numeric_limits<double>::quiet_NaN());
@@ -117,8 +117,7 @@ double find_best(const Sums& sums) {
   for (size_t i = 0; i < count_shifts(); ++i) cost.push_back(calc_cost(sums, i));
   const auto best = static_cast<size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
   if (best == 0 || best + 1 == cost.size()) return std::numeric_limits<double>::quiet_NaN();
-  const double bend = cost[best - 1] - 2 * cost[best] + cost[best + 1];
-  return get_shift(static_cast<double>(best) + (bend > 0 ? 0.5 * (cost[best - 1] - cost[best + 1]) / bend : 0.0));
+  return get_shift(static_cast<double>(best) + calc_vertex(cost[best - 1], cost[best], cost[best + 1]));
 }
 
 // [s] Of the best shift without one block at a time (jackknife): errors of different blocks are independent.
@@ -197,23 +196,6 @@ ForceClock find_clock(const std::vector<PressedStretch>& stretches, int foot, do
   return out;
 }
 
-}  // namespace
-
-ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
-  std::vector<ForceClock> all{find_clock(stretches, kAllFeet, sample_time)};
-  const int feet = stretches.empty() ? 0 : static_cast<int>(stretches[0].force.size());
-  for (int foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
-  // One foot that is ahead is the others' delay, of which there may be several.
-  all.erase(std::remove_if(all.begin(), all.end(), [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }), all.end());
-  if (all.empty()) return {};
-  std::stable_sort(all.begin(), all.end(), [](const ForceClock& a, const ForceClock& b) { return a.nats > b.nats; });
-  ForceClock best = all[0];
-  for (size_t i = 1; i < all.size() && all[i].nats > best.nats - kOdds; ++i) best.rivals.push_back(all[i]);
-  return best;
-}
-
-namespace {
-
 // Every foot has a sensor of the vertical force alone. Whole force sensors are late one by one: the search finds which.
 bool is_felt(const LeggedLog& log) {
   return !log.feet.empty() && log.tree.floating_base && std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
@@ -244,17 +226,6 @@ double ask_encoders(const LeggedLog& log, size_t imu, double ahead) {
   return calc_odds(list_instants(standing), list_left(log, imu, standing, {}), list_left(log, imu, standing, {Matrix3d::Identity(), {-ahead, 0}, 1}));
 }
 
-}  // namespace
-
-std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
-  std::vector<PressedStretch> out;
-  if (!is_felt(log) || BodyMotion::find_force_source(log) != MotionSource::kImu) return out;
-  for (size_t c = 0; c < log.clips.size(); ++c) out.push_back(press(log, c));
-  return out;
-}
-
-namespace {
-
 std::string name_feet(const LeggedLog& log, int foot) {
   if (foot == kAllFeet) return "/wrench";
   return "/wrench/" + log.sensors[static_cast<size_t>(log.feet[static_cast<size_t>(foot)].sensor)].name + "/force";
@@ -268,6 +239,26 @@ std::string describe_clock(const LeggedLog& log, const ForceClock& clock) {
 }
 
 }  // namespace
+
+ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
+  std::vector<ForceClock> all{find_clock(stretches, kAllFeet, sample_time)};
+  const int feet = stretches.empty() ? 0 : static_cast<int>(stretches[0].force.size());
+  for (int foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
+  // One foot that is ahead is the others' delay, of which there may be several.
+  all.erase(std::remove_if(all.begin(), all.end(), [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }), all.end());
+  if (all.empty()) return {};
+  std::stable_sort(all.begin(), all.end(), [](const ForceClock& a, const ForceClock& b) { return a.nats > b.nats; });
+  ForceClock best = all[0];
+  for (size_t i = 1; i < all.size() && all[i].nats > best.nats - kOdds; ++i) best.rivals.push_back(all[i]);
+  return best;
+}
+
+std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
+  std::vector<PressedStretch> out;
+  if (!is_felt(log) || BodyMotion::find_force_source(log) != MotionSource::kImu) return out;
+  for (size_t c = 0; c < log.clips.size(); ++c) out.push_back(press(log, c));
+  return out;
+}
 
 Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
   const EffectInfo& effect = get_laws().sensor_delay.info();

@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
@@ -109,7 +110,7 @@ class ImuChecker {
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
       const Equation& e = c.info.equation;
       const bool dynamic = e.is_balance() || e.is(EquationKind::kAccelerometer) || (e.is(EquationKind::kWeight) && !out_.raw_counts);
-      return dynamic && c.rows() > kQuietRows && std::find(c.columns.begin(), c.columns.end(), column) != c.columns.end();
+      return dynamic && c.rows() > kQuietRows && has(c.columns, column);
     });
   }
 

@@ -8,11 +8,11 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/mean.h"
+#include "diagnosis/estimate/blocks.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kBlock = 0.5;   // [s] after which what is left of a walk is another error
 constexpr double kFewest = 4.0;  // blocks: three degrees of freedom
 constexpr double kExact = 1e-9;  // of a square, that no two blocks agree to
 

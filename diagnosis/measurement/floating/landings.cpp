@@ -27,8 +27,6 @@ constexpr double kDifference = 1e-4;           // [s] for the derivative by a la
 constexpr int kFirstRounds = 3, kRounds = 30;
 constexpr double kTold = 5;                    // deviations of a give from none
 
-Vector3d get(const Track* xyz, size_t k) { return {xyz[0].value[k], xyz[1].value[k], xyz[2].value[k]}; }
-
 // Columns by give and lag of each foot, at a hypothesis [give, lag] by foot; the mean over flat samples is taken out, since
 // how high the ground is under each foot is not known.
 struct Rows {
@@ -202,7 +200,7 @@ class WindowReader {
   std::pair<double, bool> read_foot(size_t f, size_t k) const {
     const Foot& foot = log_.feet[f];
     const auto s = static_cast<size_t>(foot.sensor);
-    const Vector3d force = get(&c_.force[6 * s], k), moment = get(&c_.force[6 * s + 3], k);
+    const Vector3d force = get_values(&c_.force[6 * s], k), moment = get_values(&c_.force[6 * s + 3], k);
     const double pressing = (log_.sensors[s].X_LS.R * force).z(), least = kMinor * log_.mass * log_.experiment->scenario.gravity_W.norm();
     const bool middle = presses_inside(foot, move_to_sole(log_.sensors[s], foot, force, moment), pressing);
     return {pressing, contacts_.loaded[clip_][f][k] && pressing > least && middle};

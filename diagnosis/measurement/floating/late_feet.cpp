@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -16,8 +17,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kFewestBlocks = 6;  // of half a second in which load moves from foot to foot
-constexpr size_t kFewestRows = 30;
+constexpr size_t kFewestRows = 30;  // of the weight's equation: fewer follow a delay by chance
 
 // Of one row: what is left, and how it changes with a delay of both sensors and with half a delay of one against the
 // other.

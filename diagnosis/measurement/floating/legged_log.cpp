@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/multibody/tree_mass.h"
 #include "diagnosis/measurement/floating/clip_maker.h"
 #include "diagnosis/standing/sole.h"
 
@@ -145,7 +146,7 @@ LeggedLog make_legged_log(const Experiment& e, Half half) {
   log.experiment = &e;
   log.tree = e.robot.tree;
   log.sample_time = e.sample_time;
-  for (const LinkSpec& link : log.tree.links) log.mass += link.inertia.mass;
+  log.mass = calc_mass(log.tree);
   find_sensors(e, &log);
   find_feet(e, &log);
   cut_below_sensors(&log);

@@ -7,7 +7,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr long kRowsAtOnce = 128;
+constexpr long kRowsAtOnce = 128;  // a block that stays in the processor's cache
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -60,7 +61,7 @@ bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
 std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFit& nominal, const LeggedFit& model,
                                       const std::vector<size_t>& unsteady) {
   const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
-  const auto varies = [&](size_t c) { return std::find(unsteady.begin(), unsteady.end(), c) != unsteady.end(); };
+  const auto varies = [&](size_t c) { return has(unsteady, c); };
   std::vector<size_t> order;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
     const bool stands_out = is_left(fitter, model, c) || get(model, c) < kLargely * get(nominal, c);

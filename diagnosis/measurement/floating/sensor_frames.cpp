@@ -291,8 +291,4 @@ Experiment convert_sensor_frames(Experiment e, const std::vector<SensorFrame>& f
   return e;
 }
 
-Vector3d find_roll_pitch_yaw(const Matrix3d& R) {
-  return {std::atan2(R(2, 1), R(2, 2)), std::asin(std::clamp(-R(2, 0), -1.0, 1.0)), std::atan2(R(1, 0), R(0, 0))};
-}
-
 }  // namespace hrp::diagnosis::floating

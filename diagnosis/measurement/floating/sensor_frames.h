@@ -35,7 +35,4 @@ std::vector<std::string> list_not_looked_for(const Experiment& experiment);
 // The same experiment with readings in the model's axes and at the encoders' time.
 Experiment convert_sensor_frames(Experiment experiment, const std::vector<SensorFrame>& frames);
 
-// Of R = Rz(y) Ry(p) Rx(r).
-Vector3d find_roll_pitch_yaw(const Matrix3d& R);
-
 }  // namespace hrp::diagnosis::floating

@@ -8,6 +8,7 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -93,7 +94,7 @@ Finding make_finding(const std::string& joint, const ServoFit& fit) {
   Finding f;
   f.effect = "joint_servo", f.family = "gain", f.where = {{"joint", joint}}, f.grade = Grade::kSupported;
   f.parameters = {make_gain("kp", "N m/rad", fit.kp, fit.kp_std), make_gain("kd", "N m s/rad", fit.kd, fit.kd_std)};
-  f.share = fit.share, f.probability = 0.99;
+  f.share = fit.share, f.probability = kSurest;
   char text[300];
   std::snprintf(text, sizeof text,
                 "%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "

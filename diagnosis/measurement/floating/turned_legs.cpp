@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/base/has.h"
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
@@ -167,7 +169,7 @@ TurnedLegs find_turned_legs(const Experiment& e) {
   TurnedLegs out;
   if (!e.scenario.floating_base || e.num_joints() == 0) return out;
   for (int joint = find_turned_joint(e, &out.left); joint >= 0; joint = find_turned_joint(convert_turned_legs(e, out), &out.left)) {
-    if (std::find(out.joints.begin(), out.joints.end(), joint) != out.joints.end()) break;
+    if (has(out.joints, joint)) break;
     out.joints.push_back(joint);
   }
   return out;
@@ -180,8 +182,7 @@ Experiment convert_turned_legs(Experiment e, const TurnedLegs& turned) {
 }
 
 std::string describe(const Experiment& e, const TurnedLegs& turned) {
-  std::string names;
-  for (int joint : turned.joints) names += (names.empty() ? "" : ", ") + e.robot.tree.joint(joint).name;
+  const std::string names = join_words(turned.joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
   return names + ": counted the other way than the model's axis. With the logged sign, feet that stand move against each other. " +
          "With the other sign, " + number(100.0 * turned.left, 2) + " % of that is left (mean square). The recordings are judged with the other sign";
 }

@@ -23,6 +23,7 @@
 #include <set>
 #include <sstream>
 
+#include "common/base/ends_with.h"
 #include "common/bus/bus.h"
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
@@ -160,7 +161,7 @@ std::vector<std::string> find_stale(const std::string& folder) {
   if (!opened) return stale;
   while (const dirent* entry = readdir(opened)) {
     const std::string name = entry->d_name;
-    const bool lock = name.rfind("fastrtps_", 0) == 0 && name.size() > 3 && name.compare(name.size() - 3, 3, "_el") == 0;
+    const bool lock = name.rfind("fastrtps_", 0) == 0 && ends_with(name, "_el");
     if (lock && is_stale(folder + "/" + name)) stale.push_back(name);
   }
   closedir(opened);

@@ -12,6 +12,8 @@
 #include <cerrno>
 #include <stdexcept>
 
+#include "servers/console/launcher/file_name.h"
+
 namespace hrp {
 namespace {
 
@@ -31,8 +33,6 @@ namespace {
   (void)!write(2, "\n", 1);
   _exit(127);
 }
-
-std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
 }  // namespace
 

@@ -7,13 +7,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <fstream>
 #include <set>
 #include <sstream>
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/node/node.h"
 #include "common/base/read_file.h"
 
@@ -28,7 +28,7 @@ const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 }
 
 void check_role(const std::string& role, const std::string& file, int line) {
-  if (!find_robot_of(role).empty() || std::find(kMovable.begin(), kMovable.end(), role) != kMovable.end()) return;
+  if (!find_robot_of(role).empty() || has(kMovable, role)) return;
   if (role == "model_parser" || role == "scheduler" || role == "logger") {
     refuse(file, line, role + " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker, "
                        "controller and vision can go to others");
@@ -51,7 +51,7 @@ Host parse_host(const std::string& word, const std::string& file, int line) {
 void set_key(const std::string& word, const std::string& file, int line, Host* host) {
   const size_t equals = word.find('=');
   const std::string key = word.substr(0, equals);
-  if (equals == std::string::npos || std::find(kKeys.begin(), kKeys.end(), key) == kKeys.end()) {
+  if (equals == std::string::npos || !has(kKeys, key)) {
     const std::string nearest = find_nearest(key, kKeys);
     refuse(file, line, "'" + word + "' is none of address=, user=, programs=, secure=" + (nearest.empty() ? "" : "; did you mean " + nearest + "=?"));
   }

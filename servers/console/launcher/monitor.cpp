@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "common/base/format.h"
 #include "common/base/printable.h"
 #include "common/messages/topics.h"
 #include "common/node/run_token.h"
@@ -105,19 +106,12 @@ void RunMonitor::stop(const std::string& reason) {
 }
 
 std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet, const std::string& fall) {
-  char text[128];
-  std::snprintf(text, sizeof text, "%-8s t = %8.3f s", get_phase_text(status.phase()), status.time());
-  std::string line = text;
-  if (status.end_time() > 0.0) {
-    std::snprintf(text, sizeof text, " of %g s", status.end_time());
-    line += text;
-  }
-  std::snprintf(text, sizeof text, "  %5.1f x real time", status.real_time_factor());
-  line += text;
+  std::string line = format("%-8s t = %8.3f s", get_phase_text(status.phase()), status.time());
+  if (status.end_time() > 0.0) line += format(" of %g s", status.end_time());
+  line += format("  %5.1f x real time", status.real_time_factor());
   for (size_t i = 0; i < status.foot_forces().size(); ++i) {
     const std::string name = i < feet.size() ? make_printable_line(feet[i]) : "foot " + std::to_string(i);
-    std::snprintf(text, sizeof text, "  %s %6.1f N", name.c_str(), status.foot_forces()[i]);
-    line += text;
+    line += format("  %s %6.1f N", name.c_str(), status.foot_forces()[i]);
   }
   if (!fall.empty()) line += "  " + fall;
   if (!status.late().empty()) line += "  waits for " + status.late();

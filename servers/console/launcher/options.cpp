@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/launcher/options.h"
 
-#include <algorithm>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "common/bus/make_bus.h"
@@ -42,7 +42,7 @@ const std::vector<std::string> kRoles{"model_parser", "scheduler",  "logger",
 
 // Which robots there are is known when the scenario is read: check_robots().
 std::string find_role_fault(const std::string& role) {
-  if (std::find(kRoles.begin(), kRoles.end(), role) != kRoles.end() || !find_robot_of(role).empty()) return "";
+  if (has(kRoles, role) || !find_robot_of(role).empty()) return "";
   return "there is no server '" + role + "'; the servers are " + CLI::detail::join(kRoles, ", ") + ", and controller.ROBOT of other robots";
 }
 
@@ -98,7 +98,7 @@ void check_hosts(const LaunchOptions& options) {
   }
   for (const auto& [role, host] : options.on) {
     const auto& without = options.without;
-    if (std::find(without.begin(), without.end(), role) != without.end()) refuse(role + ": excludes --without " + role);
+    if (has(without, role)) refuse(role + ": excludes --without " + role);
   }
 }
 
@@ -178,7 +178,7 @@ void take_words(const Words& words, LaunchOptions* options) {
 
 void check_commands(const LaunchOptions& options) {
   for (const auto& [role, words] : options.commands) {
-    const bool left_out = std::find(options.without.begin(), options.without.end(), role) != options.without.end();
+    const bool left_out = has(options.without, role);
     if (!left_out && options.programs.count(role) == 0) continue;
     throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of", "excludes --without " + role + " and --program " + role + "=...");
   }
@@ -219,7 +219,7 @@ std::vector<std::string> list_roles(const Scenario& scenario) {
 void check_robots(const LaunchOptions& options, const Scenario& scenario) {
   const std::vector<std::string> roles = list_roles(scenario);
   const auto check = [&](const std::string& option, const std::string& role) {
-    if (std::find(roles.begin(), roles.end(), role) != roles.end()) return;
+    if (has(roles, role)) return;
     throw InputError(scenario.make_diagnostic("robots", "has no robot '" + find_robot_of(role) + "', which " + option + " names" +
                                                             (scenario.robots.empty() ? "; the scenario has one robot" : "")));
   };

@@ -11,6 +11,7 @@
 
 #include "common/base/printable.h"
 #include "common/base/version.h"
+#include "servers/console/launcher/file_name.h"
 
 namespace hrp {
 namespace {
@@ -19,8 +20,6 @@ constexpr auto kBeat = std::chrono::seconds(1);
 // A host that has not answered by then is not waited for. ssh gives up a connection after ten seconds.
 constexpr auto kAnswer = std::chrono::seconds(30);
 const std::string kWord = "hrp-host ";  // begins what the script says; all else is the server's
-
-std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
 }  // namespace
 

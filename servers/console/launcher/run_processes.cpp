@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "common/base/has.h"
 #include "common/bus/domain.h"
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
@@ -305,7 +306,7 @@ void ProcessRun::end_all() {
     const auto waited = Clock::now() - begin;
     // Without a scheduler nobody passes the word on.
     const auto roles = children_.get_running_roles();
-    const bool leaderless = !has_ended() && std::find(roles.begin(), roles.end(), "scheduler") == roles.end();
+    const bool leaderless = !has_ended() && !has(roles, "scheduler");
     // The scheduler waits for goodbyes, which a dead server does not say.
     if (roles == std::vector<std::string>{"scheduler"}) alone_since = std::min(alone_since, Clock::now());
     const bool alone = Clock::now() - std::min(alone_since, Clock::now()) > kLastWords;

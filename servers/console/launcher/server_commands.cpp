@@ -9,8 +9,10 @@
 #include <filesystem>
 #include <sstream>
 
+#include "common/base/has.h"
 #include "common/node/node.h"
 #include "common/robot/movers.h"
+#include "servers/console/launcher/file_name.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp {
@@ -37,8 +39,6 @@ std::string find_own_folder() {
 std::string find_program(const std::string& name) {
   return name.find('/') == std::string::npos ? find_own_folder() + "/" + name : name;
 }
-
-std::string get_file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
 std::string join_robots(const Scenario& scenario) {
   std::string names;
@@ -71,7 +71,7 @@ std::string find_command(const std::string& name) {
 }
 
 bool ServerCommands::is_left_out(const std::string& role) const {
-  return std::find(options_.without.begin(), options_.without.end(), role) != options_.without.end();
+  return has(options_.without, role);
 }
 
 std::vector<int> ServerCommands::find_cores_of(const std::string& role, int domain) const {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/launcher/summary.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
@@ -12,6 +11,7 @@
 
 #include "common/base/bit_hash.h"
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/base/printable.h"
 #include "common/mcap/claimed_file.h"
 #include "common/mcap/reader.h"
@@ -165,7 +165,7 @@ void print_playback(const std::vector<std::string>& logs) {
 }  // namespace
 
 bool is_logged(const LaunchOptions& options) {
-  return std::find(options.without.begin(), options.without.end(), "logger") == options.without.end();
+  return !has(options.without, "logger");
 }
 
 LogName::~LogName() {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/suggest.h"
 #include "common/plot/svg_plot.h"
 #include "common/log/log_table.h"
 #include "servers/console/log_tool/commands.h"
@@ -25,8 +26,7 @@ void append_number(double value, std::string* line) {
 PlotSeries find_column(const LogTable& table, const std::string& name, const std::string& file) {
   const auto found = std::find(table.names.begin(), table.names.end(), name);
   if (found == table.names.end()) {
-    const std::string nearest = find_nearest(name, table.names);
-    refuse_input(file, "no signal '" + name + "'" + (nearest.empty() ? "" : "; did you mean '" + nearest + "'?"));
+    refuse_input(file, "no signal '" + name + "'" + suggest(name, table.names));
   }
   const auto column = static_cast<size_t>(found - table.names.begin());
   PlotSeries series{name, {}, {}};

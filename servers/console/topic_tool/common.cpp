@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/join_words.h"
 #include "common/base/printable.h"
 #include "common/messages/reflection/schema.h"
 #include "common/messages/ros_topics.h"
@@ -17,9 +18,7 @@ namespace {
 constexpr auto kDiscovery = std::chrono::milliseconds(300);
 
 std::string join(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + make_printable_line(name);
-  return text;
+  return join_words(names, make_printable_line);
 }
 
 // Topics that somebody writes.

@@ -6,6 +6,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 
 namespace hrp {
 namespace {
@@ -65,7 +66,7 @@ class TextEncoder {
   static void check_keys(const YAML::Node& node, const std::vector<std::string>& names, const std::string& path, const std::string& type) {
     for (const auto& entry : node) {
       const std::string key = entry.first.as<std::string>();
-      if (std::find(names.begin(), names.end(), key) != names.end()) continue;
+      if (has(names, key)) continue;
       const std::string nearest = find_nearest(key, names);
       refuse(entry.first, path, "'" + key + "' is no field of " + type + (nearest.empty() ? "" : "; is it '" + nearest + "'?"));
     }

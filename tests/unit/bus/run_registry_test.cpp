@@ -16,6 +16,7 @@
 #include "common/bus/domain.h"
 #include "common/messages/topics.h"
 #include "common/node/join.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/run_folder.h"
 
 namespace hrp {
@@ -28,14 +29,7 @@ using ::testing::IsEmpty;
 
 class RunFolder : public test::OwnRunFolder {
  protected:
-  std::string find_refusal() {
-    try {
-      claim_free_domain("test");
-    } catch (const BusError& error) {
-      return error.what();
-    }
-    return "";
-  }
+  std::string find_refusal() { return catch_complaint<BusError>([&] { claim_free_domain("test"); }); }
 };
 
 int find_mode(const std::string& path) {

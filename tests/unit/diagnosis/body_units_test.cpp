@@ -4,18 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/gone_gravity.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-namespace fs = std::filesystem;
 
 void scale(const std::string& sensor, double factor, Experiment* e) {
   for (Recording& r : e->recordings) {
@@ -44,9 +41,9 @@ void cut(double seconds, Recording* r) {
 class OfAWalk : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const fs::path path = fs::path(HRP_SOURCE_DIR) / "../shared" / GetParam() / "experiment.yaml";
-    if (!fs::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
-    e_ = load_experiment(path.string());
+    const std::string path = find_shared(std::string(GetParam()) + "/experiment.yaml");
+    if (path.empty()) GTEST_SKIP() << GetParam() << " is not there, NOTHING was checked";
+    e_ = load_experiment(path);
   }
   Experiment e_;
 };

@@ -11,6 +11,7 @@
 #include "diagnosis/next/propose.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/simulation/bodies.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -232,12 +233,7 @@ std::string find_fault(const std::string& entry) {
   const fs::path folder = fs::temp_directory_path() / "hrp_by_hand_keys";
   fs::create_directories(folder);
   std::ofstream(folder / "a.csv") << "time\n";
-  try {
-    parse_experiment_keys("recordings:\n- {file: a.csv, " + entry + "}\n", (folder / "experiment.yaml").string());
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { parse_experiment_keys("recordings:\n- {file: a.csv, " + entry + "}\n", (folder / "experiment.yaml").string()); });
 }
 
 TEST(ByHand, WhatIsNotStatedWholeIsRefusedByName) {

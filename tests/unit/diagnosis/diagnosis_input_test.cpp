@@ -14,6 +14,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/smooth.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -27,12 +28,7 @@ std::string write_file(const std::string& name, const std::string& text) {
 
 std::string read_error(const std::string& path) {
   std::vector<std::string> warnings;
-  try {
-    read_csv(path, &warnings);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { read_csv(path, &warnings); });
 }
 
 TEST(Csv, NamesLineAndColumnOfACellThatIsNoNumber) {

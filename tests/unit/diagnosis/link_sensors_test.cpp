@@ -7,6 +7,7 @@
 #include "diagnosis/evidence/gear_deflection.h"
 #include "diagnosis/link_evidence.h"
 #include "diagnosis/model/nominal.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -312,15 +313,6 @@ TEST(LinkSensors, ASecondEncoderThatIsFarOffIsNotBelieved) {
   EXPECT_EQ(with, calc_missing(e));
 }
 
-std::string find_refusal(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(LinkSensors, RatesInDegreesAndWrenchesOfTheOtherSignAreRefusedByName) {
   Experiment e = make_arm("units");
   LinkSensors all = make_all(e);
@@ -331,19 +323,19 @@ TEST(LinkSensors, RatesInDegreesAndWrenchesOfTheOtherSignAreRefusedByName) {
       for (double& x : r.other.at(std::string("/imu/hand/angular_velocity/") + axis)) x *= 180.0 / M_PI;
     }
   }
-  EXPECT_THAT(find_refusal([&] { judge(e, all); }), testing::HasSubstr("/imu/hand/angular_velocity: reads 57.3 times"));
+  EXPECT_THAT(catch_complaint([&] { judge(e, all); }), testing::HasSubstr("/imu/hand/angular_velocity: reads 57.3 times"));
   for (Recording& r : turned.recordings) {
     for (const char* part : {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"}) {
       for (double& x : r.other.at(std::string("/wrench/hand/") + part)) x *= -1.0;
     }
   }
-  EXPECT_THAT(find_refusal([&] { judge(turned, all); }), testing::HasSubstr("/wrench/hand/force: reads -1 times"));
+  EXPECT_THAT(catch_complaint([&] { judge(turned, all); }), testing::HasSubstr("/wrench/hand/force: reads -1 times"));
 }
 
 TEST(LinkSensors, ADeclaredSensorThatWasNotRecordedIsRefused) {
   Experiment e = make_arm("declared");
   e.scenario.text += "sensors: {joint_torque: [elbow]}\n";
-  EXPECT_THAT(find_refusal([&] { find_link_sensors(e); }),
+  EXPECT_THAT(catch_complaint([&] { find_link_sensors(e); }),
               testing::HasSubstr("/joint_states_link/elbow/effort: is missing: sensors.joint_torque"));
 }
 
@@ -351,9 +343,9 @@ TEST(LinkSensors, JointsThatTheRobotHasNotAreRefusedWithTheNearest) {
   Experiment e = make_arm("unknown");
   Experiment declared = e;
   declared.scenario.text += "sensors: {link_encoder: [elbo]}\n";
-  EXPECT_THAT(find_refusal([&] { find_link_sensors(declared); }), testing::HasSubstr("no joint 'elbo'; did you mean 'elbow'?"));
+  EXPECT_THAT(catch_complaint([&] { find_link_sensors(declared); }), testing::HasSubstr("no joint 'elbo'; did you mean 'elbow'?"));
   for (Recording& r : e.recordings) r.other["/joint_states_link/elbw/effort"].assign(r.size(), 1.0);
-  EXPECT_THAT(find_refusal([&] { find_link_sensors(e); }), testing::HasSubstr("no joint 'elbw'; did you mean 'elbow'?"));
+  EXPECT_THAT(catch_complaint([&] { find_link_sensors(e); }), testing::HasSubstr("no joint 'elbw'; did you mean 'elbow'?"));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/log_conventions.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -60,14 +61,7 @@ TEST(LogConventions, AnAxisThatTurnsTheOtherWayIsRefusedWithItsColumn) {
 }
 
 // What the tool says of it, as a user reads it. Empty if it takes the recordings.
-std::string refuse(const Experiment& e) {
-  try {
-    find_conventions(e, 1);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
+std::string refuse(const Experiment& e) { return catch_complaint([&] { find_conventions(e, 1); }); }
 
 // An arm on a turntable: its first axis is plumb, so that no zero stands for the way it is mounted.
 Experiment make_table(const std::string& name, double friction = 0.5) {

@@ -9,10 +9,11 @@
 namespace hrp::diagnosis {
 namespace {
 
+// With less at the elbow: what is loose there shows.
 Hypothesis make_rigid_drives() {
-  return {{EffectId::kViscous, kShoulder, {0.8}},        {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-          {EffectId::kRotorInertia, kShoulder, {0.6}},   {EffectId::kViscous, kElbow, {0.4}},
-          {EffectId::kCoulomb, kElbow, {0.3, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.05}}};
+  Hypothesis drives = make_arm_drives();
+  drives[4] = {EffectId::kCoulomb, kElbow, {0.3, 0.0, 5e-4}}, drives[5] = {EffectId::kRotorInertia, kElbow, {0.05}};
+  return drives;
 }
 
 // Turned over: gravity does not hold the teeth on one side.

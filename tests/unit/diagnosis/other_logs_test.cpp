@@ -5,21 +5,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/evidence/torque_findings.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 // No value where the recordings are not there.
 std::optional<Experiment> load_real(const std::string& name) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / name / "experiment.yaml";
-  if (!std::filesystem::exists(path)) return std::nullopt;
-  return load_experiment(path.string());
+  const std::string path = find_shared("recordings/" + name + "/experiment.yaml");
+  if (path.empty()) return std::nullopt;
+  return load_experiment(path);
 }
 
 // One of `kept` samples.

@@ -9,6 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/log/ros_bag.h"
 #include "diagnosis/data/recording.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/bag_writer.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -62,12 +63,7 @@ Experiment load(const std::string& name, Storage storage, const std::vector<Mess
 }
 
 std::string find_error(const std::string& name, const std::string& map, const std::vector<Message>& messages) {
-  try {
-    load(name, Storage::kMcap, messages, map);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { load(name, Storage::kMcap, messages, map); });
 }
 
 class RosBagStorage : public testing::TestWithParam<Storage> {};

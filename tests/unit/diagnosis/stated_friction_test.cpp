@@ -2,12 +2,11 @@
 // Friction that a URDF states: what the recordings refute is taken out and said, what is there stays.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/stated_friction.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -76,9 +75,9 @@ TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
 
 // Friction of a real pendulum with placeholders in its model is that without them.
 TEST(StatedFriction, OfARealPendulumWithPlaceholdersIsWhatItIsWithoutThem) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-  Experiment e = load_experiment(path.string());
+  const std::string path = find_shared("recordings/dfki_double_pendulum/experiment.yaml");
+  if (path.empty()) GTEST_SKIP() << "the recordings are not there, NOTHING was checked";
+  Experiment e = load_experiment(path);
   state_friction(0.3, 0.4, &e);
   const std::vector<RefutedFriction> refuted = find_refuted_friction(e);
   EXPECT_EQ(refuted.size(), 4u);

@@ -3,10 +3,9 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "diagnosis/evidence/torque_gears.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {
@@ -163,9 +162,9 @@ TEST(TorqueMass, AMassThatIsATenthOffStaysAMassAndItsFrictionCountsTheTrueLoad) 
 
 // One link of nominal mass behind such a gear: slow motion cannot tell, but masses are weighed.
 TEST(TorqueMass, OfARealServoLossesOfTheGearAreNamedAndNoWrongMass) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/bam_xl330_kp100/experiment.yaml";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
-  const TorqueVerdict verdict = judge_torque(load_experiment(path.string()), 1);
+  const std::string path = find_shared("recordings/bam_xl330_kp100/experiment.yaml");
+  if (path.empty()) GTEST_SKIP() << "the recordings are not there, NOTHING was checked";
+  const TorqueVerdict verdict = judge_torque(load_experiment(path), 1);
   EXPECT_EQ(find(verdict, "mass_error", "arm"), nullptr);
   EXPECT_NE(find(verdict, "load_dependent_friction", "servo"), nullptr);
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "common/mcap/claimed_file.h"
+#include "tests/catch_complaint.h"
 #include "tests/unit/mcap/small_log.h"
 
 namespace hrp::mcap {
@@ -11,12 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string find_refusal(const std::string& path, Existing existing) {
-  try {
-    ClaimedFile file(path, existing);
-    return "";
-  } catch (const McapError& error) {
-    return error.what();
-  }
+  return catch_complaint<McapError>([&] { ClaimedFile file(path, existing); });
 }
 
 TEST(ClaimedFile, WhatHoldsSomethingIsRefusedUnlessToBeReplaced) {

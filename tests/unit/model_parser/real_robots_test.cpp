@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Other people's robots load with the mass and joints that their notes state, or are refused as they should be.
-#include <filesystem>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/multibody/tree_mass.h"
 #include "common/robot/sole.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/shared_files.h"
 
 namespace hrp {
 namespace {
@@ -22,19 +22,10 @@ struct Expected {
   size_t shapes;
 };
 
-std::string find_robot(const std::string& file) {
-  const auto path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/robots" / file;
-  return std::filesystem::exists(path) ? path.string() : "";
-}
+std::string find_robot(const std::string& file) { return find_shared("robots/" + file); }
 
 Scenario make_scenario(const std::string& urdf, const std::string& more) {
   return parse_scenario("robot: " + urdf + "\n" + more, "/test.yaml");
-}
-
-double calc_mass(const TreeSpec& tree) {
-  double mass = 0.0;
-  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
-  return mass;
 }
 
 class RealRobot : public ::testing::TestWithParam<Expected> {};

@@ -14,6 +14,7 @@
 #include "servers/model_parser/mjcf/compiled_model.h"
 #include "servers/mujoco_dynamics/mjcf.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 #include "tests/physics/scenario_robot.h"
 
 namespace hrp {
@@ -30,12 +31,7 @@ Scenario make_scenario(const std::string& file, const std::string& more = "base:
 RobotDescription load(const std::string& file, const std::string& more = "base: fixed\n") { return load_robot(make_scenario(file, more)); }
 
 std::string find_complaint(const std::string& text, const std::string& more = "") {
-  try {
-    parse_robot(text, "r.xml", parse_scenario("robot: r.xml\n" + more, "/dir/s.yaml"));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { parse_robot(text, "r.xml", parse_scenario("robot: r.xml\n" + more, "/dir/s.yaml")); });
 }
 
 // A pose of the robot with joint `i` of the other one's order at the position of its namesake.

@@ -11,6 +11,7 @@
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp {
 namespace {
@@ -38,22 +39,12 @@ std::string make_joint(const std::string& name, const std::string& type, const s
 }
 
 std::string find_complaint(const std::string& body, const std::string& more = "") {
-  try {
-    parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more)); });
 }
 
 TEST(RobotLoader, OtherFormatsAreRefusedByName) {
   const auto complain = [](const std::string& text) -> std::string {
-    try {
-      parse_robot(text, "r.xml", make_scenario());
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return catch_complaint([&] { parse_robot(text, "r.xml", make_scenario()); });
   };
   EXPECT_THAT(complain("<svg/>"), HasSubstr("neither URDF, MJCF nor SDF"));
 }
@@ -125,12 +116,7 @@ TEST(RobotLoader, AnotherEncodingIsNamedWithItsLine) {
   EXPECT_THAT(find_complaint(make_link("a") + make_link("b") + make_joint("h\xfc", "continuous", "a", "b")), HasSubstr("r.urdf:4: error: <joint>: byte 252"));
   EXPECT_EQ(find_complaint("<!-- h\xfc -->" + make_link("a")), "");
   const auto complain = [](const std::string& text) -> std::string {
-    try {
-      parse_robot(text, "r.urdf", make_scenario());
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return catch_complaint([&] { parse_robot(text, "r.urdf", make_scenario()); });
   };
   EXPECT_THAT(complain(std::string("\xff\xfe<\0r\0/\0>\0", 10)), HasSubstr("r.urdf:1: error: not valid XML: byte 255 is not UTF-8"));
 }

@@ -11,6 +11,7 @@
 #include "common/base/diagnostics.h"
 #include "controller/motion/leg.h"
 #include "test_places.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp {
 namespace {
@@ -45,21 +46,11 @@ components:
       - [ 0, 0, 0 ]
 )";
 
-template <typename Read>
-std::string find_complaint(const Read& read) {
-  try {
-    read();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 std::string complain_csv(const std::string& text) {
-  return find_complaint([&] { parse_csv_motion(text, "m.csv"); });
+  return catch_complaint([&] { parse_csv_motion(text, "m.csv"); });
 }
 std::string complain_seq(const std::string& text, const std::vector<std::string>& order = {"a", "b"}) {
-  return find_complaint([&] { parse_seq_motion(text, "m.seq", order); });
+  return catch_complaint([&] { parse_seq_motion(text, "m.seq", order); });
 }
 
 TEST(Motion, ReadsCsvWithNamesInTheHeader) {
@@ -91,8 +82,8 @@ TEST(Motion, BadFilesAreRefusedWithLineAndReason) {
   std::string broken = kSeq;
   broken.replace(broken.find("1e0"), 3, "zzz");
   EXPECT_THAT(complain_seq(broken), HasSubstr("m.seq:21: error: value 1 of the frame is 'zzz'"));
-  EXPECT_THAT(find_complaint([] { load_motion("/no/such.seq", {}); }), HasSubstr("cannot be read"));
-  EXPECT_THAT(find_complaint([] { load_motion(std::string(HRP_SOURCE_DIR) + "/README.md", {}); }), HasSubstr("README.md"));
+  EXPECT_THAT(catch_complaint([] { load_motion("/no/such.seq", {}); }), HasSubstr("cannot be read"));
+  EXPECT_THAT(catch_complaint([] { load_motion(std::string(HRP_SOURCE_DIR) + "/README.md", {}); }), HasSubstr("README.md"));
 }
 
 TEST(Motion, DamagedTextNeverCrashes) {
@@ -128,7 +119,7 @@ TEST(MotionPlayer, FollowsAParabolaExactlyAndHoldsTheEnds) {
 }
 
 TEST(MotionPlayer, UnknownJointsAreNamed) {
-  EXPECT_THAT(find_complaint([] { MotionPlayer(parse_csv_motion("time,knee_l\n0,1\n", "m.csv"), {"knee_r"}, Eigen::VectorXd::Zero(1), "m.csv"); }),
+  EXPECT_THAT(catch_complaint([] { MotionPlayer(parse_csv_motion("time,knee_l\n0,1\n", "m.csv"), {"knee_r"}, Eigen::VectorXd::Zero(1), "m.csv"); }),
               HasSubstr("moves joint 'knee_l', which the robot does not have; did you mean 'knee_r'?"));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/multibody/tree_mass.h"
+#include "common/spatial/gravity.h"
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/engine.h"
 #include "servers/mujoco_dynamics/ground_law.h"
@@ -14,11 +16,7 @@ namespace {
 
 const char* const kStand = HRP_SOURCE_DIR "/models/scenarios/hrp2p_stand.yaml";
 
-double calc_weight(const TreeSpec& tree) {
-  double mass = 0;
-  for (const LinkSpec& link : tree.links) mass += link.inertia.mass;
-  return mass * 9.81;
-}
+double calc_weight(const TreeSpec& tree) { return calc_mass(tree) * kGravity; }
 
 class MujocoDynamicsTest : public testing::Test {
  protected:

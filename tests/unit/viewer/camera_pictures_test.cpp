@@ -19,6 +19,7 @@
 #include "servers/viewer/picture_feed.h"
 #include "servers/viewer/picture_message.h"
 #include "servers/viewer/viewer.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp {
 namespace {
@@ -46,14 +47,7 @@ Picture read(const Image& image) {
   return read_picture(encode(image, &buffer), kMostPagePixels);
 }
 
-std::string find_error(const Image& image) {
-  try {
-    read(image);
-  } catch (const PictureError& error) {
-    return error.what();
-  }
-  return "";
-}
+std::string find_error(const Image& image) { return catch_complaint<PictureError>([&] { read(image); }); }
 
 std::vector<float> get_depths(const Picture& picture) {
   std::vector<float> depths(picture.pixels.size() / sizeof(float));
@@ -143,12 +137,7 @@ PointCloud make_scan(const std::vector<float>& numbers, uint32_t width) {
 
 std::string find_error(const PointCloud& scan) {
   std::vector<char> buffer;
-  try {
-    read_scan(encode(scan, &buffer));
-  } catch (const PictureError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint<PictureError>([&] { read_scan(encode(scan, &buffer)); });
 }
 
 TEST(Scans, AreThePointsThatWereSeen) {

@@ -10,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "controller/walking/pattern.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp::walking {
 namespace {
@@ -33,12 +34,7 @@ FootstepSpec step(double x, double y, double theta = 0.0, const std::string& fra
 std::string get_refusal(const std::vector<FootstepSpec>& steps) {
   WalkSpec spec;
   spec.footsteps = steps;
-  try {
-    make_footsteps(spec, make_stance(), {});
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return catch_complaint([&] { make_footsteps(spec, make_stance(), {}); });
 }
 
 TEST(Footsteps, ForwardEndsSideBySideOneStepLengthAStep) {

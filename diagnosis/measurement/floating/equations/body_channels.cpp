@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/has.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidates.h"
@@ -11,7 +12,6 @@
 
 namespace hrp::diagnosis::floating {
 namespace {
-
 
 bool is_at(const LeggedLog& log, int from, int link) { return is_above(log.tree, from, link); }
 
@@ -86,7 +86,7 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
               RowTable* table) {
   if (log.feet.empty() || !log.tree.floating_base) return;
   const bool forces = std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) { return has_force(log, f); });
-  const bool vertical = std::find(channels->felt.begin(), channels->felt.end(), 1) != channels->felt.end();
+  const bool vertical = has(channels->felt, 1);
   const bool moves = is_motion_known(log, contacts);
   const std::vector<int> columns = list_columns(log, layout, channels->pulled, 0);
   if (forces && moves) return add_balance(log, columns, channels, table);
@@ -178,7 +178,7 @@ bool is_joint_known(const BodySample& at, const Contacts& contacts, int j) {
   const auto [before, after] = find_reach(at);
   const std::vector<std::string>& unknown = at.log.experiment->recordings[at.clip.recording].spec.unknown_force;
   const auto is_unknown = [&](const std::string& name) {
-    return std::find(unknown.begin(), unknown.end(), name) != unknown.end();
+    return has(unknown, name);
   };
   for (size_t f = 0; f < at.log.feet.size(); ++f) {
     const Foot& foot = at.log.feet[f];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/measurement/floating/equations/body_rows.h"
 #include "diagnosis/measurement/floating/equations/foot_rows.h"
 #include "diagnosis/measurement/floating/equations/imu_rows.h"
@@ -14,7 +15,6 @@ namespace {
 constexpr double kCell =
     0.04;  // [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
 constexpr double kSpacing = 0.008;  // [s] between the samples of a cell: the kernel passes nothing that is finer
-constexpr double kBlock = 0.5;      // [s] errors of different blocks are independent
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed above which dry friction has its full size
 
 // [rad/s] Speed above which dry friction has its full size, by joint.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/measurement/floating/flat_feet.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -19,10 +20,6 @@ Vector3d get_moment_rate(const LeggedLog& log, const Foot& foot, const Clip& cli
   const ForceSensor& sensor = log.sensors[s];
   if (!sensor.has_wrench() || sensor.world) return Vector3d::Zero();
   return move_to_sole(sensor, foot, get_rates(&clip.force[6 * s], k), get_rates(&clip.force[6 * s + 3], k));
-}
-
-bool has_flat_foot(const LeggedLog& log) {
-  return std::any_of(log.feet.begin(), log.feet.end(), [](const Foot& f) { return f.flat; });
 }
 
 }  // namespace

@@ -4,14 +4,13 @@
 #include <algorithm>
 
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/report/lookalikes.h"
 #include "diagnosis/measurement/floating/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kSurest = 0.99;  // probability that no finding exceeds: laws outside the table exist
 
 // What landings tell of the sole that an effect is of.
 SoleLaw find_sole_law(const ReportState& state, const Candidate& effect) {

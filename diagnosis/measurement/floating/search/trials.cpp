@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/search/gain.h"
@@ -93,7 +94,7 @@ std::vector<LeggedTrial> list_lasting(const SearchState& state) {
     const size_t channel = t.channel = find_lasting_channel(state, t.fit);
     // Where a dropped effect helped an equation, all others would be tried there in turn. Soles lie a little askew all
     // the time, which is no effect.
-    const bool tried = std::find(state.unsteady.begin(), state.unsteady.end(), channel) != state.unsteady.end();
+    const bool tried = has(state.unsteady, channel);
     if (tried || is_of_soles(state.fitter.channels()[channel].info)) continue;
     if (t.held <= 0 || calc_share(state, state.chosen, t.fit, channel) < kHalf) continue;
     t.held = 0, t.gain = state.fitter.calc_gain_after(state.chosen, t.fit) - calc_cost(t.added());

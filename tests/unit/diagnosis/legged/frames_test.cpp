@@ -7,6 +7,7 @@
 #include <random>
 
 #include "common/spatial/turn.h"
+#include "diagnosis/log_conventions.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
@@ -45,6 +46,17 @@ TEST(SensorFrames, NoneIsTurnedWhereNothingIsHidden) {
     recorded.leans = leans;
     EXPECT_TRUE(find_sensor_frames(make_biped({}, recorded)).empty());
   }
+}
+
+// Roll and yaw are one angle where pitch is a right angle: both were reported as none.
+TEST(SensorFrames, AQuarterTurnAboutTwoAxesIsReportedAsAnglesThatMakeIt) {
+  LogConventions logged;
+  logged.frames.push_back({"/wrench/l", make_rotation_from_rpy({M_PI / 2, M_PI / 2, 0}), 0.0, 0.01, ""});
+  Reports reports;
+  reports.report["findings"] = nlohmann::ordered_json::array();
+  add_conventions(make_biped({}), logged, &reports);
+  const auto rpy = reports.report["findings"][0]["parameters"]["rpy"]["value"].get<std::vector<double>>();
+  EXPECT_TRUE(make_rotation_from_rpy({rpy[0], rpy[1], rpy[2]}).isApprox(logged.frames[0].R, 1e-4));
 }
 
 // The model has the sensors above the feet; the log has what the ground does to whole feet. Their weight was named as a

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Text of SVG files.
 #pragma once
 
 #include <string>
 
-namespace hrp::plot {
+namespace hrp {
 
-// As printf; 511 characters at most.
+// As printf, into a text of any length.
 std::string format(const char* pattern, ...) __attribute__((format(printf, 1, 2)));
 
-}  // namespace hrp::plot
+}  // namespace hrp
