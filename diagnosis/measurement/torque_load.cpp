@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kDriveColumns = 6;  // of make_load_columns()
+constexpr long kDriveColumns = 6;  // of make_drive_columns()
 
 bool has_link_encoder(const Recording& recording, const JointSpec& joint) {
   return recording.has(kLinkSide + joint.name + "/position");

@@ -62,9 +62,11 @@ std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFi
                                       const std::vector<size_t>& unsteady) {
   const auto get = [&](const LeggedFit& fit, size_t c) { return get_mean_square(fitter, fit, c); };
   const auto varies = [&](size_t c) { return has(unsteady, c); };
+  // No model is more exact: less is nothing.
+  const auto is_something = [&](size_t c) { return std::sqrt(get(model, c)) > fitter.find_exactness(c); };
   std::vector<size_t> order;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
-    const bool stands_out = is_left(fitter, model, c) || get(model, c) < kLargely * get(nominal, c);
+    const bool stands_out = is_left(fitter, model, c) || (get(model, c) < kLargely * get(nominal, c) && is_something(c));
     if (fitter.channels()[c].rows() > 0 && (stands_out || varies(c))) order.push_back(c);
   }
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {

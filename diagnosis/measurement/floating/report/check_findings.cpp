@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/remaining.h"
+#include "diagnosis/measurement/floating/weight_check.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -68,11 +70,23 @@ void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
   state->model = with;
 }
 
+// Whether physics outside the table makes more than half of what the feet carry too much or too little: what pulls or holds the
+// robot is no mass of it.
+bool is_weight_pulled(const ReportState& state) {
+  const std::vector<ChannelRows>& channels = state.fitter.channels();
+  const ChannelRows* weight = find_weight_equation(channels);
+  if (!weight || !has_free_law(state.outcome)) return false;
+  const auto c = static_cast<size_t>(weight - channels.data());
+  return get_mean_square(state.fitter, state.outcome.chosen, c) < kHalf * get_mean_square(state.fitter, state.model, c);
+}
+
 }  // namespace
 
 void add_check_findings(const CheckResult& checks, ReportState* state) {
   std::vector<Finding>& findings = state->evidence.findings;
+  const bool pulled = is_weight_pulled(*state);
   for (const Finding& f : checks.findings) {
+    if (pulled && is_of_mass(f)) continue;
     const bool known = std::any_of(findings.begin(), findings.end(), [&](const Finding& found) {
       return explains(state->log, checks.raw_counts, found, f);
     });

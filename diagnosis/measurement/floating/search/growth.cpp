@@ -109,6 +109,63 @@ bool merge_any(SearchState* state) {
   return false;
 }
 
+double calc_costs(const LeggedFit& fit) {
+  double sum = 0;
+  for (const Candidate& c : fit.effects) sum += calc_cost(c);
+  return sum;
+}
+
+double calc_score(const SearchState& state, const LeggedFit& fit) {
+  return calc_total_gain(state, state.nominal, fit) - calc_costs(fit);
+}
+
+// The last effect of `all` beside those that it needs: takes the others out in turn, at least two, and returns the set that wins
+// most; `all` where there is none.
+LeggedFit keep_needed(const SearchState& state, const LeggedFit& all) {
+  LeggedFit left = all, out = all;
+  double most = -1e300;
+  while (left.effects.size() > 1) {
+    LeggedFit next;
+    double score = -1e300;
+    for (size_t i = 0; i + 1 < left.effects.size(); ++i) {
+      std::vector<Candidate> rest = left.effects;
+      rest.erase(rest.begin() + static_cast<long>(i));
+      const LeggedFit fit = fit_effects(state, std::move(rest));
+      if (calc_score(state, fit) > score) score = calc_score(state, fit), next = fit;
+    }
+    if (next.effects.empty()) break;
+    left = next;
+    if (left.effects.size() + 2 <= all.effects.size() && score > most) most = score, out = left;
+  }
+  return out;
+}
+
+// Puts one free law in the place of several effects. Effects that stand in for physics outside the table share it among them, so
+// that the free law in the place of any single one wins little. One cause is likelier than several: a law that explains as much,
+// within what makes rivals, wins by the costs of the others.
+bool replace_several(SearchState* state) {
+  if (state->chosen.effects.size() < 2) return false;
+  const double before = calc_total_gain(*state, state->nominal, state->chosen);
+  double best = calc_score(*state, state->chosen);
+  LeggedFit found;
+  for (const LeggedTrial& t : list_confirmed(*state, state->nominal, Pool::kFree)) {
+    std::vector<Candidate> effects = state->chosen.effects;
+    const auto is_it = [&](const Candidate& c) { return is_same(c, t.added()); };
+    if (std::any_of(effects.begin(), effects.end(), is_it)) continue;
+    effects.push_back(t.added());
+    const LeggedFit with = keep_needed(*state, fit_effects(*state, std::move(effects)));
+    if (with.effects.size() >= state->chosen.effects.size()) continue;
+    const double gain = calc_total_gain(*state, state->nominal, with);
+    if (gain < before - std::max(kTie, kDetail * before) || calc_score(*state, with) < best) continue;
+    if (!is_possible(*state, with, with.effects.size() - 1) || !is_significant(*state, with, with.effects.size() - 1)) continue;
+    best = calc_score(*state, with), found = with;
+  }
+  if (found.effects.empty()) return false;
+  say_of(*state, "one for several:", found.effects.back());
+  settle(found.effects, state);
+  return true;
+}
+
 }  // namespace
 
 void grow_listed(SearchState* state) {
@@ -122,7 +179,8 @@ void grow_listed(SearchState* state) {
 }
 
 void grow_free(SearchState* state) {
-  const bool exchanged = exchange(Pool::kFree, state);
+  bool exchanged = replace_several(state);
+  exchanged = exchange(Pool::kFree, state) || exchanged;
   const bool added = state->chosen.effects.size() < kMostEffects &&
                      add_best(list_confirmed(*state, state->chosen, Pool::kFree), kDetail, state);
   if (exchanged || added) prune(state);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -77,6 +78,38 @@ TEST(LeggedSearch, AFreeLawTakesThePlaceOfANameOnlyWhereItWinsOutright) {
   EXPECT_FALSE(is_first_listed(0.9, 0.999));
   EXPECT_TRUE(is_first_listed(0.999, 0.9));
   EXPECT_TRUE(is_first_listed(0.99, 0.99)) << "a tie is the effect's, which a scenario can hold";
+}
+
+// A cause in each of three equations. An effect at each joint predicts its cause to a tenth, one free law predicts what they all
+// do, but for an error of its own. How many listed effects the search names.
+size_t count_faults(double error) {
+  std::mt19937 random(53);
+  std::normal_distribution<double> normal;
+  RowHalves rows(4, 900, {{make_joint_channel("A"), {0, 3}}, {make_joint_channel("B"), {1, 3}}, {make_joint_channel("C"), {2, 3}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    double cause[3], by_listed[3], by_free[3];
+    for (int c = 0; c < 3; ++c) {
+      cause[c] = normal(random), by_listed[c] = cause[c] + 0.1 * normal(random), by_free[c] = by_listed[c] + error * normal(random);
+    }
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      for (int c = 0; c < 3; ++c) {
+        half->begin_row(c, 20 * cause[c] + 0.2 * normal(random), 40 * std::sin(0.1 * i));
+        half->add(c, c, by_listed[c]), half->add(c, 3, by_free[c]);
+      }
+    });
+  }
+  Candidate hold = make_candidate(EffectId::kNamed, "A", {{{3, 1.0}}});
+  hold.law = &get_laws().hold;
+  std::vector<Candidate> candidates{hold};
+  const char* const joints[] = {"A", "B", "C"};
+  for (int c = 0; c < 3; ++c) candidates.push_back(make_candidate(EffectId::kTorqueConstant, joints[c], {{{c, 1.0}}}));
+  const LeggedOutcome out = search(rows.merge(), 4, candidates);
+  return static_cast<size_t>(std::count_if(out.effects.begin(), out.effects.end(), [](const FoundEffect& f) { return f.effect.is_listed(); }));
+}
+
+TEST(LeggedSearch, OneFreeLawIsLikelierThanSeveralFaultsThatExplainAsMuchTogether) {
+  EXPECT_EQ(count_faults(0.01), 0u);
+  EXPECT_EQ(count_faults(0.1), 3u) << "it explains less than three real faults do";
 }
 
 // Friction, and a delay of 1 us per N m s/rad whose column is the same but for a hundredth.
