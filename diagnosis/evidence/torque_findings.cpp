@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/coupled_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
 #include "diagnosis/evidence/torque_gears.h"
@@ -278,12 +279,18 @@ class Judge {
 
   // The missing torque follows the motion much more closely than the laws that were found. They may stand in for
   // another law, so the joint's findings become ambiguous.
-  static void doubt_law(const Where& where, TorqueVerdict* out) {
+  static void doubt_law(const Where& where, const std::string& why, TorqueVerdict* out) {
     for (Finding& f : out->evidence.findings) {
       if (f.where != where || f.grade != Grade::kSupported) continue;
       make_ambiguous(&f);
-      f.statement += " What remains follows the motion closely, so another law may be the true one.";
+      f.statement += " " + why;
     }
+  }
+
+  CoupledDrives find_coupled(size_t i) const {
+    JointRest rest{design_.joints[i].joint, {}, design_.joints[i].effective};
+    for (const TorqueRecording& r : design_.data->recordings) rest.rest.push_back(r.missing.col(rest.joint) - calc_prediction(i, r));
+    return find_coupled_drives(*design_.data, rest);
   }
 
   void add_remaining(TorqueVerdict* out) const {
@@ -302,8 +309,14 @@ class Judge {
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
       r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
       r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(choice_.fit.held[i]);
+      CoupledDrives coupled;
       // A smaller missing torque gets no analysis of what it depends on.
-      if (r.after > kKnown * joint.spread && !held.empty()) {
+      if (r.after > kKnown * joint.spread && !held.empty()) coupled = find_coupled(i);
+      if (!coupled.drives.empty()) {
+        r.depends_on = {"other joint"};
+        r.statement = make_remaining_words(e_, joint.joint, r, make_coupled_words(e_, joint.joint, coupled));
+        doubt_law(r.where, "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.", out);
+      } else if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;
         r.statement = make_remaining_words(e_, joint.joint, r, relation.words);
@@ -313,13 +326,13 @@ class Judge {
       const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      const double free = find_free_share(learn, test);
+      const double free = std::max(find_free_share(learn, test), coupled.drives.empty() ? 0.0 : 1.0 - r.share() * coupled.left);
       // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all the
       // same, more than the laws can be predicted.
       const bool more = free < kHalf * own && !r.depends_on.empty();
       reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, free));
       // A supported law must explain this share of what a model without physics predicts.
-      if (own < kLargely * free) doubt_law(r.where, out);
+      if (own < kLargely * free) doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
       // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn freely.
       const bool driven = e_.robot.tree.joint(joint.joint).actuated;
       if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/coupled_drives.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/measurement/load_or_unit.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr size_t kMost = 2;       // motors of a differential
+constexpr long kFewest = 200;     // samples: twenty for each of ten columns
+constexpr long kToScreen = 3000;  // samples: hundreds for each column, so that the best ratio is the best of all samples
+// Ratios of the screen: from a quarter to four, in steps of 2^(1/4). Only samples at which the sign is wrong count against a
+// ratio, a few percent within a step. Beyond a quarter, one of the joints hardly changes when the sign does.
+constexpr int kSteps = 8;
+
+std::vector<double> list_ratios() {
+  std::vector<double> ratios;
+  for (int i = -kSteps; i <= kSteps; ++i) ratios.push_back(std::exp2(0.25 * i)), ratios.push_back(-std::exp2(0.25 * i));
+  return ratios;
+}
+
+// Columns of one recording's kept samples.
+using Column = Eigen::VectorXd (*)(const TorqueData&, const TorqueRecording&, int joint, const CoupledDrive&);
+
+Eigen::VectorXd keep(const TorqueRecording& r, const Eigen::VectorXd& full) {
+  Eigen::VectorXd out(r.kept());
+  for (long k = 0; k < r.kept(); ++k) out[k] = full[r.full_row(k)];
+  return out;
+}
+
+// Smooth sign of the motor's rate. Its direction is as uncertain as those of both joints.
+Eigen::VectorXd calc_motor_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
+  const double slow = std::hypot(data.slow[static_cast<size_t>(joint)], d.ratio * data.slow[static_cast<size_t>(d.other)]);
+  return ((r.speed.col(joint) + d.ratio * r.speed.col(d.other)).array() / slow).tanh().matrix();
+}
+
+Eigen::VectorXd calc_filtered_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
+  return data.condition(r, calc_motor_sign(data, r, joint, d));
+}
+Eigen::VectorXd calc_sharp_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
+  return keep(r, calc_motor_sign(data, r, joint, d));
+}
+Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.v.col(d.other)); }
+Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.a.col(d.other)); }
+
+Eigen::MatrixXd append(const Eigen::MatrixXd& X, const Eigen::VectorXd& column) {
+  Eigen::MatrixXd out(X.rows(), X.cols() + 1);
+  out << X, column;
+  return out;
+}
+
+class CoupledSearch {
+ public:
+  CoupledSearch(const TorqueData& data, const JointRest& joint) : data_(data), joint_(joint) {
+    choose_rows();
+    y_ = stack([&](size_t r) { return joint_.rest[r]; });
+    const int j = joint_.joint;
+    own_.resize(y_.size(), 5);
+    own_ << Eigen::VectorXd::Ones(y_.size()), stack([&](size_t r) { return keep(recording(r), recording(r).v.col(j)); }),
+        stack([&](size_t r) { return keep(recording(r), recording(r).a.col(j)); }),
+        stack([&](size_t r) { return data_.calc_direction(recording(r), j); }), stack([&](size_t r) { return calc_load(recording(r)); });
+  }
+
+  CoupledDrives run() {
+    CoupledDrives found;
+    if (train_ < kFewest || y_.size() - train_ < kFewest) return found;
+    const double own = judge(own_);
+    Eigen::MatrixXd smooth = own_, all = own_;
+    double left = own;
+    while (found.drives.size() < kMost) {
+      CoupledDrive next = screen(all);
+      if (!(next.level > 0.0)) break;
+      refine(add_smooth(all, next), &next);
+      const Eigen::MatrixXd beside = add_smooth(smooth, next), with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
+      const double without = judge(add_smooth(all, next)), rest = judge(with);
+      next.level = solve(with)[with.cols() - 1];
+      if (!(next.level > 0.0) || rest > kLargely * without || !is_sure(without, rest)) break;
+      found.drives.push_back(next);
+      smooth = beside, all = with, left = rest;
+    }
+    // The jumps decide, not what another joint's motion explains without them.
+    if (left > kHalf * own || left > kLargely * judge(smooth)) return {};
+    found.left = left / std::max(1e-300, y_.tail(y_.size() - train_).squaredNorm());
+    return found;
+  }
+
+ private:
+  const TorqueRecording& recording(size_t r) const { return data_.recordings[r]; }
+
+  // Training samples first. Samples at which the joint moves.
+  void choose_rows() {
+    const auto is_held = [](const TorqueRecording& r) { return !r.train; };
+    const bool has_held = std::any_of(data_.recordings.begin(), data_.recordings.end(), is_held);
+    for (const bool train : {true, false}) {
+      for (size_t r = 0; r < data_.recordings.size(); ++r) {
+        if (recording(r).train == train) add_rows(r);
+      }
+      if (train) train_ = static_cast<long>(rows_.size());
+    }
+    if (!has_held) train_ = train_ * 2 / 3;
+  }
+
+  void add_rows(size_t r) {
+    for (long k = 0; k < recording(r).kept(); ++k) {
+      if (recording(r).use(k, joint_.joint)) rows_.push_back({r, k});
+    }
+  }
+
+  template <class Calc>
+  Eigen::VectorXd stack(Calc calc) const {
+    std::vector<Eigen::VectorXd> each;
+    for (size_t r = 0; r < data_.recordings.size(); ++r) each.push_back(calc(r));
+    Eigen::VectorXd out(static_cast<long>(rows_.size()));
+    for (size_t i = 0; i < rows_.size(); ++i) out[static_cast<long>(i)] = each[rows_[i].first][rows_[i].second];
+    return out;
+  }
+
+  Eigen::VectorXd fill(Column column, const CoupledDrive& d) const {
+    return stack([&](size_t r) { return column(data_, recording(r), joint_.joint, d); });
+  }
+
+  Eigen::MatrixXd add_smooth(const Eigen::MatrixXd& X, const CoupledDrive& d) const {
+    return append(append(X, fill(calc_rate, d)), fill(calc_change, d));
+  }
+
+  // Regressor of friction that grows with the load.
+  Eigen::VectorXd calc_load(const TorqueRecording& r) const {
+    return data_.condition(r, (r.load.col(joint_.joint).array().abs() * data_.calc_sign(r, joint_.joint).array()).matrix());
+  }
+
+  Eigen::VectorXd solve(const Eigen::MatrixXd& X) const { return X.topRows(train_).colPivHouseholderQr().solve(y_.head(train_)); }
+
+  // Held-out squares of a fit to training.
+  double judge(const Eigen::MatrixXd& X) const {
+    const long held = y_.size() - train_;
+    return (y_.tail(held) - X.bottomRows(held) * solve(X)).squaredNorm();
+  }
+
+  // One of all ratios at all joints: the number of candidates is the price.
+  bool is_sure(double without, double with) const {
+    const double tried = static_cast<double>(list_ratios().size() * (data_.source.size() - 1));
+    return 0.5 * joint_.effective * std::log(without / std::max(1e-300, with)) > kWholeGain + std::log(tried);
+  }
+
+  // Every so many training samples.
+  Eigen::MatrixXd thin(const Eigen::MatrixXd& X) const {
+    const long stride = 1 + train_ / kToScreen, n = (train_ + stride - 1) / stride;
+    Eigen::MatrixXd out(n, X.cols());
+    for (long i = 0; i < n; ++i) out.row(i) = X.row(i * stride);
+    return out;
+  }
+
+  // The drive whose sharp sign explains most of the training samples, beside `taken` and the other joint's smooth motion.
+  CoupledDrive screen(const Eigen::MatrixXd& taken) const {
+    CoupledDrive best;
+    double most = 0.0;
+    for (int other = 0; other < static_cast<int>(data_.source.size()); ++other) {
+      if (other == joint_.joint || !moves(other)) continue;
+      const CoupledDrive at{other, 0.0, 0.0};
+      const Eigen::MatrixXd beside = thin(add_smooth(taken, at));
+      const Eigen::VectorXd y = take_out(beside, thin(y_));
+      for (double ratio : list_ratios()) {
+        const Eigen::VectorXd sign = take_out(beside, thin(fill(calc_sharp_sign, {other, ratio, 0.0})));
+        const double along = sign.dot(y), explained = along * along / std::max(1e-300, sign.squaredNorm());
+        if (along > 0.0 && explained > most) most = explained, best = {other, ratio, along / sign.squaredNorm()};
+      }
+    }
+    return best;
+  }
+
+  // Halves the steps of the ratio, as the filtered sign of the training samples wants it.
+  void refine(const Eigen::MatrixXd& beside, CoupledDrive* d) const {
+    double least = calc_left(append(beside, fill(calc_filtered_sign, *d)));
+    for (double step : {0.125, 0.0625, 0.03125}) {
+      for (double ratio : {d->ratio * std::exp2(step), d->ratio * std::exp2(-step)}) {
+        const double left = calc_left(append(beside, fill(calc_filtered_sign, {d->other, ratio, 0.0})));
+        if (left < least) least = left, d->ratio = ratio;
+      }
+    }
+  }
+
+  double calc_left(const Eigen::MatrixXd& X) const { return take_out(X.topRows(train_), y_.head(train_)).squaredNorm(); }
+
+  bool moves(int joint) const {
+    const double slow = data_.slow[static_cast<size_t>(joint)];
+    return std::any_of(data_.recordings.begin(), data_.recordings.end(), [&](const TorqueRecording& r) { return r.v.col(joint).array().abs().maxCoeff() > kSeveralTimes * slow; });
+  }
+  static constexpr double kSeveralTimes = 5.0;  // slower motion has no clear direction
+
+  const TorqueData& data_;
+  const JointRest& joint_;
+  std::vector<std::pair<size_t, long>> rows_;  // recording, kept sample
+  long train_ = 0;
+  Eigen::VectorXd y_;
+  Eigen::MatrixXd own_;  // 1, v, a, direction, load
+};
+
+}  // namespace
+
+CoupledDrives find_coupled_drives(const TorqueData& data, const JointRest& joint) { return CoupledSearch(data, joint).run(); }
+
+}  // namespace hrp::diagnosis
