@@ -57,14 +57,17 @@ Eigen::MatrixXd append(const Eigen::MatrixXd& X, const Eigen::VectorXd& column) 
 
 class CoupledSearch {
  public:
-  CoupledSearch(const TorqueData& data, const JointRest& joint) : data_(data), joint_(joint) {
+  CoupledSearch(const TorqueData& data, const FoundLaws& joint) : data_(data), joint_(joint) {
     choose_rows();
-    y_ = stack([&](size_t r) { return joint_.rest[r]; });
     const int j = joint_.joint;
-    own_.resize(y_.size(), 5);
-    own_ << Eigen::VectorXd::Ones(y_.size()), stack([&](size_t r) { return keep(recording(r), recording(r).v.col(j)); }),
-        stack([&](size_t r) { return keep(recording(r), recording(r).a.col(j)); }),
-        stack([&](size_t r) { return data_.calc_direction(recording(r), j); }), stack([&](size_t r) { return calc_load(recording(r)); });
+    y_ = stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j); });
+    own_ = Eigen::MatrixXd::Ones(y_.size(), 1);
+    own_ = append(own_, stack([&](size_t r) { return keep(recording(r), recording(r).v.col(j)); }));
+    own_ = append(own_, stack([&](size_t r) { return keep(recording(r), recording(r).a.col(j)); }));
+    own_ = append(own_, stack([&](size_t r) { return data_.calc_direction(recording(r), j); }));
+    own_ = append(own_, stack([&](size_t r) { return calc_load(recording(r)); }));
+    for (long c = 0; c < (joint_.columns.empty() ? 0 : joint_.columns[0].cols()); ++c)
+      own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return joint_.columns[r].col(c); }));
   }
 
   CoupledDrives run() {
@@ -80,13 +83,14 @@ class CoupledSearch {
       const Eigen::MatrixXd beside = add_smooth(smooth, next), with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
       const double without = judge(add_smooth(all, next)), rest = judge(with);
       next.level = solve(with)[with.cols() - 1];
-      if (!(next.level > 0.0) || rest > kLargely * without || !is_sure(without, rest)) break;
+      // A second motor must count beside the first one.
+      if (!(next.level > 0.0) || rest > kLargely * without || without - rest < kMinor * own || !is_sure(without, rest)) break;
       found.drives.push_back(next);
       smooth = beside, all = with, left = rest;
     }
     // The jumps decide, not what another joint's motion explains without them.
     if (left > kHalf * own || left > kLargely * judge(smooth)) return {};
-    found.left = left / std::max(1e-300, y_.tail(y_.size() - train_).squaredNorm());
+    found.left = left / static_cast<double>(y_.size() - train_);
     return found;
   }
 
@@ -194,15 +198,15 @@ class CoupledSearch {
   static constexpr double kSeveralTimes = 5.0;  // slower motion has no clear direction
 
   const TorqueData& data_;
-  const JointRest& joint_;
+  const FoundLaws& joint_;
   std::vector<std::pair<size_t, long>> rows_;  // recording, kept sample
   long train_ = 0;
   Eigen::VectorXd y_;
-  Eigen::MatrixXd own_;  // 1, v, a, direction, load
+  Eigen::MatrixXd own_;  // 1, v, a, direction, load, and the laws
 };
 
 }  // namespace
 
-CoupledDrives find_coupled_drives(const TorqueData& data, const JointRest& joint) { return CoupledSearch(data, joint).run(); }
+CoupledDrives find_coupled_drives(const TorqueData& data, const FoundLaws& joint) { return CoupledSearch(data, joint).run(); }
 
 }  // namespace hrp::diagnosis

@@ -25,18 +25,19 @@ struct CoupledDrive {
 
 struct CoupledDrives {
   std::vector<CoupledDrive> drives;  // up to two: a differential has two motors; empty: none
-  double left = 1.0;  // share of the held-out squares of `rest` that remains beside them
+  double left = 0.0;  // [(N m)^2] mean square that remains beside them, held out
 };
 
-// What a model leaves of a joint's missing torque.
-struct JointRest {
+// Laws that were found in a joint's rows. Their values are fitted again beside the drives: a load or a spring may have taken
+// a part of the friction.
+struct FoundLaws {
   int joint = 0;
-  std::vector<Eigen::VectorXd> rest;  // [N m] by recording of the data, kept samples
-  double effective = 0.0;             // independent training samples
+  std::vector<Eigen::MatrixXd> columns;  // by recording of the data: kept samples x columns
+  double effective = 0.0;                // independent training samples
 };
 
-// Drives with whose friction the joint's laws leave less than half of `rest` on held-out recordings; without any, on the last
-// third of the samples.
-CoupledDrives find_coupled_drives(const TorqueData& data, const JointRest& joint);
+// Drives with whose friction the joint's laws leave less than half of the squares on held-out recordings; without any, on the
+// last third of the samples.
+CoupledDrives find_coupled_drives(const TorqueData& data, const FoundLaws& joint);
 
 }  // namespace hrp::diagnosis

@@ -258,23 +258,33 @@ class Judge {
     return list;
   }
 
-  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const {
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(r.kept());
+  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const { return list_law_columns(i, r) * list_values(i); }
+
+  // Columns of the model in a joint's rows: its own terms, then those of the whole robot.
+  Eigen::MatrixXd list_law_columns(size_t i, const TorqueRecording& r) const {
+    std::vector<Eigen::MatrixXd> parts;
+    for (size_t t : choice_.model.own[i]) parts.push_back(calc_joint_columns(*design_.data, r, design_.joints[i].terms[t]));
+    std::vector<Term> whole;
+    for (size_t t : choice_.model.whole) whole.push_back(design_.whole[t]);
+    if (!whole.empty()) parts.push_back(calc_whole_columns(*design_.data, r, whole)[static_cast<size_t>(design_.joints[i].joint)]);
+    Eigen::MatrixXd columns(r.kept(), 0);
+    for (const Eigen::MatrixXd& part : parts) {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + part.cols());
+      columns.rightCols(part.cols()) = part;
+    }
+    return columns;
+  }
+
+  // Their coefficients.
+  Eigen::VectorXd list_values(size_t i) const {
     const Slots slots = list_slots(design_, choice_.model);
-    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
-      const Term& term = design_.joints[i].terms[choice_.model.own[i][t]];
-      out += calc_joint_columns(*design_.data, r, term) * choice_.fit.theta.segment(slots.own[i][t], term.columns());
-    }
-    if (choice_.model.whole.empty()) return out;
-    std::vector<Term> terms;
-    Eigen::VectorXd theta(0);
-    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
-      terms.push_back(design_.whole[choice_.model.whole[t]]);
-      const long before = theta.size();
-      theta.conservativeResize(before + terms.back().columns());
-      theta.tail(terms.back().columns()) = choice_.fit.theta.segment(slots.whole[t], terms.back().columns());
-    }
-    return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
+    std::vector<double> values;
+    const auto add = [&](long slot, long count) {
+      for (long c = 0; c < count; ++c) values.push_back(choice_.fit.theta[slot + c]);
+    };
+    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) add(slots.own[i][t], design_.joints[i].terms[choice_.model.own[i][t]].columns());
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) add(slots.whole[t], design_.whole[choice_.model.whole[t]].columns());
+    return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));
   }
 
   // The missing torque follows the motion much more closely than the laws that were found. They may stand in for
@@ -288,9 +298,9 @@ class Judge {
   }
 
   CoupledDrives find_coupled(size_t i) const {
-    JointRest rest{design_.joints[i].joint, {}, design_.joints[i].effective};
-    for (const TorqueRecording& r : design_.data->recordings) rest.rest.push_back(r.missing.col(rest.joint) - calc_prediction(i, r));
-    return find_coupled_drives(*design_.data, rest);
+    FoundLaws laws{design_.joints[i].joint, {}, design_.joints[i].effective};
+    for (const TorqueRecording& r : design_.data->recordings) laws.columns.push_back(list_law_columns(i, r));
+    return find_coupled_drives(*design_.data, laws);
   }
 
   void add_remaining(TorqueVerdict* out) const {
@@ -326,7 +336,7 @@ class Judge {
       const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      const double free = std::max(find_free_share(learn, test), coupled.drives.empty() ? 0.0 : 1.0 - r.share() * coupled.left);
+      const double free = std::max(find_free_share(learn, test), coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));
       // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all the
       // same, more than the laws can be predicted.
       const bool more = free < kHalf * own && !r.depends_on.empty();
