@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/measurement/load_or_unit.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -42,9 +43,6 @@ Eigen::VectorXd calc_motor_sign(const TorqueData& data, const TorqueRecording& r
 
 Eigen::VectorXd calc_filtered_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
   return data.condition(r, calc_motor_sign(data, r, joint, d));
-}
-Eigen::VectorXd calc_sharp_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
-  return keep(r, calc_motor_sign(data, r, joint, d));
 }
 Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.v.col(d.other)); }
 Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.a.col(d.other)); }
@@ -153,11 +151,34 @@ class CoupledSearch {
   }
 
   // Every so many training samples.
+  long stride() const { return 1 + train_ / kToScreen; }
   Eigen::MatrixXd thin(const Eigen::MatrixXd& X) const {
-    const long stride = 1 + train_ / kToScreen, n = (train_ + stride - 1) / stride;
-    Eigen::MatrixXd out(n, X.cols());
-    for (long i = 0; i < n; ++i) out.row(i) = X.row(i * stride);
+    Eigen::MatrixXd out((train_ + stride() - 1) / stride(), X.cols());
+    for (long i = 0; i < out.rows(); ++i) out.row(i) = X.row(i * stride());
     return out;
+  }
+
+  // Sharp signs of motors that turn with `other`, too: thinned training samples x ratios. Zero if the motor and the joint turn
+  // alike: friction near a reversal is no function of the speed, so few samples around it prove nothing.
+  Eigen::MatrixXd calc_signs(int other) const {
+    const std::vector<double> ratios = list_ratios();
+    const auto j = static_cast<size_t>(joint_.joint), k = static_cast<size_t>(other);
+    Eigen::MatrixXd signs((train_ + stride() - 1) / stride(), static_cast<long>(ratios.size()));
+    Eigen::RowVectorXd apart = Eigen::RowVectorXd::Zero(signs.cols());
+    for (long i = 0; i < signs.rows(); ++i) {
+      const auto& [r, kept] = rows_[static_cast<size_t>(i * stride())];
+      const long row = recording(r).full_row(kept);
+      const double v = recording(r).speed(row, joint_.joint), w = recording(r).speed(row, other);
+      for (long c = 0; c < signs.cols(); ++c) {
+        const double ratio = ratios[static_cast<size_t>(c)], motor = v + ratio * w;
+        signs(i, c) = std::tanh(motor / std::hypot(data_.slow[j], ratio * data_.slow[k]));
+        apart[c] += motor * v < 0.0 ? 1.0 / static_cast<double>(signs.rows()) : 0.0;
+      }
+    }
+    for (long c = 0; c < signs.cols(); ++c) {
+      if (apart[c] < kDetail || apart[c] > kNearlyAll) signs.col(c).setZero();
+    }
+    return signs;
   }
 
   // The drive whose sharp sign explains most of the training samples, beside `taken` and the other joint's smooth motion.
@@ -165,18 +186,29 @@ class CoupledSearch {
     CoupledDrive best;
     double most = 0.0;
     for (int other = 0; other < static_cast<int>(data_.source.size()); ++other) {
-      if (other == joint_.joint || !moves(other)) continue;
-      const CoupledDrive at{other, 0.0, 0.0};
-      const Eigen::MatrixXd beside = thin(add_smooth(taken, at));
+      if (!may_share_drive(other)) continue;
+      const Eigen::MatrixXd beside = thin(add_smooth(taken, {other, 0.0, 0.0}));
       const Eigen::VectorXd y = take_out(beside, thin(y_));
-      for (double ratio : list_ratios()) {
-        const Eigen::VectorXd sign = take_out(beside, thin(fill(calc_sharp_sign, {other, ratio, 0.0})));
-        const double along = sign.dot(y), explained = along * along / std::max(1e-300, sign.squaredNorm());
-        if (along > 0.0 && explained > most) most = explained, best = {other, ratio, along / sign.squaredNorm()};
+      const Eigen::MatrixXd signs = calc_signs(other), alone = take_out(beside, signs);
+      for (long c = 0; c < signs.cols(); ++c) {
+        const double along = alone.col(c).dot(y), explained = along * along / std::max(1e-300, alone.col(c).squaredNorm());
+        if (signs.col(c).any() && along > 0.0 && explained > most)
+          most = explained, best = {other, list_ratios()[static_cast<size_t>(c)], along / alone.col(c).squaredNorm()};
       }
     }
     return best;
   }
+
+  // A joint that carries this one, or that this one carries: no shaft or tendon leads from one leg to another. It must move.
+  bool may_share_drive(int other) const {
+    const TreeSpec& tree = data_.experiment->robot.tree;
+    const int link = joint_.joint + 1, link_other = other + 1;
+    const bool chain = other != joint_.joint && (is_above(tree, link, link_other) || is_above(tree, link_other, link));
+    const double clear = kSeveralTimes * data_.slow[static_cast<size_t>(other)];
+    const auto is_clear = [&](const TorqueRecording& r) { return r.v.col(other).array().abs().maxCoeff() > clear; };
+    return chain && std::any_of(data_.recordings.begin(), data_.recordings.end(), is_clear);
+  }
+  static constexpr double kSeveralTimes = 5.0;  // slower motion has no clear direction
 
   // Halves the steps of the ratio, as the filtered sign of the training samples wants it.
   void refine(const Eigen::MatrixXd& beside, CoupledDrive* d) const {
@@ -190,12 +222,6 @@ class CoupledSearch {
   }
 
   double calc_left(const Eigen::MatrixXd& X) const { return take_out(X.topRows(train_), y_.head(train_)).squaredNorm(); }
-
-  bool moves(int joint) const {
-    const double slow = data_.slow[static_cast<size_t>(joint)];
-    return std::any_of(data_.recordings.begin(), data_.recordings.end(), [&](const TorqueRecording& r) { return r.v.col(joint).array().abs().maxCoeff() > kSeveralTimes * slow; });
-  }
-  static constexpr double kSeveralTimes = 5.0;  // slower motion has no clear direction
 
   const TorqueData& data_;
   const FoundLaws& joint_;
