@@ -78,6 +78,7 @@ class CoupledSearch {
       CoupledDrive next = screen(all);
       if (!(next.level > 0.0)) break;
       refine(add_smooth(all, next), &next);
+      if (turns_alike(next)) break;
       const Eigen::MatrixXd beside = add_smooth(smooth, next), with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
       const double without = judge(add_smooth(all, next)), rest = judge(with);
       next.level = solve(with)[with.cols() - 1];
@@ -158,27 +159,35 @@ class CoupledSearch {
     return out;
   }
 
-  // Sharp signs of motors that turn with `other`, too: thinned training samples x ratios. Zero if the motor and the joint turn
-  // alike: friction near a reversal is no function of the speed, so few samples around it prove nothing.
+  // Sharp signs of motors that turn with `other`, too: thinned training samples x ratios.
   Eigen::MatrixXd calc_signs(int other) const {
     const std::vector<double> ratios = list_ratios();
     const auto j = static_cast<size_t>(joint_.joint), k = static_cast<size_t>(other);
     Eigen::MatrixXd signs((train_ + stride() - 1) / stride(), static_cast<long>(ratios.size()));
-    Eigen::RowVectorXd apart = Eigen::RowVectorXd::Zero(signs.cols());
     for (long i = 0; i < signs.rows(); ++i) {
       const auto& [r, kept] = rows_[static_cast<size_t>(i * stride())];
       const long row = recording(r).full_row(kept);
       const double v = recording(r).speed(row, joint_.joint), w = recording(r).speed(row, other);
       for (long c = 0; c < signs.cols(); ++c) {
-        const double ratio = ratios[static_cast<size_t>(c)], motor = v + ratio * w;
-        signs(i, c) = std::tanh(motor / std::hypot(data_.slow[j], ratio * data_.slow[k]));
-        apart[c] += motor * v < 0.0 ? 1.0 / static_cast<double>(signs.rows()) : 0.0;
+        const double ratio = ratios[static_cast<size_t>(c)];
+        signs(i, c) = std::tanh((v + ratio * w) / std::hypot(data_.slow[j], ratio * data_.slow[k]));
       }
     }
-    for (long c = 0; c < signs.cols(); ++c) {
-      if (apart[c] < kDetail || apart[c] > kNearlyAll) signs.col(c).setZero();
-    }
     return signs;
+  }
+
+  // Motor and joint turn alike, or always against each other, but near reversals. Friction there is no function of the speed,
+  // so these samples prove nothing.
+  bool turns_alike(const CoupledDrive& d) const {
+    long apart = 0;
+    for (long i = 0; i < train_; ++i) {
+      const auto& [r, kept] = rows_[static_cast<size_t>(i)];
+      const long row = recording(r).full_row(kept);
+      const double v = recording(r).speed(row, joint_.joint);
+      apart += (v + d.ratio * recording(r).speed(row, d.other)) * v < 0.0 ? 1 : 0;
+    }
+    const double share = static_cast<double>(apart) / static_cast<double>(train_);
+    return share < kMinor || share > 1.0 - kMinor;
   }
 
   // The drive whose sharp sign explains most of the training samples, beside `taken` and the other joint's smooth motion.
@@ -192,7 +201,7 @@ class CoupledSearch {
       const Eigen::MatrixXd signs = calc_signs(other), alone = take_out(beside, signs);
       for (long c = 0; c < signs.cols(); ++c) {
         const double along = alone.col(c).dot(y), explained = along * along / std::max(1e-300, alone.col(c).squaredNorm());
-        if (signs.col(c).any() && along > 0.0 && explained > most)
+        if (along > 0.0 && explained > most)
           most = explained, best = {other, list_ratios()[static_cast<size_t>(c)], along / alone.col(c).squaredNorm()};
       }
     }
