@@ -325,7 +325,10 @@ class Judge {
       if (!coupled.drives.empty()) {
         r.depends_on = {"other joint"};
         r.statement = make_remaining_words(e_, joint.joint, r, make_coupled_words(e_, joint.joint, coupled));
-        doubt_law(r.where, "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.", out);
+        const std::string why = "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
+        doubt_law(r.where, why, out);
+        // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
+        for (const CoupledDrive& d : coupled.drives) doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
       } else if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;
