@@ -31,7 +31,7 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
     const Choice again = choose_torque_model(softened, jobs);
     if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain) return;
     gear->left = calc_held_left(softened, again.fit) / std::max(1e-300, calc_held_left(*design, choice->fit));
-    if (gear->left > 1.0 - kMinor) return;
+    if (gear->left > kLargely) return;
     if (gear->left > kHalf) {
       design->data->soft.push_back(*gear);
       continue;

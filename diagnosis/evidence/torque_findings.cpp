@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/coupled_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
 #include "diagnosis/evidence/soft_joints.h"
@@ -264,33 +265,49 @@ class Judge {
     return list;
   }
 
-  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const {
-    Eigen::VectorXd out = Eigen::VectorXd::Zero(r.kept());
+  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const { return list_law_columns(i, r) * list_values(i); }
+
+  // Columns of the model in a joint's rows: its own terms, then those of the whole robot.
+  Eigen::MatrixXd list_law_columns(size_t i, const TorqueRecording& r) const {
+    std::vector<Eigen::MatrixXd> parts;
+    for (size_t t : choice_.model.own[i]) parts.push_back(calc_joint_columns(*design_.data, r, design_.joints[i].terms[t]));
+    std::vector<Term> whole;
+    for (size_t t : choice_.model.whole) whole.push_back(design_.whole[t]);
+    if (!whole.empty()) parts.push_back(calc_whole_columns(*design_.data, r, whole)[static_cast<size_t>(design_.joints[i].joint)]);
+    Eigen::MatrixXd columns(r.kept(), 0);
+    for (const Eigen::MatrixXd& part : parts) {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + part.cols());
+      columns.rightCols(part.cols()) = part;
+    }
+    return columns;
+  }
+
+  // Their coefficients.
+  Eigen::VectorXd list_values(size_t i) const {
     const Slots slots = list_slots(design_, choice_.model);
-    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) {
-      const Term& term = design_.joints[i].terms[choice_.model.own[i][t]];
-      out += calc_joint_columns(*design_.data, r, term) * choice_.fit.theta.segment(slots.own[i][t], term.columns());
-    }
-    if (choice_.model.whole.empty()) return out;
-    std::vector<Term> terms;
-    Eigen::VectorXd theta(0);
-    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
-      terms.push_back(design_.whole[choice_.model.whole[t]]);
-      const long before = theta.size();
-      theta.conservativeResize(before + terms.back().columns());
-      theta.tail(terms.back().columns()) = choice_.fit.theta.segment(slots.whole[t], terms.back().columns());
-    }
-    return out + calc_whole_columns(*design_.data, r, terms)[static_cast<size_t>(design_.joints[i].joint)] * theta;
+    std::vector<double> values;
+    const auto add = [&](long slot, long count) {
+      for (long c = 0; c < count; ++c) values.push_back(choice_.fit.theta[slot + c]);
+    };
+    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) add(slots.own[i][t], design_.joints[i].terms[choice_.model.own[i][t]].columns());
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) add(slots.whole[t], design_.whole[choice_.model.whole[t]].columns());
+    return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));
   }
 
   // The missing torque follows the motion much more closely than the laws that were found. They may stand in for
   // another law, so the joint's findings become ambiguous.
-  static void doubt_law(const Where& where, TorqueVerdict* out) {
+  static void doubt_law(const Where& where, const std::string& why, TorqueVerdict* out) {
     for (Finding& f : out->evidence.findings) {
       if (f.where != where || f.grade != Grade::kSupported) continue;
       make_ambiguous(&f);
-      f.statement += " What remains follows the motion closely, so another law may be the true one.";
+      f.statement += " " + why;
     }
+  }
+
+  CoupledDrives find_coupled(size_t i) const {
+    FoundLaws laws{design_.joints[i].joint, {}, design_.joints[i].effective};
+    for (const TorqueRecording& r : design_.data->recordings) laws.columns.push_back(list_law_columns(i, r));
+    return find_coupled_drives(*design_.data, laws);
   }
 
   void add_remaining(TorqueVerdict* out) const {
@@ -309,8 +326,17 @@ class Judge {
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
       r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
       r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(choice_.fit.held[i]);
+      CoupledDrives coupled;
       // A smaller missing torque gets no analysis of what it depends on.
-      if (r.after > kKnown * joint.spread && !held.empty()) {
+      if (r.after > kKnown * joint.spread && !held.empty()) coupled = find_coupled(i);
+      if (!coupled.drives.empty()) {
+        r.depends_on = {"other joint"};
+        r.statement = make_remaining_words(e_, joint.joint, r, make_coupled_words(e_, joint.joint, coupled));
+        const std::string why = "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
+        doubt_law(r.where, why, out);
+        // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
+        for (const CoupledDrive& d : coupled.drives) doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
+      } else if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;
         r.statement = make_remaining_words(e_, joint.joint, r, relation.words);
@@ -320,13 +346,13 @@ class Judge {
       const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      const double free = find_free_share(learn, test);
+      const double free = std::max(find_free_share(learn, test), coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));
       // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all the
       // same, more than the laws can be predicted.
       const bool more = free < kHalf * own && !r.depends_on.empty();
       reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, free));
       // A supported law must explain this share of what a model without physics predicts.
-      if (own < kLargely * free) doubt_law(r.where, out);
+      if (own < kLargely * free) doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
       // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn freely.
       const bool driven = e_.robot.tree.joint(joint.joint).actuated;
       if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;

@@ -141,6 +141,16 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};
 }
 
+std::string make_coupled_words(const Experiment& e, int joint, const CoupledDrives& coupled) {
+  const std::string own = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
+  std::string words;
+  for (const CoupledDrive& d : coupled.drives) {
+    words += (words.empty() ? "dry friction of " : " and of ") + number(d.level, 2) + " " + unit + " at the rate of " + own + (d.ratio > 0.0 ? " plus " : " minus ") +
+             number(std::abs(d.ratio), 2) + " times that of " + e.robot.tree.joint(d.other).name;
+  }
+  return words + ": a drive turns with both joints (differential, parallelogram, tendons or shafts inside one another)";
+}
+
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {
   return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " " + r.unit + " missing torque (root mean square), " +
          number(r.after, 3) + " " + r.unit + " remain" + (follows.empty() ? "." : ", which follow " + follows + ".");

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/evidence/coupled_drives.h"
 #include "diagnosis/evidence/torque_grade.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -18,6 +19,9 @@ std::optional<Effect> make_effect(const GradedTerm& term, const GradedTerm* exce
 
 // A term that improves the prediction but is not named, with the reason.
 NotIdentifiable make_detail(const Experiment& experiment, const GradedTerm& term);
+
+// "dry friction of 1.2 N m at the rate of wrist plus 1 times that of elbow: ...".
+std::string make_coupled_words(const Experiment& experiment, int joint, const CoupledDrives& coupled);
 
 // Sentence on the missing torque of a joint and on what remains. `follows`: what it depends on; may be empty.
 std::string make_remaining_words(const Experiment& experiment, int joint, const Remaining& remaining,
