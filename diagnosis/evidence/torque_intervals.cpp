@@ -92,17 +92,20 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
   const JointDesign& joint = design.joints[i];
   if (design.data->experiment->robot.tree.joint(joint.joint).kind != JointKind::kRevolute) return out;
   const double travel = all.of.col(3).maxCoeff() - all.of.col(3).minCoeff();
-  const double unseen = std::max(0.0, 1.0 - travel / (2.0 * M_PI));
   long at = 0;
   for (size_t term : own) {
-    // Dry friction varies by as much over a turn.
-    if (joint.terms[term].row->is_dry()) out[at] = unseen * std::pow(kDetail * theta[at], 2);
+    if (joint.terms[term].row->is_dry()) out[at] = std::pow(calc_unseen_std(theta[at], travel), 2);
     at += joint.terms[term].columns();
   }
   return out;
 }
 
 }  // namespace
+
+// Dry friction varies by kDetail over a turn.
+double calc_unseen_std(double level, double travel) {
+  return std::sqrt(std::max(0.0, 1.0 - travel / (2.0 * M_PI))) * kDetail * std::abs(level);
+}
 
 double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
   double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;

@@ -19,6 +19,9 @@ namespace hrp::diagnosis {
 //   turn; a joint that moved through part of a turn shows only that part.
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
+// Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
+double calc_unseen_std(double level, double travel);
+
 // Variance between groups (DerSimonian and Laird) from each group's value and its variance.
 double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
 

@@ -216,8 +216,22 @@ class Finder {
       if (!plain) continue;
       std::string unit = infos[i].unit;
       if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
-      out_.values.push_back({effect.id, effect.place, label, infos[i].name, unit, said["value"].get<double>(), 0.5 * (ends[1].get<double>() - ends[0].get<double>()), slots[i]});
+      out_.values.push_back({effect.id, effect.place, label, infos[i].name, unit, said["value"].get<double>(), 0.5 * (ends[1].get<double>() - ends[0].get<double>()), slots[i],
+                             is_dry_slot(found, i) ? effect.place.index : -1});
     }
+  }
+
+  // Whether the `at`-th slot of an effect is the level of a dry friction of a joint that turns.
+  bool is_dry_slot(const Found& found, size_t at) const {
+    if (found.joint < 0) return false;
+    const JointDesign& joint = out_.design.joints[static_cast<size_t>(found.joint)];
+    if (e_.robot.tree.joint(joint.joint).kind != JointKind::kRevolute) return false;
+    size_t first = 0;
+    for (size_t term : found.terms) {
+      if (at == first) return joint.terms[term].row->is_dry();
+      first += static_cast<size_t>(joint.terms[term].columns());
+    }
+    return false;
   }
 
   std::vector<long> list_own_slots(const Found& found) const {

@@ -35,6 +35,7 @@ struct OpenValue {
   std::string label, parameter, unit;
   double value = 0.0, half_width = 0.0;  // of the report's 95 % interval
   long slot = 0;                         // in `best`
+  int dry_joint = -1;  // joint of a level of dry friction, which varies over a turn; -1: none
 };
 
 struct OpenTerms {

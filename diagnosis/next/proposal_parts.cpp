@@ -18,6 +18,15 @@ double calc_worth(double decided, const std::vector<ExpectedInterval>& before, c
   return decided + kValues * narrowed;
 }
 
+double calc_expected_width(double half_width, const WidthParts& before, const WidthParts& after) {
+  const double total = half_width * half_width, noise = std::min(total, before.noise * before.noise);
+  const double unseen = std::min(total - noise, before.unseen * before.unseen), other = total - noise - unseen;
+  const auto calc_left = [](double now, double then) { return now > 0.0 ? std::min(1.0, then * then / (now * now)) : 1.0; };
+  return std::sqrt(other + noise * calc_left(before.noise, after.noise) + unseen * calc_left(before.unseen, after.unseen));
+}
+
+bool is_held_out(size_t number) { return number % 2 == 1; }
+
 double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& proposals) {
   double factor = plan.loads.empty() ? 1.0 : kDrawback;
   for (const Proposal& p : proposals) factor *= p.plan.family == plan.family ? kDrawback : 1.0;
@@ -26,7 +35,7 @@ double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& propos
 
 Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& commands, double worth) {
   Proposal p;
-  p.file = std::string(number % 2 == 0 ? "train_" : "validate_") + std::to_string(number / 2 + 1) + ".csv";
+  p.file = std::string(is_held_out(number) ? "validate_" : "train_") + std::to_string(number / 2 + 1) + ".csv";
   p.plan = plan, p.commands = commands, p.worth = worth;
   return p;
 }

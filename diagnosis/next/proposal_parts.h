@@ -12,8 +12,20 @@ namespace hrp::diagnosis {
 // without and with the motion.
 double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after);
 
+// Parts of the half width of an interval that a motion changes: noise, and the unseen part of a turn.
+struct WidthParts {
+  double noise = 0.0, unseen = 0.0;
+};
+
+// Half width to expect of an interval of this half width. Its other parts stay, because no motion removes them: differences
+// between recordings and regimes, and what the report considers (a torque constant, the time of a sample).
+double calc_expected_width(double half_width, const WidthParts& before, const WidthParts& after);
+
 // Factor on the worth: kDrawback for loads by hand, and for each proposal of the same family.
 double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& proposals);
+
+// True if the `number`-th proposal, from 0, is for validation.
+bool is_held_out(size_t number);
 
 // The `number`-th proposal, from 0, with file, plan, commands and worth. Motions train and validate in turn.
 Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& commands, double worth);

@@ -50,7 +50,7 @@ class StanceProposer {
     next_.remarks.insert(next_.remarks.end(), worlds_.remarks.begin(), worlds_.remarks.end());
     for (const StanceWorld& world : worlds_.list) next_.explanations.push_back(world.label);
     next_.unseen = worlds_.unseen;
-    if (worlds_.list.empty() || (worlds_.values.empty() && worlds_.list.size() < 2)) {
+    if (worlds_.list.empty() || (worlds_.values.empty() && worlds_.list.size() < 2 && !is_open_still())) {
       next_.nothing = worlds_.unseen ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
                                      : "Nothing was found that can be simulated on the robot's feet.";
       return next_;
@@ -62,6 +62,9 @@ class StanceProposer {
   }
 
  private:
+  // True if the report has more to ask although nothing of it can be simulated: joints stood still.
+  bool is_open_still() const { return worlds_.still && worlds_.open; }
+
   // Noise of every reading of a stretch of a StanceRun; 0 if it is not recorded.
   void list_noise() {
     for (size_t j = 0; j < e_.joint_noise.size(); ++j) {
@@ -90,10 +93,17 @@ class StanceProposer {
     return weights;
   }
 
-  static Readings subtract(const StanceRun& a, const StanceRun& b, const Readings& weights) {
-    Readings difference(std::min(a.readings.size(), b.readings.size()));
-    for (size_t k = 0; k < difference.size(); ++k) difference[k] = (a.readings[k] - b.readings[k]) * weights[k % weights.size()];
+  static Readings subtract(const Readings& a, const Readings& b, const Readings& weights) {
+    Readings difference(std::min(a.size(), b.size()));
+    for (size_t k = 0; k < difference.size(); ++k) difference[k] = (a[k] - b[k]) * weights[k % weights.size()];
     return difference;
+  }
+
+  // What the robot of a run writes with these faults of its logs.
+  Readings record(const StanceRun& run, const std::vector<LogFault>& faults) const {
+    Readings readings = run.readings;
+    add_log_faults(faults, noise_.size(), &readings);
+    return readings;
   }
 
   StanceRun play(const Scenario& scenario, const Commands& commands) const { return run_stance(e_, scenario, commands, limits_); }
@@ -121,12 +131,14 @@ class StanceProposer {
   // Starts with the report's model, whose slopes the others share.
   Comparison compare(StanceCandidate* c, size_t i) const {
     std::vector<Readings> slopes;
+    const Readings own = record(c->runs[i], worlds_.list[i].faults);
     for (const StanceMove& move : worlds_.list[i].moves) {
-      slopes.push_back(move.shared >= 0 ? c->slopes[static_cast<size_t>(move.shared)] : subtract(play(move.scenario, c->commands), c->runs[i], c->weights));
+      if (move.shared >= 0) slopes.push_back(c->slopes[static_cast<size_t>(move.shared)]);
+      else slopes.push_back(subtract(record(move.of_log ? c->runs[i] : play(move.scenario, c->commands), move.faults), own, c->weights));
       slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
     if (i == 0) c->slopes = slopes;
-    const Readings difference = subtract(c->runs[i], c->runs[0], c->weights);
+    const Readings difference = subtract(own, record(c->runs[0], worlds_.list[0].faults), c->weights);
     Comparison out;
     const long p = static_cast<long>(slopes.size());
     out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
@@ -212,11 +224,12 @@ class StanceProposer {
     return fault;
   }
 
-  // Where joints stood still, the first motion, which is fitted, moves all of them if it is safe, and the others move at
-  // least the limbs. An effect of a joint that moves in only one of the two kinds of recordings is not named.
+  // Where joints stood still, a motion that moves all of them comes first if it is safe: whatever the report says of the
+  // others, nothing was seen of these, and an effect of a joint that moves in only one of the two kinds of recordings is
+  // not named. Without a mismatch there is no question about the legs, so that later motions may move the limbs only.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
-    const bool moves_all = c.plan.family == Family::kStir || (!next_.proposals.empty() && c.plan.family == Family::kSwing);
-    return calc_worth_of(c, gained) + (worlds_.unseen && moves_all ? 1.0 + kValues : 0.0);
+    const bool limbs = worlds_.unseen && !next_.proposals.empty() && c.plan.family == Family::kSwing;
+    return calc_worth_of(c, gained) + (worlds_.still && (limbs || c.plan.family == Family::kStir) ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
@@ -264,8 +277,10 @@ class StanceProposer {
   // Predictions of the reading in which the explanations differ most.
   Overlay make_overlay(const StanceCandidate& c) const {
     Readings sums(noise_.size(), 0.0);
-    for (const StanceRun& run : c.runs) {
-      const Readings difference = subtract(run, c.runs[0], c.weights);
+    std::vector<Readings> written;
+    for (size_t i = 0; i < c.runs.size(); ++i) written.push_back(record(c.runs[i], worlds_.list[i].faults));
+    for (const Readings& readings : written) {
+      const Readings difference = subtract(readings, written[0], c.weights);
       for (size_t k = 0; k < difference.size(); ++k) sums[k % noise_.size()] += difference[k] * difference[k];
     }
     const size_t channel = static_cast<size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
@@ -275,7 +290,7 @@ class StanceProposer {
     const size_t rows = c.runs[0].readings.size() / noise_.size();
     for (size_t k = 0; k < rows; ++k) {
       overlay.time.push_back(static_cast<double>(k) / static_cast<double>(rows) * c.commands.time.back());
-      for (size_t i = 0; i < c.runs.size(); ++i) overlay.curves[i].push_back(c.runs[i].readings[k * noise_.size() + channel]);
+      for (size_t i = 0; i < c.runs.size(); ++i) overlay.curves[i].push_back(written[i][k * noise_.size() + channel]);
     }
     return overlay;
   }

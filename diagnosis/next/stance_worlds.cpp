@@ -7,8 +7,10 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/tree.h"
 #include "diagnosis/next/explanations.h"
 #include "diagnosis/next/limits.h"
+#include "diagnosis/next/stance_rivals.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
@@ -78,23 +80,44 @@ class Maker {
     Json model = report.value("model", Json::array());
     if (model.empty()) model = findings;
     const bool empty = model.empty();
-    model = keep_simulated(model);
+    model = keep_known(model);
+    const Json rivals = list_rivals(report);
+    if (!rivals.empty()) model.push_back(rivals[0]);
     best_ = model;
-    if ((model.empty() && !empty) || !add(model)) return;
+    if (!add(model)) return;
+    if (!empty && model.empty()) out_.list[0].label = "the report's model";
     add_ends(model);
     for (const Json& finding : findings) add_alternatives(model, finding);
-    if (model.empty() && report.value("verdict", "") == "no_mismatch") add_hidden();
-    if (const auto nominal = make_scenario(e, Json::array())) out_.ends.push_back({"the nominal model", *nominal, {}});
+    if (!rivals.empty()) add_alternatives(model, make_riddle(rivals));
+    find_still();
+    out_.open = !empty || report.value("verdict", "") != "no_mismatch";
+    if (empty && model.empty() && report.value("verdict", "") == "no_mismatch") add_hidden();
+    if (const auto nominal = make_scenario(e, Json::array())) out_.ends.push_back({"the nominal model", *nominal, {}, {}});
   }
 
   const StanceWorlds& worlds() const { return out_; }
 
  private:
-  // Without what no simulator knows: faults of logs change nothing that the robot does.
-  Json keep_simulated(const Json& model) {
+  // Scenario and faults of logs; empty if neither a simulator nor the readings know one of the effects.
+  std::optional<StanceWorld> make_world(const Json& effects) const {
+    Json acting = Json::array();
+    StanceWorld world;
+    for (const Json& effect : effects) {
+      const auto fault = effect.contains("parameters") ? find_log_fault(e_, effect) : std::nullopt;
+      if (fault) world.faults.push_back(*fault);
+      else acting.push_back(effect);
+    }
+    const auto scenario = make_scenario(e_, acting);
+    if (!scenario) return std::nullopt;
+    world.scenario = *scenario;
+    return world;
+  }
+
+  // Without what neither a simulator nor the readings know.
+  Json keep_known(const Json& model) {
     Json kept = Json::array();
     for (const Json& effect : model) {
-      if (make_scenario(e_, Json::array({effect}))) kept.push_back(effect);
+      if (make_world(Json::array({effect}))) kept.push_back(effect);
       else out_.remarks.push_back("no simulation has these values: neither their safety nor what they would show was looked at: " + make_label(Json::array({effect})));
     }
     return kept;
@@ -102,14 +125,21 @@ class Maker {
 
   bool add(const Json& effects) {
     const std::string label = make_label(effects);
-    const auto scenario = make_scenario(e_, effects);
-    if (!scenario) {
+    auto world = make_world(effects);
+    if (!world) {
       out_.remarks.push_back("no simulation has these values: neither its safety nor what it would show was looked at: " + label);
       return false;
     }
-    out_.list.push_back({label, *scenario, {}});
+    world->label = label;
+    out_.list.push_back(std::move(*world));
     out_.list.size() == 1 ? add_moves_of_best(effects) : add_moves_of_rival(effects);
     return true;
+  }
+
+  std::optional<StanceMove> make_move(const Json& effects, size_t effect, const std::string& name, double step) const {
+    const auto world = make_world(move(effects, effect, name, step));
+    if (!world) return std::nullopt;
+    return StanceMove{-1, find_log_fault(e_, effects[effect]).has_value(), world->scenario, world->faults};
   }
 
   void add_moves_of_best(const Json& effects) {
@@ -117,9 +147,9 @@ class Maker {
     std::vector<StanceMove> moves;
     for_each_value(effects, [&](size_t i, const std::string& name, const Json& parameter) {
       const double value = get_number(parameter)->get<double>(), step = find_step(parameter);
-      const auto moved = make_scenario(e_, move(effects, i, name, step));
+      const auto moved = make_move(effects, i, name, step);
       if (!moved) return;
-      moves.push_back({-1, *moved});
+      moves.push_back(*moved);
       values.push_back({step / std::max(1e-9, std::abs(value)),
                         {make_label(Json::array({effects[i]})), name, parameter.is_object() ? parameter.value("unit", "") : "", value, find_std(parameter)}});
     });
@@ -140,10 +170,10 @@ class Maker {
       const std::string label = make_label(Json::array({effects[i]}));
       const auto same = std::find_if(out_.values.begin(), out_.values.end(), [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
       if (same != out_.values.end()) {
-        world.moves.push_back({static_cast<int>(same - out_.values.begin()), {}});
+        world.moves.push_back({static_cast<int>(same - out_.values.begin()), false, {}, {}});
       } else if (!is_in_best(effects[i])) {
-        const auto moved = make_scenario(e_, move(effects, i, name, find_step(parameter)));
-        if (moved) world.moves.push_back({-1, *moved});
+        const auto moved = make_move(effects, i, name, find_step(parameter));
+        if (moved) world.moves.push_back(*moved);
       }
     });
   }
@@ -155,8 +185,8 @@ class Maker {
   void add_ends(const Json& model) {
     for_each_value(model, [&](size_t i, const std::string& name, const Json& parameter) {
       for (double side : {-1.0, 1.0}) {
-        const auto end = make_scenario(e_, move(model, i, name, side * kNinetyFive * find_step(parameter)));
-        if (end) out_.ends.push_back({name + " at the end of its interval", *end, {}});
+        const auto end = make_world(move(model, i, name, side * kNinetyFive * find_step(parameter)));
+        if (end) out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
       }
     });
   }
@@ -173,6 +203,38 @@ class Maker {
       if (out_.list.size() <= kMostRivalWorlds) add(together);
       else if (++left_out_ == 1) out_.remarks.push_back("only the first " + std::to_string(kMostRivalWorlds) + " alternatives were simulated");
     }
+  }
+
+  // What may be at the loudest joint that nothing explains. The motion has to tell these apart, so one of them is in the
+  // model that the others are compared with.
+  Json list_rivals(const Json& report) {
+    for (const Riddle& riddle : list_riddles(e_, report)) {
+      const Json rivals = list_joint_rivals(e_, riddle);
+      if (rivals.empty()) continue;
+      out_.remarks.push_back("nothing explains " + riddle.joint + " yet: the explanations are guesses of what its drive may have, each as large as what is missing there");
+      return rivals;
+    }
+    return Json::array();
+  }
+
+  static Json make_riddle(const Json& rivals) {
+    Json finding = rivals[0];
+    finding["alternatives"] = Json::array();
+    for (size_t i = 1; i < rivals.size(); ++i) finding["alternatives"].push_back(rivals[i]);
+    return finding;
+  }
+
+  // No motion over fixed soles moves the joints of a leg as it likes: these do not count.
+  bool is_limb(int joint) const {
+    const TreeSpec& tree = e_.robot.tree;
+    return std::none_of(e_.scenario.feet.begin(), e_.scenario.feet.end(), [&](const std::string& foot) {
+      const int frame = tree.find_frame(foot);
+      return frame >= 0 && is_above(tree, joint + 1, tree.frames[static_cast<size_t>(frame)].link);  // link j + 1 moves with joint j
+    });
+  }
+
+  void find_still() {
+    for (int j = 0; j < e_.num_joints(); ++j) out_.still = out_.still || (is_limb(j) && calc_travel(e_, j) < kStill);
   }
 
   // The stillest joints first. A motion tells of such a friction whatever its level is, so it has no free value.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/robot/scenario.h"
+#include "diagnosis/next/stance_logs.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
@@ -15,13 +16,16 @@ constexpr double kUnknownStep = 0.05;  // relative step of a value without an in
 // One value changed by its step.
 struct StanceMove {
   int shared = -1;    // index of the same move of the report's model, which stands for this one; -1: none
+  bool of_log = false;  // only `faults` change
   Scenario scenario;  // if not shared
+  std::vector<LogFault> faults;
 };
 
 struct StanceWorld {
   std::string label;
   Scenario scenario;
   std::vector<StanceMove> moves;
+  std::vector<LogFault> faults;  // of what the robot writes
 };
 
 // A parameter of the report's model.
@@ -36,6 +40,8 @@ struct StanceWorlds {
   std::vector<StanceWorld> ends;     // further cases for safety: nominal; every value at either end of its interval
   std::vector<std::string> remarks;  // alternatives that no simulator knows
   bool unseen = false;               // no mismatch: the others are what joints that hardly moved may hide
+  bool still = false;                // a joint that carries no foot hardly moved
+  bool open = false;                 // the report names something, or cannot explain something
 };
 
 // Converts a report's model and its alternatives to scenarios.

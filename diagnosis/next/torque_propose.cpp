@@ -10,9 +10,11 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
+#include "diagnosis/next/ranges.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/torque_rows.h"
 #include "diagnosis/next/torque_worlds.h"
@@ -34,6 +36,12 @@ struct TorqueCandidate {
   bool ok = false;
 };
 
+// What motions add to the recordings.
+struct Gained {
+  Eigen::MatrixXd fisher;
+  Ranges ranges;
+};
+
 // A motion with its columns.
 struct Played {
   std::unique_ptr<TrialMotion> motion;
@@ -44,7 +52,7 @@ class TorqueProposer {
  public:
   TorqueProposer(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress)
       : e_(e), options_(options), progress_(progress), limits_(make_limits(e, options.limits)), terms_(find_open_terms(e, report)),
-        bare_(e), by_effort_(is_effort_driven(e)) {
+        bare_(e), by_effort_(is_effort_driven(e)), seen_(list_seen(e)) {
     bare_.recordings.clear();
   }
 
@@ -192,24 +200,33 @@ class TorqueProposer {
 
   double calc_left(const TorqueCandidate& c, size_t q) const { return calc_projected_power(c.comparisons[q], known_rival_[q]); }
 
-  std::vector<ExpectedInterval> list_intervals(const Eigen::MatrixXd& gained) const {
+  std::vector<ExpectedInterval> list_intervals(const Gained& gained) const {
     std::vector<ExpectedInterval> list;
     if (terms_.values.empty()) return list;
     const Eigen::VectorXd largest = Eigen::VectorXd::Constant(known_.rows(), 1e6);
-    const Eigen::VectorXd before = calc_expected_std(known_, largest), after = calc_expected_std(known_ + gained, largest);
+    const Eigen::VectorXd before = calc_expected_std(known_, largest), after = calc_expected_std(known_ + gained.fisher, largest);
     for (const OpenValue& v : terms_.values) {
       // No report states less than the agreement of two implementations of a law.
       const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));
-      const double ratio = before[v.slot] > 0.0 ? std::min(1.0, after[v.slot] / before[v.slot]) : 1.0;
-      list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, std::max(floor, ratio * v.half_width)});
+      const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
+      const double width = calc_expected_width(v.half_width, {kNinetyFive * before[v.slot], calc_unseen(seen_)}, {kNinetyFive * after[v.slot], calc_unseen(gained.ranges)});
+      list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, std::max(floor, width)});
     }
     return list;
   }
 
-  double calc_worth_of(const TorqueCandidate& c, const Eigen::MatrixXd& gained) const {
+  // What is known with another motion. A report fits its values to the recordings for training.
+  Gained add(Gained gained, const TorqueCandidate& c) const {
+    if (is_held_out(next_.proposals.size())) return gained;
+    gained.fisher += c.fisher;
+    for (size_t j = 0; j < c.commands.position.size(); ++j) widen(c.commands.position[j], &gained.ranges[j]);
+    return gained;
+  }
+
+  double calc_worth_of(const TorqueCandidate& c, const Gained& gained) const {
     double decided = 0.0;
     for (size_t q = 0; q < c.comparisons.size(); ++q) decided += calc_decision_probability(calc_left(c, q), kNeeded, 1.0) / static_cast<double>(c.comparisons.size());
-    return calc_worth(decided, list_intervals(gained), list_intervals(gained + c.fisher)) * calc_drawback(c.plan, next_.proposals);
+    return calc_worth(decided, list_intervals(gained), list_intervals(add(gained, c))) * calc_drawback(c.plan, next_.proposals);
   }
 
   // The questions whose answers differ most along the motion, at most kMostRivals.
@@ -246,7 +263,7 @@ class TorqueProposer {
     return c.plan.family == Family::kMultisine && all && c.plan.loads.empty();
   }
 
-  TorqueCandidate* find_best(const Eigen::MatrixXd& gained) {
+  TorqueCandidate* find_best(const Gained& gained) {
     const bool any_rich = std::any_of(candidates_.begin(), candidates_.end(), [&](const TorqueCandidate& c) { return c.ok && is_rich(c); });
     TorqueCandidate* best = nullptr;
     double most = -1.0;
@@ -260,7 +277,7 @@ class TorqueProposer {
 
   // Greedy. A motion that is not safe under every model is tried smaller.
   void choose() {
-    Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(known_.rows(), known_.cols());
+    Gained gained{Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), seen_};
     for (int check = 0; check < kMostChecks && static_cast<int>(next_.proposals.size()) < options_.count; ++check) {
       TorqueCandidate* best = find_best(gained);
       if (!best) return;
@@ -270,8 +287,9 @@ class TorqueProposer {
       const std::string fault = find_any_fault(*best, played, &leave);
       if (fault.empty()) {
         best->ok = false, best->fault.clear();
-        gained += best->fisher;
-        add_proposal(*best, played, gained, leave);
+        const Gained before = gained;
+        gained = add(gained, *best);
+        add_proposal(*best, played, before, gained, leave);
         continue;
       }
       best->fault = describe_plan(best->plan) + ": " + fault;
@@ -283,8 +301,8 @@ class TorqueProposer {
     }
   }
 
-  void add_proposal(const TorqueCandidate& c, const Played& played, const Eigen::MatrixXd& gained, const std::vector<double>& leave) {
-    Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, calc_worth_of(c, gained - c.fisher));
+  void add_proposal(const TorqueCandidate& c, const Played& played, const Gained& before, const Gained& gained, const std::vector<double>& leave) {
+    Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, calc_worth_of(c, before));
     for (size_t j = 0; j < c.plan.moves.size(); ++j) {
       if (c.plan.moves[j]) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
     }
@@ -344,6 +362,7 @@ class TorqueProposer {
   OpenTerms terms_;
   Experiment bare_;
   const bool by_effort_;
+  const Ranges seen_;
   std::unique_ptr<TorqueRows> rows_;
   Eigen::MatrixXd known_;
   std::vector<Eigen::MatrixXd> known_rival_;  // by question

@@ -39,11 +39,18 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
   return out;
 }
 
-Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others) {
+// Values of a rival as its trial was fitted. No interval was calculated.
+Json make_bare_parameters(const StandProblem& p, const Effect& e, size_t foot) {
+  Json out = make_parameters(p, e, Eigen::VectorXd::Zero(static_cast<long>(e.p.size())), foot);
+  for (auto& [name, parameter] : out.items()) parameter.erase("std"), parameter.erase("ci95");
+  return out;
+}
+
+Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others, size_t foot) {
   Json out = Json::array();
   for (const Effect& e : others) {
     const auto [kind, name] = find_place(p, e);
-    out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}});
+    out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}, {"parameters", make_bare_parameters(p, e, foot)}});
   }
   return out;
 }
@@ -76,7 +83,7 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
                    {"share", round_to(std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places), 3)},
                    {"probability", probability},
                    {"statement", make_statement(p, o, i, name, parameters)}};
-      if (i < o.indistinguishable.size() && !o.indistinguishable[i].empty()) finding["alternatives"] = make_alternatives(p, o.indistinguishable[i]);
+      if (i < o.indistinguishable.size() && !o.indistinguishable[i].empty()) finding["alternatives"] = make_alternatives(p, o.indistinguishable[i], f);
       findings->push_back(finding);
     }
   }

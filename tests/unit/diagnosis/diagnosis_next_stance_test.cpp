@@ -7,6 +7,7 @@
 
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/propose.h"
+#include "diagnosis/next/stance_logs.h"
 #include "diagnosis/next/stance_motions.h"
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/stance_worlds.h"
@@ -160,14 +161,100 @@ TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
 }
 
+Json make_finding(const char* effect, const Json& where, const Json& values) {
+  Json parameters = Json::object();
+  for (const auto& [name, value] : values.items()) parameters[name] = {{"value", value}};
+  return {{"effect", effect}, {"where", where}, {"parameters", parameters}};
+}
+
+Json make_log_bias(double bias) { return make_finding("sensor_bias", {{"sensor", "/joint_states/left_knee/effort"}}, {{"value", bias}}); }
+
 // What is wrong with a log changes nothing that the robot does.
 TEST(NextStance, AFaultOfALogKeepsNoModelFromBeingSimulated) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   Json report = make_open_report(make_load(1.0, 0.0));
-  report["findings"].push_back({{"effect", "sensor_bias"}, {"where", {{"sensor", "/joint_states/left_knee/effort"}}}, {"parameters", {{"value", {{"value", 1.0}}}}}});
+  report["findings"].push_back(make_log_bias(1.0));
   const StanceWorlds worlds = make_stance_worlds(e, report);
-  EXPECT_EQ(worlds.list.size(), 2u);  // the soles, and the load in the left one's place
-  EXPECT_NE(worlds.remarks[0].find("sensor_bias"), std::string::npos);
+  ASSERT_EQ(worlds.list.size(), 2u);  // the soles, and the load in the left one's place
+  EXPECT_EQ(worlds.list[1].faults.size(), 1u);
+}
+
+// A sensor of the base is not among the readings that motions are compared by.
+TEST(NextStance, AFaultThatNoReadingShowsIsLeftOut) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Json report = make_open_report(make_load(1.0, 0.0));
+  report["findings"].push_back(make_finding("sensor_delay", {{"sensor", "/imu/imu/orientation"}}, {{"delay", 0.004}}));
+  const StanceWorlds worlds = make_stance_worlds(e, report);
+  EXPECT_EQ(worlds.list.size(), 2u);
+  EXPECT_NE(worlds.remarks[0].find("sensor_delay"), std::string::npos);
+}
+
+// At one posture both are a constant torque: the spring of 60 N m/rad acts over the knee's way, the bias does not.
+TEST(NextStance, ASpringIsToldFromABiasOfTheLogByAMotionOfItsJoint) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Json spring = make_finding("parallel_spring", {{"joint", "left_knee"}}, {{"stiffness", 60.0}, {"rest", 0.4}});
+  spring["alternatives"] = Json::array({make_log_bias(6.0)});
+  const Next next = propose(e, {{"verdict", "explained"}, {"findings", {spring}}}, make_options(), kQuietly);
+  ASSERT_EQ(next.explanations.size(), 2u);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  ASSERT_EQ(next.proposals[0].expected.size(), 1u);
+  EXPECT_GT(next.proposals[0].expected[0].probability, 0.9);
+}
+
+// A bias of 2, a scale of 3 and a delay of half a sample of a ramp with slope 1 a sample.
+TEST(NextStance, FaultsOfALogChangeOnlyTheirOwnReading) {
+  std::vector<double> readings;
+  for (int k = 0; k < 4; ++k) readings.push_back(7.0), readings.push_back(k);
+  LogFault fault;
+  fault.channel = 1, fault.errors.bias.x() = 2.0, fault.errors.scale.x() = 3.0, fault.errors.delay = 0.5 * kStretch;
+  add_log_faults({fault}, 2, &readings);
+  EXPECT_EQ(readings[2], 7.0);
+  EXPECT_NEAR(readings[3], 3.0 * 0.5 + 2.0, 1e-12);
+  EXPECT_NEAR(readings[5], 3.0 * 1.5 + 2.0, 1e-12);
+}
+
+Experiment hold_waist(Experiment e) {
+  for (Recording& r : e.recordings) {
+    JointColumns& waist = r.joints[static_cast<size_t>(e.robot.tree.find_joint("waist"))];
+    for (auto* column : {&waist.command, &waist.signal[0]}) std::fill(column->begin(), column->end(), 0.0);
+  }
+  return e;
+}
+
+bool moves(const Proposal& p, const std::string& joint) { return std::find(p.moving.begin(), p.moving.end(), joint) != p.moving.end(); }
+
+// Nobody has seen this joint yet, whatever is wrong elsewhere: both the fitted and the held-out motion have to move it.
+TEST(NextStance, AJointThatStoodStillMovesAlsoIfAnotherIsInDoubt) {
+  const Experiment e = hold_waist(load_experiment(kFolder + "standing/experiment.yaml"));
+  NextOptions options = make_options();
+  options.count = 2;
+  Json report{{"verdict", "explained"}, {"findings", {make_finding("viscous_friction", {{"joint", "left_knee"}}, {{"coefficient", 3.0}})}}};
+  const Next next = propose(e, report, options, kQuietly);
+  ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
+  for (const Proposal& p : next.proposals) EXPECT_TRUE(moves(p, "waist")) << p.file;
+}
+
+// A gap of unknown stiffness cannot be simulated. That is no reason to learn nothing.
+TEST(NextStance, AModelThatCannotBeSimulatedLeavesTheRestToLearn) {
+  const Experiment e = hold_waist(load_experiment(kFolder + "standing/experiment.yaml"));
+  const Json play = make_finding("backlash", {{"joint", "left_knee"}}, {{"gap", 0.002}});
+  const Next next = propose(e, {{"verdict", "explained"}, {"findings", {play}}}, make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  EXPECT_TRUE(moves(next.proposals[0], "waist"));
+}
+
+// A report that only says where something is missing needs a motion most of all.
+TEST(NextStance, AJointThatNothingExplainsGetsAMotionThatTellsWhatItsDriveMayHave) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const std::string effort = e.signal_name(e.robot.tree.find_joint("left_knee"), Quantity::kEffort);
+  const Json report{{"verdict", "unexplained"}, {"findings", Json::array()}, {"unexplained", {{{"where", {{"joint", "left_knee"}}}}}},
+                    {"fit", {{"per_signal", {{effort, {{"before", 0.3}, {"after", 0.3}}}}}}}};
+  const Next next = propose(e, report, make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  EXPECT_GE(next.explanations.size(), 3u);
+  EXPECT_EQ(next.explanations[0], "coulomb_friction@left_knee");
+  EXPECT_TRUE(moves(next.proposals[0], "left_knee"));
+  EXPECT_GT(next.proposals[0].expected[0].probability, 0.5);
 }
 
 // Both models have the right sole: its values change the readings of both alike, and are simulated once.
@@ -183,12 +270,7 @@ TEST(NextStance, ARivalIsSimulatedOnlyForValuesOfItsOwn) {
 
 // A waist that stood still may have any friction: no mismatch does not mean that nothing is left to learn.
 TEST(NextStance, AJointThatStoodStillMayHideFriction) {
-  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
-  Experiment still = e;
-  for (Recording& r : still.recordings) {
-    JointColumns& waist = r.joints[static_cast<size_t>(e.robot.tree.find_joint("waist"))];
-    for (auto* column : {&waist.command, &waist.signal[0]}) std::fill(column->begin(), column->end(), 0.0);
-  }
+  const Experiment still = hold_waist(load_experiment(kFolder + "standing/experiment.yaml"));
   const StanceWorlds worlds = make_stance_worlds(still, {{"verdict", "no_mismatch"}, {"findings", Json::array()}});
   EXPECT_TRUE(worlds.unseen);
   ASSERT_GE(worlds.list.size(), 2u);

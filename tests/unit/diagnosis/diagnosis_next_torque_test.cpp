@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/next/limits.h"
+#include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/torque_propose.h"
 #include "diagnosis/next/torque_rows.h"
@@ -85,6 +87,29 @@ TEST(NextByTorque, FasterMotionTellsWhetherFrictionGrowsWithSpeed) {
   EXPECT_GT(viscous->probability, 0.9);
   const double fastest = *std::max_element(p.commands.velocity[kElbow].begin(), p.commands.velocity[kElbow].end());
   EXPECT_GT(fastest, 3.0 * 0.2);
+}
+
+// Of a width of 5, a noise of 3 and 4 of a friction that is uneven over a turn; 12 more in a width of 13 stay.
+TEST(NextByTorque, OnlyNoiseAndTheUnseenPartOfATurnBecomeNarrower) {
+  EXPECT_NEAR(calc_expected_width(5.0, {3.0, 4.0}, {0.3, 4.0}), std::hypot(0.3, 4.0), 1e-12);
+  EXPECT_NEAR(calc_expected_width(5.0, {3.0, 4.0}, {3.0, 2.0}), std::hypot(3.0, 2.0), 1e-12);
+  EXPECT_NEAR(calc_expected_width(13.0, {3.0, 4.0}, {0.0, 0.0}), 12.0, 1e-12);
+  EXPECT_NEAR(calc_expected_width(5.0, {30.0, 4.0}, {15.0, 4.0}), 2.5, 1e-12);  // no part is wider than the whole
+}
+
+// Friction varies by a tenth over a turn, and no more than two of the 6.28 rad can be seen.
+TEST(NextByTorque, AMotionThatSeesAThirdOfATurnLeavesMostOfTheDoubtAboutDryFriction) {
+  const Experiment e = simulate_arm("next_torque_turn", make_arm_drives());
+  NextOptions options = make_options();
+  options.count = 2;
+  const Next next = propose_by_torque(e, make_open_report(), options, kQuietly);
+  ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
+  for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
+    const ExpectedInterval& one = next.proposals[0].intervals[i];
+    const double seen = one.label.find("coulomb") != std::string::npos ? 2.0 : 2.0 * M_PI;  // [rad]
+    EXPECT_GE(one.after, 1.96 * 0.1 * std::sqrt(1.0 - seen / (2.0 * M_PI)) * one.value - 1e-9) << one.label;
+    EXPECT_EQ(next.proposals[1].intervals[i].after, one.after) << one.label;  // held out: no value is fitted to it
+  }
 }
 
 TEST(NextByTorque, EveryAlternativeOfTheReportIsAQuestion) {
