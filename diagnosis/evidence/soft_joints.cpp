@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_loads.h"
+#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/soft_gears.h"
 #include "diagnosis/search/significance.h"
 
@@ -19,6 +20,24 @@ namespace {
 constexpr int kMostSoft = 3;       // gears of one robot
 constexpr double kSoftCost = 5.0;  // [nats] a stiffness, and that the joint has it
 constexpr double kLeastRotor = 1e-4;  // [kg m^2] behind which a simulation is stable
+
+Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
+  const EffectInfo &row = get_effect(EffectId::kElasticity), &other = get_effect(EffectId::kBacklash);
+  const JointSpec& joint = e.robot.tree.joint(gear.joint);
+  // An effort is known to kKnown, and the stiffness with it.
+  const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
+  Finding f;
+  f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", joint.name}};
+  f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {stiffness}, {std}, false}};
+  f.grade = gear.applied && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
+  f.probability = kSurest;
+  f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
+  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
+                get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
+                " % of that with a rigid gear (squares), on held-out data.";
+  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, "slow reversals against a held link, with a second encoder at the link"}};
+  return f;
+}
 
 }  // namespace
 
@@ -41,25 +60,8 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
   }
 }
 
-Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
-  const EffectInfo &row = get_effect(EffectId::kElasticity), &other = get_effect(EffectId::kBacklash);
-  const JointSpec& joint = e.robot.tree.joint(gear.joint);
-  // An effort is known to kKnown, and the stiffness with it.
-  const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
-  Finding f;
-  f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", joint.name}};
-  f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {stiffness}, {std}, false}};
-  f.grade = gear.applied && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
-  f.probability = 0.99;
-  f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
-  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
-                get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
-                " % of that with a rigid gear (squares), on held-out data.";
-  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, "slow reversals against a held link, with a second encoder at the link"}};
-  return f;
-}
-
-void add_soft_gear(const SoftGear& gear, Hypothesis* model) {
+void add_soft_gear(const Experiment& e, const SoftGear& gear, std::vector<Finding>* findings, Hypothesis* model) {
+  findings->push_back(make_soft_finding(e, gear));
   if (!gear.applied) return;
   double rotor = gear.motor[0];
   const auto is_rotor = [&](const Effect& e) { return e.place == at_joint(gear.joint) && is_rigid_rotor(e); };

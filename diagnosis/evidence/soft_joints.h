@@ -14,11 +14,9 @@ namespace hrp::diagnosis {
 // gear that leaves more than half of the squares may have play instead: it is noted, and the links stay as they are.
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice);
 
-// `joint_elasticity` of a gear that gives; ambiguous, with play as the alternative, if it was only noted.
-Finding make_soft_finding(const Experiment& experiment, const SoftGear& gear);
-
-// Replaces the rotor of the gear's joint by an elastic transmission with that rotor. Nothing if it was only noted: the
-// simulation then tries both laws (loose_gears.h).
-void add_soft_gear(const SoftGear& gear, Hypothesis* model);
+// Adds `joint_elasticity` of a gear that gives to the findings; ambiguous, with play as the alternative, if it was only
+// noted. In the model it replaces the rotor of its joint by an elastic transmission with that rotor; a gear that was only
+// noted does not: the simulation then tries both laws (loose_gears.h).
+void add_soft_gear(const Experiment& experiment, const SoftGear& gear, std::vector<Finding>* findings, Hypothesis* model);
 
 }  // namespace hrp::diagnosis

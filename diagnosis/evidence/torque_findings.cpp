@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/coupled_drives.h"
+#include "diagnosis/evidence/idle_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
 #include "diagnosis/evidence/soft_joints.h"
@@ -54,10 +55,7 @@ class Judge {
     drop_lone_excess();
     explain_by_gears(design_, &graded_);
     add_findings(&out);
-    for (const SoftGear& gear : design_.data->soft) {
-      out.evidence.findings.push_back(make_soft_finding(e_, gear));
-      add_soft_gear(gear, &out.model);
-    }
+    for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, &out.evidence.findings, &out.model);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);
@@ -67,6 +65,7 @@ class Judge {
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
+    doubt_idle_drives(*design_.data, &out.evidence);
     return out;
   }
 

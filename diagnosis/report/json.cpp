@@ -44,7 +44,8 @@ Json make_where(const Experiment& e, const Effect& effect) {
       return {{"link", get_place_text(e, effect)}};
     case PlaceKind::kSensor:
       return {{"sensor", get_place_text(e, effect)}};
-    default:
+    default:  // one clock, or the base
+      if (get_effect(effect.id).family != EffectFamily::kTiming) return {{"link", e.robot.tree.links[0].name}};
       return {{"sensor", "clock"}};
   }
 }

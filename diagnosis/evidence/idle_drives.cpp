@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/idle_drives.h"
+
+#include <algorithm>
+
+#include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/torque_load.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr long kParts = 4;  // of each recording
+
+// Share of a joint's squared effort that its motion predicts across stretches; negative if worse than its mean.
+double predict_effort(const TorqueData& data, int joint) {
+  std::vector<Gram> parts;
+  double squares = 0.0, sum_of_efforts = 0.0, n = 0.0;
+  long width = 0;
+  for (const TorqueRecording& r : data.recordings) {
+    const Eigen::MatrixXd drive = make_drive_columns(data, r, joint);
+    width = drive.cols() + 1;
+    for (long part = 0; part < kParts; ++part) {
+      parts.emplace_back(width);
+      for (long k = part * r.kept() / kParts; k < (part + 1) * r.kept() / kParts; ++k) {
+        if (!r.use(k, joint)) continue;
+        const long row = r.full_row(k);
+        Eigen::VectorXd x(width);
+        x << r.tau(row, joint), drive.row(row).transpose();
+        const double effort = r.effort(row, joint);
+        parts.back().add_row(x, effort);
+        squares += effort * effort, sum_of_efforts += effort, n += 1.0;
+      }
+    }
+  }
+  const double spread = n > 0.0 ? squares / n - (sum_of_efforts / n) * (sum_of_efforts / n) : 0.0;
+  if (!(spread > 0.0)) return 0.0;
+  Columns all(static_cast<size_t>(width));
+  for (long c = 0; c < width; ++c) all[static_cast<size_t>(c)] = c;
+  return 1.0 - cross_validate(parts, sum(parts, width), all) / spread;
+}
+
+}  // namespace
+
+bool are_drives_idle(const TorqueData& data) {
+  bool any = false;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    if (data.source[j] != EffortSource::kRecorded) continue;
+    if (predict_effort(data, static_cast<int>(j)) > kDetail) return false;
+    any = true;
+  }
+  return any;
+}
+
+void doubt_idle_drives(const TorqueData& data, Evidence* evidence) {
+  if (!are_drives_idle(data)) return;
+  for (Finding& f : evidence->findings) {
+    if (f.where.contains("sensor") || f.grade != Grade::kSupported) continue;
+    make_ambiguous(&f);
+    f.statement += " No recorded effort follows the motion, so another force may have moved the robot.";
+  }
+  evidence->warnings.push_back(
+      "No recorded effort follows the motion of its joint: the drives did not move this robot, somebody else did (by hand?), or the log holds no efforts. "
+      "Friction, rotors and masses need a recording in which the drives move the robot.");
+}
+
+}  // namespace hrp::diagnosis
