@@ -6,6 +6,7 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/torque_load.h"
+#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -40,6 +41,19 @@ double predict_effort(const TorqueData& data, int joint) {
   return 1.0 - cross_validate(parts, sum(parts, width), all) / spread;
 }
 
+// True if somebody carries and accelerates the links: the motion takes at least half of the squares that weight and inertia
+// take one by one. In free motion the two cancel.
+bool is_driven(const TorqueData& data) {
+  const Plant plant = make_plant(*data.experiment, {});
+  double taken = 0.0, parts = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
+    const Eigen::MatrixXd weight = calc_efforts(plant, r.q, none, none), all = calc_efforts(plant, r.q, r.v, r.a);
+    taken += r.tau.squaredNorm(), parts += weight.squaredNorm() + (all - weight).squaredNorm();
+  }
+  return taken > kHalf * parts;
+}
+
 }  // namespace
 
 bool are_drives_idle(const TorqueData& data) {
@@ -49,7 +63,7 @@ bool are_drives_idle(const TorqueData& data) {
     if (predict_effort(data, static_cast<int>(j)) > kDetail) return false;
     any = true;
   }
-  return any;
+  return any && is_driven(data);
 }
 
 void doubt_idle_drives(const TorqueData& data, Evidence* evidence) {

@@ -39,10 +39,18 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
   return f;
 }
 
+// True if some joint leaves more than efforts are known to. Below, details of laws and filters look like anything.
+bool is_much_left(const TorqueDesign& design, const TorqueFit& fit) {
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    if (std::sqrt(fit.held[i]) > kKnown * design.joints[i].spread) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
-  for (int i = 0; i < kMostSoft; ++i) {
+  for (int i = 0; i < kMostSoft && is_much_left(*design, choice->fit); ++i) {
     std::optional<SoftGear> gear = find_soft_gear(*design->data);
     if (!gear) return;
     TorqueDesign softened = make_torque_design(soften(*design->data, *gear));
