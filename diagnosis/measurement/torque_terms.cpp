@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/drives.h"
 #include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -13,6 +14,31 @@ namespace {
 // Adds one term for each shape to try at a joint or link.
 void add_terms(const TorqueData& data, const TermRow& row, int place, std::vector<Term>* terms) {
   for (double shape : row.list_shapes ? row.list_shapes(data, place) : std::vector<double>{0.0}) terms->push_back({&row, place, shape});
+}
+
+// By joint: whether any of its samples are used.
+std::vector<char> list_used(const TorqueData& data) {
+  std::vector<char> used(data.source.size(), false);
+  for (const TorqueRecording& r : data.recordings) {
+    for (size_t j = 0; j < used.size(); ++j) used[j] = used[j] || r.use.col(static_cast<long>(j)).any();
+  }
+  return used;
+}
+
+// True if some used joint carries the link. No other joint feels it: a humanoid that moves one arm does not show the other.
+bool is_felt(const TreeSpec& tree, const std::vector<char>& used, int link) {
+  for (size_t j = 0; j < used.size(); ++j) {
+    if (used[j] && is_above(tree, static_cast<int>(j) + 1, link)) return true;
+  }
+  return false;
+}
+
+// True if a zero of this joint moves a link of some used joint, or the weight on one.
+bool is_zero_felt(const TreeSpec& tree, const std::vector<char>& used, int joint) {
+  for (size_t j = 0; j < used.size(); ++j) {
+    if (used[j] && (is_above(tree, static_cast<int>(j) + 1, joint + 1) || is_above(tree, joint + 1, static_cast<int>(j) + 1))) return true;
+  }
+  return false;
 }
 
 // Linear interpolation of a signal at sample i of the full grid.
@@ -57,6 +83,7 @@ std::vector<Term> list_joint_terms(const TorqueData& data, int joint) {
 
 std::vector<Term> list_whole_terms(const TorqueData& data) {
   std::vector<Term> terms;
+  const std::vector<char> used = list_used(data);
   const TreeSpec& tree = data.experiment->robot.tree;
   // On a moving base, the balance of the whole body determines links and zeros much better than drives with friction
   // do.
@@ -65,6 +92,7 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   // Measured forces at the feet give the scale that a drive's torque gives elsewhere.
   const auto is_measured = [&](int link) { return tree.links[static_cast<size_t>(link)].joint.actuated || !data.feet.empty(); };
   for (int link = 1; fixed && link < static_cast<int>(tree.links.size()); ++link) {
+    if (!is_felt(tree, used, link)) continue;
     for (const TermRow& row : list_term_rows()) {
       if (row.whole && row.place == PlaceKind::kLink && (is_measured(link) || !row.needs_drive)) add_terms(data, row, link, &terms);
     }
@@ -72,7 +100,9 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   for (const TermRow& row : list_term_rows()) {
     if (!row.whole || row.place == PlaceKind::kLink || !(fixed || row.late) || (row.needs_drive && !driven)) continue;
     const int places = row.place == PlaceKind::kJoint && !row.late ? tree.num_joints() : 1;
-    for (int place = 0; place < places; ++place) add_terms(data, row, place, &terms);
+    for (int place = 0; place < places; ++place) {
+      if (row.place != PlaceKind::kJoint || row.late || is_zero_felt(tree, used, place)) add_terms(data, row, place, &terms);
+    }
   }
   return terms;
 }

@@ -8,6 +8,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/torque_terms.h"
 #include "diagnosis/standing/effects.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -60,6 +61,18 @@ TEST(StandRows, CoefficientsComeBackFromTheTablesParameters) {
     const std::vector<double> back = row.from_table(p);
     for (size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(back[i], before[i], kRounding) << get_effect(row.id).name;
   }
+}
+
+// A humanoid that moves one arm: no joint feels the mass of the other one.
+TEST(TorqueTerms, OnlyLinksThatAJointCarriesWhoseSamplesAreUsedHaveAMassToFind) {
+  const Experiment e = simulate_arm("terms_of_links", make_arm_drives());
+  TorqueData data = make_torque_data(e);
+  for (TorqueRecording& r : data.recordings) r.use.col(kShoulder) = false;
+  std::set<int> links;
+  for (const Term& term : list_whole_terms(data)) {
+    if (term.row->place == PlaceKind::kLink) links.insert(term.place);
+  }
+  EXPECT_EQ(links, std::set<int>{kFore});
 }
 
 TEST(Families, OneEffectIsAskedForByItsPlaceAndWhatItIs) {
