@@ -7,6 +7,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/model/tree.h"
 
@@ -29,12 +30,6 @@ std::vector<double> list_ratios() {
 // Columns of one recording's kept samples.
 using Column = Eigen::VectorXd (*)(const TorqueData&, const TorqueRecording&, int joint, const CoupledDrive&);
 
-Eigen::VectorXd keep(const TorqueRecording& r, const Eigen::VectorXd& full) {
-  Eigen::VectorXd out(r.kept());
-  for (long k = 0; k < r.kept(); ++k) out[k] = full[r.full_row(k)];
-  return out;
-}
-
 // Smooth sign of the motor's rate. Its direction is as uncertain as those of both joints.
 Eigen::VectorXd calc_motor_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
   const double slow = std::hypot(data.slow[static_cast<size_t>(joint)], d.ratio * data.slow[static_cast<size_t>(d.other)]);
@@ -44,8 +39,8 @@ Eigen::VectorXd calc_motor_sign(const TorqueData& data, const TorqueRecording& r
 Eigen::VectorXd calc_filtered_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
   return data.condition(r, calc_motor_sign(data, r, joint, d));
 }
-Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.v.col(d.other)); }
-Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep(r, r.a.col(d.other)); }
+Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.v.col(d.other)); }
+Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.a.col(d.other)); }
 
 Eigen::MatrixXd append(const Eigen::MatrixXd& X, const Eigen::VectorXd& column) {
   Eigen::MatrixXd out(X.rows(), X.cols() + 1);
@@ -60,8 +55,8 @@ class CoupledSearch {
     const int j = joint_.joint;
     y_ = stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j); });
     own_ = Eigen::MatrixXd::Ones(y_.size(), 1);
-    own_ = append(own_, stack([&](size_t r) { return keep(recording(r), recording(r).v.col(j)); }));
-    own_ = append(own_, stack([&](size_t r) { return keep(recording(r), recording(r).a.col(j)); }));
+    own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).v.col(j)); }));
+    own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).a.col(j)); }));
     own_ = append(own_, stack([&](size_t r) { return data_.calc_direction(recording(r), j); }));
     own_ = append(own_, stack([&](size_t r) { return calc_load(recording(r)); }));
     for (long c = 0; c < (joint_.columns.empty() ? 0 : joint_.columns[0].cols()); ++c)

@@ -4,9 +4,10 @@
 #include <algorithm>
 
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/passive_torque.h"
 #include "diagnosis/measurement/torque_load.h"
-#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -16,7 +17,7 @@ constexpr long kParts = 4;  // of each recording
 // Share of a joint's squared effort that its motion predicts across stretches; negative if worse than its mean.
 double predict_effort(const TorqueData& data, int joint) {
   std::vector<Gram> parts;
-  double squares = 0.0, sum_of_efforts = 0.0, n = 0.0;
+  Spread spread;
   long width = 0;
   for (const TorqueRecording& r : data.recordings) {
     const Eigen::MatrixXd drive = make_drive_columns(data, r, joint);
@@ -30,28 +31,24 @@ double predict_effort(const TorqueData& data, int joint) {
         x << r.tau(row, joint), drive.row(row).transpose();
         const double effort = r.effort(row, joint);
         parts.back().add_row(x, effort);
-        squares += effort * effort, sum_of_efforts += effort, n += 1.0;
+        spread.add(effort);
       }
     }
   }
-  const double spread = n > 0.0 ? squares / n - (sum_of_efforts / n) * (sum_of_efforts / n) : 0.0;
-  if (!(spread > 0.0)) return 0.0;
+  const double square = spread.get() * spread.get();
+  if (!(square > 0.0)) return 0.0;
   Columns all(static_cast<size_t>(width));
   for (long c = 0; c < width; ++c) all[static_cast<size_t>(c)] = c;
-  return 1.0 - cross_validate(parts, sum(parts, width), all) / spread;
+  return 1.0 - cross_validate(parts, sum(parts, width), all) / square;
 }
 
 // True if somebody carries and accelerates the links: the motion takes at least half of the squares that weight and inertia
 // take one by one. In free motion the two cancel.
 bool is_driven(const TorqueData& data) {
-  const Plant plant = make_plant(*data.experiment, {});
-  double taken = 0.0, parts = 0.0;
-  for (const TorqueRecording& r : data.recordings) {
-    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
-    const Eigen::MatrixXd weight = calc_efforts(plant, r.q, none, none), all = calc_efforts(plant, r.q, r.v, r.a);
-    taken += r.tau.squaredNorm(), parts += weight.squaredNorm() + (all - weight).squaredNorm();
-  }
-  return taken > kHalf * parts;
+  double taken = 0.0, n = 0.0, parts = 0.0;
+  for (const TorqueRecording& r : data.recordings) taken += r.tau.squaredNorm(), n += static_cast<double>(r.tau.rows());
+  for (double square : calc_passive_squares(data)) parts += square;
+  return taken > kHalf * parts * n;
 }
 
 }  // namespace

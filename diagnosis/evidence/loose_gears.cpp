@@ -255,8 +255,7 @@ Finding tell(const Experiment& e, const LooseGear& gear) {
                  " % of what it leaves with a rigid gear, on held-out data.";
   if (gear.rival) {
     const EffectInfo& other = get_effect(gear.rival->id);
-    f.alternatives = {{other.name, get_family_name(other.family), f.where, list_estimates(e, *gear.rival, {}),
-                       "slow reversals against a held link, with a second encoder at the link"}};
+    f.alternatives = {{other.name, get_family_name(other.family), f.where, list_estimates(e, *gear.rival, {}), kHeldLink}};
   }
   return f;
 }

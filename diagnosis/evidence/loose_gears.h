@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Finds gears with elasticity or free play by simulation of one joint alone.
 //
-// The missing torque hardly shows such gears. The link differs from its encoder by a few mrad only, and the torque
-// depends on the second derivative of this difference. The servo simulation shows them: the rotor moves freely in the
-// gap and oscillates against the link.
+// The missing torque hardly shows such gears unless they are soft (soft_joints.h). The link differs from its encoder by a
+// few mrad only, and the torque depends on the second derivative of this difference. The servo simulation shows them: the
+// rotor moves freely in the gap and oscillates against the link.
 #pragma once
 
 #include <optional>
@@ -13,6 +13,9 @@
 #include "diagnosis/search/trial.h"
 
 namespace hrp::diagnosis {
+
+// Motion that tells an elastic gear from one with play.
+constexpr const char* kHeldLink = "slow reversals against a held link, with a second encoder at the link";
 
 // A joint whose simulation fits better with an elastic or loose transmission.
 struct LooseGear {

@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_loads.h"
+#include "diagnosis/evidence/loose_gears.h"
 #include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/soft_gears.h"
 #include "diagnosis/search/significance.h"
@@ -35,7 +36,7 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
   f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
                 get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
                 " % of that with a rigid gear (squares), on held-out data.";
-  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, "slow reversals against a held link, with a second encoder at the link"}};
+  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, kHeldLink}};
   return f;
 }
 

@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
+#include "diagnosis/measurement/passive_torque.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
@@ -182,20 +183,6 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
   joint->total = sum(joint->train, width);
 }
 
-// Reference in place of the effort's spread for a joint without a drive: rms of gravity and own inertia torque [N m or
-// N].
-double calc_passive_spread(const TorqueData& data, int joint) {
-  const Plant plant = make_plant(*data.experiment, {});
-  double sum = 0.0, n = 0.0;
-  for (const TorqueRecording& r : data.recordings) {
-    const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
-    const Eigen::VectorXd gravity = calc_efforts(plant, r.q, none, none).col(joint),
-                          motion = calc_efforts(plant, r.q, r.v, r.a).col(joint) - gravity;
-    sum += gravity.squaredNorm() + motion.squaredNorm(), n += static_cast<double>(r.q.rows());
-  }
-  return std::sqrt(sum / std::max(1.0, n));
-}
-
 // Correlation of effort and nominal torque in the training samples in use.
 double correlate_load(const TorqueData& data, int joint) {
   Eigen::Matrix2d S = Eigen::Matrix2d::Zero();
@@ -253,6 +240,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   fold_count = std::max(fold_count, kFewestFolds);
   std::vector<std::vector<Eigen::MatrixXd>> whole;  // by recording, by joint
   for (const TorqueRecording& r : data.recordings) whole.push_back(calc_whole_columns(data, r, design.whole));
+  std::vector<double> passive;
   for (int j = 0; j < data.experiment->num_joints(); ++j) {
     JointDesign joint;
     joint.joint = j;
@@ -275,7 +263,10 @@ TorqueDesign make_torque_design(TorqueData&& given) {
       fill_joint(data, own_folds, fold_count, rows, &joint);
     }
     if (joint.total.n < kFewestSamples) continue;
-    if (!data.experiment->robot.tree.joint(j).actuated) joint.spread = calc_passive_spread(data, j);
+    if (!data.experiment->robot.tree.joint(j).actuated) {  // in place of the effort's spread
+      if (passive.empty()) passive = calc_passive_squares(data);
+      joint.spread = std::sqrt(passive[static_cast<size_t>(j)]);
+    }
     joint.loaded = std::max(correlate_load(data, j), correlate_load_beside_drive(data, j)) > kLoaded;
     joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
     design.joints.push_back(std::move(joint));

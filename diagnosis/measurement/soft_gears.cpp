@@ -8,6 +8,8 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/kept_rows.h"
+#include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/torque_load.h"
 #include "diagnosis/simulation/bodies.h"
 
@@ -29,19 +31,14 @@ constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: th
 struct Piece {
   const TorqueRecording* recording = nullptr;
   Plant plant;                  // nominal, with what hangs on it in this recording
-  JointsMotion motion;           // as now believed, full grid
+  JointsMotion motion;          // as now believed, full grid
+  Matrix rigid;                 // tau of the motion with this gear rigid, kept x joint
   std::vector<Matrix> drives;   // by joint: columns beside the bodies, kept samples
   Matrix left;                  // effort - tau - stated friction, kept x joint
 };
 
-Matrix keep(const TorqueRecording& r, const Matrix& full) {
-  Matrix out(r.kept(), full.cols());
-  for (long k = 0; k < r.kept(); ++k) out.row(k) = full.row(r.full_row(k));
-  return out;
-}
-
 Matrix calc_tau(const Piece& p, const JointsMotion& m) {
-  return calc_efforts(p.plant, keep(*p.recording, m.q), keep(*p.recording, m.v), keep(*p.recording, m.a));
+  return calc_efforts(p.plant, keep_rows(*p.recording, m.q), keep_rows(*p.recording, m.v), keep_rows(*p.recording, m.a));
 }
 
 // Torque on the gear of a joint by the effort of its drive [N m], full grid.
@@ -55,19 +52,15 @@ void twist(const TorqueRecording& r, int j, const Vector& angle, JointsMotion* l
   links->q.col(j) -= angle, links->v.col(j) -= rate, links->a.col(j) -= differentiate(rate, r.step);
 }
 
-// What a column leaves beside those of a drive.
-Matrix take_out_drive(const Matrix& drive, const Matrix& columns) {
-  return columns - drive * drive.completeOrthogonalDecomposition().solve(columns);
-}
-
 class Search {
  public:
   explicit Search(const TorqueData& data) : data_(data), n_(static_cast<int>(data.source.size())) {
     const Plant plant = make_plant(*data.experiment, {});
     for (const TorqueRecording& r : data.recordings) {
       if (!r.train || r.kept() == 0) continue;
-      Piece p{&r, add_by_hand(plant, data.experiment->recordings[r.index].spec), {r.get_link_q(), r.get_link_v(), r.get_link_a()}, {}, r.missing};
-      for (int j = 0; j < n_; ++j) p.drives.push_back(keep(r, make_drive_columns(data, r, j)));
+      Piece p{&r, add_by_hand(plant, data.experiment->recordings[r.index].spec), {r.get_link_q(), r.get_link_v(), r.get_link_a()}, {}, {}, r.missing};
+      p.rigid = calc_tau(p, p.motion);
+      for (int j = 0; j < n_; ++j) p.drives.push_back(keep_rows(r, make_drive_columns(data, r, j)));
       rigid_.push_back(std::move(p));
     }
   }
@@ -136,7 +129,7 @@ class Search {
 
   double sum_left(int joint, int soft) const {
     const Stack s = stack(rigid_, {}, joint, soft);
-    return s.left.size() > 0 ? take_out_drive(s.drive, s.left).squaredNorm() : 0.0;
+    return s.left.size() > 0 ? take_out(s.drive, s.left).squaredNorm() : 0.0;
   }
 
   // d tau / d twist x series: by joint, kept samples, for a twist of joint j that follows `series` [full grid].
@@ -155,8 +148,8 @@ class Search {
       if (!(squares_[static_cast<size_t>(i)] > 0.0)) continue;
       const Stack s = stack(pieces, columns, i, j);
       const Matrix own = i == j && with_motor ? Matrix(s.drive.rightCols(s.drive.cols() - kOfMotor)) : s.drive;
-      const Matrix x = take_out_drive(own, s.columns);
-      const Vector y = take_out_drive(own, s.left);
+      const Matrix x = take_out(own, s.columns);
+      const Vector y = take_out(own, s.left);
       const double weight = std::sqrt(static_cast<double>(y.size()) / std::max(1e-300, squares_[static_cast<size_t>(i)]));
       for (long k = 0; k < y.size(); ++k) parts[static_cast<size_t>(s.stretch[static_cast<size_t>(k)])].add_row(weight * x.row(k).transpose(), weight * y[k]);
     }
@@ -165,6 +158,7 @@ class Search {
 
   // Linear in 1/k and J/k: a gear that twists as the effort, less a rotor's share.
   std::optional<SoftGear> start(int j) const {
+    if (!(squares_[static_cast<size_t>(j)] > 0.0)) return std::nullopt;
     std::vector<std::vector<Matrix>> columns;
     for (const Piece& p : rigid_) {
       const Matrix of_effort = calc_slope(p, j, p.recording->effort.col(j)), of_rotor = calc_slope(p, j, p.recording->a.col(j));
@@ -175,9 +169,7 @@ class Search {
         columns.back().push_back(c);
       }
     }
-    if (!(squares_[static_cast<size_t>(j)] > 0.0)) return std::nullopt;
-    const std::vector<Gram> parts = gather(rigid_, columns, j, false);
-    const Gram total = sum(parts, 2);
+    const Gram total = sum(gather(rigid_, columns, j, false), 2);
     const Vector x = solve(total, {0, 1});
     if (!(x[0] > 0.0)) return std::nullopt;
     SoftGear gear;
@@ -198,8 +190,7 @@ class Search {
     std::vector<Piece> pieces = rigid_;
     for (Piece& p : pieces) {
       twist(*p.recording, gear.joint, gear.give * calc_gear_torque(data_, *p.recording, gear), &p.motion);
-      const Matrix rigid = calc_tau(p, {p.recording->get_link_q(), p.recording->get_link_v(), p.recording->get_link_a()});
-      p.left += rigid - calc_tau(p, p.motion);
+      p.left += p.rigid - calc_tau(p, p.motion);
     }
     return pieces;
   }
@@ -210,12 +201,12 @@ class Search {
       if (!(squares_[static_cast<size_t>(i)] > 0.0)) continue;
       const Stack s = stack(pieces, {}, i, soft);
       const double n = static_cast<double>(s.left.size());
-      left += n * std::log(take_out_drive(s.drive, s.left).squaredNorm() / squares_[static_cast<size_t>(i)]), all += n;
+      left += n * std::log(take_out(s.drive, s.left).squaredNorm() / squares_[static_cast<size_t>(i)]), all += n;
     }
     return std::exp(left / std::max(1.0, all));
   }
 
-  // Gauss-Newton steps in the give and the motor's coefficients. A step that makes it worse is halved once, then it ends.
+  // Gauss-Newton steps in the give and the motor's coefficients. A step that makes it worse is halved up to twice.
   std::optional<SoftGear> refine(SoftGear gear) const {
     std::vector<Piece> pieces = move(gear);
     gear.left = calc_left(pieces, gear.joint);
@@ -284,7 +275,7 @@ TorqueData soften(TorqueData data, const SoftGear& gear) {
     const Matrix more = calc_efforts(plant, links.q, links.v, links.a) - rigid;
     r.link_q = links.q, r.link_v = links.v, r.link_a = links.a;
     r.tau += more, r.load += more;
-    r.missing -= keep(r, more);
+    r.missing -= keep_rows(r, more);
     for (long j = 0; j < r.use.cols(); ++j) r.use.col(j) = r.use.col(j) && r.use.col(gear.joint);
   }
   data.soft.push_back(gear);

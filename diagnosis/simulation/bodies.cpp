@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/simulation/bodies.h"
 
+#include <algorithm>
+
 #include "common/multibody/kinematics.h"
 #include "common/multibody/mass_matrix.h"
 #include "diagnosis/data/command_reader.h"
@@ -96,28 +98,31 @@ class PathBodies : public Bodies {
   const std::vector<double>& time_;
 };
 
+// While teeth cross a gap, no law of this kind says where the link is.
+bool swings(const JointLaws& laws) { return laws.elastic && laws.gap == 0.0; }
+
 // Links behind elastic gears along one motion of the drives.
 class ElasticLinks {
  public:
   ElasticLinks(const Plant& plant, const JointsMotion& drives, double step)
       : dynamics_(plant), drives_(drives), step_(step), out_(drives), q_(drives.q.row(0)), v_(drives.v.row(0)) {
+    std::vector<double> k, d;
     for (size_t j = 0; j < plant.laws.size(); ++j) {
       const JointLaws& laws = plant.laws[j];
-      if (laws.elastic && laws.gap == 0.0) at_.push_back(static_cast<long>(j)), k_.push_back(laws.stiffness), d_.push_back(laws.damping);
+      if (swings(laws)) at_.push_back(static_cast<long>(j)), k.push_back(laws.stiffness), d.push_back(laws.damping);
     }
     const auto n = static_cast<long>(at_.size());
-    K_ = Eigen::Map<const Eigen::VectorXd>(k_.data(), n).asDiagonal(), D_ = Eigen::Map<const Eigen::VectorXd>(d_.data(), n).asDiagonal();
+    K_ = Eigen::Map<const Eigen::VectorXd>(k.data(), n).asDiagonal(), D_ = Eigen::Map<const Eigen::VectorXd>(d.data(), n).asDiagonal();
   }
 
   JointsMotion run() {
-    if (at_.empty()) return drives_;
     twist_by_load();
     for (long k = 0; k < drives_.q.rows(); ++k) {
       if (k > 0) advance(k);
       evaluate(k);
       keep(k);
     }
-    return out_;
+    return std::move(out_);
   }
 
  private:
@@ -183,7 +188,6 @@ class ElasticLinks {
   JointsMotion out_;
   Eigen::VectorXd q_, v_, h_;
   std::vector<long> at_;
-  std::vector<double> k_, d_;
   Eigen::MatrixXd K_, D_, M_;
 };
 
@@ -267,7 +271,10 @@ Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const
   return efforts;
 }
 
-JointsMotion follow_drives(const Plant& plant, const JointsMotion& drives, double step) { return ElasticLinks(plant, drives, step).run(); }
+JointsMotion follow_drives(const Plant& plant, JointsMotion drives, double step) {
+  if (std::none_of(plant.laws.begin(), plant.laws.end(), swings)) return drives;
+  return ElasticLinks(plant, drives, step).run();
+}
 
 std::unique_ptr<Bodies> make_robot_bodies(const Plant& plant, const SmoothRecording& smooth) {
   return std::make_unique<RobotBodies>(plant, smooth);

@@ -26,7 +26,7 @@ struct JointsMotion {
 // The links of elastic joints behind their drives' motion, all others as the drives, `step` [s]:
 //   M q'' + h(q, q') = k (q_drive - q) + d (q_drive' - q')
 // by the midpoint rule, which adds no damping. They start at rest beside their drives, twisted by their load.
-JointsMotion follow_drives(const Plant& plant, const JointsMotion& drives, double step);
+JointsMotion follow_drives(const Plant& plant, JointsMotion drives, double step);
 
 // Wrenches of steady forces on the links; requires update_kinematics. Empty if there are none.
 LinkWrenches calc_wrenches(const std::vector<SteadyForce>& forces, const Model& model, const Data& data);
