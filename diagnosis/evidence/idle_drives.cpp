@@ -54,6 +54,7 @@ bool is_driven(const TorqueData& data) {
 }  // namespace
 
 bool are_drives_idle(const TorqueData& data) {
+  if (data.experiment->scenario.floating_base) return false;
   bool any = false;
   for (size_t j = 0; j < data.source.size(); ++j) {
     if (data.source[j] != EffortSource::kRecorded) continue;
