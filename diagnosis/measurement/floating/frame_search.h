@@ -10,17 +10,22 @@
 
 namespace hrp::diagnosis::floating {
 
+// [s] By which clocks are looked for on either side; and, where that finds none, on one side after the other.
+constexpr double kNearClock = 0.5, kFarClock = 3.0;
+
 // A clock behind that of the encoders, and more so by `rate` of the time since the recording's begin.
 struct Clock {
   double late = 0.0;  // [s]
   double rate = 0.0;
+  double first = -kNearClock, last = kNearClock;  // [s] what moments have readings for
 };
 
 // What a turn and a clock leave: an error in squares.
 using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
 
-// [s] Purpose that are compared begin and end so far inside a clip: turns need no margin, clocks that of their search.
-enum class Purpose { kForTurns, kForClocks };
+// Moments that are compared lie so far inside a clip: turns need no margin, clocks that of their search. Clocks that are far
+// behind need readings after the moments alone, clocks that are far ahead before them.
+enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);
@@ -48,5 +53,23 @@ struct BestFrame {
 BestFrame find_best(const Left& left, const BestFrame& start = {});
 BestFrame find_best_turn(const Left& left, const BestFrame& start = {});
 BestFrame find_best_clock(const Left& left, const BestFrame& turned);
+
+// Whether so much is left that a clock beyond find_best_clock()'s may be the cause. `left`: 1 of a sensor that agrees.
+bool may_be_far(const Left& left, const BestFrame& turned);
+// On one side. `turned` where no clock leaves a quarter, or where two do as well: steps repeat.
+BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned);
+
+// The far clock that leaves the least. `list`: the moments of a side, `measure`: what they leave.
+template <class List, class Measure>
+BestFrame find_far_clock(const List& list, const Measure& measure, const BestFrame& turned) {
+  BestFrame best = turned;
+  for (const Purpose side : {Purpose::kForFarBehind, Purpose::kForFarAhead}) {
+    const auto moments = list(side);
+    if (!is_enough(side, moments.size())) continue;
+    const BestFrame far = find_far_clock(Left(measure(moments)), side, turned);
+    if (far.late != turned.late && (best.late == turned.late || far.left < best.left)) best = far;
+  }
+  return best;
+}
 
 }  // namespace hrp::diagnosis::floating

@@ -166,6 +166,19 @@ TEST(SensorFrames, AClockThatIsFarOffIsMoved) {
     EXPECT_NEAR(f.late, 0.2, 0.015);  // one and a half steps of the clock that is looked for
 }
 
+// Beyond the half second that is looked at first: 1.2 s behind, 2 s ahead.
+TEST(SensorFrames, AClockThatIsSecondsOffIsMoved) {
+  for (const long samples : {300L, -500L}) {
+    Experiment e = make_biped({}, kLeans);
+    for (Recording& r : e.recordings) {
+      for (auto& [name, column] : r.other) std::rotate(column.begin(), samples > 0 ? column.end() - samples : column.begin() - samples, column.end());
+    }
+    const std::vector<SensorFrame> frames = find_sensor_frames(e);
+    ASSERT_EQ(frames.size(), 2u);
+    for (const SensorFrame& f : frames) EXPECT_NEAR(f.late, 0.004 * static_cast<double>(samples), 0.015);
+  }
+}
+
 // No shift puts what a drifting clock stamped where it belongs: its rate is an effect of its own.
 TEST(SensorFrames, AClockThatRunsFastIsNotMoved) {
   Experiment e = make_biped({}, kLeans);
