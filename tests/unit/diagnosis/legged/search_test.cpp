@@ -288,8 +288,8 @@ TEST(LeggedSearch, ALoadWhoseHeightHardlyShowsIsALoadWithinReach) {
 
 // Tilts of a sole that gives 0.006 rad/(N m) about y. A hand leans the stiff robot: the sole bears a side force in
 // proportion to its moment. About x, moments are noise. Without `sink`, no second foot tells how far it sinks.
-// `sink` [m/N]: of the height over the other foot.
-LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, double sink = 0) {
+// `sink` [m/N]: of the height over the other foot; `about`: the axis.
+LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, double sink = 0, int about = 1) {
   const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
   const ColumnLayout layout(log);
   std::vector<Candidate> soles;
@@ -306,7 +306,8 @@ LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, doubl
   std::mt19937 random(37);
   std::normal_distribution<double> normal;
   for (int i = 0; i < rows.cells(); ++i) {
-    const double moment[] = {0, 5 * std::sin(0.04 * i)}, rate[] = {0, 5 * std::cos(0.04 * i)};
+    double moment[] = {0, 0}, rate[] = {0, 0};
+    moment[about] = 5 * std::sin(0.04 * i), rate[about] = 5 * std::cos(0.04 * i);
     const double force = 100 * std::sin(0.11 * i);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       if (sink > 0) half->begin_row(2, sink * force + 1e-5 * normal(random), 0.02), half->add(2, layout.foot(0, kSinkColumn), force);
@@ -325,8 +326,8 @@ LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, doubl
 
 // What bends further up is late, too. 4e-5 rad/(N m) are 0.2 mrad, to which no model is exact.
 TEST(LeggedSearch, ALagWithoutAStiffnessIsNoSole) {
-  EXPECT_TRUE(search_leaning_sole(4e-5, 4e-4, 3e-6).effects.empty());
-  EXPECT_EQ(search_leaning_sole(1e-3, 4e-4, 3e-6).effects.size(), 1u);
+  EXPECT_TRUE(search_leaning_sole(4e-5, 4e-4, 3e-6, 0).effects.empty());
+  EXPECT_EQ(search_leaning_sole(1e-3, 4e-4, 3e-6, 0).effects.size(), 1u);
 }
 
 TEST(LeggedSearch, ASoleThatAHandLeansAboutOneAxisGivesAboutIt) {
