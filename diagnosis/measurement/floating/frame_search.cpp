@@ -15,6 +15,9 @@ constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
 constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
 constexpr size_t kOfClocks = 100;    // moments: 2 s, beside the margins
+constexpr int kHeldReadings = 20;    // that are tried beside the first
+constexpr double kFewest = 4.0;      // blocks: three degrees of freedom
+constexpr double kExact = 1e-9;      // of a square, that no two blocks agree to
 constexpr size_t kOfTurns = 25;      // moments: half a second, in which what is left of a walk changes its sign
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
@@ -45,16 +48,6 @@ bool repeats(const std::vector<double>& left, size_t least) {
   return false;
 }
 
-Clock find_range(Purpose purpose) {
-  switch (purpose) {
-    case Purpose::kForTurns: return {0.0, 0.0, 0.0, 0.0};
-    case Purpose::kForFarBehind: return {0.0, 0.0, 0.0, kFarClock};
-    case Purpose::kForFarAhead: return {0.0, 0.0, -kFarClock, 0.0};
-    case Purpose::kForClocks: break;
-  }
-  return {};
-}
-
 // Samples inside a clip that are kStep apart.
 std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
   const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
@@ -70,6 +63,16 @@ size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kOfTu
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
 
 }  // namespace
+
+Clock find_range(Purpose purpose) {
+  switch (purpose) {
+    case Purpose::kForTurns: return {0.0, 0.0, 0.0, 0.0};
+    case Purpose::kForFarBehind: return {0.0, 0.0, 0.0, kFarClock};
+    case Purpose::kForFarAhead: return {0.0, 0.0, -kFarClock, 0.0};
+    case Purpose::kForClocks: break;
+  }
+  return {};
+}
 
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use) {
   for (const Clip& clip : log.clips) {
@@ -109,7 +112,29 @@ std::vector<Matrix3d> list_quarter_turns() {
   return out;
 }
 
+double calc_block_odds(const std::vector<double>& gains) {
+  double sum = 0.0, square = 0.0;
+  for (double g : gains) sum += g, square += g * g;
+  const auto n = static_cast<double>(gains.size());
+  if (n < kFewest || square == 0.0) return 0.0;
+  const double variance = square / n - sum * sum / (n * n);
+  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kExact * square / n))), sum);
+}
+
+Clock find_best_held(const Left& left, const Matrix3d& R) {
+  Clock best;
+  double least = 1e300;
+  for (int i = 0; i <= kHeldReadings; ++i) {
+    Clock held;
+    held.held = static_cast<double>(i) / kHeldReadings;
+    const double here = left(R, held);
+    if (here < least) least = here, best = held;
+  }
+  return best;
+}
+
 size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
+  if (clock.held >= 0.0) return clip.edge + static_cast<size_t>(clock.held * static_cast<double>(clip.size() - 1 - 2 * clip.edge));
   const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
   const double time = std::clamp(clock.late + clock.rate * since, clock.first, clock.last);
   return static_cast<size_t>(static_cast<long>(k) + std::lround(time / clip.step));
