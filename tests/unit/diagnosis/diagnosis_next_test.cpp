@@ -213,7 +213,7 @@ TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
   MotionPlan plan;
   plan.moves = {1, 1}, plan.seconds = 4.0;
   const Commands large = make_motion(plan, limits);
-  limits.joints[kElbow].effort = 0.1;  // N m: less than its own weight takes
+  limits.joints[0].effort = 1e3, limits.joints[kElbow].effort = 0.1;  // N m: less than its own weight takes
   Experiment bare = e;
   bare.recordings.clear();
   std::vector<char> faulty(2, 0);
