@@ -44,6 +44,7 @@ class Judge {
     exchange_misleading_zeros(design_, jobs, &choice_);
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
+    if (drop_false_gains(jobs, graded_, &design_, &choice_)) graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
     take_simpler_terms(jobs);
     doubt_lone_delays(design_, choice_, &graded_);
