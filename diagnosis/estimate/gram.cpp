@@ -46,6 +46,11 @@ void Gram::add_row(const Eigen::VectorXd& x, double y) {
   b += y * x, c += y * y, n += 1.0;
 }
 
+void Gram::add_columns(const Eigen::Ref<const Eigen::MatrixXd>& X, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  G.selfadjointView<Eigen::Lower>().rankUpdate(X);
+  b.noalias() += X * y, c += y.squaredNorm(), n += static_cast<double>(y.size());
+}
+
 void Gram::add(const Gram& other, double factor) {
   G += factor * other.G, b += factor * other.b, c += factor * other.c, n += factor * other.n;
 }

@@ -21,6 +21,8 @@ struct Gram {
   explicit Gram(long width = 0) : G(Eigen::MatrixXd::Zero(width, width)), b(Eigen::VectorXd::Zero(width)) {}
   double get(long i, long j) const { return i >= j ? G(i, j) : G(j, i); }
   void add_row(const Eigen::VectorXd& x, double y);
+  // Many rows at once: X (columns of the equations x rows), y (rows).
+  void add_columns(const Eigen::Ref<const Eigen::MatrixXd>& X, const Eigen::Ref<const Eigen::VectorXd>& y);
   void add(const Gram& other, double factor);
 };
 

@@ -6,6 +6,7 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/joint_rows.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -15,7 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr size_t kMost = 2;       // motors of a differential
-constexpr long kFewest = 200;     // samples: twenty for each of ten columns
 constexpr long kToScreen = 3000;  // samples: hundreds for each column, so that the best ratio is the best of all samples
 // Ratios of the screen: from a quarter to four, in steps of 2^(1/4). Only samples at which the sign is wrong count against a
 // ratio, a few percent within a step. Beyond a quarter, one of the joints hardly changes when the sign does.
@@ -42,31 +42,24 @@ Eigen::VectorXd calc_filtered_sign(const TorqueData& data, const TorqueRecording
 Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.v.col(d.other)); }
 Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.a.col(d.other)); }
 
-Eigen::MatrixXd append(const Eigen::MatrixXd& X, const Eigen::VectorXd& column) {
-  Eigen::MatrixXd out(X.rows(), X.cols() + 1);
-  out << X, column;
-  return out;
-}
-
 class CoupledSearch {
  public:
-  CoupledSearch(const TorqueData& data, const FoundLaws& joint) : data_(data), joint_(joint) {
-    choose_rows();
+  CoupledSearch(const TorqueData& data, const FoundLaws& joint) : data_(data), joint_(joint), rows_(data, joint.joint) {
     const int j = joint_.joint;
-    y_ = stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j); });
+    y_ = rows_.stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j); });
     own_ = Eigen::MatrixXd::Ones(y_.size(), 1);
-    own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).v.col(j)); }));
-    own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).a.col(j)); }));
-    own_ = append(own_, stack([&](size_t r) { return data_.calc_direction(recording(r), j); }));
-    own_ = append(own_, stack([&](size_t r) { return calc_load(recording(r)); }));
+    own_ = append(own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).v.col(j)); }));
+    own_ = append(own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).a.col(j)); }));
+    own_ = append(own_, rows_.stack([&](size_t r) { return data_.calc_direction(recording(r), j); }));
+    own_ = append(own_, rows_.stack([&](size_t r) { return calc_load(recording(r)); }));
     for (long c = 0; c < (joint_.columns.empty() ? 0 : joint_.columns[0].cols()); ++c)
-      own_ = append(own_, stack([&](size_t r) -> Eigen::VectorXd { return joint_.columns[r].col(c); }));
+      own_ = append(own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return joint_.columns[r].col(c); }));
   }
 
   CoupledDrives run() {
     CoupledDrives found;
-    if (train_ < kFewest || y_.size() - train_ < kFewest) return found;
-    const double own = judge(own_);
+    if (rows_.is_few()) return found;
+    const double own = rows_.judge(y_, own_);
     Eigen::MatrixXd smooth = own_, all = own_;
     double left = own;
     while (found.drives.size() < kMost) {
@@ -75,52 +68,24 @@ class CoupledSearch {
       refine(add_smooth(all, next), &next);
       if (turns_alike(next)) break;
       const Eigen::MatrixXd beside = add_smooth(smooth, next), with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
-      const double without = judge(add_smooth(all, next)), rest = judge(with);
-      next.level = solve(with)[with.cols() - 1];
+      const double without = rows_.judge(y_, add_smooth(all, next)), rest = rows_.judge(y_, with);
+      next.level = rows_.solve(y_, with)[with.cols() - 1];
       // A second motor must count beside the first one.
       if (!(next.level > 0.0) || rest > kLargely * without || without - rest < kMinor * own || !is_sure(without, rest)) break;
       found.drives.push_back(next);
       smooth = beside, all = with, left = rest;
     }
     // The jumps decide, not what another joint's motion explains without them.
-    if (left > kHalf * own || left > kLargely * judge(smooth)) return {};
-    found.left = left / static_cast<double>(y_.size() - train_);
+    if (left > kHalf * own || left > kLargely * rows_.judge(y_, smooth)) return {};
+    found.left = left / static_cast<double>(rows_.held());
     return found;
   }
 
  private:
   const TorqueRecording& recording(size_t r) const { return data_.recordings[r]; }
 
-  // Training samples first. Samples at which the joint moves.
-  void choose_rows() {
-    const auto is_held = [](const TorqueRecording& r) { return !r.train; };
-    const bool has_held = std::any_of(data_.recordings.begin(), data_.recordings.end(), is_held);
-    for (const bool train : {true, false}) {
-      for (size_t r = 0; r < data_.recordings.size(); ++r) {
-        if (recording(r).train == train) add_rows(r);
-      }
-      if (train) train_ = static_cast<long>(rows_.size());
-    }
-    if (!has_held) train_ = train_ * 2 / 3;
-  }
-
-  void add_rows(size_t r) {
-    for (long k = 0; k < recording(r).kept(); ++k) {
-      if (recording(r).use(k, joint_.joint)) rows_.push_back({r, k});
-    }
-  }
-
-  template <class Calc>
-  Eigen::VectorXd stack(Calc calc) const {
-    std::vector<Eigen::VectorXd> each;
-    for (size_t r = 0; r < data_.recordings.size(); ++r) each.push_back(calc(r));
-    Eigen::VectorXd out(static_cast<long>(rows_.size()));
-    for (size_t i = 0; i < rows_.size(); ++i) out[static_cast<long>(i)] = each[rows_[i].first][rows_[i].second];
-    return out;
-  }
-
   Eigen::VectorXd fill(Column column, const CoupledDrive& d) const {
-    return stack([&](size_t r) { return column(data_, recording(r), joint_.joint, d); });
+    return rows_.stack([&](size_t r) { return column(data_, recording(r), joint_.joint, d); });
   }
 
   Eigen::MatrixXd add_smooth(const Eigen::MatrixXd& X, const CoupledDrive& d) const {
@@ -132,14 +97,6 @@ class CoupledSearch {
     return data_.condition(r, (r.load.col(joint_.joint).array().abs() * data_.calc_sign(r, joint_.joint).array()).matrix());
   }
 
-  Eigen::VectorXd solve(const Eigen::MatrixXd& X) const { return X.topRows(train_).colPivHouseholderQr().solve(y_.head(train_)); }
-
-  // Held-out squares of a fit to training.
-  double judge(const Eigen::MatrixXd& X) const {
-    const long held = y_.size() - train_;
-    return (y_.tail(held) - X.bottomRows(held) * solve(X)).squaredNorm();
-  }
-
   // One of all ratios at all joints: the number of candidates is the price.
   bool is_sure(double without, double with) const {
     const double tried = static_cast<double>(list_ratios().size() * (data_.source.size() - 1));
@@ -147,9 +104,9 @@ class CoupledSearch {
   }
 
   // Every so many training samples.
-  long stride() const { return 1 + train_ / kToScreen; }
+  long stride() const { return 1 + rows_.train() / kToScreen; }
   Eigen::MatrixXd thin(const Eigen::MatrixXd& X) const {
-    Eigen::MatrixXd out((train_ + stride() - 1) / stride(), X.cols());
+    Eigen::MatrixXd out((rows_.train() + stride() - 1) / stride(), X.cols());
     for (long i = 0; i < out.rows(); ++i) out.row(i) = X.row(i * stride());
     return out;
   }
@@ -158,9 +115,9 @@ class CoupledSearch {
   Eigen::MatrixXd calc_signs(int other) const {
     const std::vector<double> ratios = list_ratios();
     const auto j = static_cast<size_t>(joint_.joint), k = static_cast<size_t>(other);
-    Eigen::MatrixXd signs((train_ + stride() - 1) / stride(), static_cast<long>(ratios.size()));
+    Eigen::MatrixXd signs((rows_.train() + stride() - 1) / stride(), static_cast<long>(ratios.size()));
     for (long i = 0; i < signs.rows(); ++i) {
-      const auto& [r, kept] = rows_[static_cast<size_t>(i * stride())];
+      const auto& [r, kept] = rows_.list()[static_cast<size_t>(i * stride())];
       const long row = recording(r).full_row(kept);
       const double v = recording(r).speed(row, joint_.joint), w = recording(r).speed(row, other);
       for (long c = 0; c < signs.cols(); ++c) {
@@ -175,13 +132,13 @@ class CoupledSearch {
   // so these samples prove nothing.
   bool turns_alike(const CoupledDrive& d) const {
     long apart = 0;
-    for (long i = 0; i < train_; ++i) {
-      const auto& [r, kept] = rows_[static_cast<size_t>(i)];
+    for (long i = 0; i < rows_.train(); ++i) {
+      const auto& [r, kept] = rows_.list()[static_cast<size_t>(i)];
       const long row = recording(r).full_row(kept);
       const double v = recording(r).speed(row, joint_.joint);
       apart += (v + d.ratio * recording(r).speed(row, d.other)) * v < 0.0 ? 1 : 0;
     }
-    const double share = static_cast<double>(apart) / static_cast<double>(train_);
+    const double share = static_cast<double>(apart) / static_cast<double>(rows_.train());
     return share < kMinor || share > 1.0 - kMinor;
   }
 
@@ -225,12 +182,11 @@ class CoupledSearch {
     }
   }
 
-  double calc_left(const Eigen::MatrixXd& X) const { return take_out(X.topRows(train_), y_.head(train_)).squaredNorm(); }
+  double calc_left(const Eigen::MatrixXd& X) const { return take_out(X.topRows(rows_.train()), y_.head(rows_.train())).squaredNorm(); }
 
   const TorqueData& data_;
   const FoundLaws& joint_;
-  std::vector<std::pair<size_t, long>> rows_;  // recording, kept sample
-  long train_ = 0;
+  const JointRows rows_;
   Eigen::VectorXd y_;
   Eigen::MatrixXd own_;  // 1, v, a, direction, load, and the laws
 };

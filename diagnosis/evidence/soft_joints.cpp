@@ -70,6 +70,8 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
 }
 
 void add_soft_gear(const Experiment& e, const SoftGear& gear, std::vector<Finding>* findings, Hypothesis* model) {
+  // Of a gear that was only noted, a compliance that may be zero says nothing.
+  if (!gear.applied && gear.give < kNinetyFive * gear.std) return;
   findings->push_back(make_soft_finding(e, gear));
   if (!gear.applied) return;
   double rotor = gear.motor[0];

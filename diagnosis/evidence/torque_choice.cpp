@@ -151,9 +151,9 @@ class Chooser {
   // other.
   Choice choose_beside(const Terms& whole, const std::vector<Terms>& own) const {
     const TorqueModel model{own, whole};
-    const Choice with = choose_own(whole, spread_whole(model, fit_torque(design_, model)));
+    Choice again = choose_own(whole, spread_whole(model, fit_torque(design_, model)));
     // Repeats with the parameters that fit the chosen subsets.
-    Choice again = choose_own(whole, spread_whole(with.model, with.fit));
+    if (again.model.own != own) again = choose_own(whole, spread_whole(again.model, again.fit));
     while (drop_own(&again)) {
     }
     return again;

@@ -21,7 +21,9 @@
 #include "diagnosis/evidence/torque_loads.h"
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/evidence/torque_possible.h"
+#include "diagnosis/evidence/torque_samples.h"
 #include "diagnosis/evidence/torque_words.h"
+#include "diagnosis/evidence/unlisted_friction.h"
 #include "diagnosis/findings/surest.h"
 #include "diagnosis/search/relation.h"
 
@@ -42,6 +44,7 @@ class Judge {
     exchange_misleading_zeros(design_, jobs, &choice_);
     choice_.fit = fit_torque(design_, choice_.model);
     graded_ = grade_terms(design_, choice_, jobs);
+    if (drop_false_gains(jobs, graded_, &design_, &choice_)) graded_ = grade_terms(design_, choice_, jobs);
     drop_untold_delay(jobs);
     take_simpler_terms(jobs);
     doubt_lone_delays(design_, choice_, &graded_);
@@ -53,6 +56,7 @@ class Judge {
     out.joints = static_cast<int>(design_.joints.size());
     out.frozen = design_.data->frozen;
     drop_lone_excess();
+    doubt_gears(design_, choice_, &graded_);
     explain_by_gears(design_, &graded_);
     add_findings(&out);
     for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, &out.evidence.findings, &out.model);
@@ -264,24 +268,9 @@ class Judge {
     return list;
   }
 
-  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const { return list_law_columns(i, r) * list_values(i); }
+  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const { return list_law_columns(design_, choice_.model, i, r) * list_values(i); }
 
-  // Columns of the model in a joint's rows: its own terms, then those of the whole robot.
-  Eigen::MatrixXd list_law_columns(size_t i, const TorqueRecording& r) const {
-    std::vector<Eigen::MatrixXd> parts;
-    for (size_t t : choice_.model.own[i]) parts.push_back(calc_joint_columns(*design_.data, r, design_.joints[i].terms[t]));
-    std::vector<Term> whole;
-    for (size_t t : choice_.model.whole) whole.push_back(design_.whole[t]);
-    if (!whole.empty()) parts.push_back(calc_whole_columns(*design_.data, r, whole)[static_cast<size_t>(design_.joints[i].joint)]);
-    Eigen::MatrixXd columns(r.kept(), 0);
-    for (const Eigen::MatrixXd& part : parts) {
-      columns.conservativeResize(Eigen::NoChange, columns.cols() + part.cols());
-      columns.rightCols(part.cols()) = part;
-    }
-    return columns;
-  }
-
-  // Their coefficients.
+  // Coefficients of the model's columns in a joint's rows.
   Eigen::VectorXd list_values(size_t i) const {
     const Slots slots = list_slots(design_, choice_.model);
     std::vector<double> values;
@@ -305,7 +294,7 @@ class Judge {
 
   CoupledDrives find_coupled(size_t i) const {
     FoundLaws laws{design_.joints[i].joint, {}, design_.joints[i].effective};
-    for (const TorqueRecording& r : design_.data->recordings) laws.columns.push_back(list_law_columns(i, r));
+    for (const TorqueRecording& r : design_.data->recordings) laws.columns.push_back(list_law_columns(design_, choice_.model, i, r));
     return find_coupled_drives(*design_.data, laws);
   }
 

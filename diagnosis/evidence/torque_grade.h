@@ -3,6 +3,8 @@
 // it removes, whether all stretches give the same value, and which other terms fit equally well in its place.
 #pragma once
 
+#include <string>
+
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/evidence/torque_stribeck.h"
@@ -51,6 +53,7 @@ struct GradedTerm {
   bool named = false;      // if false, it only improves the prediction
   Grade grade = Grade::kAmbiguous;
   const char* doubt = "";  // why it is not supported, if that is not its rivals
+  std::string instead;     // a law outside the list that does better in its place
 };
 
 // Grades all terms of the chosen model: those of joints first, then those of the whole robot.

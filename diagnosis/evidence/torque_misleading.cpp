@@ -140,4 +140,19 @@ void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice
   }
 }
 
+bool drop_false_gains(int jobs, const std::vector<GradedTerm>& graded, TorqueDesign* design, Choice* choice) {
+  bool any = false;
+  for (const GradedTerm& g : graded) {
+    if (!g.term.row->scales_effort || g.place.joint < 0 || g.named || g.helps_held) continue;
+    design->joints[static_cast<size_t>(g.place.joint)].barred.push_back(g.term.row), any = true;
+  }
+  if (!any) return false;
+  Choice without = choose_torque_model(*design, jobs);
+  drop_misleading_terms(jobs, Timing::kFree, design, &without);
+  without.fit = fit_torque(*design, without.model);
+  if (calc_held_left(*design, without.fit) > calc_held_left(*design, choice->fit)) return false;
+  *choice = without;
+  return true;
+}
+
 }  // namespace hrp::diagnosis

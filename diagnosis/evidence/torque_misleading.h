@@ -2,7 +2,7 @@
 // Removes terms that fit the training recordings but make the held-out prediction worse (overfitting).
 #pragma once
 
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque_grade.h"
 
 namespace hrp::diagnosis {
 
@@ -15,5 +15,10 @@ void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice
 // stand in its place: one that all recordings together make as likely, and that predicts the held-out ones clearly better. An arm
 // that hangs down, for example, sees a displaced encoder zero as a constant torque; held-out motion far from there does not.
 void exchange_misleading_zeros(const TorqueDesign& design, int jobs, Choice* choice);
+
+// A gain scales friction, rotor and loads of its joint. If held-out recordings refuse it, the report does not say it, and these
+// sizes would rest on a factor that nobody knows of. Chooses the model without such gains, unless that predicts held-out
+// recordings worse. Returns true if the choice changed.
+bool drop_false_gains(int jobs, const std::vector<GradedTerm>& graded, TorqueDesign* design, Choice* choice);
 
 }  // namespace hrp::diagnosis

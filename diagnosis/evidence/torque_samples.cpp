@@ -69,6 +69,20 @@ Eigen::VectorXd list_column(const TorqueDesign& design, size_t i, const Term& te
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));
 }
 
+Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t i, const TorqueRecording& r) {
+  std::vector<Eigen::MatrixXd> parts;
+  for (size_t t : model.own[i]) parts.push_back(calc_joint_columns(*design.data, r, design.joints[i].terms[t]));
+  std::vector<Term> whole;
+  for (size_t t : model.whole) whole.push_back(design.whole[t]);
+  if (!whole.empty()) parts.push_back(calc_whole_columns(*design.data, r, whole)[static_cast<size_t>(design.joints[i].joint)]);
+  Eigen::MatrixXd columns(r.kept(), 0);
+  for (const Eigen::MatrixXd& part : parts) {
+    columns.conservativeResize(Eigen::NoChange, columns.cols() + part.cols());
+    columns.rightCols(part.cols()) = part;
+  }
+  return columns;
+}
+
 Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x) {
   Eigen::MatrixXd G = x.transpose() * x;
   G.diagonal() += 1e-9 * G.diagonal();

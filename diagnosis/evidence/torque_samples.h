@@ -26,6 +26,9 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
 // Column of one of the joint's terms at the same samples.
 Eigen::VectorXd list_column(const TorqueDesign& design, size_t joint, const Term& term);
 
+// Columns of the model in a joint's rows at the kept samples of one recording: its own terms, then those of the whole robot.
+Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t joint, const TorqueRecording& recording);
+
 // Inverse of X^T X, with a small ridge for collinear columns.
 Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x);
 

@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kMostTerms = 7;  // in one subset
+constexpr double kNoWeight = 35.0;  // [nats] below the best subset: a weight of 1e-15, which rounding loses
 
 using Terms = std::vector<size_t>;
 
@@ -36,24 +37,31 @@ Columns list_own(const JointDesign& joint, const Terms& terms) {
   return columns;
 }
 
-// Sums of the joint's own columns after subtraction of the whole robot's terms with the parameters `whole`.
-Gram subtract_whole(const Gram& gram, long own_width, const Eigen::VectorXd& whole) {
-  Gram out(own_width);
-  const Eigen::MatrixXd G = gram.G.selfadjointView<Eigen::Lower>();
-  const long rest = G.rows() - own_width;
-  out.G = G.topLeftCorner(own_width, own_width);
-  out.b = gram.b.head(own_width) - G.block(0, own_width, own_width, rest) * whole;
-  out.c = gram.c - 2.0 * gram.b.tail(rest).dot(whole) +
-          whole.dot(G.bottomRightCorner(rest, rest) * whole);
-  out.n = gram.n;
-  return out;
+// Subtracts the whole robot's terms with the parameters `whole`, most of them zero, from sums of the joint's own columns.
+void subtract_whole(const Gram& all, const Eigen::VectorXd& whole, Gram* own) {
+  const long width = own->b.size();
+  for (long i = 0; i < whole.size(); ++i) {
+    if (whole[i] == 0.0) continue;
+    for (long j = 0; j < width; ++j) own->b[j] -= all.get(width + i, j) * whole[i];
+    double G_whole = 0.0;
+    for (long j = 0; j < whole.size(); ++j) {
+      if (whole[j] != 0.0) G_whole += all.get(width + i, width + j) * whole[j];
+    }
+    own->c += whole[i] * (G_whole - 2.0 * all.b[width + i]);
+  }
 }
 
 class SubsetSearch {
  public:
   SubsetSearch(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole, Timing timing)
       : design_(design), at_(joint), joint_(design.joints[joint]), timing_(timing) {
-    for (const Gram& fold : joint_.train) folds_.push_back(subtract_whole(fold, joint_.own_width, whole));
+    const long width = joint_.own_width;
+    folds_.assign(joint_.train.size(), Gram(width));
+    for (size_t f = 0; f < folds_.size(); ++f) {
+      const Gram& all = joint_.train[f];
+      folds_[f].G = all.G.topLeftCorner(width, width), folds_[f].b = all.b.head(width), folds_[f].c = all.c, folds_[f].n = all.n;
+      subtract_whole(all, whole, &folds_[f]);
+    }
     total_ = sum(folds_, joint_.own_width);
   }
 
@@ -61,35 +69,39 @@ class SubsetSearch {
   std::vector<Subset> run() {
     const Terms pool = list_pool();
     std::vector<Subset> subsets;
-    for (size_t mask = 0; mask < (size_t{1} << pool.size()); ++mask) {
+    double least = -1e299;  // evidence below which a subset has no weight
+    for (size_t mask = size_t{1} << pool.size(); mask-- > 0;) {  // the richest first: they are the best, as a rule
       Terms terms;
       for (size_t i = 0; i < pool.size(); ++i) {
         if (mask >> i & 1) terms.push_back(pool[i]);
       }
       if (static_cast<int>(terms.size()) > kMostTerms || !is_sensible(joint_, terms)) continue;
-      const Subset subset = judge(terms);
-      if (subset.evidence > -1e299) subsets.push_back(subset);
+      const Subset subset = judge(terms, least);
+      if (subset.evidence <= least) continue;
+      subsets.push_back(subset), least = std::max(least, subset.evidence - kNoWeight);
     }
     std::sort(subsets.begin(), subsets.end(), [](const Subset& a, const Subset& b) { return a.evidence > b.evidence; });
     return subsets;
   }
 
  private:
-  Subset judge(const Terms& terms) const {
+  // Evidence -1e300 if the subset is not physical, or if it cannot exceed `least`. What a fit to all folds leaves is at most
+  // what the folds leave that are predicted from the others, so it bounds the evidence at the cost of one solution.
+  Subset judge(const Terms& terms, double least) const {
     const Columns columns = list_own(joint_, terms);
     const Eigen::VectorXd theta = solve(total_, columns);
-    if (!is_physical(design_, at_, terms, theta) || !has_bracketed_gain(terms)) return {terms, -1e300, {}};
-    const double cross = cross_validate(folds_, total_, columns) * calc_per_effort(joint_, terms, theta);
-    const double floor = kFloor * joint_.spread * joint_.spread;
-    double evidence = -0.5 * joint_.effective * std::log(std::max({cross, floor, 1e-300}));
-    Subset subset{terms, 0.0, {}};
+    Subset subset{terms, -1e300, {}};
+    double cost = calc_gain_cost(joint_, terms, theta);
     long at = 0;
     for (size_t term : terms) {
-      evidence -= joint_.terms[term].row->cost;
+      cost += joint_.terms[term].row->cost;
       subset.first.push_back(theta[at]);
       at += joint_.terms[term].columns();
     }
-    subset.evidence = evidence - calc_gain_cost(joint_, terms, theta);
+    const double per_effort = calc_per_effort(joint_, terms, theta), n = std::max(1.0, total_.n);
+    if (calc_evidence(joint_, per_effort * calc_rest(total_, columns, theta) / n) - cost <= least) return subset;
+    if (!is_physical(design_, at_, terms, theta) || !has_bracketed_gain(terms)) return subset;
+    subset.evidence = calc_evidence(joint_, per_effort * cross_validate(folds_, total_, columns)) - cost;
     return subset;
   }
 

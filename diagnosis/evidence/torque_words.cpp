@@ -61,12 +61,25 @@ std::string get_phrase(const TermRow& row) {
   return row.is_of_bus() ? row.effect->phrase + ", at all joints alike" : row.effect->phrase;
 }
 
+// A constant torque beside dry friction is friction that differs by direction, which says more to whoever knows the machine.
+std::string make_direction_words(const std::vector<Alternative>& alternatives) {
+  for (const Alternative& a : alternatives) {
+    if (a.effect != get_effect(EffectId::kCoulomb).name || a.parameters.size() != 2) continue;
+    const double level = a.parameters[0].value[0], share = a.parameters[1].value[0];
+    return " Or dry friction differs by direction: " + number(level * (1.0 + share), 2) + " " + a.parameters[0].unit + " forward, " +
+           number(level * (1.0 - share), 2) + " " + a.parameters[0].unit + " backward.";
+  }
+  return "";
+}
+
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
   std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
                      get_grade_name(f.grade) + ").";
   text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (has_held_out(e.recordings) ? " on held-out data." : ".");
   // Alternatives say it themselves.
   if (f.grade == Grade::kAmbiguous && f.alternatives.empty() && g.doubt[0]) text += std::string(" It is ambiguous because ") + g.doubt + ".";
+  text += make_direction_words(f.alternatives);
+  if (!g.instead.empty()) text += " In its place, " + g.instead + " predicts held-out data better.";
   return text;
 }
 

@@ -72,7 +72,7 @@ void Reality::Impl::reset() {
 
 void Reality::Impl::check_sane(double t) const {
   for (int i = 0; i < m->nq; ++i) {
-    if (!std::isfinite(d->qpos[i])) throw InsaneCase{"diverges"};
+    if (!std::isfinite(d->qpos[i])) throw InsaneCase{kDiverges};
   }
   for (int j = 0; j < count(); ++j) {
     const auto i = static_cast<std::size_t>(j);
@@ -86,7 +86,7 @@ void Reality::Impl::check_sane(double t) const {
 // Tilted by 40 degrees, or its base down to 60 % of where it began.
 bool Reality::Impl::has_fallen() const {
   for (int i = 0; i < m->nq; ++i) {
-    if (!std::isfinite(d->qpos[i])) throw InsaneCase{"diverges"};
+    if (!std::isfinite(d->qpos[i])) throw InsaneCase{kDiverges};
   }
   return std::hypot(d->qpos[4], d->qpos[5]) > 0.34 || d->qpos[2] < 0.6 * robot.base_position[2];
 }
@@ -149,11 +149,11 @@ Reality::Reality(const RobotPlan& robot, const std::vector<Hidden>& hidden) : im
 
 Reality::~Reality() = default;
 
-std::vector<Reading> Reality::run(const Commands& commands, const std::vector<double>& times, const Vec3& push) {
+std::vector<Reading> Reality::run(const Commands& commands, const std::vector<double>& times, const Vec3& push, bool soles_lift) {
   Impl& r = *impl_;
   r.commands = &commands;
   r.push = push;
-  r.choose_step(times.empty() ? 0.0 : times.back());
+  r.choose_step(times.empty() ? 0.0 : times.back(), soles_lift);
   r.reset();
   std::vector<Reading> out;
   double t = r.robot.floating ? -2.5 : -1.5;  // long enough to come to rest

@@ -27,6 +27,8 @@ struct Reading {
   std::vector<Vec3> foot_force, foot_torque;
 };
 
+constexpr const char* kDiverges = "diverges";  // of InsaneCase::why
+
 // Thrown when a drawn case does not run sanely (falls, diverges); the caller draws another.
 struct InsaneCase {
   std::string why;
@@ -41,7 +43,8 @@ class Reality {
   ~Reality();
 
   // Readings at the given increasing times (from 0 on). `push` acts on the imu link until time 0 [N, world axes].
-  std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push);
+  // `soles_lift`: with steps that a soft sole needs while its edge is in the air, about a tenth of the usual ones.
+  std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push, bool soles_lift = false);
 
   // In closed loop: every `period` [s] from 0 on, `brain` sees the robot and says where the joints are to be. They are
   // there two periods later: the drives interpolate through what came before and after, so that speeds are those of the

@@ -50,9 +50,9 @@ struct Reality::Impl {
 
   int count() const { return joint_count(robot); }
   void find_addresses(const std::vector<Hidden>& hidden);
-  double find_step();
-  void choose_step(double end);
-  double find_rate(bool stiffness);
+  double find_step(bool soles_lift = false);
+  void choose_step(double end, bool soles_lift);
+  double find_rate(bool stiffness, bool soles_lift);
   double calc_servo_effort(int j, double t, const double* q, const double* v) const;
   void apply_forces(double t, const std::vector<double>& states, std::vector<double>& rates);
   void apply_joint(int j, double t, const std::vector<double>& states, std::vector<double>& rates);

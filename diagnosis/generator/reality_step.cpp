@@ -12,8 +12,10 @@ constexpr double kPostures = 0.05;  // [s] between those for which a step is fou
 
 }  // namespace
 
-// Largest rate of M^-1 D (damping) or frequency of M^-1 K, by power iteration from a fixed start.
-double Reality::Impl::find_rate(bool stiffness) {
+// Largest rate of M^-1 D (damping) or frequency of M^-1 K, by power iteration from a fixed start. `soles_lift`: with the
+// bushes of soft soles. The ground holds a sole that is pressed flat on it; once an edge lifts, the sole alone moves against
+// its bush, at 50000/s.
+double Reality::Impl::find_rate(bool stiffness, bool soles_lift) {
   std::vector<double> x(static_cast<std::size_t>(m->nv), 1.0), y(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.1 * static_cast<double>(i);
   double rate = 0;
@@ -29,6 +31,9 @@ double Reality::Impl::find_rate(bool stiffness) {
       y[motor] += across;
       y[link] -= across;
     }
+    for (const Bush& bush : bushes) {
+      for (int a = 0; soles_lift && a < 3; ++a) y[static_cast<std::size_t>(bush.dof + a)] += (stiffness ? bush.k[a] : bush.c[a]) * x[static_cast<std::size_t>(bush.dof + a)];
+    }
     mj_solveM(m, d, x.data(), y.data(), 1);
     double norm = 0;
     for (double value : x) norm += value * value;
@@ -41,20 +46,20 @@ double Reality::Impl::find_rate(bool stiffness) {
 
 // The longest stable step [s] at the present posture. Arms: Runge-Kutta 4 (stable to 2.8). Standing robots: the midpoint
 // rule (to 2.0), because contact costs more than it.
-double Reality::Impl::find_step() {
+double Reality::Impl::find_step(bool soles_lift) {
   mj_kinematics(m, d);
   mj_comPos(m, d);
   mj_crb(m, d);
   mj_factorM(m, d);
   const double limit = robot.floating ? 1.2 : 1.6;
-  return std::min({robot.floating ? 3e-4 : 2.5e-4, limit / find_rate(false), 1.0 / find_rate(true)});
+  return std::min({robot.floating ? 3e-4 : 2.5e-4, limit / find_rate(false, soles_lift), 1.0 / find_rate(true, soles_lift)});
 }
 
 // Wherever the commands lead: a joint about which the arm is stretched turns a tenth of the inertia it turned at the
 // start, and the servo that was stable there hums at the frequency of the steps here.
-void Reality::Impl::choose_step(double end) {
+void Reality::Impl::choose_step(double end, bool soles_lift) {
   reset();
-  dt = find_step();
+  dt = find_step(soles_lift);
   for (double t = 0; t < end; t += kPostures) {
     for (int j = 0; j < count(); ++j) {
       const auto i = static_cast<std::size_t>(j);
@@ -62,9 +67,9 @@ void Reality::Impl::choose_step(double end) {
       commands->find(j, t, c, cd);
       d->qpos[q_link[i]] = d->qpos[q_motor[i]] = c - joints[i].offset;
     }
-    dt = std::min(dt, find_step());
+    dt = std::min(dt, find_step(soles_lift));
   }
-  if (dt < 2e-5) throw InsaneCase{"servo too stiff for the masses"};
+  if (dt < (soles_lift ? 2e-6 : 2e-5)) throw InsaneCase{"servo too stiff for the masses"};
 }
 
 double Reality::Impl::calc_servo_effort(int j, double t, const double* q, const double* v) const {

@@ -258,7 +258,7 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
                            const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
                            Prng& random) {
   const std::vector<double> instants = list_instants(robot, hidden, plan, times);
-  const std::vector<Reading> readings = Reality(robot, hidden).run(commands, instants, recording.push);
+  const std::vector<Reading> readings = Reality(robot, hidden).run(commands, instants, recording.push, recording.soles_lift);
   return make_columns(robot, hidden, plan, commands, times, instants, readings, random);
 }
 

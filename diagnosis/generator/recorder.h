@@ -38,6 +38,7 @@ struct RecordingPlan {
   double start = 0, duration = 10;  // [s]; a start above 0 begins in mid-motion
   Vec3 push{};
   std::vector<Hidden> loads{};  // that hang on the robot in this recording, as the experiment states
+  bool soles_lift = false;      // see Reality::run
 };
 
 struct Column {

@@ -9,6 +9,7 @@
 #include "diagnosis/measurement/torque_load.h"
 #include "diagnosis/measurement/torque_motion.h"
 #include "diagnosis/measurement/torque_use.h"
+#include "diagnosis/measurement/unseen_contact.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -55,6 +56,7 @@ TorqueData make_data(const Experiment& e, const std::vector<VelocityReading>& ve
   }
   for (TorqueRecording& r : w.data.recordings) make_missing_torque(&w, &r);
   for (int j = 0; j < e.num_joints(); ++j) leave_out_limits(&w, j);
+  leave_out_unseen_contact(&w);
   return std::move(w.data);
 }
 

@@ -125,13 +125,13 @@ Curve make_curve(Family family, double seconds, Draw& draw) {
 }
 
 // Motion around the middle of the free range, from the start position and back to it.
-void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, std::vector<double>* q) {
+void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, double size, std::vector<double>* q) {
   const double middle = 0.5 * (limits.lower + limits.upper), half = 0.5 * (limits.upper - limits.lower);
   const double end = static_cast<double>(q->size() - 1) * plan.period;
   for (size_t k = 0; k < q->size(); ++k) {
     const double t = static_cast<double>(k) * plan.period;
     const double share = rise((t - kRest) / kFade) * rise((end - kRest - t) / kFade);
-    (*q)[k] = limits.start + share * (plan.size * (middle - limits.start) + plan.size * half * curve(t));
+    (*q)[k] = limits.start + share * size * (middle - limits.start + half * curve(t));
   }
 }
 
@@ -165,6 +165,8 @@ const char* get_family_sentence(Family family) {
   return sentences[static_cast<size_t>(family)];
 }
 
+double get_size(const MotionPlan& plan, size_t joint) { return joint < plan.shares.size() ? plan.size * plan.shares[joint] : plan.size; }
+
 std::vector<double> calc_rates(const std::vector<double>& q, double period) {
   std::vector<double> v(q.size(), 0.0);
   for (size_t k = 1; k + 1 < q.size(); ++k) v[k] = (q[k + 1] - q[k - 1]) / (2.0 * period);
@@ -180,7 +182,7 @@ Commands make_motion(const MotionPlan& plan, const Limits& limits) {
     const JointLimits& joint = limits.joints[j];
     const Curve curve = make_curve(plan.family, plan.seconds, draw);
     std::vector<double> q(rows, joint.start);
-    if (plan.moves[j]) fill(curve, joint, plan, &q);
+    if (plan.moves[j]) fill(curve, joint, plan, get_size(plan, j), &q);
     std::vector<double> v = calc_rates(q, plan.period);
     const double excess = find_largest(v) / joint.speed;
     if (excess > 1.0) {

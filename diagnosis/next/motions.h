@@ -26,10 +26,14 @@ struct MotionPlan {
   std::vector<char> moves;   // by joint; the others hold their position
   unsigned seed = 1;
   double size = 1.0;         // share of the range that limits leave
+  std::vector<double> shares;  // by joint, factor on `size`; empty: 1
   double seconds = 10.0;
   double period = 0.004;     // [s] between samples
   std::vector<LoadSpec> loads;  // that hang on the robot
 };
+
+// [-] share of the range that limits leave to a joint.
+double get_size(const MotionPlan& plan, size_t joint);
 
 // Central differences of commands at equal steps [s]; both ends are at rest.
 std::vector<double> calc_rates(const std::vector<double>& q, double period);

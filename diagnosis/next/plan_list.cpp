@@ -34,6 +34,17 @@ void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vect
   }
 }
 
+bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan) {
+  bool any = false;
+  plan->shares.resize(faulty.size(), 1.0);
+  for (size_t j = 0; j < faulty.size(); ++j) {
+    if (!faulty[j] || !plan->moves[j] || plan->shares[j] * kSmaller < kLeastShare) continue;
+    plan->shares[j] *= kSmaller, any = true;
+  }
+  if (!any) plan->size *= kSmaller;
+  return plan->size >= kLeastSize;
+}
+
 std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned, double seconds) {
   std::vector<MotionPlan> plans;
   const std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);

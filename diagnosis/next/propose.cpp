@@ -88,18 +88,20 @@ class Proposer {
     return moves;
   }
 
-  bool is_safe(const TrialMotion& motion, Safety* safety) const {
+  bool is_safe(const TrialMotion& motion, Safety* safety, std::vector<char>* faulty) const {
     return std::all_of(explanations_.list.begin(), explanations_.list.end(),
-                       [&](const Explanation& one) { return safety->find_fault(motion, one.hypothesis).empty(); });
+                       [&](const Explanation& one) { return safety->find_fault(motion, one.hypothesis, nullptr, faulty).empty(); });
   }
 
-  // Simulates a motion with the largest size that is safe under all explanations.
+  // Simulates a motion with the largest sizes that are safe under all explanations.
   void try_motion(const MotionPlan& plan, Safety* safety, MotionCandidate* candidate) const {
     candidate->plan = plan;
-    for (MotionPlan& p = candidate->plan; p.size >= kLeastSize; p.size *= kSmaller) {
+    MotionPlan& p = candidate->plan;
+    for (std::vector<char> faulty; faulty.empty() || make_smaller(faulty, &p);) {
+      faulty.assign(limits_.joints.size(), 0);
       candidate->commands = make_motion(p, limits_);
       const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis, p.loads);
-      if (!motion || !is_safe(*motion, safety)) continue;
+      if (!motion || !is_safe(*motion, safety, &faulty)) continue;
       prepare_paths(&motion->problem);
       const double rate = kPeriod / std::max(1e-4, e_.sample_time);
       compare(motion->problem, explanations_, rate, candidate);

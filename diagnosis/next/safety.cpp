@@ -32,6 +32,14 @@ double find_lowest(const RobotDescription& robot, const Data& data) {
   return lowest;
 }
 
+// What is wrong with position, speed and effort of a joint; empty if nothing is.
+std::string find_fault_at(const double* x, const JointLimits& limits) {
+  if (!(x[0] >= limits.hard_lower && x[0] <= limits.hard_upper)) return " reaches " + number(x[0], 3);
+  if (!(std::abs(x[1]) <= kSpeedMargin * limits.speed)) return " gets as fast as " + number(std::abs(x[1]), 3);
+  if (!(std::abs(x[2]) <= limits.effort)) return " needs an effort of " + number(std::abs(x[2]), 3);
+  return "";
+}
+
 void raise_to_distance(const Recording& recording, const std::vector<double>& readings, size_t first, std::vector<double>* leave) {
   const size_t n = leave->size();
   for (size_t k = first; k < recording.size(); ++k) {
@@ -57,33 +65,34 @@ Safety::Safety(const Experiment& experiment, const Limits& limits)
   }
 }
 
-std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave) {
+std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave, std::vector<char>* faulty) {
   std::vector<double> readings;
   if (!simulate_trial(motion, hypothesis, &readings)) return "the simulated robot leaves all bounds";
-  return find_fault_of(motion, readings, leave);
+  return find_fault_of(motion, readings, leave, faulty);
 }
 
-std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave) {
+std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave, std::vector<char>* faulty) {
   const size_t first = motion.problem.smooth[0].start, rows = motion.experiment.recordings[0].size();
-  const std::string fault = find_joint_fault(readings, first, rows);
+  const std::string fault = find_joint_fault(readings, first, rows, faulty);
   const std::vector<double>& time = motion.experiment.recordings[0].time;
   if (leave) raise_to_distance(motion.experiment.recordings[0], readings, first, leave);
   return fault.empty() ? find_contact(readings, first, rows, time[1] - time[0]) : fault;
 }
 
-std::string Safety::find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows) const {
+std::string Safety::find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows, std::vector<char>* faulty) const {
   const size_t n = limits_.joints.size();
+  std::string found;
   for (size_t k = first; k < rows; ++k) {
     for (size_t j = 0; j < n; ++j) {
       const double* x = &readings[(k * n + j) * kQuantities];
-      const JointLimits& limits = limits_.joints[j];
-      const std::string name = experiment_.robot.tree.joint(static_cast<int>(j)).name;
-      if (!(x[0] >= limits.hard_lower && x[0] <= limits.hard_upper)) return name + " reaches " + number(x[0], 3);
-      if (!(std::abs(x[1]) <= kSpeedMargin * limits.speed)) return name + " gets as fast as " + number(std::abs(x[1]), 3);
-      if (!(std::abs(x[2]) <= limits.effort)) return name + " needs an effort of " + number(std::abs(x[2]), 3);
+      const std::string fault = find_fault_at(x, limits_.joints[j]);
+      if (fault.empty()) continue;
+      if (found.empty()) found = experiment_.robot.tree.joint(static_cast<int>(j)).name + fault;
+      if (!faulty) return found;
+      (*faulty)[j] = 1;
     }
   }
-  return "";
+  return found;
 }
 
 std::string Safety::find_contact(const std::vector<double>& readings, size_t first, size_t rows, double period) {

@@ -150,19 +150,21 @@ class TorqueProposer {
     return true;
   }
 
-  std::string find_fault(const Played& played, const TorqueWorld& world, Safety* safety, std::vector<double>* leave) const {
+  std::string find_fault(const Played& played, const TorqueWorld& world, Safety* safety, std::vector<double>* leave, std::vector<char>* faulty) const {
     std::vector<double> readings;
     if (!predict(played, world, &readings)) return "the simulated robot leaves all bounds";
-    return safety->find_fault_of(*played.motion, readings, leave);
+    return safety->find_fault_of(*played.motion, readings, leave, faulty);
   }
 
-  // The largest size, from the plan's own, that is safe under the report's model.
+  // The largest sizes, from the plan's own, that are safe under the report's model.
   void try_motion(const MotionPlan& plan, Safety* safety, TorqueCandidate* c) const {
     c->plan = plan, c->ok = false;
-    for (MotionPlan& p = c->plan; p.size >= kLeastSize; p.size *= kSmaller) {
+    MotionPlan& p = c->plan;
+    for (std::vector<char> faulty; faulty.empty() || make_smaller(faulty, &p);) {
+      faulty.assign(limits_.joints.size(), 0);
       c->commands = make_motion(p, limits_);
       Played played;
-      const std::string fault = play(p, c->commands, &played) ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr) : "the simulated robot leaves all bounds, or moves no judged joint";
+      const std::string fault = play(p, c->commands, &played) ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr, &faulty) : "the simulated robot leaves all bounds, or moves no judged joint";
       if (!fault.empty()) {
         c->fault = describe_plan(p) + ": " + fault + " under the report's model";
         continue;
@@ -238,16 +240,20 @@ class TorqueProposer {
     return order;
   }
 
-  std::string find_any_fault(const TorqueCandidate& c, const Played& played, std::vector<double>* leave) const {
+  std::string find_any_fault(const TorqueCandidate& c, const Played& played, std::vector<double>* leave, std::vector<char>* faulty) const {
     const std::vector<TorqueWorld> worlds = list_torque_worlds(terms_, list_largest(c));
     std::vector<std::string> faults(worlds.size());
     std::vector<std::vector<double>> leaves(worlds.size(), std::vector<double>(limits_.joints.size(), 0.0));
+    std::vector<std::vector<char>> marks(worlds.size(), std::vector<char>(limits_.joints.size(), 0));
     parallel_for(options_.jobs, static_cast<int>(worlds.size()), [&](int i, int worker) {
       const size_t w = static_cast<size_t>(i);
-      faults[w] = find_fault(played, worlds[w], safety_[static_cast<size_t>(worker)].get(), &leaves[w]);
+      faults[w] = find_fault(played, worlds[w], safety_[static_cast<size_t>(worker)].get(), &leaves[w], &marks[w]);
       if (!faults[w].empty()) faults[w] += worlds[w].label;
     });
-    leave->assign(limits_.joints.size(), 0.0);
+    leave->assign(limits_.joints.size(), 0.0), faulty->assign(limits_.joints.size(), 0);
+    for (const auto& one : marks) {
+      for (size_t j = 0; j < one.size(); ++j) (*faulty)[j] |= one[j];
+    }
     for (const auto& one : leaves) {
       for (size_t j = 0; j < leave->size(); ++j) (*leave)[j] = std::max((*leave)[j], one[j]);
     }
@@ -283,8 +289,9 @@ class TorqueProposer {
       if (!best) return;
       Played played;
       std::vector<double> leave;
+      std::vector<char> faulty;
       play(best->plan, best->commands, &played);
-      const std::string fault = find_any_fault(*best, played, &leave);
+      const std::string fault = find_any_fault(*best, played, &leave, &faulty);
       if (fault.empty()) {
         best->ok = false, best->fault.clear();
         const Gained before = gained;
@@ -295,8 +302,7 @@ class TorqueProposer {
       best->fault = describe_plan(best->plan) + ": " + fault;
       const std::string larger = best->fault;
       MotionPlan smaller = best->plan;
-      smaller.size *= kSmaller;
-      try_motion(smaller, safety_[0].get(), best);
+      make_smaller(faulty, &smaller) ? try_motion(smaller, safety_[0].get(), best) : void(best->ok = false);
       best->fault = larger;
     }
   }

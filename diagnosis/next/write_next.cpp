@@ -31,6 +31,15 @@ std::string make_csv(const Experiment& e, const Proposal& p) {
   return text + "\n";
 }
 
+// By joint that moves: share of the range that limits leave.
+Json make_sizes(const Proposal& p, const std::vector<std::string>& joints) {
+  Json sizes = Json::object();
+  for (size_t j = 0; j < p.plan.moves.size(); ++j) {
+    if (p.plan.moves[j]) sizes[joints[j]] = round_to(get_size(p.plan, j), 3);
+  }
+  return sizes;
+}
+
 Json make_stop(const Proposal& p, const std::vector<std::string>& joints) {
   Json stop = Json::object();
   for (size_t j = 0; j < p.stop.size(); ++j) stop[joints[j]] = round_to(p.stop[j], 3);
@@ -71,6 +80,7 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
           {"sentence", get_family_sentence(p.plan.family)},
           {"seconds", round_to(p.plan.seconds, 4)},
           {"size", round_to(p.plan.size, 3)},
+          {"sizes", make_sizes(p, joints)},
           {"joints", p.moving},
           {"stop", make_stop(p, joints)},
           {"worth", round_to(p.worth, 3)},

@@ -11,17 +11,39 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kStep = 0.02;       // [s] between moments that are compared
-constexpr double kClock = 0.5;       // [s] by which a clock is looked for on either side
 constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
 constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
 constexpr size_t kOfClocks = 100;    // moments: 2 s, beside the margins
+constexpr int kHeldReadings = 20;    // that are tried beside the first
+constexpr double kFewest = 4.0;      // blocks: three degrees of freedom
+constexpr double kExact = 1e-9;      // of a square, that no two blocks agree to
 constexpr size_t kOfTurns = 25;      // moments: half a second, in which what is left of a walk changes its sign
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
-bool drifts(const Left& left, const Matrix3d& R, double moved) {
+bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double moved) {
   for (double rate = -kFastest; rate <= kFastest; rate += kRateStep) {
-    if (left(R, {0.0, rate}) < moved) return true;
+    if (left(R, {0.0, rate, range.first, range.last}) < moved) return true;
+  }
+  return false;
+}
+
+// What clocks of a range leave, kClockStep apart.
+std::vector<double> list_left(const Left& left, const Matrix3d& R, const Clock& range) {
+  std::vector<double> out;
+  const long steps = std::lround((range.last - range.first) / kClockStep);
+  for (long i = 0; i <= steps; ++i) out.push_back(left(R, {range.first + kClockStep * static_cast<double>(i), 0.0, range.first, range.last}));
+  return out;
+}
+
+// Whether another valley than that of the least is half as deep: a gait repeats, and so does what it leaves.
+bool repeats(const std::vector<double>& left, size_t least) {
+  const auto is_deep = [&](size_t i) { return kHalf * left[i] < left[least]; };
+  size_t first = least, last = least;
+  while (first > 0 && is_deep(first - 1)) --first;
+  while (last + 1 < left.size() && is_deep(last + 1)) ++last;
+  for (size_t i = 0; i < left.size(); ++i) {
+    if ((i < first || i > last) && is_deep(i)) return true;
   }
   return false;
 }
@@ -29,17 +51,28 @@ bool drifts(const Left& left, const Matrix3d& R, double moved) {
 // Samples inside a clip that are kStep apart.
 std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
   const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
-  const auto margin = clip.edge + static_cast<size_t>(purpose == Purpose::kForClocks ? std::lround(kClock / clip.step) : 0);
+  const Clock range = find_range(purpose);
+  const auto count = [&](double time) { return clip.edge + static_cast<size_t>(std::lround(time / clip.step)); };
   std::vector<size_t> out;
-  for (size_t k = margin; k + margin < clip.size(); k += stride) out.push_back(k);
+  for (size_t k = count(-range.first); k + count(range.last) < clip.size(); k += stride) out.push_back(k);
   return out;
 }
 
-size_t get_least(Purpose purpose) { return purpose == Purpose::kForClocks ? kOfClocks : kOfTurns; }
+size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kOfTurns : kOfClocks; }
 
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
 
 }  // namespace
+
+Clock find_range(Purpose purpose) {
+  switch (purpose) {
+    case Purpose::kForTurns: return {0.0, 0.0, 0.0, 0.0};
+    case Purpose::kForFarBehind: return {0.0, 0.0, 0.0, kFarClock};
+    case Purpose::kForFarAhead: return {0.0, 0.0, -kFarClock, 0.0};
+    case Purpose::kForClocks: break;
+  }
+  return {};
+}
 
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use) {
   for (const Clip& clip : log.clips) {
@@ -60,7 +93,7 @@ size_t count_moments(const LeggedLog& log, Purpose purpose) {
 bool is_enough(Purpose purpose, size_t count) { return count >= get_least(purpose); }
 
 std::string describe_need(Purpose purpose, size_t count) {
-  const std::string margin = purpose == Purpose::kForClocks ? ", " + number(kClock) + " s from the ends of recordings and gaps" : " without gaps";
+  const std::string margin = purpose == Purpose::kForClocks ? ", " + number(kNearClock) + " s from the ends of recordings and gaps" : " without gaps";
   return "that takes " + number(kStep * static_cast<double>(get_least(purpose))) + " s of motion" + margin + "; there are " +
          number(kStep * static_cast<double>(count), 2) + " s";
 }
@@ -79,9 +112,31 @@ std::vector<Matrix3d> list_quarter_turns() {
   return out;
 }
 
+double calc_block_odds(const std::vector<double>& gains) {
+  double sum = 0.0, square = 0.0;
+  for (double g : gains) sum += g, square += g * g;
+  const auto n = static_cast<double>(gains.size());
+  if (n < kFewest || square == 0.0) return 0.0;
+  const double variance = square / n - sum * sum / (n * n);
+  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kExact * square / n))), sum);
+}
+
+Clock find_best_held(const Left& left, const Matrix3d& R) {
+  Clock best;
+  double least = 1e300;
+  for (int i = 0; i <= kHeldReadings; ++i) {
+    Clock held;
+    held.held = static_cast<double>(i) / kHeldReadings;
+    const double here = left(R, held);
+    if (here < least) least = here, best = held;
+  }
+  return best;
+}
+
 size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
+  if (clock.held >= 0.0) return clip.edge + static_cast<size_t>(clock.held * static_cast<double>(clip.size() - 1 - 2 * clip.edge));
   const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
-  const double time = std::clamp(clock.late + clock.rate * since, -kClock, kClock);
+  const double time = std::clamp(clock.late + clock.rate * since, clock.first, clock.last);
   return static_cast<size_t>(static_cast<long>(k) + std::lround(time / clip.step));
 }
 
@@ -101,13 +156,28 @@ BestFrame find_best_clock(const Left& left, const BestFrame& turned) {
   BestFrame best = turned;
   const double nominal = left(Matrix3d::Identity(), {}), before = left(turned.R, {turned.late, 0.0});
   double least = before, late = turned.late;
-  for (double t = -kClock; t <= kClock; t += kClockStep) {
+  for (double t = -kNearClock; t <= kNearClock; t += kClockStep) {
     const double here = left(best.R, {t, 0.0});
     if (here < least) least = here, late = t;
   }
-  const bool inside = std::abs(late) > kFar && std::abs(late) < kClock - kFar;
-  if (!inside || least >= kPart * before || drifts(left, best.R, least)) return best;
+  const bool inside = std::abs(late) > kFar && std::abs(late) < kNearClock - kFar;
+  if (!inside || least >= kPart * before || drifts(left, best.R, {}, least)) return best;
   best.late = late, best.left = find_share(least, nominal);
+  return best;
+}
+
+bool may_be_far(const Left& left, const BestFrame& turned) { return turned.late == 0.0 && kPart * left(turned.R, {}) > 1.0; }
+
+BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned) {
+  BestFrame best = turned;
+  const Clock range = find_range(side);
+  const std::vector<double> all = list_left(left, turned.R, range);
+  const double before = left(turned.R, {0.0, 0.0, range.first, range.last});
+  const auto least = static_cast<size_t>(std::min_element(all.begin(), all.end()) - all.begin());
+  const double late = range.first + kClockStep * static_cast<double>(least);
+  const bool inside = std::abs(late) > kFar && std::abs(late) < kFarClock - kFar;
+  if (!inside || all[least] >= kPart * before || repeats(all, least) || drifts(left, turned.R, range, all[least])) return best;
+  best.late = late, best.left = find_share(all[least], left(Matrix3d::Identity(), {0.0, 0.0, range.first, range.last}));
   return best;
 }
 

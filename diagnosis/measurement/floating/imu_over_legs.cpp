@@ -11,13 +11,6 @@
 #include "diagnosis/estimate/blocks.h"
 
 namespace hrp::diagnosis::floating {
-namespace {
-
-constexpr double kFewest = 4.0;  // blocks: three degrees of freedom
-constexpr double kExact = 1e-9;  // of a square, that no two blocks agree to
-
-}  // namespace
-
 std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose purpose) {
   std::vector<Standing> out;
   const ImuSensor& sensor = log.imus[imu];
@@ -71,12 +64,9 @@ double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left
     auto& [a, b] = blocks[{clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock))}];
     a += 1.0 + left_a[i], b += 1.0 + left_b[i];
   }
-  double sum = 0.0, square = 0.0;
-  for (const auto& [at, left] : blocks) sum += std::log(left.second / left.first), square += std::pow(std::log(left.second / left.first), 2);
-  const auto n = static_cast<double>(blocks.size());
-  if (n < kFewest || square == 0.0) return 0.0;
-  const double variance = square / n - sum * sum / (n * n);
-  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kExact * square / n))), sum);
+  std::vector<double> gains;
+  for (const auto& [at, left] : blocks) gains.push_back(std::log(left.second / left.first));
+  return calc_block_odds(gains);
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -138,8 +138,11 @@ class PoseFinder {
 
   void find_clock(const std::vector<Moment>& moments, PoseFrame* out) const {
     const PoseFrame turned = *out;
-    const Left left = [&](const Matrix3d&, const Clock& clock) { return calc_left(moments, turned, clock); };
-    const BestFrame best = find_best_clock(left, {});
+    const auto measure = [&](const std::vector<Moment>& of) -> Left {
+      return [this, &of, &turned](const Matrix3d&, const Clock& clock) { return calc_left(of, turned, clock); };
+    };
+    BestFrame best = find_best_clock(measure(moments), {});
+    if (may_be_far(measure(moments), best)) best = find_far_clock([this](Purpose side) { return list_moments(log_, side); }, measure, best);
     if (best.late == 0.0) return;
     out->late = best.late, out->left = turned.left * best.left;
   }

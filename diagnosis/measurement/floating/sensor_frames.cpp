@@ -71,36 +71,46 @@ SensorFrame make_frame(const std::string& sensor, const BestFrame& best) {
   return out;
 }
 
+// The moments of a clock that is so late.
+Purpose find_purpose(double late) {
+  if (late == 0.0) return Purpose::kForTurns;
+  return std::abs(late) < kNearClock ? Purpose::kForClocks : late > 0.0 ? Purpose::kForFarBehind : Purpose::kForFarAhead;
+}
+
+Clock make_clock(double late) { return {late, 0.0, std::min(late, -kNearClock), std::max(late, kNearClock)}; }
+
 // What moments for turns and those for clocks say; nominal where there are too few.
-template <class Moment, class Measure>
-BestFrame find_frame(const std::vector<Moment>& of_turns, const std::vector<Moment>& of_clocks, const Measure& measure) {
+template <class List, class Measure>
+BestFrame find_frame(const List& list, const Measure& measure) {
   BestFrame best;
+  const auto of_turns = list(Purpose::kForTurns);
   if (!of_turns.empty()) best = find_best_turn(measure(of_turns));
-  if (!of_clocks.empty()) best = find_best_clock(measure(of_clocks), best);
-  return best;
+  const auto of_clocks = list(Purpose::kForClocks);
+  if (of_clocks.empty()) return best;
+  best = find_best_clock(measure(of_clocks), best);
+  return may_be_far(measure(of_clocks), best) ? find_far_clock(list, measure, best) : best;
 }
 
 // What encoders of legs that stand say of an IMU.
 class OverLegs {
  public:
-  OverLegs(const LeggedLog& log, size_t imu)
-      : log_(log), imu_(imu), of_turns_(list_standing(log, imu, Purpose::kForTurns)), of_clocks_(list_standing(log, imu, Purpose::kForClocks)) {}
+  OverLegs(const LeggedLog& log, size_t imu) : log_(log), imu_(imu) {}
 
   BestFrame find_best() const {
-    return find_frame(of_turns_, of_clocks_, [this](const std::vector<Standing>& s) { return measure_over_legs(log_, imu_, 1.0, s); });
+    return find_frame([this](Purpose purpose) { return list_standing(log_, imu_, purpose); },
+                      [this](const std::vector<Standing>& s) { return measure_over_legs(log_, imu_, 1.0, s); });
   }
 
   // 1: for this frame, -1: against it, 0: legs cannot tell.
   int judge(const BestFrame& frame) const {
-    const std::vector<Standing>& moments = frame.late != 0.0 ? of_clocks_ : of_turns_;
+    const std::vector<Standing> moments = list_standing(log_, imu_, find_purpose(frame.late));
     if (moments.empty()) return 0;
-    return compare_over_legs(log_, imu_, moments, {frame.R, {frame.late, 0.0}, 1.0}, {});
+    return compare_over_legs(log_, imu_, moments, {frame.R, make_clock(frame.late), 1.0}, {});
   }
 
  private:
   const LeggedLog& log_;
   size_t imu_;
-  std::vector<Standing> of_turns_, of_clocks_;
 };
 
 // Encoders are the clock, and legs that stand the axes. Where they cannot tell, the IMU is off or what it is compared with.
@@ -109,8 +119,8 @@ SensorFrame find_imu(const LeggedLog& log, size_t imu) {
   const OverLegs legs(log, imu);
   const BestFrame by_legs = legs.find_best();
   if (!by_legs.is_nominal()) return make_frame(name, by_legs);
-  const std::vector<Expected> of_turns = list_expected(log, imu, Purpose::kForTurns), of_clocks = list_expected(log, imu, Purpose::kForClocks);
-  const BestFrame best = find_frame(of_turns, of_clocks, [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
+  const BestFrame best = find_frame([&](Purpose purpose) { return list_expected(log, imu, purpose); },
+                                    [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
   if (best.is_nominal()) return {};
   const int told = legs.judge(best);
   if (told < 0 && log.base_pose) return {};
@@ -128,10 +138,10 @@ struct Balance {
   std::vector<Vector3d> p;
 };
 
-std::vector<Balance> list_balances(const LeggedLog& log) {
+std::vector<Balance> list_balances(const LeggedLog& log, Purpose purpose) {
   std::vector<Balance> out;
   Eigen::VectorXd tau;
-  walk(log, Purpose::kForClocks, [&](const Clip& clip, size_t k, BodyMotion* motion) {
+  walk(log, purpose, [&](const Clip& clip, size_t k, BodyMotion* motion) {
     tau.resize(motion->model().nv());
     calc_inverse_dynamics(motion->model(), motion->vdot(), nullptr, &motion->data(), &tau);
     Balance b;
@@ -162,7 +172,7 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
   const bool whole = !log.sensors.empty() && std::all_of(log.sensors.begin(), log.sensors.end(), [](const ForceSensor& s) { return s.has_wrench() && !s.world && s.foot >= 0; });
   const bool known = BodyMotion::find_force_source(log) != MotionSource::kNone && log.sensors.size() >= log.feet.size();
   if (!whole || !known) return {};
-  const std::vector<Balance> balances = list_balances(log);
+  const std::vector<Balance> balances = list_balances(log, Purpose::kForClocks);
   if (!is_enough(Purpose::kForClocks, balances.size())) return {};
   const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, const Clock& clock, Vector6d* left) {
     const size_t k = shift(b.k, clock, *b.clip, log);
@@ -170,20 +180,24 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
   const double largest_zero = kMinority * log.mass * log.experiment->scenario.gravity_W.norm();
-  const auto sum_up = [&](const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
+  const auto sum_up = [&](const std::vector<Balance>& of, const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
     Vector6d sum = Vector6d::Zero(), squares = Vector6d::Zero();
-    for (const Balance& b : balances) {
+    for (const Balance& b : of) {
       Vector6d left = b.needed;
       for (size_t s = 0; s < frames.size(); ++s) add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
       sum += left, squares += left.cwiseAbs2();
     }
-    return sum_beside_zero(sum, squares, static_cast<double>(balances.size()), largest_zero);
+    return sum_beside_zero(sum, squares, static_cast<double>(of.size()), largest_zero);
   };
-  const BestFrame all = find_best([&](const Matrix3d& R, const Clock& clock) { return sum_up([](size_t) { return true; }, R, clock); });
+  const auto measure_all = [&](const std::vector<Balance>& of) -> Left {
+    return [&sum_up, &of](const Matrix3d& R, const Clock& clock) { return sum_up(of, [](size_t) { return true; }, R, clock); };
+  };
+  const BestFrame near = find_best(measure_all(balances));
+  const BestFrame all = near.late != 0.0 ? near : find_far_clock([&](Purpose side) { return list_balances(log, side); }, measure_all, near);
   for (BestFrame& f : frames) f = all;
-  for (int round = 0; round < 2; ++round) {
+  for (int round = 0; round < 2 && all.late == near.late; ++round) {
     for (size_t s = 0; s < frames.size(); ++s) {
-      const Left left = [&](const Matrix3d& R, const Clock& clock) { return sum_up([s](size_t o) { return o == s; }, R, clock); };
+      const Left left = [&](const Matrix3d& R, const Clock& clock) { return sum_up(balances, [s](size_t o) { return o == s; }, R, clock); };
       frames[s] = find_best(left, frames[s]);
     }
   }

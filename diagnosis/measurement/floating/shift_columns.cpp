@@ -10,16 +10,17 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Every row has a sample: the ends are held.
+// Every row has a sample. A short end is held; a longer one, before the first or after the last reading, is blank: nothing was read.
 void shift_whole(const std::vector<double>& time, double late, std::vector<double>* column) {
   const std::vector<double> was = *column;
   size_t at = 0;
   for (size_t k = 0; k < was.size(); ++k) {
-    const double t = std::clamp(time[k] + late, time.front(), time.back());
+    const double at_time = time[k] + late, t = std::clamp(at_time, time.front(), time.back());
     while (at + 2 < was.size() && time[at + 1] < t) ++at;
     while (at > 0 && time[at] > t) --at;
     const double share = std::clamp((t - time[at]) / (time[at + 1] - time[at]), 0.0, 1.0);
-    (*column)[k] = was[at] + share * (was[at + 1] - was[at]);
+    const bool beyond = std::abs(at_time - t) > kLongestStep;
+    (*column)[k] = beyond ? std::numeric_limits<double>::quiet_NaN() : was[at] + share * (was[at + 1] - was[at]);
   }
 }
 

@@ -2,21 +2,9 @@
 #include "diagnosis/measurement/floating/sides.h"
 
 #include <algorithm>
-#include <string>
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-// What the right one may be called: "left" or one "l" of the left one's name otherwise.
-std::vector<std::string> list_right_names(const std::string& left) {
-  const std::pair<const char*, const char*> sides[] = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"l", "r"}, {"L", "R"}};
-  std::vector<std::string> out;
-  for (const auto& [from, to] : sides) {
-    for (size_t at = left.find(from); at != std::string::npos; at = left.find(from, at + 1))
-      out.push_back(left.substr(0, at) + to + left.substr(at + std::string(from).size()));
-  }
-  return out;
-}
 
 // The sensor of the foot of that name that has the same axes; -1: none.
 int find_sensor(const LeggedLog& log, const std::string& foot, const ForceSensor& like) {
@@ -29,6 +17,16 @@ int find_sensor(const LeggedLog& log, const std::string& foot, const ForceSensor
 }
 
 }  // namespace
+
+std::vector<std::string> list_right_names(const std::string& left) {
+  const std::pair<const char*, const char*> sides[] = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"l", "r"}, {"L", "R"}};
+  std::vector<std::string> out;
+  for (const auto& [from, to] : sides) {
+    for (size_t at = left.find(from); at != std::string::npos; at = left.find(from, at + 1))
+      out.push_back(left.substr(0, at) + to + left.substr(at + std::string(from).size()));
+  }
+  return out;
+}
 
 std::set<int> list_leg_joints(const LeggedLog& log) {
   std::set<int> joints;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,6 +12,9 @@
 namespace hrp::diagnosis::floating {
 
 using SidePairs = std::vector<std::pair<size_t, size_t>>;  // left, right
+
+// What the right one may be called: "left" or one "l" of the left one's name otherwise.
+std::vector<std::string> list_right_names(const std::string& left);
 
 std::set<int> list_leg_joints(const LeggedLog& log);  // above feet
 SidePairs list_leg_pairs(const LeggedLog& log);     // of them

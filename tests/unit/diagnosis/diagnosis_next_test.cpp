@@ -9,7 +9,9 @@
 #include "diagnosis/next/ends.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
+#include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/propose.h"
+#include "diagnosis/next/safety.h"
 #include "diagnosis/next/trial_motion.h"
 #include "diagnosis/search/trial.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -202,6 +204,29 @@ TEST(NextExperiment, AMotionThatNeedsMoreEffortThanAllowedIsNotProposed) {
   const Next next = propose(e, make_open_report(), options, kQuietly);
   EXPECT_TRUE(next.proposals.empty());
   EXPECT_NE(next.nothing.find("No motion is safe"), std::string::npos) << next.nothing;
+}
+
+// Else one tight joint would shrink the motion of the whole arm.
+TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
+  const Experiment e = simulate_arm("next_sizes", {});
+  Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.moves = {1, 1}, plan.seconds = 4.0;
+  const Commands large = make_motion(plan, limits);
+  limits.joints[0].effort = 1e3, limits.joints[kElbow].effort = 0.1;  // N m: less than its own weight takes
+  Experiment bare = e;
+  bare.recordings.clear();
+  std::vector<char> faulty(2, 0);
+  EXPECT_FALSE(Safety(e, limits).find_fault(*make_trial_motion(bare, e.recordings[0], large, {}), {}, nullptr, &faulty).empty());
+  EXPECT_EQ(faulty, (std::vector<char>{0, 1}));
+  ASSERT_TRUE(make_smaller(faulty, &plan));
+  const Commands smaller = make_motion(plan, limits);
+  EXPECT_EQ(smaller.position[0], large.position[0]);
+  EXPECT_NE(smaller.position[kElbow], large.position[kElbow]);
+  int steps = 1;
+  while (make_smaller(faulty, &plan)) ++steps;
+  EXPECT_LT(plan.size, kLeastSize) << "what the others do to it is looked at, too";
+  EXPECT_LT(steps, 15) << "the number of simulations is bounded";
 }
 
 // Fitted to the recordings and the proposed motion as the robot then moves; the noise is drawn once.

@@ -2,6 +2,7 @@
 // Gears that give, by the torque along the encoders: the links swing behind them, near their resonance.
 #include <gtest/gtest.h>
 
+#include "diagnosis/evidence/soft_joints.h"
 #include "diagnosis/measurement/soft_gears.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
@@ -42,6 +43,19 @@ TEST(SoftGears, TheSimulatedRobotGetsTheRotorBehindTheSoftGear) {
   ASSERT_NE(soft, verdict.model.end());
   EXPECT_NEAR(soft->p[2], kRotor, 0.1 * kRotor);  // a tenth: the texture of friction
   for (const Effect& e : verdict.model) EXPECT_FALSE(e.id == EffectId::kRotorInertia && e.place.index == kShoulder);
+}
+
+// Between clear and nothing: a compliance is listed only if it differs from none.
+TEST(SoftGears, ANotedGearWhoseComplianceMayBeZeroIsNotListed) {
+  const Experiment e = simulate_arm("noted_gear", {});
+  for (const bool told : {true, false}) {
+    SoftGear gear;
+    gear.joint = kShoulder, gear.give = 0.01, gear.std = told ? 0.004 : 0.006, gear.left = 0.6;
+    std::vector<Finding> findings;
+    Hypothesis model;
+    add_soft_gear(e, gear, &findings, &model);
+    EXPECT_EQ(findings.size(), told ? 1u : 0u);
+  }
 }
 
 TEST(SoftGears, ARigidArmHasNoGearThatGives) {

@@ -10,6 +10,7 @@
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/windows.h"
 #include "test_places.h"
+#include "diagnosis/evidence/torque_misleading.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {
@@ -112,6 +113,40 @@ TEST(TorqueEvidence, AConstantTorqueIsAmongOthersFrictionThatHoldsMoreInOneDirec
   const Estimate& asymmetry = other->parameters[1];
   EXPECT_NEAR(asymmetry.value[0], 0.3, 1.96 * asymmetry.std[0]) << constant->statement;
   EXPECT_LT(asymmetry.std[0], 0.1);
+}
+
+// Before, the sum was 1.2: the gain's share was below nothing, so that friction took away more than there was.
+TEST(TorqueEvidence, SharesOfAJointWhoseGainIsWrongAddUpToOne) {
+  Hypothesis hidden = make_arm_drives();
+  hidden[0].p[0] *= 4.0, hidden[1].p[0] *= 4.0;  // most of the effort: alone, a gain would take it for a weak drive
+  hidden.push_back({EffectId::kTorqueConstant, kShoulder, {0.9}});
+  Experiment e = simulate_arm("torque_gain_shares", hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) forget_commands(&r);
+  double sum = 0.0;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) {
+    if (f.where.begin().value() == "shoulder") sum += f.share;
+  }
+  EXPECT_NEAR(sum, 1.0, 0.02);  // what remains
+}
+
+// Held-out recordings refuse it, so nobody reads of it: friction and rotor would be this factor too small.
+TEST(TorqueEvidence, AGainThatHeldOutRecordingsRefuseLeavesTheModel) {
+  Experiment e = simulate_arm("torque_refused_gain", make_arm_drives());
+  TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  const auto& terms = design.joints[kShoulder].terms;
+  const auto is_gain = [&](size_t term) { return terms[term].row->scales_effort; };
+  size_t gain = 0;
+  while (!is_gain(gain)) ++gain;
+  std::vector<size_t>& own = choice.model.own[kShoulder];
+  own.push_back(gain), std::sort(own.begin(), own.end());
+  choice.fit = fit_torque(design, choice.model);
+  choice.fit.held[kShoulder] *= 1.1;
+  GradedTerm refused;
+  refused.term = terms[gain], refused.place = {kShoulder, 0}, refused.helps_held = false;
+  EXPECT_TRUE(drop_false_gains(1, {refused}, &design, &choice));
+  EXPECT_TRUE(std::none_of(choice.model.own[kShoulder].begin(), choice.model.own[kShoulder].end(), is_gain));
 }
 
 // Springs that carry a part of an arm, and efforts of a log that leaves all of gravity out.

@@ -9,6 +9,7 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/search/gain.h"
+#include "diagnosis/measurement/floating/search/stand_ins.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -28,14 +29,14 @@ double get_left(const SearchState& state, size_t channel) { return state.chosen.
 // How many standard errors the effect is away from none.
 double calc_certainty(const FoundEffect& f) {
   if (make_estimates(f.effect, f.x, f.std).empty()) return 0;  // no parameter of it is told
+  const std::vector<long>& core = f.effect.law->core;
   double square = 0;
+  // One core coefficient that is sure is enough: a sole may give about one axis alone. It has to be as sure as a report asks,
+  // which says no stiffness otherwise: shifts and damping are no sole, and what bends further up has them, too.
+  for (const long k : core) square = std::max(square, std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2));
+  if (!core.empty()) return std::sqrt(square);
   for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) {
     square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
-  }
-  // One core coefficient that is sure is enough: a sole may give about one axis alone.
-  const std::vector<long>& core = f.effect.law->core;
-  for (size_t k = 1; k < core.size(); ++k) {
-    square = std::max(square, std::pow(f.x(core[k]) / std::max(1e-300, f.std(core[k])), 2));
   }
   return std::sqrt(square);
 }
@@ -121,6 +122,13 @@ bool drop_undone(const std::vector<FoundEffect>& found, SearchState* state) {
   return false;
 }
 
+bool drop_stand_in(const std::vector<FoundEffect>& found, SearchState* state) {
+  const StandIn at = find_stand_in(found, *state);
+  if (at.effect == found.size()) return false;
+  drop(at.effect, at.why, {found[at.effect].channel}, state);
+  return true;
+}
+
 // An error of a clock or of a mounting explains the effect as well, and it is smaller than clocks and mountings are
 // known. Then there is no mismatch to report.
 bool drop_known(const std::vector<FoundEffect>& found, SearchState* state) {
@@ -186,7 +194,7 @@ bool drop_unsteady(SearchState* state) {
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
   return drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
-         drop_forced(found, state);
+         drop_forced(found, state) || drop_stand_in(found, state);
 }
 
 }  // namespace hrp::diagnosis::floating

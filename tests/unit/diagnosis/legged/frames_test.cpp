@@ -10,6 +10,7 @@
 #include "diagnosis/log_conventions.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/measurement/floating/frame_search.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "servers/model_parser/robot_loader.h"
@@ -164,6 +165,58 @@ TEST(SensorFrames, AClockThatIsFarOffIsMoved) {
   ASSERT_EQ(frames.size(), 2u);
   for (const SensorFrame& f : frames)
     EXPECT_NEAR(f.late, 0.2, 0.015);  // one and a half steps of the clock that is looked for
+}
+
+// Beyond the half second that is looked at first: 1.2 s behind, 2 s ahead.
+TEST(SensorFrames, AClockThatIsSecondsOffIsMoved) {
+  for (const long samples : {300L, -500L}) {
+    Experiment e = make_biped({}, kLeans);
+    for (Recording& r : e.recordings) {
+      for (auto& [name, column] : r.other) std::rotate(column.begin(), samples > 0 ? column.end() - samples : column.begin() - samples, column.end());
+    }
+    const std::vector<SensorFrame> frames = find_sensor_frames(e);
+    ASSERT_EQ(frames.size(), 2u);
+    for (const SensorFrame& f : frames) EXPECT_NEAR(f.late, 0.004 * static_cast<double>(samples), 0.015);
+  }
+}
+
+// A sensor against encoders, both every 20 ms for 5 s; what a clock leaves at moments, in units of what is known.
+struct Pair {
+  std::vector<double> encoders, sensor;
+  double find_late() const {
+    const auto n = static_cast<long>(encoders.size());
+    const auto list = [&](Purpose side) {
+      std::vector<long> out;
+      for (long k = side == Purpose::kForFarAhead ? 150 : 0; k < n - (side == Purpose::kForFarBehind ? 150 : 0); ++k) out.push_back(k);
+      return out;
+    };
+    const auto measure = [&](const std::vector<long>& moments) -> Left {
+      return [this, &moments, n](const Matrix3d&, const Clock& clock) {
+        double sum = 0;
+        for (long k : moments) {
+          const long at = clock.held >= 0 ? std::lround(clock.held * static_cast<double>(n - 1)) : std::clamp(k + std::lround(clock.late / 0.02), 0L, n - 1);
+          sum += std::pow(10 * (sensor[static_cast<size_t>(at)] - encoders[static_cast<size_t>(k)]), 2);
+        }
+        return sum / static_cast<double>(moments.size()) + 1;
+      };
+    };
+    return find_far_clock(list, measure, {}).late;
+  }
+};
+
+// A robot that stands for 2.2 s and then moves 20 times as briskly as its legs tell, as one that falls: readings from before look
+// better, at each moment, than its own.
+TEST(SensorFrames, RestBeforeABriskMotionIsNoClock) {
+  std::mt19937 random(67);
+  std::normal_distribution<double> normal;
+  Pair late, falls;
+  for (int k = 0; k < 250; ++k) late.encoders.push_back(normal(random)), falls.encoders.push_back(0.1 * normal(random));
+  for (int k = 0; k < 250; ++k) {
+    late.sensor.push_back(k < 60 ? normal(random) : late.encoders[static_cast<size_t>(k - 60)]);
+    falls.sensor.push_back(k >= 8 && k < 110 ? 0.005 * normal(random) : 2 * normal(random));
+  }
+  EXPECT_NEAR(late.find_late(), 1.2, 0.01);
+  EXPECT_EQ(falls.find_late(), 0.0);
 }
 
 // No shift puts what a drifting clock stamped where it belongs: its rate is an effect of its own.

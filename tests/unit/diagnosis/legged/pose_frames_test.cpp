@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "common/spatial/turn.h"
@@ -19,11 +20,11 @@ namespace {
 constexpr Recorded kWithPose{.effort = false, .leans = true, .pose = true};
 constexpr double kStep = 0.015;  // [s] one and a half steps of the clock that is looked for
 
-// Columns of a sensor come 0.2 s late.
-void delay(const std::string& sensor, Experiment* e) {
+// Columns of a sensor come 0.2 s late, or so many samples.
+void delay(const std::string& sensor, Experiment* e, long samples = 50) {
   for (Recording& r : e->recordings) {
     for (auto& [name, column] : r.other) {
-      if (name.rfind(sensor + "/", 0) == 0) std::rotate(column.begin(), column.end() - 50, column.end());
+      if (name.rfind(sensor + "/", 0) == 0) std::rotate(column.begin(), column.end() - samples, column.end());
     }
   }
 }
@@ -47,6 +48,24 @@ TEST(PoseFrame, AnImuThatIsLateIsToldAndThePoseIsLeftAlone) {
   EXPECT_NEAR(frames[0].late, 0.2, kStep);
   EXPECT_TRUE(frames[0].rival.empty());
   EXPECT_FALSE(find_pose_frame(convert_sensor_frames(e, frames)).any());
+}
+
+// 1.2 s, of the pose or of the IMU. What was never read is blank: readings that are held would look like a robot that stands.
+TEST(PoseFrame, AClockThatIsSecondsOffIsToldAndTheOtherIsLeftAlone) {
+  for (const std::string sensor : {"/base/pose", "/imu/waist"}) {
+    Experiment e = make_biped({}, kWithPose);
+    delay(sensor, &e, 300);
+    const std::vector<SensorFrame> frames = find_sensor_frames(e);
+    const Experiment moved = convert_sensor_frames(e, frames);
+    const PoseFrame pose = find_pose_frame(moved);
+    EXPECT_EQ(frames.size(), sensor == "/imu/waist" ? 1u : 0u);
+    EXPECT_NEAR(frames.empty() ? pose.late : frames[0].late, 1.2, kStep);
+    EXPECT_EQ(pose.any(), frames.empty());
+    const Experiment right = convert_pose(moved, pose);
+    const auto& column = right.recordings[0].other.at(sensor + (frames.empty() ? "/position/z" : "/angular_velocity/y"));
+    EXPECT_TRUE(std::isnan(column.back()));
+    EXPECT_FALSE(std::isnan(column[column.size() - 310]));
+  }
 }
 
 // Legs that swing freely: nothing tells which of the two clocks is off.
