@@ -207,9 +207,9 @@ class DesignMaker {
   }
 
   LinkDesign make() {
-    double samples = 0.0;
-    for (const LinkRecording& r : data_.recordings) samples += static_cast<double>(r.q.rows() / std::max(1L, r.stride));
-    const long thin = std::max(1L, std::lround(samples / kMostSamples));
+    long samples = 0;
+    for (const LinkRecording& r : data_.recordings) samples += r.q.rows() / std::max(1L, r.stride);
+    const long thin = std::max(1L, std::lround(static_cast<double>(samples) / kMostSamples));
     for (LinkRecording r : data_.recordings) {
       r.stride *= thin;
       add(r);

@@ -31,7 +31,7 @@ constexpr double kGapSteps[] = {1.0, 1.33, 1.78, 2.37};
 
 // Starts of a transmission, with more gaps if it has one.
 std::vector<Effect> list_starts(const Effect& law) {
-  const std::vector<Effect> options = list_options(law, false);
+  std::vector<Effect> options = list_options(law, false);
   if (!list_infos(law.id)[0].walked) return options;
   std::vector<Effect> out;
   for (const Effect& option : options) {

@@ -33,7 +33,7 @@ Eigen::Vector4d solve(const Normal& normal, bool with_gear) {
       gram(i, i) = 1, projection(i) = 0;
     }
     gram.diagonal().array() += 1e-12 * (1 + gram.diagonal().array());
-    const Eigen::Vector4d x = gram.ldlt().solve(projection);
+    Eigen::Vector4d x = gram.ldlt().solve(projection);
     Eigen::Index worst = 0;
     if (x.minCoeff(&worst) >= 0) return x;
     use[worst] = false;

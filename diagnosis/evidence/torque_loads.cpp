@@ -103,7 +103,7 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
   soften_gears(jobs, design, &choice);
   TorqueDesign reloaded = *design;
   if (!reload_gears(choice.model, &reloaded)) return choice;
-  const Choice again = choose_torque_model(reloaded, jobs);
+  Choice again = choose_torque_model(reloaded, jobs);
   if (calc_gain({reloaded, again.model, again.fit}, {*design, choice.model, choice.fit}) <= 0.0) return choice;
   *design = std::move(reloaded);
   return again;
