@@ -22,7 +22,7 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 using R = TorqueRecording;
 
-constexpr double kMostLoss = 0.9;    // share of the load: Bowden cables and worm gears lose most of it; all of it would hold any load
+constexpr double kMostLoss = 0.6;    // share of the load; no transmission loses more
 constexpr double kLeastGain = 0.5, kMostGain = 2.0;  // of a torque constant; beyond, it is the unit (effort_units.h)
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
