@@ -65,16 +65,5 @@ TEST(UnlistedFriction, AGearThatTheLoadHardlyTurnsIsNoneOfThem) {
   EXPECT_EQ(find_instead(make_arm("gear_alone", hidden, nothing)), "");
 }
 
-// Worm gears and cables around a joint. Before, a gear that the load hardly turns took the place beyond six tenths.
-TEST(UnlistedFriction, FrictionOfThreeQuartersOfTheLoadIsNamedWithItsShare) {
-  Hypothesis hidden = make_arm_drives();
-  hidden.push_back({EffectId::kLoadFriction, kElbow, {0.75, 5e-4}});
-  const TorqueVerdict verdict = judge_torque(simulate_arm("worm", hidden), 1);
-  const Finding* f = find(verdict, "load_dependent_friction", "elbow");
-  ASSERT_NE(f, nullptr);
-  EXPECT_NEAR(f->parameters[0].value[0], 0.75, 1.96 * f->parameters[0].std[0]) << f->statement;
-  EXPECT_EQ(find(verdict, "backdriving_friction", "elbow"), nullptr);
-}
-
 }  // namespace
 }  // namespace hrp::diagnosis
