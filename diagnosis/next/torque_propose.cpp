@@ -302,7 +302,8 @@ class TorqueProposer {
       best->fault = describe_plan(best->plan) + ": " + fault;
       const std::string larger = best->fault;
       MotionPlan smaller = best->plan;
-      make_smaller(faulty, &smaller) ? try_motion(smaller, safety_[0].get(), best) : void(best->ok = false);
+      if (make_smaller(faulty, &smaller)) try_motion(smaller, safety_[0].get(), best);
+      else best->ok = false;
       best->fault = larger;
     }
   }

@@ -42,5 +42,36 @@ TEST(Gram, AlongASingleColumnTheAmplitudeIsThatOfTheFreeFit) {
   EXPECT_NEAR(solve_along(gram, {0, 2}, 1, Eigen::VectorXd::Constant(1, 0.5)), free / 0.5, 1e-9 * std::abs(free));
 }
 
+TEST(Gram, RowsAddedTogetherGiveTheSumsOfRowsOneByOne) {
+  TestNoise noise;
+  Eigen::MatrixXd X(4, 50);
+  Eigen::VectorXd y(50);
+  Gram single(4), together(4);
+  for (long k = 0; k < y.size(); ++k) {
+    for (long i = 0; i < X.rows(); ++i) X(i, k) = noise.draw();
+    y[k] = noise.draw();
+    single.add_row(X.col(k), y[k]);
+  }
+  together.add_columns(X, y);
+  // sums in another order: rounding of 50 products
+  const double rounding = 1e-12 * single.c;
+  for (long i = 0; i < 4; ++i) {
+    for (long j = 0; j < 4; ++j) EXPECT_NEAR(together.get(i, j), single.get(i, j), rounding);
+    EXPECT_NEAR(together.b[i], single.b[i], rounding);
+  }
+  EXPECT_NEAR(together.c, single.c, rounding);
+  EXPECT_EQ(together.n, single.n);
+}
+
+// The choice of a joint's terms leaves subsets out by this bound, without looking at the folds.
+TEST(Gram, AFitToAllFoldsLeavesLessThanFoldsThatArePredictedFromTheOthers) {
+  TestNoise noise;
+  std::vector<Gram> folds;
+  for (int f = 0; f < 8; ++f) folds.push_back(make_stretch_of_a_load(&noise));
+  const Gram total = sum(folds, 3);
+  for (const Columns& columns : {Columns{0}, Columns{1, 2}, Columns{0, 1, 2}})
+    EXPECT_LT(calc_rest(total, columns, solve(total, columns)) / total.n, cross_validate(folds, total, columns));
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
