@@ -59,7 +59,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
   const WindowErrors before = calc_held_windows(problem, {}), after = calc_held_windows(problem, outcome.chosen.hypothesis);
   for (size_t j = 0; j < before.rms.size(); ++j) {
     const double spread = calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
-    if (!std::isfinite(before.rms[j]) || spread <= 0.0) continue;
+    if (!std::isfinite(before.rms[j]) || spread <= kRest) continue;
     const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
     list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j], after.rms[j], spread});
   }

@@ -22,9 +22,6 @@ constexpr int kWindowIterations = 8;  // steps of a fit; each simulates all wind
 // Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
 // is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
 constexpr double kWorse = 4.0;
-// [rad, m] Least standard deviation of a position that is compared. Where a joint comes to rest that hardly moves, its dry
-// friction decides, which its recorded rest does not tell: its error over its spread has no bound.
-constexpr double kRest = 0.005;
 
 // Adds the sensor faults of `of`, because the servo's law and comparisons of columns determine them whatever else is in
 // the model. The delay of an effort log is left out: it is not determined that way.

@@ -11,6 +11,10 @@
 
 namespace hrp::diagnosis {
 
+// [rad, m] Least standard deviation of a position that is compared. Where a joint comes to rest that hardly moves, its dry
+// friction decides, which its recorded rest does not tell: its error over its spread has no bound.
+constexpr double kRest = 0.005;
+
 // Simulates a hypothesis and scores it on the training and on the held-out recordings.
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);
 

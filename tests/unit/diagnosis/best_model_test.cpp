@@ -80,6 +80,32 @@ TEST(BestModel, AFitThroughTheWholeRobotIsAsLongForALogOfFewSamplesAsForOneOfMan
   EXPECT_NEAR(calc_whole_work(make_problem(e, 1), make_drives(), 1), all, 0.01 * all);  // the last samples
 }
 
+// The elbow stands still but for the flicker of its encoder. Simulated from its effort, it drifts.
+TEST(BestModel, IsNotChosenByWhereAJointAtRestDrifts) {
+  Experiment e = make_simulated_experiment("best_rest", kArm, kJoints, make_drives());
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    std::vector<double>& q = r.joints[kElbow].signal[0];
+    for (size_t k = 0; k < r.size(); ++k) q[k] = 0.2 + (k % 2 == 0 ? 1e-7 : 0.0);
+    const size_t most = r.size() / 4;  // for the time of the test
+    r.time.resize(most);
+    for (JointColumns& joint : r.joints) {
+      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) column->resize(std::min(column->size(), most));
+    }
+  }
+  const Problem problem = make_problem(e, 1);
+  std::vector<double> missed;  // [%] of the spread of positions, by model
+  const auto read = [&](const std::string& line) {
+    const std::string words = "positions miss ";
+    const size_t at = line.find(words);
+    if (at != std::string::npos) missed.push_back(std::stod(line.substr(at + words.size())));
+  };
+  choose_best_model(problem, problem, make_drives(), {}, read);
+  ASSERT_FALSE(missed.empty());
+  // The shoulder moves by more than it drifts in a window; the elbow's error is a million times its spread.
+  EXPECT_LT(*std::max_element(missed.begin(), missed.end()), 1000.0);
+}
+
 // What a search found beside the drives is no part of the missing torque's model, and is not lost.
 TEST(BestModel, KeepsASpringThatASearchFoundBesideFrictionAndRotors) {
   Hypothesis hidden = make_drives();
