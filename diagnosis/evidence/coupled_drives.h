@@ -12,7 +12,7 @@
 
 #include <vector>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/evidence/joint_rows.h"
 
 namespace hrp::diagnosis {
 
@@ -26,14 +26,6 @@ struct CoupledDrive {
 struct CoupledDrives {
   std::vector<CoupledDrive> drives;  // up to two: a differential has two motors; empty: none
   double left = 0.0;  // [(N m)^2] mean square that remains beside them, held out
-};
-
-// Laws that were found in a joint's rows. Their values are fitted again beside the drives: a load or a spring may have taken
-// a part of the friction.
-struct FoundLaws {
-  int joint = 0;
-  std::vector<Eigen::MatrixXd> columns;  // by recording of the data: kept samples x columns
-  double effective = 0.0;                // independent training samples
 };
 
 // Drives with whose friction the joint's laws leave less than half of the squares on held-out recordings; without any, on the

@@ -9,6 +9,14 @@
 
 namespace hrp::diagnosis {
 
+// Laws that were found in a joint's rows. Their values are fitted again beside what is tried: a load or a spring may have taken
+// a part of the friction.
+struct FoundLaws {
+  int joint = 0;
+  std::vector<Eigen::MatrixXd> columns;  // by recording of the data: kept samples x columns
+  double effective = 0.0;                // independent training samples
+};
+
 class JointRows {
  public:
   // Held-out recordings judge; without any, the last third of the samples does.

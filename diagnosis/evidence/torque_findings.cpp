@@ -292,11 +292,7 @@ class Judge {
     }
   }
 
-  CoupledDrives find_coupled(size_t i) const {
-    FoundLaws laws{design_.joints[i].joint, {}, design_.joints[i].effective};
-    for (const TorqueRecording& r : design_.data->recordings) laws.columns.push_back(list_law_columns(design_, choice_.model, i, r));
-    return find_coupled_drives(*design_.data, laws);
-  }
+  CoupledDrives find_coupled(size_t i) const { return find_coupled_drives(*design_.data, list_laws(design_, choice_.model, i)); }
 
   void add_remaining(TorqueVerdict* out) const {
     static const std::vector<Regressor> quantities{{"position", "its position", "rad"},

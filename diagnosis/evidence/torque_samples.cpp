@@ -83,6 +83,12 @@ Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& 
   return columns;
 }
 
+FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t i) {
+  FoundLaws laws{design.joints[i].joint, {}, design.joints[i].effective};
+  for (const TorqueRecording& r : design.data->recordings) laws.columns.push_back(list_law_columns(design, model, i, r));
+  return laws;
+}
+
 Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x) {
   Eigen::MatrixXd G = x.transpose() * x;
   G.diagonal() += 1e-9 * G.diagonal();

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "diagnosis/evidence/joint_rows.h"
 #include "diagnosis/evidence/torque_model.h"
 
 namespace hrp::diagnosis {
@@ -28,6 +29,9 @@ Eigen::VectorXd list_column(const TorqueDesign& design, size_t joint, const Term
 
 // Columns of the model in a joint's rows at the kept samples of one recording: its own terms, then those of the whole robot.
 Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t joint, const TorqueRecording& recording);
+
+// The same of all recordings.
+FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
 // Inverse of X^T X, with a small ridge for collinear columns.
 Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x);

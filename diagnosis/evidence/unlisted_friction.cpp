@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/evidence/joint_rows.h"
 #include "diagnosis/evidence/torque_samples.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/model/tree.h"
@@ -109,13 +108,9 @@ void doubt_gears(const TorqueDesign& design, const Choice& choice, std::vector<G
     const auto i = static_cast<size_t>(g.place.joint);
     TorqueModel rest = choice.model;
     rest.own[i].erase(rest.own[i].begin() + static_cast<long>(g.place.at));
-    FoundLaws laws{design.joints[i].joint, {}, design.joints[i].effective};
     std::vector<Eigen::VectorXd> gear;
-    for (const TorqueRecording& r : design.data->recordings) {
-      laws.columns.push_back(list_law_columns(design, rest, i, r));
-      gear.push_back(calc_joint_columns(*design.data, r, g.term));
-    }
-    g.instead = find_unlisted_friction(*design.data, laws, gear);
+    for (const TorqueRecording& r : design.data->recordings) gear.push_back(calc_joint_columns(*design.data, r, g.term));
+    g.instead = find_unlisted_friction(*design.data, list_laws(design, rest, i), gear);
     if (!g.instead.empty()) g.grade = Grade::kAmbiguous;
   }
 }

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/evidence/coupled_drives.h"
+#include "diagnosis/evidence/joint_rows.h"
 #include "diagnosis/evidence/torque_grade.h"
 
 namespace hrp::diagnosis {
