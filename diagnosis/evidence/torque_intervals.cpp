@@ -112,18 +112,6 @@ double calc_unseen_std(double level, double travel) {
   return std::sqrt(std::max(0.0, 1.0 - travel / (2.0 * M_PI))) * kDetail * std::abs(level);
 }
 
-double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
-  double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;
-  for (size_t g = 0; g < values.size(); ++g) {
-    const double own = 1.0 / std::max(1e-300, variances[g]);
-    w += own, ww += own * own, mean += own * values[g];
-  }
-  mean /= w;
-  for (size_t g = 0; g < values.size(); ++g) q += std::pow(values[g] - mean, 2) / std::max(1e-300, variances[g]);
-  const double degrees = static_cast<double>(values.size()) - 1.0, scale = w - ww / w;
-  return scale > 0.0 ? std::max(0.0, (q - degrees) / scale) : 0.0;
-}
-
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
   const TorqueSamples all = list_torque_samples(design, model, joint);
   Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());

@@ -34,7 +34,4 @@ Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double samp
 // Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
 double calc_unseen_std(double level, double travel);
 
-// Variance between groups (DerSimonian and Laird) from each group's value and its variance.
-double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
-
 }  // namespace hrp::diagnosis
