@@ -139,6 +139,26 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
   }
 }
 
+// Efforts limit the quick sines of a wrist; the slow ones may then be larger.
+TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
+  const Experiment e = simulate_arm("next_slow_sines", {});
+  const Limits limits = make_limits(e, {});
+  const std::vector<MotionPlan> plans = list_plans(e, limits, {1, 1}, 10.0);
+  const auto measure = [&](double quickest) {  // largest travel [rad] and acceleration [rad/s^2] of the elbow
+    const auto plan = std::find_if(plans.begin(), plans.end(), [&](const MotionPlan& p) { return p.family == Family::kMultisine && p.quickest == quickest; });
+    const Commands motion = make_motion(*plan, limits);
+    const std::vector<double>& q = motion.position[kElbow];
+    const auto [low, high] = std::minmax_element(q.begin(), q.end());
+    double most = 0.0;
+    for (double a : calc_rates(motion.velocity[kElbow], plan->period)) most = std::max(most, std::abs(a));
+    return std::pair{*high - *low, most};
+  };
+  const auto [slow_travel, slow_acceleration] = measure(kSlowSines);
+  const auto [quick_travel, quick_acceleration] = measure(kQuickSines);
+  EXPECT_GT(slow_travel, 0.8 * quick_travel);  // phases differ, so the sines do not add up at the same time
+  EXPECT_LT(slow_acceleration, 0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
+}
+
 // Share of the mean square that frequencies up to 0.6 Hz have.
 double calc_slow_share(const std::vector<double>& x, double period) {
   const double n = static_cast<double>(x.size());
