@@ -26,7 +26,6 @@ namespace {
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 
-constexpr size_t kLeastSamples = 100;  // of neighbours that resemble each other: some ten independent ones
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
 
 bool has_all(const Experiment& e, size_t j) {
@@ -249,7 +248,7 @@ double calc_deviation(const std::vector<double>& x) {
 ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late_rates, double spread) {
   ServoReading out;
   const ServoPairs pairs = list_pairs(log, late.delay);
-  if (pairs.law.size() < kLeastSamples) return out;
+  if (pairs.law.size() < kLeastServoSamples) return out;
   Line line = fit_line(pairs.law, pairs.effort);
   ServoSlope slope = find_slope(log, pairs, late, late_rates);
   const double rounding = calc_rounding(log, pairs);
