@@ -28,9 +28,6 @@ struct ServoReading {
   bool is_biased() const { return bias != 0.0; }
 };
 
-// Of a servo's law, for a fit. Neighbours resemble each other: some ten of them are independent.
-constexpr size_t kLeastServoSamples = 100;
-
 // Joints whose recorded effort follows the servo's law with commands from `delay` ago, but not with current ones. Needs
 // recorded commands, positions and efforts.
 std::vector<ServoDelay> find_servo_delays(const Experiment& experiment);

@@ -9,7 +9,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/floating/words.h"
-#include "diagnosis/measurement/servo_law.h"
+#include "diagnosis/measurement/servo_samples.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
