@@ -16,8 +16,8 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/servo_rates.h"
-#include "diagnosis/measurement/servo_slope.h"
 #include "diagnosis/measurement/servo_samples.h"
+#include "diagnosis/measurement/servo_slope.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
