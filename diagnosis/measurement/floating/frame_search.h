@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 
@@ -32,7 +33,8 @@ enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
 Clock find_range(Purpose purpose);
-constexpr size_t kMomentsOfBlock = 25;  // half a second
+constexpr double kBetweenMoments = 0.02;  // [s]
+constexpr auto kMomentsOfBlock = static_cast<size_t>(kBlock / kBetweenMoments + 0.5);
 
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);

@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -73,10 +74,7 @@ DelayFit fit_delay(const std::vector<Transfer>& rows) {
 
 // The two sensors, if there are two feet and each has one of the vertical force alone.
 bool has_two(const LeggedLog& log) {
-  if (log.feet.size() != 2 || log.sensors.size() != 2 || log.feet[0].sensor == log.feet[1].sensor) return false;
-  return std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && !log.sensors[static_cast<size_t>(f.sensor)].has_force();
-  });
+  return log.feet.size() == 2 && log.sensors.size() == 2 && log.feet[0].sensor != log.feet[1].sensor && all_feel_it_alone(log);
 }
 
 std::vector<Transfer> list_transfers(const ChannelRows& c, const ColumnLayout& layout) {
