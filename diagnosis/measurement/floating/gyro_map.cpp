@@ -131,7 +131,10 @@ MapFit fit_map(const std::vector<RateMoment>& moments, const Freedom& free, cons
   for (const auto& [at, own] : blocks) scatter += own * own.transpose();
   const double widening = blocks.size() > 1 ? find_widening(blocks.size()) : 1e3;
   out.covariance = find_few(static_cast<double>(blocks.size())) * widening * widening * inverse * scatter * inverse;
-  for (size_t i = 0; i < rows.size(); ++i) out.left += out.weights[i] * rows[i].left.squaredNorm();
+  double weight = 0;
+  for (size_t i = 0; i < rows.size(); ++i) out.left += out.weights[i] * rows[i].left.squaredNorm(), weight += 3 * out.weights[i];
+  // White noise, too: it has the prior of what no motion tells, of which blocks say nothing.
+  out.covariance += std::max(1e-12, out.left / std::max(1e-12, weight)) * inverse;
   return out;
 }
 
