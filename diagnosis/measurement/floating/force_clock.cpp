@@ -13,7 +13,6 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/equations/body_sample.h"
@@ -250,9 +249,10 @@ ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double
   return best;
 }
 
-std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
+std::vector<PressedStretch> list_pressed(const LeggedLog& log, MotionSource source) {
   std::vector<PressedStretch> out;
-  if (!is_felt(log) || BodyMotion::find_force_source(log) != MotionSource::kImu) return out;
+  const MotionSource known = BodyMotion::find_force_source(log);
+  if (!is_felt(log) || known == MotionSource::kNone || (source != MotionSource::kNone && known != source)) return out;
   for (size_t c = 0; c < log.clips.size(); ++c) out.push_back(press(log, c));
   return out;
 }

@@ -34,18 +34,6 @@ std::vector<double> try_clocks(const Left& left, const Matrix3d& R, const Clock&
   return out;
 }
 
-// Whether another valley than that of the least is half as deep: a gait repeats, and so does what it leaves.
-bool repeats(const std::vector<double>& left, size_t least) {
-  const auto is_deep = [&](size_t i) { return kHalf * left[i] < left[least]; };
-  size_t first = least, last = least;
-  while (first > 0 && is_deep(first - 1)) --first;
-  while (last + 1 < left.size() && is_deep(last + 1)) ++last;
-  for (size_t i = 0; i < left.size(); ++i) {
-    if ((i < first || i > last) && is_deep(i)) return true;
-  }
-  return false;
-}
-
 // Samples inside a clip that are kBetweenMoments apart.
 std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
   const auto stride = static_cast<size_t>(std::max(1L, std::lround(kBetweenMoments / clip.step)));
@@ -147,6 +135,17 @@ Clock find_best_held(const Left& left, const Matrix3d& R) {
     if (here < least) least = here, best = held;
   }
   return best;
+}
+
+bool repeats(const std::vector<double>& left, size_t least) {
+  const auto is_deep = [&](size_t i) { return kHalf * left[i] < left[least]; };
+  size_t first = least, last = least;
+  while (first > 0 && is_deep(first - 1)) --first;
+  while (last + 1 < left.size() && is_deep(last + 1)) ++last;
+  for (size_t i = 0; i < left.size(); ++i) {
+    if ((i < first || i > last) && is_deep(i)) return true;
+  }
+  return false;
 }
 
 size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {

@@ -71,6 +71,9 @@ BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned
 // The one reading that leaves the least if it stands for all.
 Clock find_best_held(const Left& left, const Matrix3d& R);
 
+// Whether another valley than that of the least is half as deep: a gait repeats, and so does what it leaves.
+bool repeats(const std::vector<double>& left, size_t least);
+
 // n log of the odds for what leaves less, by logarithms of what it leaves less in each block; negative: against it.
 double calc_block_odds(const std::vector<double>& gains);
 
