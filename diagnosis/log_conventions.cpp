@@ -256,7 +256,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   out.absent = find_absent_torque(make_torque_data(e));
   const Experiment whole = return_torque(e, out.absent.part);
   check_exchanged_joints(whole, jobs);
-  // With the torque returned, the angles as logged explain all but a detail: no other angles are needed.
+  // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or mounting.
   if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
   const Experiment of_links = convert_ratios(whole, out.ratios);
   out.commands = find_late_commands(of_links, jobs);
@@ -270,6 +270,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   Experiment in_torques = convert_efforts(in_time, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
+  if (out.absent.part != Absent::kNothing) return out;
   out.zeros = find_zeros(in_torques, jobs);
   if (!out.units.empty()) prefer_zeros_alone(e, jobs, &out);
   if (out.zeros.empty()) check_mounting(in_torques, jobs);

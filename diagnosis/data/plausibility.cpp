@@ -277,16 +277,10 @@ bool reads_radians(const Experiment& e, const Recording& r, int j) {
   return spec.kind == JointKind::kRevolute && !q.empty() && find_largest(r, j) <= get_reach(spec) && calc_range(q) > 0.25 * range;
 }
 
-bool are_whole_numbers(const std::vector<double>& readings) {
-  return std::all_of(readings.begin(), readings.end(), [](double x) { return !std::isfinite(x) || x == std::round(x); });
-}
-
 // What a reading far beyond the limits may be. A log that has other joints in rad is in rad, and degrees stay within 57 times
 // the limits: else it is the angle of the motor, before the gear.
 std::string ask_angle(const Experiment& e, const Recording& r, int j) {
   const double ratio = find_largest(r, j) / get_reach(e.robot.tree.joint(j));
-  if (are_whole_numbers(r.joints[static_cast<size_t>(j)].signal[0]))
-    return "whole numbers: are these counts of an encoder? Then multiply them by 2 pi over the counts of a turn of the joint";
   bool others = false;
   for (int i = 0; i < e.num_joints(); ++i) others = others || (i != j && reads_radians(e, r, i));
   const std::string motor = "the angle of the motor, before a gear of at least " + text_of(ratio) + "? Then divide it, and its velocity, by the gear's ratio";
