@@ -33,4 +33,16 @@ double calc_vertex(double left, double middle, double right) {
   return 0.5 * (left - right) / (left - 2.0 * middle + right);
 }
 
+double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
+  double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;
+  for (size_t g = 0; g < values.size(); ++g) {
+    const double own = 1.0 / std::max(1e-300, variances[g]);
+    w += own, ww += own * own, mean += own * values[g];
+  }
+  mean /= w;
+  for (size_t g = 0; g < values.size(); ++g) q += std::pow(values[g] - mean, 2) / std::max(1e-300, variances[g]);
+  const double degrees = static_cast<double>(values.size()) - 1.0, scale = w - ww / w;
+  return scale > 0.0 ? std::max(0.0, (q - degrees) / scale) : 0.0;
+}
+
 }  // namespace hrp::diagnosis

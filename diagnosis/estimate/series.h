@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <vector>
 
 namespace hrp::diagnosis {
 
@@ -25,5 +26,8 @@ constexpr double kLooks = 3.0;
 
 // Integrated autocorrelation time [samples]: how many samples one independent one stands for. At least 1.
 double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series);
+
+// Variance of a value between groups, beyond the variance of each group's value (DerSimonian and Laird 1986).
+double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
 
 }  // namespace hrp::diagnosis

@@ -11,7 +11,6 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {

@@ -7,9 +7,9 @@
 #include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/findings/estimate_words.h"
 #include "diagnosis/findings/surest.h"
 

@@ -77,13 +77,6 @@ Drift find_drift(const TorqueSamples& all, const Eigen::VectorXd& theta, const E
   return drift;
 }
 
-// Squared change of the parameters if the effort has a wrong factor (2 %) or is late by `instant` [s].
-Eigen::VectorXd calc_considered(const TorqueSamples& all, double instant) {
-  Eigen::MatrixXd moved(all.x.rows(), 2);
-  moved << kKnown * all.effort, instant * all.effort_rate;
-  return (invert_gram(all.x) * (all.x.transpose() * moved)).rowwise().squaredNorm();
-}
-
 // Variance by column from the unseen part of a turn. Gears, seals and brushes have uneven friction over a turn. Zero if
 // the joint made a whole turn or is prismatic.
 Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t>& own, size_t i, const TorqueSamples& all,
@@ -102,21 +95,21 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
 
 }  // namespace
 
+ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate) {
+  Eigen::MatrixXd moved(x.rows(), 2);
+  moved << effort, effort_rate;
+  return {x.transpose() * x, x.transpose() * moved};
+}
+
+Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time) {
+  Eigen::MatrixXd moved = sums.moved;
+  moved.col(0) *= kKnown, moved.col(1) *= kInstant * sample_time;
+  return (invert_sums(sums.xx) * moved).rowwise().squaredNorm();
+}
+
 // Dry friction varies by kDetail over a turn.
 double calc_unseen_std(double level, double travel) {
   return std::sqrt(std::max(0.0, 1.0 - travel / (2.0 * M_PI))) * kDetail * std::abs(level);
-}
-
-double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances) {
-  double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;
-  for (size_t g = 0; g < values.size(); ++g) {
-    const double own = 1.0 / std::max(1e-300, variances[g]);
-    w += own, ww += own * own, mean += own * values[g];
-  }
-  mean /= w;
-  for (size_t g = 0; g < values.size(); ++g) q += std::pow(values[g] - mean, 2) / std::max(1e-300, variances[g]);
-  const double degrees = static_cast<double>(values.size()) - 1.0, scale = w - ww / w;
-  return scale > 0.0 ? std::max(0.0, (q - degrees) / scale) : 0.0;
 }
 
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
@@ -129,7 +122,7 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   // differences between parts must not contain it as well.
   const Drift drift = find_drift(all, theta, left, correlated);
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
-  between += calc_considered(all, kInstant * design.data->experiment->sample_time);
+  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time);
   between += calc_unseen(design, model.own[joint], joint, all, theta);
   return between.cwiseSqrt() + drift.size / kNinetyFive;
 }

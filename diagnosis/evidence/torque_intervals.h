@@ -19,10 +19,19 @@ namespace hrp::diagnosis {
 //   turn; a joint that moved through part of a turn shows only that part.
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
+// Sums over the samples of one joint, from which its considered errors follow. Those of several recordings add up.
+struct ConsideredSums {
+  Eigen::MatrixXd xx;     // column x column, of the regressors
+  Eigen::MatrixXd moved;  // column x 2: regressors by the effort [N m] and by its rate [N m/s]
+};
+
+// `x`: sample x column; `effort` [N m] and `effort_rate` [N m/s] by sample.
+ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate);
+
+// Variance by column if the torque constant is wrong by 2 % and the effort is late by half a sample. `sample_time` [s].
+Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time);
+
 // Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
 double calc_unseen_std(double level, double travel);
-
-// Variance between groups (DerSimonian and Laird) from each group's value and its variance.
-double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
 
 }  // namespace hrp::diagnosis

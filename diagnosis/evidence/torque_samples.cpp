@@ -89,8 +89,9 @@ FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t
   return laws;
 }
 
-Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x) {
-  Eigen::MatrixXd G = x.transpose() * x;
+Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x) { return invert_sums(x.transpose() * x); }
+
+Eigen::MatrixXd invert_sums(Eigen::MatrixXd G) {
   G.diagonal() += 1e-9 * G.diagonal();
   G.diagonal().array() += 1e-300;
   return G.ldlt().solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));

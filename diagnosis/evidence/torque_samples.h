@@ -35,5 +35,7 @@ FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t
 
 // Inverse of X^T X, with a small ridge for collinear columns.
 Eigen::MatrixXd invert_gram(const Eigen::MatrixXd& x);
+// The same of G = X^T X.
+Eigen::MatrixXd invert_sums(Eigen::MatrixXd G);
 
 }  // namespace hrp::diagnosis

@@ -98,7 +98,7 @@ struct ServoLog {
         if (r.time[k] < r.time.front() + kLongest) continue;
         double given = 0.0, rate = 0.0;
         read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k]);
+        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k], i);
       }
     }
   }
@@ -107,7 +107,7 @@ struct ServoLog {
 // Mean square [(N m)^2] of the law's residual with commands `delay` [s] late.
 double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
-  log.walk(delay, train, [&](double law, double effort, double) {
+  log.walk(delay, train, [&](double law, double effort, double, size_t) {
     const double missed = effort - std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
     if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
   });
@@ -117,7 +117,7 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
 // Sums of effort over law and a constant, with commands `delay` [s] late, by parts of the training samples.
 std::vector<Gram> sum_parts(const ServoLog& log, double delay, size_t parts) {
   std::vector<Eigen::Vector2d> pairs;
-  log.walk(delay, true, [&](double law, double effort, double) {
+  log.walk(delay, true, [&](double law, double effort, double, size_t) {
     if (std::isfinite(law + effort)) pairs.emplace_back(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), effort);
   });
   std::vector<Gram> grams(parts, Gram(2));
@@ -178,9 +178,9 @@ double calc_travel(const Experiment& e, size_t j) {
 
 ServoPairs list_pairs(const ServoLog& log, double delay) {
   ServoPairs out;
-  log.walk(delay, true, [&](double law, double effort, double position) {
+  log.walk(delay, true, [&](double law, double effort, double position, size_t recording) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
-    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position);
+    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position), out.recording.push_back(recording);
   });
   return out;
 }
@@ -240,6 +240,21 @@ double calc_rounding(const ServoLog& log, const ServoPairs& pairs) {
   return log.laws.kp * step / std::sqrt(12.0 * positions);
 }
 
+// [N m] Standard deviation of a bias from its differences between recordings, beyond noise: a zero of a log is the same in all.
+double calc_disagreement(const ServoPairs& pairs, double scale) {
+  std::vector<double> means, variances;
+  for (size_t begin = 0, end = 0; begin < pairs.law.size(); begin = end) {
+    while (end < pairs.law.size() && pairs.recording[end] == pairs.recording[begin]) ++end;
+    Eigen::VectorXd off(static_cast<long>(end - begin));
+    for (size_t k = begin; k < end; ++k) off[static_cast<long>(k - begin)] = pairs.effort[k] - scale * pairs.law[k];
+    const double mean = off.mean(), n = static_cast<double>(off.size());
+    off.array() -= mean;
+    means.push_back(mean), variances.push_back(calc_correlation_time(off) * off.squaredNorm() / (n * n));
+  }
+  if (means.size() < 2) return 0.0;
+  return std::sqrt(calc_variance_between(means, variances) / static_cast<double>(means.size()));
+}
+
 double calc_deviation(const std::vector<double>& x) {
   Spread spread;
   for (double value : x) spread.add(value);
@@ -265,9 +280,11 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late
   out.follows = true;
   if (std::abs(off) > std::max(kTrace, kSignificantInJoint * slope.std))
     out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);
-  // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias.
+  // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias. A scale that
+  // is not significant looks like one, too, where the weight gives the law a mean: the bias beside that scale counts as well.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
-  if (std::abs(bias) > std::max(kTrace * spread, kSignificantInJoint * line.std[1]))
+  line.std[1] = std::hypot(line.std[1], calc_disagreement(pairs, out.scale));
+  if (std::min(std::abs(bias), std::abs(offset)) > std::max(kTrace * spread, kSignificantInJoint * line.std[1]))
     out.bias = bias, out.bias_std = std::hypot(line.std[1], kAgreement * spread);
   return out;
 }

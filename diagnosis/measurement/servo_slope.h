@@ -13,6 +13,7 @@ constexpr size_t kLaterSamples = 3;  // lag at which noise is uncorrelated
 // Law, recorded effort and position at training samples where the drive is not at its limit.
 struct ServoPairs {
   std::vector<double> law, effort, position;
+  std::vector<size_t> recording;
 };
 
 // Slope with its standard deviation from stretches.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
@@ -15,9 +16,7 @@ namespace {
 
 constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
-// Efforts beyond those of the recordings are approached in steps, because a drive may give less than its description
-// says.
-constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings,
+constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings if nothing states a limit: the next step
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
 
 const JointColumns* find_columns(const Experiment& e, size_t joint) {
@@ -83,6 +82,18 @@ double find_effort(const Experiment& e, const JointSpec& joint) {
   return kUsedShare * std::min(joint.effort_limit, find_gains(e, joint).effort_limit);
 }
 
+// Without a stated limit: a step beyond what the drive has given.
+double find_unstated_effort(const Experiment& e, size_t j, std::vector<std::string>* remarks) {
+  const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
+  const double seen = kGrow * find_seen_effort(e, j);
+  if (seen > 0.0) {
+    remarks->push_back(name + " has no effort limit: twice the largest recorded effort is taken, " + number(seen, 3));
+    return seen;
+  }
+  remarks->push_back(name + " has no effort limit: efforts are not checked");
+  return std::numeric_limits<double>::infinity();
+}
+
 JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {
   const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
   JointLimits limits;
@@ -105,8 +116,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
     remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");
   }
   limits.effort = find_effort(e, joint);
-  limits.effort = std::min(limits.effort, std::max(kGrow * find_seen_effort(e, j), kHalf * limits.effort));
-  if (!std::isfinite(limits.effort)) remarks->push_back(joint.name + " has no effort limit: efforts are not checked");
+  if (!std::isfinite(limits.effort)) limits.effort = find_unstated_effort(e, j, remarks);
   return limits;
 }
 

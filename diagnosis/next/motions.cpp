@@ -30,16 +30,17 @@ double rise(double t) {
 
 using Curve = std::function<double(double)>;  // -1 to 1 as a function of time [s]
 
-// One sine in each of six equal bands of log f. If all were drawn from the whole range, some joints would get slow ones only:
-// their inertia would not show, and all that a quick neighbour does to them would look like an effect of their own.
-Curve make_sines(Draw& draw) {
+// One sine in each of six equal bands of log f, up to `quickest` [Hz]. If all were drawn from the whole range, some joints
+// would get slow ones only: their inertia would not show, and all that a quick neighbour does to them would look like an
+// effect of their own.
+Curve make_sines(double quickest, Draw& draw) {
   struct Term { double a, w, p; };
-  constexpr int kBands = 6;  // of frequencies, 0.8 octaves each, with one sine each
-  constexpr double kLow = 0.12, kHigh = 3.0;  // [Hz]
+  constexpr int kBands = 6;  // of frequencies
+  constexpr double kLow = 0.12;  // [Hz]
   std::vector<Term> terms;
   double total = 0.0;
   for (int i = 0; i < kBands; ++i) {
-    const double width = std::log(kHigh / kLow) / kBands, f = kLow * std::exp(width * (i + draw.uniform(0.0, 1.0)));
+    const double width = std::log(quickest / kLow) / kBands, f = kLow * std::exp(width * (i + draw.uniform(0.0, 1.0)));
     terms.push_back({draw.uniform(0.3, 1.0) / std::sqrt(f / kLow), 2.0 * M_PI * f, draw.uniform(0.0, 2.0 * M_PI)});
     total += terms.back().a;
   }
@@ -112,15 +113,16 @@ Curve make_ripple(Draw& draw) {
   return [=](double t) { return 0.9 * std::sin(2.0 * M_PI * f * t + p) + 0.1 * std::sin(2.0 * M_PI * g * t); };
 }
 
-Curve make_curve(Family family, double seconds, Draw& draw) {
-  switch (family) {
+Curve make_curve(const MotionPlan& plan, Draw& draw) {
+  const double seconds = plan.seconds;
+  switch (plan.family) {
     case Family::kTwoSpeeds: return make_two_speeds(draw, seconds);
     case Family::kSteps: return make_targets(draw, seconds, 0.2, 0.4, 0.6);
     case Family::kChirp: return make_chirp(draw, seconds);
     case Family::kPostures: return make_targets(draw, seconds, 0.7, 1.1, 1.2);
     case Family::kCreep: return make_creep(draw);
     case Family::kRipple: return make_ripple(draw);
-    default: return make_sines(draw);
+    default: return make_sines(plan.quickest, draw);
   }
 }
 
@@ -180,7 +182,7 @@ Commands make_motion(const MotionPlan& plan, const Limits& limits) {
   Draw draw(plan.seed * 7919u + static_cast<unsigned>(plan.family));
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     const JointLimits& joint = limits.joints[j];
-    const Curve curve = make_curve(plan.family, plan.seconds, draw);
+    const Curve curve = make_curve(plan, draw);
     std::vector<double> q(rows, joint.start);
     if (plan.moves[j]) fill(curve, joint, plan, get_size(plan, j), &q);
     std::vector<double> v = calc_rates(q, plan.period);

@@ -21,6 +21,10 @@ struct Commands {
   std::vector<std::vector<double>> velocity;    // [rad/s or m/s]
 };
 
+// [Hz] of the quickest of several sines. Where efforts limit a motion, slow sines reach further: they show friction and weight
+// better, quick ones inertia.
+constexpr double kQuickSines = 3.0, kSlowSines = 1.2;
+
 struct MotionPlan {
   Family family = Family::kMultisine;
   std::vector<char> moves;   // by joint; the others hold their position
@@ -29,6 +33,7 @@ struct MotionPlan {
   std::vector<double> shares;  // by joint, factor on `size`; empty: 1
   double seconds = 10.0;
   double period = 0.004;     // [s] between samples
+  double quickest = kQuickSines;  // [Hz] of several sines
   std::vector<LoadSpec> loads;  // that hang on the robot
 };
 

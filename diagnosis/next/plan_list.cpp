@@ -23,6 +23,16 @@ void add_loaded(const Experiment& e, const Limits& limits, std::vector<MotionPla
   }
 }
 
+// The same motions with slow sines.
+void add_slow_sines(std::vector<MotionPlan>* plans) {
+  const std::vector<MotionPlan> quick = *plans;
+  for (MotionPlan plan : quick) {
+    if (plan.family != Family::kMultisine) continue;
+    plan.quickest = kSlowSines;
+    plans->push_back(plan);
+  }
+}
+
 }  // namespace
 
 void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vector<char>* moves) {
@@ -59,6 +69,7 @@ std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, co
       plans.push_back(plan);
     }
   }
+  add_slow_sines(&plans);
   add_loaded(e, limits, &plans);
   return plans;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "diagnosis/next/plan_list.h"
 
@@ -19,10 +20,14 @@ double calc_worth(double decided, const std::vector<ExpectedInterval>& before, c
 }
 
 double calc_expected_width(double half_width, const WidthParts& before, const WidthParts& after) {
-  const double total = half_width * half_width, noise = std::min(total, before.noise * before.noise);
-  const double unseen = std::min(total - noise, before.unseen * before.unseen), other = total - noise - unseen;
-  const auto calc_left = [](double now, double then) { return now > 0.0 ? std::min(1.0, then * then / (now * now)) : 1.0; };
-  return std::sqrt(other + noise * calc_left(before.noise, after.noise) + unseen * calc_left(before.unseen, after.unseen));
+  double other = half_width * half_width, left = 0.0;
+  const auto take = [&](double now, double then, double most) {
+    const double part = std::min(other, now * now);
+    other -= part, left += part * (now > 0.0 ? std::min(most, then * then / (now * now)) : 1.0);
+  };
+  take(before.noise, after.noise, 1.0), take(before.unseen, after.unseen, 1.0);
+  take(before.considered, after.considered, std::numeric_limits<double>::infinity());
+  return std::sqrt(other + left);
 }
 
 bool is_held_out(size_t number) { return number % 2 == 1; }

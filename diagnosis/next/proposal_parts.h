@@ -12,13 +12,14 @@ namespace hrp::diagnosis {
 // without and with the motion.
 double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after);
 
-// Parts of the half width of an interval that a motion changes: noise, and the unseen part of a turn.
+// Parts of the half width of an interval that a motion changes: noise, the unseen part of a turn, and what the report
+// considers (a torque constant, the time of a sample).
 struct WidthParts {
-  double noise = 0.0, unseen = 0.0;
+  double noise = 0.0, unseen = 0.0, considered = 0.0;
 };
 
-// Half width to expect of an interval of this half width. Its other parts stay, because no motion removes them: differences
-// between recordings and regimes, and what the report considers (a torque constant, the time of a sample).
+// Half width to expect of an interval of this half width. Differences between recordings and regimes stay, because no
+// motion removes them. Considered errors may grow: quick motions make the time of a sample matter more.
 double calc_expected_width(double half_width, const WidthParts& before, const WidthParts& after);
 
 // Factor on the worth: kDrawback for loads by hand, and for each proposal of the same family.

@@ -10,11 +10,10 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/next/expected_intervals.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
-#include "diagnosis/next/ranges.h"
 #include "diagnosis/next/safety.h"
 #include "diagnosis/next/torque_rows.h"
 #include "diagnosis/next/torque_worlds.h"
@@ -32,14 +31,9 @@ struct TorqueCandidate {
   Commands commands;
   std::vector<Comparison> comparisons;  // by question
   Eigen::MatrixXd fisher;               // about the report's model
+  std::vector<ConsideredSums> considered;
   std::string fault;                    // of a larger size
   bool ok = false;
-};
-
-// What motions add to the recordings.
-struct Gained {
-  Eigen::MatrixXd fisher;
-  Ranges ranges;
 };
 
 // A motion with its columns.
@@ -52,7 +46,7 @@ class TorqueProposer {
  public:
   TorqueProposer(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress)
       : e_(e), options_(options), progress_(progress), limits_(make_limits(e, options.limits)), terms_(find_open_terms(e, report)),
-        bare_(e), by_effort_(is_effort_driven(e)), seen_(list_seen(e)) {
+        bare_(e), by_effort_(is_effort_driven(e)) {
     bare_.recordings.clear();
   }
 
@@ -60,7 +54,7 @@ class TorqueProposer {
     if (!terms_.any()) return next_.nothing = "No joint's torque could be judged along the recordings.", next_;
     rows_ = std::make_unique<TorqueRows>(terms_);
     describe();
-    known_ = rows_->calc_known(terms_.best);
+    intervals_ = std::make_unique<ExpectedIntervals>(e_, terms_, *rows_);
     for (const OpenQuestion& q : terms_.questions) known_rival_.push_back(rows_->calc_known(q.rival));
     if (terms_.questions.empty() && is_settled()) {
       next_.nothing = terms_.untold.empty() ? "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous."
@@ -171,7 +165,7 @@ class TorqueProposer {
       }
       c->comparisons.clear();
       for (const OpenQuestion& q : terms_.questions) c->comparisons.push_back(rows_->compare(played.rows, q.truth, q.rival));
-      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher;
+      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher, c->considered = intervals_->sum_along(played.rows);
       c->ok = true, c->fault.clear();
       return;
     }
@@ -202,25 +196,11 @@ class TorqueProposer {
 
   double calc_left(const TorqueCandidate& c, size_t q) const { return calc_projected_power(c.comparisons[q], known_rival_[q]); }
 
-  std::vector<ExpectedInterval> list_intervals(const Gained& gained) const {
-    std::vector<ExpectedInterval> list;
-    if (terms_.values.empty()) return list;
-    const Eigen::VectorXd largest = Eigen::VectorXd::Constant(known_.rows(), 1e6);
-    const Eigen::VectorXd before = calc_expected_std(known_, largest), after = calc_expected_std(known_ + gained.fisher, largest);
-    for (const OpenValue& v : terms_.values) {
-      // No report states less than the agreement of two implementations of a law.
-      const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));
-      const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
-      const double width = calc_expected_width(v.half_width, {kNinetyFive * before[v.slot], calc_unseen(seen_)}, {kNinetyFive * after[v.slot], calc_unseen(gained.ranges)});
-      list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, std::max(floor, width)});
-    }
-    return list;
-  }
-
   // What is known with another motion. A report fits its values to the recordings for training.
   Gained add(Gained gained, const TorqueCandidate& c) const {
     if (is_held_out(next_.proposals.size())) return gained;
     gained.fisher += c.fisher;
+    for (size_t i = 0; i < c.considered.size(); ++i) gained.considered[i].xx += c.considered[i].xx, gained.considered[i].moved += c.considered[i].moved;
     for (size_t j = 0; j < c.commands.position.size(); ++j) widen(c.commands.position[j], &gained.ranges[j]);
     return gained;
   }
@@ -228,7 +208,7 @@ class TorqueProposer {
   double calc_worth_of(const TorqueCandidate& c, const Gained& gained) const {
     double decided = 0.0;
     for (size_t q = 0; q < c.comparisons.size(); ++q) decided += calc_decision_probability(calc_left(c, q), kNeeded, 1.0) / static_cast<double>(c.comparisons.size());
-    return calc_worth(decided, list_intervals(gained), list_intervals(add(gained, c))) * calc_drawback(c.plan, next_.proposals);
+    return calc_worth(decided, intervals_->list(gained), intervals_->list(add(gained, c))) * calc_drawback(c.plan, next_.proposals);
   }
 
   // The questions whose answers differ most along the motion, at most kMostRivals.
@@ -263,18 +243,20 @@ class TorqueProposer {
 
   // A report asks only what its recordings raise: of a joint that hardly moved, or of an effect that they do not show, it has
   // no question. Several sines of all joints show most of all effects, so the first motion, the one that is fitted, is of
-  // this family wherever one is safe.
+  // this family wherever one is safe. A held-out motion of all joints confirms what the fitted one shows of each.
   bool is_rich(const TorqueCandidate& c) const {
     const bool all = std::all_of(c.plan.moves.begin(), c.plan.moves.end(), [](char moves) { return moves != 0; });
-    return c.plan.family == Family::kMultisine && all && c.plan.loads.empty();
+    const bool confirms = is_held_out(next_.proposals.size());
+    return all && c.plan.loads.empty() && (c.plan.family == Family::kMultisine || confirms);
   }
 
   TorqueCandidate* find_best(const Gained& gained) {
+    const bool wants_rich = next_.proposals.empty() || is_held_out(next_.proposals.size());
     const bool any_rich = std::any_of(candidates_.begin(), candidates_.end(), [&](const TorqueCandidate& c) { return c.ok && is_rich(c); });
     TorqueCandidate* best = nullptr;
     double most = -1.0;
     for (TorqueCandidate& c : candidates_) {
-      if (!c.ok || (next_.proposals.empty() && any_rich && !is_rich(c))) continue;
+      if (!c.ok || (wants_rich && any_rich && !is_rich(c))) continue;
       const double worth = calc_worth_of(c, gained);
       if (worth > most) most = worth, best = &c;
     }
@@ -283,7 +265,7 @@ class TorqueProposer {
 
   // Greedy. A motion that is not safe under every model is tried smaller.
   void choose() {
-    Gained gained{Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), seen_};
+    Gained gained = intervals_->make_nothing();
     for (int check = 0; check < kMostChecks && static_cast<int>(next_.proposals.size()) < options_.count; ++check) {
       TorqueCandidate* best = find_best(gained);
       if (!best) return;
@@ -317,7 +299,7 @@ class TorqueProposer {
       const double left = calc_left(c, q);
       p.expected.push_back({terms_.questions[q].label, calc_decision_probability(left, kNeeded, 1.0), calc_rms(c.comparisons[q], left)});
     }
-    p.intervals = list_intervals(gained);
+    p.intervals = intervals_->list(gained);
     p.overlay = make_overlay(c, played.rows);
     if (by_effort_) p.effort = predict_efforts(played.rows, {"", terms_.best, 0.0}, c.commands.time);
     for (size_t j = 0; j < leave.size() && !by_effort_; ++j) p.stop.push_back(kStopFactor * leave[j] + kStopMore);
@@ -369,9 +351,8 @@ class TorqueProposer {
   OpenTerms terms_;
   Experiment bare_;
   const bool by_effort_;
-  const Ranges seen_;
   std::unique_ptr<TorqueRows> rows_;
-  Eigen::MatrixXd known_;
+  std::unique_ptr<ExpectedIntervals> intervals_;
   std::vector<Eigen::MatrixXd> known_rival_;  // by question
   std::vector<std::unique_ptr<Safety>> safety_;  // by worker
   std::vector<TorqueCandidate> candidates_;

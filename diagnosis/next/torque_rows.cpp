@@ -135,6 +135,11 @@ Comparison TorqueRows::compare(const MotionRows& rows, const TorqueSide& truth, 
   return out;
 }
 
+double TorqueRows::calc_sample_time(size_t i) const {
+  const JointDesign& joint = terms_.design.joints[i];
+  return calc_time(*terms_.design.data, joint.joint) / std::max(1.0, joint.total.n);
+}
+
 Eigen::MatrixXd TorqueRows::calc_known(const TorqueSide& side) const {
   Eigen::MatrixXd known = Eigen::MatrixXd::Zero(side.slots.size, side.slots.size);
   for (size_t i = 0; i < columns_.size(); ++i) {

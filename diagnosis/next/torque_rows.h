@@ -35,12 +35,14 @@ class TorqueRows {
   // Difference of the rival from the truth. Its unit is what the report's model leaves: it counts independent samples, as
   // many in a second as the recordings have.
   Comparison compare(const MotionRows& rows, const TorqueSide& truth, const TorqueSide& rival) const;
+  std::vector<long> list_slots_of(const TorqueSide& side, size_t joint) const;  // by column; -1: not in the model
+  // [s] of one training sample of a joint.
+  double calc_sample_time(size_t joint) const;
   // Information of the recordings about the parameters of a side.
   Eigen::MatrixXd calc_known(const TorqueSide& side) const;
 
  private:
   Eigen::VectorXd list_coefficients(const TorqueSide& side, size_t joint) const;
-  std::vector<long> list_slots_of(const TorqueSide& side, size_t joint) const;  // by column; -1: not in the model
 
   const OpenTerms& terms_;
   std::vector<std::vector<size_t>> own_;  // by joint: terms of any side

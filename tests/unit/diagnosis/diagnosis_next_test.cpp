@@ -97,16 +97,27 @@ TEST(NextExperiment, EndsOfIntervalsAreThoseOfTheInformation) {
   EXPECT_NEAR(ends[1][0].p[0], 1.0 + 0.0196, 1e-4);
 }
 
-// The recordings do not show what the drive gives beyond twice their largest effort.
-TEST(NextExperiment, EffortsGrowInSteps) {
-  Experiment e = simulate_arm("next_steps", {});
+// Motions as weak as the recordings show no more than these: the simulations under every explanation keep the limit.
+TEST(NextExperiment, TheStatedLimitOfEffortHoldsHoweverWeakTheRecordingsAre) {
+  Experiment e = simulate_arm("next_effort", {});
   for (Recording& r : e.recordings) {
     for (double& effort : r.joints[kElbow].signal[2]) effort = std::clamp(effort, -1.0, 1.0);
   }
-  const double usual = make_limits(e, {}).joints[kElbow].effort;
-  EXPECT_NEAR(usual, 0.5 * 0.9 * e.robot.tree.joint(kElbow).effort_limit, 1e-9);
+  EXPECT_NEAR(make_limits(e, {}).joints[kElbow].effort, 0.9 * e.robot.tree.joint(kElbow).effort_limit, 1e-9);
+}
+
+TEST(NextExperiment, WithoutAStatedLimitEffortsGrowInSteps) {
+  Experiment e = simulate_arm("next_steps", {});
+  remove_effort_limits(&e);
+  for (Recording& r : e.recordings) {
+    for (double& effort : r.joints[kElbow].signal[2]) effort = std::clamp(effort, -1.0, 1.0);
+  }
   e.recordings[0].joints[kElbow].signal[2][0] = 20.0;
-  EXPECT_NEAR(make_limits(e, {}).joints[kElbow].effort, 40.0, 1e-9);
+  const Limits limits = make_limits(e, {});
+  EXPECT_NEAR(limits.joints[kElbow].effort, 40.0, 1e-9);
+  EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(), [](const std::string& remark) {
+    return remark.find("elbow has no effort limit: twice the largest recorded effort is taken, 40") != std::string::npos;
+  }));
 }
 
 TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds) {
@@ -126,6 +137,26 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
     }
     EXPECT_LE(*std::max_element(motion.position[1].begin(), motion.position[1].end()), 0.4);
   }
+}
+
+// Efforts limit the quick sines of a wrist; the slow ones may then be larger.
+TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
+  const Experiment e = simulate_arm("next_slow_sines", {});
+  const Limits limits = make_limits(e, {});
+  const std::vector<MotionPlan> plans = list_plans(e, limits, {1, 1}, 10.0);
+  const auto measure = [&](double quickest) {  // largest travel [rad] and acceleration [rad/s^2] of the elbow
+    const auto plan = std::find_if(plans.begin(), plans.end(), [&](const MotionPlan& p) { return p.family == Family::kMultisine && p.quickest == quickest; });
+    const Commands motion = make_motion(*plan, limits);
+    const std::vector<double>& q = motion.position[kElbow];
+    const auto [low, high] = std::minmax_element(q.begin(), q.end());
+    double most = 0.0;
+    for (double a : calc_rates(motion.velocity[kElbow], plan->period)) most = std::max(most, std::abs(a));
+    return std::pair{*high - *low, most};
+  };
+  const auto [slow_travel, slow_acceleration] = measure(kSlowSines);
+  const auto [quick_travel, quick_acceleration] = measure(kQuickSines);
+  EXPECT_GT(slow_travel, 0.8 * quick_travel);  // phases differ, so the sines do not add up at the same time
+  EXPECT_LT(slow_acceleration, 0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
 }
 
 // Share of the mean square that frequencies up to 0.6 Hz have.

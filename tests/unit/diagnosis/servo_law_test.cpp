@@ -75,6 +75,37 @@ TEST(ServoLaw, TheRoundingOfAHeldJointsEncoderIsNoFaultOfItsEffort) {
   EXPECT_FALSE(reading.is_biased()) << reading.bias;
 }
 
+// The elbow's bias [N m] if these are added to its effort in three recordings.
+double find_bias(const std::string& name, const std::vector<double>& added) {
+  Experiment e = make_late(name, 0.0, 0.0, 0.0, 0.0, 1.0);
+  e.recordings.push_back(e.recordings[1]);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  for (size_t i = 0; i < e.recordings.size(); ++i) {
+    e.recordings[i].spec.train = true;
+    for (double& effort : e.recordings[i].joints[elbow].signal[2]) effort += added[i];
+  }
+  return find_servo_readings(e, {})[elbow].bias;
+}
+
+TEST(ServoLaw, TheZeroOfAnEffortIsTheSameInEveryRecording) {
+  EXPECT_NEAR(find_bias("zero_of_all", {1.0, 1.0, 1.0}), 1.0, 0.02);  // the log's noise over its 18 000 samples, and the delay's scan
+  EXPECT_EQ(find_bias("zero_of_two", {1.0, 1.0, 0.25}), 0.0);
+}
+
+// Weight gives the law a mean of 40 N m, and a scale of 0.992 takes 0.32 N m of it.
+TEST(ServoLaw, AScaleTooSmallToBeNamedIsNoBiasBesideWeight) {
+  constexpr double kWeight = 40.0;
+  Experiment e = make_late("weight", 0.0, 0.0, 0.0, 0.0, 1.0);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  for (Recording& r : e.recordings) {
+    JointColumns& c = r.joints[elbow];
+    for (size_t k = 0; k < r.size(); ++k) c.command[k] += kWeight / kKp, c.signal[2][k] = 0.992 * (c.signal[2][k] + kWeight);
+  }
+  const ServoReading reading = find_servo_readings(e, {})[elbow];
+  ASSERT_TRUE(reading.follows);
+  EXPECT_EQ(reading.bias, 0.0) << reading.bias_std << " " << reading.scale;
+}
+
 TEST(ServoLaw, ALogOfAnotherScaleDoesNotMoveTheDelay) { expect_delay_and_scale(make_late("scale", 0.0, 0.0)); }
 
 // The difference of two commands over the time between two such stamps is off by a tenth of the rate.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -120,6 +121,13 @@ inline Experiment simulate_currents(const std::string& name, const Hypothesis& h
     }
   }
   return e;
+}
+
+// A description that states no limits of effort.
+inline void remove_effort_limits(Experiment* e) {
+  for (auto& link : e->robot.tree.links) link.joint.effort_limit = std::numeric_limits<double>::infinity();
+  e->scenario.servo_default.effort_limit = std::numeric_limits<double>::infinity();
+  for (auto& [name, gains] : e->scenario.servo_joints) gains.effort_limit = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace hrp::diagnosis

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/next/expected_intervals.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_samples.h"
+#include "diagnosis/next/proposal_parts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kUnknown = 1e6;  // standard deviation of a parameter that nothing shows
+
+// Slots of the columns of list_torque_samples().
+std::vector<long> list_slots(const OpenTerms& terms, size_t i) {
+  const TorqueSide& best = terms.best;
+  std::vector<long> slots;
+  const auto add = [&](const Term& term, long first) {
+    for (long c = 0; c < term.columns(); ++c) slots.push_back(first + c);
+  };
+  for (size_t k = 0; k < best.model.own[i].size(); ++k) add(terms.design.joints[i].terms[best.model.own[i][k]], best.slots.own[i][k]);
+  for (size_t k = 0; k < best.model.whole.size(); ++k) add(terms.design.whole[best.model.whole[k]], best.slots.whole[k]);
+  return slots;
+}
+
+long count_whole(const OpenTerms& terms) {
+  long count = 0;
+  for (size_t t : terms.best.model.whole) count += terms.design.whole[t].columns();
+  return count;
+}
+
+// Sums of samples of this length [s] each.
+ConsideredSums sum(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& rate, double time) {
+  ConsideredSums sums = sum_considered(x, effort, rate);
+  sums.xx *= time, sums.moved *= time;
+  return sums;
+}
+
+Eigen::VectorXd calc_rate(const Eigen::VectorXd& y, const std::vector<double>& time) {
+  Eigen::VectorXd rate = Eigen::VectorXd::Zero(y.size());
+  for (long k = 1; k + 1 < y.size(); ++k) {
+    const size_t at = static_cast<size_t>(k);
+    rate[k] = (y[k + 1] - y[k - 1]) / std::max(1e-9, time[at + 1] - time[at - 1]);
+  }
+  return rate;
+}
+
+}  // namespace
+
+ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows)
+    : e_(experiment), terms_(terms), rows_(rows), known_(rows.calc_known(terms.best)) {
+  for (size_t i = 0; i < terms.design.joints.size(); ++i) {
+    slots_.push_back(list_slots(terms, i));
+    const TorqueSamples all = list_torque_samples(terms.design, terms.best.model, i);
+    const long width = static_cast<long>(slots_.back().size());
+    if (all.x.rows() > 0 && width > 0) sums_.push_back(sum(all.x, all.effort, all.effort_rate, rows.calc_sample_time(i)));
+    else sums_.push_back({Eigen::MatrixXd::Zero(width, width), Eigen::MatrixXd::Zero(width, 2)});
+  }
+}
+
+Gained ExpectedIntervals::make_nothing() const {
+  Gained nothing{Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
+  for (ConsideredSums& sums : nothing.considered) sums.xx.setZero(), sums.moved.setZero();
+  return nothing;
+}
+
+std::vector<ConsideredSums> ExpectedIntervals::sum_along(const MotionRows& motion) const {
+  std::vector<ConsideredSums> list;
+  for (size_t i = 0; i < slots_.size(); ++i) {
+    const std::vector<long> columns = rows_.list_slots_of(terms_.best, i);
+    Eigen::MatrixXd x(motion.x[i].rows(), static_cast<long>(slots_[i].size()));
+    for (size_t c = 0; c < slots_[i].size(); ++c) {
+      const long column = std::find(columns.begin(), columns.end(), slots_[i][c]) - columns.begin();
+      x.col(static_cast<long>(c)) = motion.x[i].col(column);
+    }
+    const Eigen::VectorXd effort = rows_.predict(motion, terms_.best, i);
+    list.push_back(sum(x, effort, calc_rate(effort, motion.time), motion.step));
+  }
+  return list;
+}
+
+std::vector<double> ExpectedIntervals::list_considered(const Gained& gained) const {
+  std::vector<double> widths(static_cast<size_t>(known_.rows()), 0.0);
+  for (size_t i = 0; i < slots_.size(); ++i) {
+    const ConsideredSums all{sums_[i].xx + gained.considered[i].xx, sums_[i].moved + gained.considered[i].moved};
+    if (all.xx.size() == 0) continue;
+    const Eigen::VectorXd variance = calc_considered_variance(all, e_.sample_time);
+    const size_t own = slots_[i].size() - static_cast<size_t>(count_whole(terms_));
+    for (size_t c = 0; c < own; ++c) widths[static_cast<size_t>(slots_[i][c])] = kNinetyFive * std::sqrt(variance[static_cast<long>(c)]);
+  }
+  return widths;
+}
+
+std::vector<ExpectedInterval> ExpectedIntervals::list(const Gained& gained) const {
+  std::vector<ExpectedInterval> list;
+  if (terms_.values.empty()) return list;
+  const Eigen::VectorXd largest = Eigen::VectorXd::Constant(known_.rows(), kUnknown);
+  const Eigen::VectorXd before = calc_expected_std(known_, largest), after = calc_expected_std(known_ + gained.fisher, largest);
+  const Gained nothing = make_nothing();
+  const std::vector<double> now = list_considered(nothing), then = list_considered(gained);
+  for (const OpenValue& v : terms_.values) {
+    const size_t slot = static_cast<size_t>(v.slot);
+    const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
+    const double width = calc_expected_width(v.half_width, {kNinetyFive * before[v.slot], calc_unseen(nothing.ranges), now[slot]},
+                                             {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot]});
+    // No report states less than the agreement of two implementations of a law.
+    const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));
+    list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, std::max(floor, width)});
+  }
+  return list;
+}
+
+}  // namespace hrp::diagnosis

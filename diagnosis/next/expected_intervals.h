@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Intervals to expect of the report's values after one more motion.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/next/propose.h"
+#include "diagnosis/next/ranges.h"
+#include "diagnosis/next/torque_rows.h"
+
+namespace hrp::diagnosis {
+
+// What motions add to the recordings.
+struct Gained {
+  Eigen::MatrixXd fisher;                  // about the report's model
+  Ranges ranges;                           // of joints, recordings included
+  std::vector<ConsideredSums> considered;  // by joint of the design
+};
+
+class ExpectedIntervals {
+ public:
+  // All arguments must outlive this object.
+  ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows);
+
+  // Nothing beyond the recordings.
+  Gained make_nothing() const;
+  std::vector<ConsideredSums> sum_along(const MotionRows& motion) const;  // by joint of the design
+  std::vector<ExpectedInterval> list(const Gained& gained) const;
+
+ private:
+  std::vector<double> list_considered(const Gained& gained) const;  // half width by slot of the report's model
+
+  const Experiment& e_;
+  const OpenTerms& terms_;
+  const TorqueRows& rows_;
+  Eigen::MatrixXd known_;
+  std::vector<std::vector<long>> slots_;  // by joint of the design: slots of its columns
+  std::vector<ConsideredSums> sums_;      // the same, of the recordings
+};
+
+}  // namespace hrp::diagnosis
