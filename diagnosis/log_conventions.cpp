@@ -11,6 +11,7 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/exchanged_joints.h"
 #include "diagnosis/list_fit.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
@@ -96,6 +97,18 @@ Json make_body_finding(const floating::BodyUnit& unit) {
 }
 
 // A zero that is off by gravity: no effect of the table takes gravity out as the body turns.
+const char* name_absent(Absent part) { return part == Absent::kWeight ? "the weight of the model" : "all torque of the model's bodies"; }
+
+Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
+  const EffectInfo& effect = get_effect_of(PlaceKind::kNone, EffectFamily::kTorqueOverPosition);
+  Json f = make_finding(effect, {{"link", e.robot.tree.links[0].name}}, "share", make_value(1.0, round_to(kBlur, 3), "1"), 1.0 - absent.left);
+  f["statement"] = absent.part == Absent::kWeight
+                       ? "The logged efforts lack the weight of the links: they are a controller's torque beside its gravity compensation, or something else carries the links. The model's weight was added to them."
+                       : "The logged efforts lack the weight and the inertia of the links, as an estimate of the external torque does. The model's torque was added to them: what is found differs from the model that the estimate used.";
+  f["alternatives"] = Json::array();
+  return f;
+}
+
 Json make_gravity_finding(const floating::GoneGravity& gone) {
   const double std = std::max(gone.left, kBlur);
   const Json value = make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2");
@@ -198,8 +211,8 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
-// Angles of joints, and commands at their times.
-Experiment convert_motion(const Experiment& e, const LogConventions& c) { return convert_commands(convert_ratios(e, c.ratios), c.commands); }
+// Whole torques, angles of joints, and commands at their times.
+Experiment convert_motion(const Experiment& e, const LogConventions& c) { return convert_commands(convert_ratios(return_torque(e, c.absent.part), c.ratios), c.commands); }
 
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
@@ -240,8 +253,12 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  out.ratios = find_gear_ratios(e, jobs);
-  const Experiment of_links = convert_ratios(e, out.ratios);
+  out.absent = find_absent_torque(make_torque_data(e));
+  const Experiment whole = return_torque(e, out.absent.part);
+  check_exchanged_joints(whole, jobs);
+  // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or mounting.
+  if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
+  const Experiment of_links = convert_ratios(whole, out.ratios);
   out.commands = find_late_commands(of_links, jobs);
   const Experiment in_time = convert_commands(of_links, out.commands);
   const TorqueData as_logged = make_torque_data(in_time);
@@ -253,6 +270,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   Experiment in_torques = convert_efforts(in_time, out.units);
   out.friction = find_refuted_friction(in_torques);
   in_torques = drop_friction(std::move(in_torques), out.friction);
+  if (out.absent.part != Absent::kNothing) return out;
   out.zeros = find_zeros(in_torques, jobs);
   if (!out.units.empty()) prefer_zeros_alone(e, jobs, &out);
   if (out.zeros.empty()) check_mounting(in_torques, jobs);
@@ -270,6 +288,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   ConventionRemarks out;
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
+  if (c.absent.part != Absent::kNothing) add(std::string("the logged efforts lack ") + name_absent(c.absent.part) + "; it is put back");
   if (c.commands.any()) add(describe(c.commands));
   for (const GearRatio& r : c.ratios.found) add(describe(e, r));
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
@@ -306,6 +325,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
     const Experiment in_time = convert_motion(as_logged, c);
     const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
+    if (c.absent.part != Absent::kNothing) own.push_back(make_absent_finding(as_logged, c.absent));
     const double share = c.zeros.empty() ? 0.0 : 1.0 - find_joint_zeros(data).left;
     for (const JointZero& zero : c.zeros) own.push_back(make_zero_finding(as_logged, zero, share));
   }

@@ -9,6 +9,7 @@
 #include "diagnosis/checks/checks.h"
 #include "diagnosis/gear_report.h"
 #include "diagnosis/late_commands.h"
+#include "diagnosis/measurement/absent_torque.h"
 #include "diagnosis/measurement/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/exchanged_sides.h"
@@ -24,6 +25,7 @@
 namespace hrp::diagnosis {
 
 struct LogConventions {
+  AbsentTorque absent;
   Ratios ratios;
   LateCommands commands;
   std::vector<EffortUnit> units;
@@ -38,11 +40,11 @@ struct LogConventions {
   floating::TurnedLegs turned;
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
-  bool counts_otherwise() const { return !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
+  bool counts_otherwise() const { return absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
-// turned.
+// turned, or two joints are exchanged.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
 
 // What was found, in a line each, and what recordings are too short for.

@@ -227,7 +227,7 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
     const std::string near = suggest(joint, missing);
     if (!near.empty() || known.empty())
       refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1},
-                   "the robot has no joint '" + joint + "'" + near);
+                   "the robot has no joint '" + joint + "'" + (near.empty() ? "; its joints are " + join_words(missing) : near));
     strangers.insert(joint), used->insert(table.names[i]);
   }
   if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));

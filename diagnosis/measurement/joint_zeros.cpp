@@ -44,6 +44,8 @@ class Fitter {
     return false;
   }
 
+  void take(const Fitter& other) { zero = other.zero, sense = other.sense, least = other.least; }
+
   void refine(long joint) {
     double step = 0.25;
     for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
@@ -51,12 +53,18 @@ class Fitter {
     }
   }
 
-  void sweep(long joint, bool may_turn) {
+  bool try_quarters(long joint, bool may_turn) {
+    bool better = false;
     for (double s : {1.0, -1.0}) {
       for (int quarter = -1; quarter <= 2; ++quarter) {
-        if (s == sense[joint] || may_turn) try_joint(joint, 0.5 * M_PI * quarter, s);
+        if (s == sense[joint] || may_turn) better |= try_joint(joint, 0.5 * M_PI * quarter, s);
       }
     }
+    return better;
+  }
+
+  void sweep(long joint, bool may_turn) {
+    try_quarters(joint, may_turn);
     refine(joint);
   }
 
@@ -91,8 +99,7 @@ bool may_be_off(const TorqueData& data, long joint) {
   return data.experiment->robot.tree.joint(static_cast<int>(joint)).kind == JointKind::kRevolute;
 }
 
-Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
-  Fitter fitter(plant, rows);
+Fitter fit_from(const TorqueData& data, Fitter fitter, const SampledMotion& rows) {
   for (int i = 0; i < kSweeps; ++i) {
     for (long j = 0; j < rows.q.cols(); ++j) {
       if (may_be_off(data, j)) fitter.sweep(j, i == 0);
@@ -106,6 +113,28 @@ Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows
     if (fitter.zero[j] != 0.0) fitter.refine(j);
   }
   return fitter;
+}
+
+// The nominal model with the one joint whose quarter turns and sense alone explain most.
+Fitter turn_best_joint(const TorqueData& data, const Fitter& nominal) {
+  Fitter best = nominal;
+  for (long j = 0; j < nominal.zero.size(); ++j) {
+    Fitter one = nominal;
+    if (may_be_off(data, j) && one.try_quarters(j, true) && one.least < best.least) best.take(one);
+  }
+  return best;
+}
+
+long count_changed(const Fitter& f) { return (f.zero.array() != 0.0 || f.sense.array() < 0.0).count(); }
+
+// A search joint by joint ends where an earlier joint has done a part of what a later one does alone. The order of the joints
+// means nothing, so it also begins with the joint that does most. The fewest changes win among fits that are nearly as good.
+Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
+  const Fitter nominal(plant, rows), in_order = fit_from(data, nominal, rows);
+  if (count_changed(in_order) < 2) return in_order;
+  const Fitter from_best = fit_from(data, turn_best_joint(data, nominal), rows);
+  const bool fewer = count_changed(from_best) < count_changed(in_order);
+  return from_best.least * (fewer ? kNearlyAll : 1.0) < in_order.least * (fewer ? 1.0 : kNearlyAll) ? from_best : in_order;
 }
 
 // Standard error of the zero from its spread between recordings.
