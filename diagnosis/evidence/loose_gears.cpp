@@ -215,7 +215,7 @@ class Gear {
     if (held > kLargely * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
     gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
-    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf;
+    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf && is_gear(get_law(chosen));
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
@@ -261,6 +261,12 @@ Finding tell(const Experiment& e, const LooseGear& gear) {
 }
 
 }  // namespace
+
+bool is_gear(const Effect& law) {
+  if (law.id != EffectId::kElasticity) return true;
+  const double stiffness = law.p[0], damping = law.p[1], rotor = law.p[2];
+  return damping < 2.0 * std::sqrt(stiffness * rotor);
+}
 
 std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model, const std::vector<int>& joints) {
   if (is_effort_driven(*problem.experiment) || problem.validate.empty()) return {};
@@ -323,6 +329,7 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   for (LooseGear gear : gears) {
     if (!gear.named) continue;
     gear.joint = take_joint(best.hypothesis, gear.law().place.index);
+    if (!is_gear(gear.law())) continue;
     findings.push_back(tell(*problem.experiment, gear));
     progress("    " + findings.back().statement);
   }

@@ -30,6 +30,11 @@ struct LooseGear {
   const Effect& law() const { return joint[at]; }
 };
 
+// Whether a transmission can be what it says. An elastic gear swings: its damping is below the critical one of the rotor on its
+// spring, 2 sqrt(k J). A spring beside a larger damper only creeps under its load. So does what an error of a neighbour leaves,
+// and it improves the prediction, but no gear is named by it.
+bool is_gear(const Effect& law);
+
 // Judges the joints in `joints` whose rigid rotor leaves more than twice the noise. A gear is loose if it removes
 // enough of the squared residual in training and in held-out recordings, and some of it in every recording. Sorted by
 // `left`. Judge the later ones again beside the first: its link is not where its encoder says, which affects

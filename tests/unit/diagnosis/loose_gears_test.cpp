@@ -82,6 +82,13 @@ TEST(LooseGears, NoGearIsLooseWhereAnotherLawIsMissing) {
   EXPECT_TRUE(find_with("loose_payload", {EffectId::kPayload, at_link(kFore), {0.3, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0}}, true).empty());
 }
 
+// 2 sqrt(600 * 0.16) is 19.6 N m s/rad.
+TEST(LooseGears, ASpringThatOnlyCreepsIsNoElasticGear) {
+  EXPECT_TRUE(is_gear({EffectId::kElasticity, kElbow, {600.0, 3.0, 0.16}}));
+  EXPECT_TRUE(is_gear({EffectId::kElasticity, kElbow, {600.0, 19.0, 0.16}}));
+  EXPECT_FALSE(is_gear({EffectId::kElasticity, kElbow, {600.0, 20.0, 0.16}}));
+}
+
 TEST(LooseGears, NoGearIsLooseInARobotOfRigidGears) {
   EXPECT_TRUE(find_with("loose_nothing", make_rigid_drives().back()).empty());
 }
