@@ -30,6 +30,25 @@ TEST(LeggedLeans, LoadIsFoundWithoutAnImu) {
   EXPECT_EQ(e.findings[0].where.at("link"), "pelvis");
 }
 
+// Whether a fault of an accelerometer is named whose readings are this factor times too large.
+bool names_accelerometer(double factor) {
+  Recorded recorded = kLeans;
+  recorded.imu = true;
+  Experiment e = make_biped({}, recorded);
+  for (Recording& r : e.recordings) {
+    for (const char* axis : {"/x", "/y", "/z"}) {
+      for (double& v : r.other.at(std::string("/imu/waist/linear_acceleration") + axis)) v *= factor;
+    }
+  }
+  const std::vector<Finding> findings = diagnose_legged(e, nullptr).evidence.findings;
+  return std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.where.dump().find("linear_acceleration") != std::string::npos; });
+}
+
+TEST(LeggedLeans, AnAccelerometerWithinItsDataSheetHasNoFault) {
+  EXPECT_FALSE(names_accelerometer(1.005));
+  EXPECT_TRUE(names_accelerometer(1.03));
+}
+
 // Every force and every moment is 4 % larger: the masses are, or the sensors' readings.
 TEST(LeggedLeans, MassesThatAreWrongByOneFactorAreListedBesideTheScaleOfAllForceSensors) {
   Hidden hidden;
