@@ -48,7 +48,7 @@ Mounting find_best(const Experiment& e, int jobs) {
       const Vector3d g_W = sign * Vector3d::Unit(axis);
       if (!is_other(e, g_W)) continue;
       const ListFit own = fit_list(turn_gravity(e, g_W), jobs, Of::kJoints);
-      if (own.cross.empty() || (!best.g_W.isZero() && compare(own, best.by_joints) <= 0.0)) continue;
+      if (own.cross.empty() || (!best.g_W.isZero() && compare_torques(own, best.by_joints) <= 0.0)) continue;
       best = {turn_gravity(e, g_W).scenario.gravity_W, own};
     }
   }
@@ -87,19 +87,19 @@ void check_mounting(const Experiment& e, int jobs) {
   const Vector3d squares = find_by_squares(e, data);
   if (!squares.isZero()) {
     const Experiment turned = turn_gravity(e, squares);
-    if (compare(fit_list(turned, jobs), fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
+    if (compare_torques(fit_list(turned, jobs), fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
   }
   const ListFit by_joints = fit_list(e, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
   const Mounting best = find_best(e, jobs);
-  if (best.g_W.isZero() || compare(best.by_joints, by_joints) < kConventionNats) return;
-  if (compare(best.by_joints, fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
+  if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
+  if (compare_torques(best.by_joints, fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
   const Mounting best = find_best(e, jobs);
-  const auto beats = [&](int turned) { return compare(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
+  const auto beats = [&](int turned) { return compare_torques(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
   if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
   const std::string column = e.signal_name(joint, Quantity::kEffort);
   refuse_input(e.recordings.front().find_place(column),
