@@ -26,6 +26,34 @@ bool is_other(const Experiment& e, const Vector3d& g_W) {
   return std::atan2(g_W.cross(e.scenario.gravity_W).norm(), g_W.dot(e.scenario.gravity_W)) >= kMounted;
 }
 
+// Mean square of what weight and inertia leave of each judged joint's effort, with nothing else at the joints [(N m)^2].
+std::vector<double> calc_left_squares(const TorqueData& data) {
+  std::vector<double> out;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    const int joint = static_cast<int>(j);
+    double sum = 0.0, n = 0.0;
+    for (const TorqueRecording& r : data.recordings) {
+      for (long k = 0; k < r.kept() && data.is_judged(joint); ++k) {
+        if (r.use(k, joint)) sum += std::pow(r.effort(r.full_row(k), joint) - r.tau(r.full_row(k), joint), 2), n += 1.0;
+      }
+    }
+    out.push_back(n > 0.0 ? sum / n : 0.0);
+  }
+  return out;
+}
+
+// Springs and constants stand for weight near one posture, and so for any direction of gravity. That which is right leaves less
+// without them: over all joints, each by its ratio.
+// `before`: squares under the stated one.
+bool fits_bare(const Experiment& e, const std::vector<double>& before, const Vector3d& g_W) {
+  const std::vector<double> after = calc_left_squares(make_torque_data(turn_gravity(e, g_W)));
+  double nats = 0.0;
+  for (size_t j = 0; j < std::min(before.size(), after.size()); ++j) {
+    if (before[j] > 0.0 && after[j] > 0.0) nats += std::log(before[j] / after[j]);
+  }
+  return nats > 0.0;
+}
+
 // The gravity that fits by least squares, if it is as large as gravity is. Zero otherwise.
 Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
   const FoundGravity found = find_gravity(data);
@@ -43,10 +71,11 @@ struct Mounting {
 
 Mounting find_best(const Experiment& e, int jobs) {
   Mounting best;
+  const std::vector<double> before = calc_left_squares(make_torque_data(e));
   for (int axis = 0; axis < 3; ++axis) {
     for (double sign : {1.0, -1.0}) {
       const Vector3d g_W = sign * Vector3d::Unit(axis);
-      if (!is_other(e, g_W)) continue;
+      if (!is_other(e, g_W) || !fits_bare(e, before, g_W)) continue;
       const ListFit own = fit_list(turn_gravity(e, g_W), jobs, Of::kJoints);
       if (own.cross.empty() || (!best.g_W.isZero() && compare_torques(own, best.by_joints) <= 0.0)) continue;
       best = {turn_gravity(e, g_W).scenario.gravity_W, own};
@@ -85,7 +114,7 @@ void check_mounting(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
   const Vector3d squares = find_by_squares(e, data);
-  if (!squares.isZero()) {
+  if (!squares.isZero() && fits_bare(e, calc_left_squares(data), squares)) {
     const Experiment turned = turn_gravity(e, squares);
     if (compare_torques(fit_list(turned, jobs), fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
   }
