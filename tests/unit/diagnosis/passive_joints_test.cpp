@@ -7,6 +7,7 @@
 #include <fstream>
 
 #include "diagnosis/checks/checks.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/log_conventions.h"
 
@@ -118,6 +119,22 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromLessInertia) {
   const auto less = std::find_if(spring->alternatives.begin(), spring->alternatives.end(), [](const Alternative& a) { return a.effect == "inertia_error"; });
   ASSERT_NE(less, spring->alternatives.end()) << spring->statement;
   EXPECT_NEAR(less->parameters[0].value[0], 1.0 - kLess / kInertia, 0.15) << spring->statement;
+}
+
+// True if a warning of the verdict on this experiment contains the word.
+bool warns_of(const Experiment& e, const std::string& word) {
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  return std::any_of(verdict.evidence.warnings.begin(), verdict.evidence.warnings.end(), [&](const std::string& w) { return w.find(word) != std::string::npos; });
+}
+
+// In degrees its weight and inertia do not cancel, as if somebody moved it; and efforts that nothing can log were asked for.
+TEST(PassiveJoints, AFreePendulumLoggedInDegreesIsSaidToBe) {
+  Experiment e = make_experiment("degrees", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.05});
+  EXPECT_FALSE(warns_of(e, "degrees"));
+  for (Recording& r : e.recordings) {
+    for (double& q : r.joints[0].signal[0]) q *= kDegrees;
+  }
+  EXPECT_TRUE(warns_of(e, "degrees"));
 }
 
 // The share of a passive torque that is left is small where the torque is large: a pendulum that hangs, pushed by a hand, was
