@@ -28,19 +28,20 @@ struct Asked {
 
 // Of the first ratios, those beside which the effects of joints and drives explain more than as logged. A choice among these
 // effects takes a small part of the time of one among all.
-std::vector<GearRatio> list_promising(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
-  const ListFit as_logged = fit_list(e, jobs, Of::kJoints);
+std::vector<GearRatio> list_promising(const Experiment& e, const TorqueDesign& design, const std::vector<GearRatio>& list, int jobs) {
+  const ListFit as_logged = fit_list(design, jobs, Of::kJoints);
   std::vector<GearRatio> out(list.begin(), list.begin() + static_cast<long>(std::min(kTried, list.size())));
   const auto is_worse = [&](const GearRatio& r) { return compare(fit_list(convert_ratio(e, r), jobs, Of::kJoints), as_logged) <= 0.0; };
   out.erase(std::remove_if(out.begin(), out.end(), is_worse), out.end());
   return out;
 }
 
-Asked ask(const Experiment& e, const std::vector<GearRatio>& list, int jobs) {
+Asked ask(const Experiment& e, const TorqueData& data, const std::vector<GearRatio>& list, int jobs) {
   Asked best;
-  const std::vector<GearRatio> promising = list_promising(e, list, jobs);
+  const TorqueDesign design = make_torque_design(TorqueData(data));
+  const std::vector<GearRatio> promising = list_promising(e, design, list, jobs);
   if (promising.empty()) return best;
-  const ListFit as_logged = fit_list(e, jobs);
+  const ListFit as_logged = fit_list(design, jobs);
   for (const GearRatio& ratio : promising) {
     const ListFit fit = fit_list(convert_ratio(e, ratio), jobs);
     const double gain = compare(fit, as_logged) - kOfOneJoint;
@@ -76,7 +77,7 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     const TorqueData data = make_torque_data(now);
     const std::vector<GearRatio> list = data.recordings.empty() ? std::vector<GearRatio>{} : list_gear_ratios(data);
     if (list.empty()) break;
-    const Asked asked = ask(now, list, jobs);
+    const Asked asked = ask(now, data, list, jobs);
     if (asked.gain < kConventionNats) break;
     const double over_zeros = compare_with_zeros(now, data, asked, jobs);
     if (over_zeros < -kConventionNats) break;

@@ -18,11 +18,14 @@ bool ListFit::is_exact() const {
 }
 
 ListFit fit_list(const Experiment& e, int jobs, Of of) {
-  ListFit out;
   TorqueData data = make_torque_data(e);
-  if (data.recordings.empty()) return out;
-  TorqueDesign design = make_torque_design(std::move(data));
-  if (design.joints.empty()) return out;
+  return data.recordings.empty() ? ListFit{} : fit_list(make_torque_design(std::move(data)), jobs, of);
+}
+
+ListFit fit_list(const TorqueDesign& as_made, int jobs, Of of) {
+  ListFit out;
+  if (as_made.joints.empty()) return out;
+  TorqueDesign design = as_made;
   const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];

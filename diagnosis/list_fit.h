@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/evidence/torque_design.h"
 
 namespace hrp::diagnosis {
 
@@ -29,6 +29,8 @@ struct ListFit {
 
 // Empty if no joint can be judged.
 ListFit fit_list(const Experiment& e, int jobs, Of of = Of::kAll);
+// The same of recordings whose design is there already.
+ListFit fit_list(const TorqueDesign& design, int jobs, Of of = Of::kAll);
 
 // [nats] by which a is the better explanation. What the richer of two sets of terms leaves is less correlated, which is no
 // merit: both count the same samples.

@@ -114,16 +114,17 @@ void check_mounting(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);
   if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
   const Vector3d squares = find_by_squares(e, data);
+  const TorqueDesign design = make_torque_design(TorqueData(data));
   if (!squares.isZero() && fits_bare(e, calc_left_squares(data), squares)) {
     const Experiment turned = turn_gravity(e, squares);
-    if (compare_torques(fit_list(turned, jobs), fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
+    if (compare_torques(fit_list(turned, jobs), fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
   }
-  const ListFit by_joints = fit_list(e, jobs, Of::kJoints);
+  const ListFit by_joints = fit_list(design, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
   const Mounting best = find_best(e, jobs);
   if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
-  if (compare_torques(best.by_joints, fit_list(e, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
+  if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {

@@ -44,7 +44,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kOfOneJoint * static_cast<double>(found.joints.size());
-  const ListFit without = fit_list(e, jobs);
+  const ListFit without = fit_list(make_torque_design(TorqueData(data)), jobs);
   const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/format.h"
 #include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "common/base/suggest.h"
@@ -30,9 +30,7 @@ void shift_epoch(Recording* recording, std::vector<std::string>* warnings) {
   const double origin = std::floor(recording->time.front());
   if (std::abs(origin) < 1e6) return;
   for (double& t : recording->time) t = 1e-6 * std::round(1e6 * (t - origin));
-  char text[40];
-  std::snprintf(text, sizeof text, "%.0f", origin);
-  warnings->push_back(recording->spec.name + ": its times are said from " + text + " s on");
+  warnings->push_back(format("%s: its times are said from %.0f s on", recording->spec.name.c_str(), origin));
 }
 
 // Indices of the rows with increasing stamps. `repeated` counts rows with a repeated stamp.

@@ -3,13 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 #include "common/base/diagnostics.h"
+#include "common/base/format.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/data/servo_gains.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -17,16 +18,7 @@ namespace {
 // A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
 constexpr double kSlopeRoom = 0.1;
 
-ServoGains get_gains(const Experiment& e, int joint) {
-  const auto at = e.scenario.servo_joints.find(e.robot.tree.joint(joint).name);
-  return at == e.scenario.servo_joints.end() ? e.scenario.servo_default : at->second;
-}
-
-std::string text_of(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string text_of(double value) { return format("%.3g", value); }
 
 // Readings and their expected values by sample; empty if unknown.
 struct Pair {
@@ -195,7 +187,7 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
 
 // Throws if all columns of two joints are exchanged: each effort then follows the law with the other's gains.
 void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs& pairs) {
-  const auto gains = [&](size_t j) { return get_gains(e, static_cast<int>(j)).kp; };
+  const auto gains = [&](size_t j) { return get_servo_gains(e.scenario, e.robot.tree.joint(static_cast<int>(j)).name).kp; };
   for (size_t a = 0; a < pairs.size(); ++a) {
     for (size_t b = a + 1; b < pairs.size(); ++b) {
       if (pairs[a].reading.empty() || pairs[b].reading.empty()) continue;
@@ -313,7 +305,7 @@ void check_commanded_limits(Experiment* e, const Recording& r, int j) {
 void check_commands(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
-  if (get_gains(e, j).kp <= 0.0 || !r.joints[static_cast<size_t>(j)].command.empty()) return;
+  if (get_servo_gains(e.scenario, e.robot.tree.joint(j).name).kp <= 0.0 || !r.joints[static_cast<size_t>(j)].command.empty()) return;
   refuse_input(r.find_place("/joint_commands/" + spec.name + "/position"),
                "is missing: the servo of this joint follows it (is the drive 'effort' or 'motion'?)");
 }
@@ -329,7 +321,7 @@ void check_plausibility(Experiment* e) {
       const JointColumns& joint = r.joints[static_cast<size_t>(j)];
       position.push_back(pair_position(r, joint));
       velocity.push_back(pair_velocity(r, joint));
-      effort.push_back(pair_effort(r, joint, get_gains(*e, j)));
+      effort.push_back(pair_effort(r, joint, get_servo_gains(e->scenario, e->robot.tree.joint(j).name)));
     }
     // A leg whose foot sticks to the ground may follow 1/57 of its command. Its effort then still follows the servo
     // law.

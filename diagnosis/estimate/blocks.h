@@ -12,4 +12,7 @@ constexpr double kBlock = 0.5;
 // Blocks of which a spread is known to a third of itself, at least.
 constexpr size_t kFewestBlocks = 6;
 
+// Of a recording, for cross-validation and errors: two halves would hardly tell how much they differ.
+constexpr int kStretches = 4;
+
 }  // namespace hrp::diagnosis

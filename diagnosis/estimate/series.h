@@ -3,15 +3,18 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <vector>
 
 namespace hrp::diagnosis {
 
-// Standard deviation of the finite numbers that were added; 0 of fewer than two.
+// Standard deviation of the finite numbers that were added; 0 of fewer than two. And their mean and root mean square.
 class Spread {
  public:
   void add(double y);
   double get() const;
+  double get_mean() const { return n_ > 0.0 ? sum_ / n_ : 0.0; }
+  double get_rms() const { return n_ > 0.0 ? std::sqrt(square_ / n_) : 0.0; }
 
  private:
   double sum_ = 0.0, square_ = 0.0, n_ = 0.0;

@@ -153,12 +153,11 @@ class Chooser {
   std::vector<double> find_effort_spreads() const {
     std::vector<double> spreads(static_cast<size_t>(whole_.experiment->num_joints()), 0.0);
     for (size_t j = 0; j < spreads.size(); ++j) {
-      double n = 0.0, sum = 0.0, square = 0.0;
+      Spread spread;
       for (const TorqueRecording& r : data_.recordings) {
-        const auto y = r.effort.col(static_cast<long>(j));
-        n += static_cast<double>(y.size()), sum += y.sum(), square += y.squaredNorm();
+        for (double y : r.effort.col(static_cast<long>(j))) spread.add(y);
       }
-      if (n > 0.0) spreads[j] = std::sqrt(std::max(0.0, square / n - sum * sum / (n * n)));
+      spreads[j] = spread.get();
     }
     return spreads;
   }

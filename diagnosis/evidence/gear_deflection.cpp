@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -21,7 +22,6 @@ enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 constexpr double kSides = 0.05;      // share of the torque's spread within which the teeth change sides
 constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
 constexpr double kTwoEngines = 3e-3; // share of a value: differences between laws and filters
-constexpr long kStretches = 4;
 
 struct Series {
   bool train = true;

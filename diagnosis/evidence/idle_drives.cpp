@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "diagnosis/data/plausibility.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -14,7 +15,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kParts = 4;  // of each recording
 
 // Share of a joint's squared effort that its motion predicts across stretches; negative if worse than its mean.
 double predict_effort(const TorqueData& data, int joint) {
@@ -24,9 +24,9 @@ double predict_effort(const TorqueData& data, int joint) {
   for (const TorqueRecording& r : data.recordings) {
     const Eigen::MatrixXd drive = make_drive_columns(data, r, joint);
     width = drive.cols() + 1;
-    for (long part = 0; part < kParts; ++part) {
+    for (long part = 0; part < kStretches; ++part) {
       parts.emplace_back(width);
-      for (long k = part * r.kept() / kParts; k < (part + 1) * r.kept() / kParts; ++k) {
+      for (long k = part * r.kept() / kStretches; k < (part + 1) * r.kept() / kStretches; ++k) {
         if (!r.use(k, joint)) continue;
         const long row = r.full_row(k);
         Eigen::VectorXd x(width);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "common/base/has.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
@@ -16,7 +17,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kStretches = 4;          // per recording, for cross-validation
 constexpr double kMostSamples = 8000;   // samples of all recordings together
 constexpr size_t kMostTerms = 8;
 

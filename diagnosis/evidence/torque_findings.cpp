@@ -125,17 +125,12 @@ class Judge {
     }
   }
 
-  // The named dry friction at the joint of another term; null if none.
-  const GradedTerm* find_level(const GradedTerm& other) const {
+  // The named dry friction at the joint of another term, and what a static level has beyond it; null if none.
+  const GradedTerm* find_level(const GradedTerm& other) const { return find_named(other, &TermRow::level); }
+  const GradedTerm* find_excess(const GradedTerm& level) const { return find_named(level, &TermRow::excess); }
+  const GradedTerm* find_named(const GradedTerm& other, bool TermRow::*is_so) const {
     for (const GradedTerm& g : graded_) {
-      if (g.term.row->level && g.place.joint == other.place.joint && g.named) return &g;
-    }
-    return nullptr;
-  }
-
-  const GradedTerm* find_excess(const GradedTerm& level) const {
-    for (const GradedTerm& g : graded_) {
-      if (g.term.row->excess && g.place.joint == level.place.joint && g.named) return &g;
+      if (g.term.row->*is_so && g.place.joint == other.place.joint && g.named) return &g;
     }
     return nullptr;
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/base/format.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
 
@@ -15,11 +16,7 @@ constexpr Holds kMjcfHolds{true, true, true, false, false};
 template <typename Vector>
 std::string print_vector(const Vector& v) {
   std::string text;
-  for (long i = 0; i < v.size(); ++i) {
-    char part[40];
-    std::snprintf(part, sizeof part, "%s%.12g", i > 0 ? " " : "", v[i]);
-    text += part;
-  }
+  for (long i = 0; i < v.size(); ++i) text += format("%s%.12g", i > 0 ? " " : "", v[i]);
   return text;
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/export/unheld.h"
 
-#include <cmath>
-#include <cstdio>
+#include "common/base/format.h"
 
 namespace hrp::diagnosis {
 
@@ -12,11 +11,7 @@ std::string make_comment(const std::string& text) {
   return "<!-- " + out + " -->\n";
 }
 
-std::string print_value(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value == 0.0 ? 0.0 : value);
-  return text;
-}
+std::string print_value(double value) { return format("%.6g", value == 0.0 ? 0.0 : value); }
 
 std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds) {
   std::vector<std::string> list;

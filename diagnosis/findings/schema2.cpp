@@ -21,11 +21,6 @@ double find_explained(const Json& report) {
   return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
 }
 
-bool holds(const Json& interval, double value) {
-  return interval.is_array() && interval.size() == 2 && interval[0].is_number() && interval[1].is_number() &&
-         interval[0].get<double>() <= value && value <= interval[1].get<double>();
-}
-
 // True if the intervals of all components contain the value.
 bool all_hold(const Json& intervals, double value) {
   if (!intervals.is_array() || intervals.empty()) return false;
@@ -70,6 +65,11 @@ void upgrade_finding(double share, bool may_be_certain, Json* finding) {
 }
 
 }  // namespace
+
+bool holds(const Json& interval, double value) {
+  return interval.is_array() && interval.size() == 2 && interval[0].is_number() && interval[1].is_number() &&
+         interval[0].get<double>() <= value && value <= interval[1].get<double>();
+}
 
 void make_ambiguous(Json* finding) {
   (*finding)["grade"] = get_grade_name(Grade::kAmbiguous);

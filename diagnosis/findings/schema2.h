@@ -11,6 +11,9 @@ namespace hrp::diagnosis {
 // fits as well. Recordings that could not be judged get the verdict `not_judged`.
 void upgrade_report(nlohmann::ordered_json* report, bool has_held);
 
+// Whether a finding's interval has this value in it; false for what is no interval.
+bool holds(const nlohmann::ordered_json& interval, double value);
+
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 

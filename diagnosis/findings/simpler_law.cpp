@@ -5,6 +5,7 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/schema2.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -17,17 +18,13 @@ bool is_number(const Json& parameters, const char* name) {
   return parameters.contains(name) && parameters[name].contains("ci95") && parameters[name].value("value", Json()).is_number();
 }
 
-bool holds(const Json& estimate, double value) {
-  return estimate["ci95"][0].get<double>() <= value && value <= estimate["ci95"][1].get<double>();
-}
-
 bool is_untold_curve(const Json& finding) {
   if (finding["effect"] != kCurve) return false;
   const Json& p = finding["parameters"];
   for (const char* name : {"coulomb", "static", "stribeck_velocity"}) {
     if (!is_number(p, name)) return false;
   }
-  return holds(p["static"], p["coulomb"]["value"].get<double>()) && holds(p["stribeck_velocity"], 0.0);
+  return holds(p["static"]["ci95"], p["coulomb"]["value"].get<double>()) && holds(p["stribeck_velocity"]["ci95"], 0.0);
 }
 
 constexpr const char* kHardening = "hardening_angle";

@@ -24,6 +24,10 @@ double tidy(double value) {
   return std::strtod(text, nullptr);
 }
 
+Vec3 draw_vector(double size, Prng& r) {
+  return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))};
+}
+
 namespace {
 
 const JointPlan& draw_joint(const RobotPlan& robot, const std::vector<std::string>& taken, Prng& random) {
@@ -100,10 +104,6 @@ Hidden draw_arm_sensor(const std::string& effect, const RobotPlan& robot, const 
   throw std::invalid_argument("no such sensor effect for an arm: " + effect);
 }
 
-Vec3 draw_vec(double size, Prng& r) {
-  return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))};
-}
-
 // Sensors behind the gears of a robot on a fixed base.
 bool has_link_sensors(const RobotPlan& robot) {
   return robot.joint_torques || robot.link_encoders || !robot.imu.empty() || !robot.wrist.empty();
@@ -130,7 +130,7 @@ Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, doubl
   if (effect == "sensor_bias") {
     const double size = boost * r.log_uniform(0.4, 4) * part.bias;
     nlohmann::ordered_json p;
-    if (vector) p["value"] = draw_vec(size, r);
+    if (vector) p["value"] = draw_vector(size, r);
     else p["value"] = tidy(r.sign() * size);
     return {effect, "sensor", part.sensor + part.reading, p};
   }
@@ -139,7 +139,7 @@ Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, doubl
   if (effect == "sensor_delay")
     return {effect, "sensor", vector ? part.sensor : part.sensor + part.reading,
             {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
-  if (geometry && vector) return {effect, "sensor", part.sensor, {{"rpy", draw_vec(boost * r.log_uniform(0.02, 0.15), r)}}};
+  if (geometry && vector) return {effect, "sensor", part.sensor, {{"rpy", draw_vector(boost * r.log_uniform(0.02, 0.15), r)}}};
   throw std::invalid_argument("no such sensor effect for an arm: " + effect);
 }
 
@@ -154,7 +154,7 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
       imu ? name + (angular ? "/angular_velocity" : "/linear_acceleration") : foot + (angular ? "/torque" : "/force");
   if (effect == "sensor_bias") {
     const double size = boost * r.log_uniform(0.4, 4) * (imu ? (angular ? 0.02 : 0.3) : (angular ? 2.0 : 10.0));
-    return {effect, "sensor", where, {{"value", draw_vec(size, r)}}};
+    return {effect, "sensor", where, {{"value", draw_vector(size, r)}}};
   }
   if (effect == "sensor_scale")
     return {effect, "sensor", where, {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
@@ -164,7 +164,7 @@ Hidden draw_biped_sensor(const std::string& effect, const RobotPlan& robot, doub
             imu ? name : foot,
             {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
   if (effect == "sensor_misalignment")
-    return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vec(boost * r.log_uniform(0.02, 0.15), r)}}};
+    return {effect, "sensor", imu ? name : foot, {{"rpy", draw_vector(boost * r.log_uniform(0.02, 0.15), r)}}};
   if (effect == "clock_skew")
     return {effect, "sensor", imu ? name : foot, {{"skew", tidy(r.sign() * boost * r.log_uniform(0.002, 0.02))}}};
   throw std::invalid_argument("no such sensor effect for a biped: " + effect);

@@ -36,6 +36,8 @@ const std::vector<std::string>& stand_unknown_effects();  // the same, on standi
 
 // Four significant digits, so that the truth prints as it was used.
 double tidy(double value);
+// Each number within +-size.
+Vec3 draw_vector(double size, Prng& random);
 
 // Draws place and size for `effect` on `robot`, scaled by `boost`; `taken` joints are avoided. Feet come in pairs where
 // both are soft, hence the list.

@@ -1,18 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
-#include <cstdio>
 
+#include "common/base/format.h"
 #include "diagnosis/generator/joint_reality.h"
 #include "diagnosis/generator/reality.h"
 
 namespace hrp::cases {
 namespace {
 
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.12g", value);
-  return buffer;
-}
+std::string text(double value) { return format("%.12g", value); }
 
 template <std::size_t N>
 std::string text(const std::array<double, N>& values) {

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cstdio>
-
+#include "common/base/format.h"
 #include "diagnosis/generator/recorder.h"
 
 namespace hrp::cases {
 namespace {
 
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.10g", value);
-  return buffer;
-}
+std::string text(double value) { return format("%.10g", value); }
 
 std::string text(const Vec3& v) { return text(v[0]) + " " + text(v[1]) + " " + text(v[2]); }
 std::string yaml(const Vec3& v) { return "[" + text(v[0]) + ", " + text(v[1]) + ", " + text(v[2]) + "]"; }

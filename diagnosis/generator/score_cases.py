@@ -13,6 +13,7 @@ import sys
 
 import proof_figures
 import score_dirty
+from score_dirty import share
 from score_judge import UNKNOWN, Case, place_of, read_json
 
 
@@ -22,10 +23,6 @@ def load(args):
         folder = pathlib.Path(args.answers) / path.stem
         cases.append(Case(path.stem, read_json(path), read_json(folder / "report.json"), read_json(folder / "run.json")))
     return cases
-
-
-def share(part, whole):
-    return f"{part} of {whole}" + (f" ({100 * part / whole:.0f} %)" if whole else "")
 
 
 def median(values):

@@ -41,10 +41,6 @@ Json joint_parameters(const std::string& effect, const JointPlan& j, const Size&
           {"rotor_inertia", tidy(0.002 * s.mass * s.leg * s.leg)}};
 }
 
-Vec3 draw_vector(double size, Prng& r) {
-  return {tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1)), tidy(size * r.uniform(-1, 1))};
-}
-
 Hidden draw_sensor(const std::string& effect, const RobotPlan& robot, const Size& s, Prng& r) {
   const bool imu = r.chance(0.4), second = r.chance(0.5);
   const std::string foot = "/wrench/" + r.pick(robot.feet).wrench, name = "/imu/" + robot.imu;

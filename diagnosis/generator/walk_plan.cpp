@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
+#include "common/base/format.h"
 #include "common/base/read_file.h"
 #include "diagnosis/generator/robot_parts.h"
 
@@ -16,11 +16,7 @@ namespace {
 
 constexpr double kFastest = 5e3;  // [1/s] of a drive's damping over what it moves: the integration is explicit
 
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.10g", value);
-  return buffer;
-}
+std::string text(double value) { return format("%.10g", value); }
 
 // A walk hardly moves arms and head: their drives are locked, so that no case hides something where nothing shows.
 std::string lock_upper_body(std::string urdf) {

@@ -2,9 +2,9 @@
 #include "diagnosis/identification/identify.h"
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
+#include "common/base/format.h"
 #include "diagnosis/identification/physical_body.h"
 
 namespace hrp::identification {
@@ -45,10 +45,8 @@ void refine_zeros(const BushObserver& observer, const RobotLog& measured, Observ
 }
 
 std::string describe_slip(const MotionTrack& track) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%s: a sole slipped (%.1f mm, %.1f mrad): %.1f s left out", track.name.c_str(),
-                1e3 * track.slip, 1e3 * track.turn, track.slipped);
-  return text;
+  return format("%s: a sole slipped (%.1f mm, %.1f mrad): %.1f s left out", track.name.c_str(), 1e3 * track.slip, 1e3 * track.turn,
+                track.slipped);
 }
 
 Observation observe_once(const BushObserver& observer, const std::vector<Source>& sources) {
@@ -193,24 +191,20 @@ Coverage study_coverage(const Scenario& scenario, const std::vector<Source>& cle
 
 std::string make_text(const Coverage& coverage, const Scenario& scenario) {
   const char* const names[3] = {"K", "C", "O"};
-  char line[256];
   std::string text = "| foot | axis | | truth | mean error | spread | stated std | worst error | inside of " +
                      std::to_string(coverage.seeds) + " |\n|---|---|---|---|---|---|---|---|---|\n";
   int inside[3] = {}, count[3] = {};
   for (const Coverage::Row& row : coverage.rows) {
     const double percent = 100.0 / std::abs(row.truth);
-    std::snprintf(line, sizeof line, "| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n",
-                  scenario.feet[row.foot].c_str(), kAxisNames[row.axis], names[row.parameter], row.truth,
-                  percent * (row.mean - row.truth), percent * row.spread, percent * row.stated, percent * row.worst,
-                  row.inside);
-    text += line;
+    text += format("| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n", scenario.feet[row.foot].c_str(),
+                   kAxisNames[row.axis], names[row.parameter], row.truth, percent * (row.mean - row.truth), percent * row.spread,
+                   percent * row.stated, percent * row.worst, row.inside);
     inside[row.parameter] += row.inside;
     ++count[row.parameter];
   }
   for (int i = 0; i < 3; ++i) {
-    std::snprintf(line, sizeof line, "%s: the 95 %% interval holds the truth in %.1f of 100\n", names[i],
-                  100.0 * inside[i] / std::max(1, count[i] * coverage.seeds));
-    text += line;
+    text += format("%s: the 95 %% interval holds the truth in %.1f of 100\n", names[i],
+                   100.0 * inside[i] / std::max(1, count[i] * coverage.seeds));
   }
   return text;
 }

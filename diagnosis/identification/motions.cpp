@@ -4,11 +4,11 @@
 #include <yaml-cpp/yaml.h>
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
+#include "common/base/format.h"
 #include "common/spatial/minimum_jerk.h"
 #include "controller/motion/leg.h"
 
@@ -153,14 +153,9 @@ YAML::Node make_played(const Motion& motion, const std::string& name, const std:
   std::ofstream file(csv);
   file << "# " << name << ": " << meaning << ". [s], [rad]\ntime";
   for (const std::string& joint : motion.joints) file << "," << joint;
-  char text[32];
   for (Eigen::Index k = 0; k < motion.positions.cols(); ++k) {
-    std::snprintf(text, sizeof text, "\n%.3f", motion.times[static_cast<size_t>(k)]);
-    file << text;
-    for (double q : motion.positions.col(k)) {
-      std::snprintf(text, sizeof text, ",%.9f", q);
-      file << text;
-    }
+    file << format("\n%.3f", motion.times[static_cast<size_t>(k)]);
+    for (double q : motion.positions.col(k)) file << format(",%.9f", q);
   }
   file << "\n";
   if (!file) throw std::runtime_error(csv + ": cannot be written");

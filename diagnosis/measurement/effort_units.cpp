@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -206,9 +207,7 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
 }
 
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
-  ServoGains gains = scenario->servo_default;
-  const auto own = scenario->servo_joints.find(joint);
-  if (own != scenario->servo_joints.end()) gains = own->second;
+  ServoGains gains = get_servo_gains(*scenario, joint);
   gains.kp *= scale, gains.kd *= scale;
   scenario->servo_joints[joint] = gains;
 }

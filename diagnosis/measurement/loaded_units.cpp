@@ -281,7 +281,6 @@ class Search {
       const Choice with = fit(c.link, c.springs);
       nats[spring] = with.nats, scale[spring] = 1.0 / profile(sums_[i].see(spring != 0, std::max(0L, c.link), -1), with.p).scale;
     }
-    unit->by_spring = nats[0] - nats[1] + spring_cost_;
     const double p = 1.0 / (1.0 + std::exp(std::clamp(nats[1] - nats[0], -300.0, 300.0)));
     unit->std = std::hypot(unit->std, std::sqrt(p * (1.0 - p)) * (scale[1] - scale[0]));
   }

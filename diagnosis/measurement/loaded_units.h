@@ -21,7 +21,6 @@ struct LoadedUnit {
   int joint = 0;
   double scale = 1.0, std = 0.0;  // torque [N m or N] per logged unit; it contains the load's uncertainty
   double share = 0.0;             // of what friction and rotor leave of y that the torque explains, 0 to 1
-  double by_spring = 0.0;         // [nats] by which a spring explains the effort better; no spring is taken below its cost
 };
 
 struct LoadedUnits {

@@ -16,6 +16,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/servo_rates.h"
+#include "diagnosis/measurement/servo_samples.h"
 #include "diagnosis/measurement/servo_slope.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/simulation/plant.h"
@@ -26,7 +27,6 @@ namespace {
 constexpr double kScan = 0.001;     // [s]
 constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
 
-constexpr size_t kLeastSamples = 100;  // of neighbours that resemble each other: some ten independent ones
 constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
 
 bool has_all(const Experiment& e, size_t j) {
@@ -264,7 +264,7 @@ double calc_deviation(const std::vector<double>& x) {
 ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late_rates, double spread) {
   ServoReading out;
   const ServoPairs pairs = list_pairs(log, late.delay);
-  if (pairs.law.size() < kLeastSamples) return out;
+  if (pairs.law.size() < kLeastServoSamples) return out;
   Line line = fit_line(pairs.law, pairs.effort);
   ServoSlope slope = find_slope(log, pairs, late, late_rates);
   const double rounding = calc_rounding(log, pairs);

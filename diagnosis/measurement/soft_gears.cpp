@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -24,7 +25,6 @@ constexpr long kUnknown = 1 + kOfMotor;  // the give, then the motor's coefficie
 constexpr int kSteps = 6;        // of Gauss and Newton
 constexpr double kStep = 1e-3;   // of the differences along a twist, relative to the joint's spread of motion
 constexpr double kSettled = 0.01;  // change of the give, relative, at which the steps end
-constexpr long kStretches = 4;   // of a recording, for the errors
 constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: the linear equations rank them well
 
 // One recording at the kept samples.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/servo_gains.h"
 
 namespace hrp::diagnosis {
 
@@ -18,9 +19,7 @@ EffortSource find_effort_source(const Experiment& e, size_t j) {
     command = command && !r.joints[j].command.empty();
   }
   if (effort) return EffortSource::kRecorded;
-  const auto it = e.scenario.servo_joints.find(joint.name);
-  const ServoGains& gains = it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-  if (command && e.scenario.drive == "servo" && gains.kp > 0.0) return EffortSource::kServoLaw;
+  if (command && e.scenario.drive == "servo" && get_servo_gains(e.scenario, joint.name).kp > 0.0) return EffortSource::kServoLaw;
   return learnt ? EffortSource::kRecorded : EffortSource::kNone;
 }
 

@@ -2,6 +2,7 @@
 #include "diagnosis/model/nominal.h"
 
 #include "common/effects/link_law.h"
+#include "diagnosis/data/servo_gains.h"
 #include "servers/dynamics/joint_effects.h"
 
 namespace hrp::diagnosis {
@@ -10,8 +11,7 @@ namespace {
 JointLaws make_laws(const Experiment& e, const JointSpec& joint) {
   const Scenario& scenario = e.scenario;
   JointLaws laws;
-  const auto it = scenario.servo_joints.find(joint.name);
-  const ServoGains& gains = it == scenario.servo_joints.end() ? scenario.servo_default : it->second;
+  const ServoGains& gains = get_servo_gains(scenario, joint.name);
   if (joint.actuated && !is_effort_driven(e)) {
     laws.kp = gains.kp, laws.kd = gains.kd, laws.effort_limit = gains.effort_limit;
   }

@@ -251,7 +251,7 @@ class StanceProposer {
         next_.rejected.push_back(describe_plan(best->plan) + ": " + fault);
         continue;
       }
-      gained += calc_gain(*best);
+      if (!is_held_out(next_.proposals.size())) gained += calc_gain(*best);  // as for arms (propose.cpp)
       add_proposal(*best, worth, leave);
     }
   }

@@ -1,32 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/next/stance_rivals.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "diagnosis/estimate/series.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-// Mean and standard deviation of a joint's quantity over all recordings, and its rms rate.
-struct Moments {
-  double mean = 0.0, std = 0.0, rms = 0.0, rate = 0.0;
+// A joint's quantity over all recordings, and its rate over a tenth of a second, so that noise is no speed.
+struct Sizes {
+  Spread value, rate;
 };
 
-Moments calc_moments(const Experiment& e, int joint, Quantity quantity) {
-  double n = 0.0, sum = 0.0, squares = 0.0, rates = 0.0, steps = 0.0;
+Sizes find_sizes(const Experiment& e, int joint, Quantity quantity) {
+  Sizes out;
+  const auto stride = static_cast<size_t>(std::max(1L, std::lround(0.1 / e.sample_time)));
   for (const Recording& r : e.recordings) {
     const std::vector<double>& x = r.joints[static_cast<size_t>(joint)].signal[static_cast<size_t>(quantity)];
-    // Over a tenth of a second, so that noise is no speed.
-    const size_t stride = std::max<size_t>(1, static_cast<size_t>(std::lround(0.1 / e.sample_time)));
     for (size_t k = 0; k < x.size(); ++k) {
-      if (!std::isfinite(x[k])) continue;
-      n += 1.0, sum += x[k], squares += x[k] * x[k];
-      if (k < stride || !std::isfinite(x[k - stride])) continue;
-      rates += std::pow((x[k] - x[k - stride]) / (r.time[k] - r.time[k - stride]), 2), steps += 1.0;
+      out.value.add(x[k]);
+      if (k >= stride) out.rate.add((x[k] - x[k - stride]) / (r.time[k] - r.time[k - stride]));
     }
   }
-  if (n == 0.0) return {};
-  const double mean = sum / n;
-  return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean)), std::sqrt(squares / n), std::sqrt(rates / std::max(1.0, steps))};
+  return out;
 }
 
 Json make_effect(const char* name, const std::string& joint, const Json& values) {
@@ -46,7 +44,7 @@ std::vector<Riddle> list_riddles(const Experiment& experiment, const Json& repor
     if (index < 0) continue;
     const Json left = signals.value(experiment.signal_name(index, Quantity::kEffort), Json::object()).value("after", Json());
     if (!left.is_number()) continue;
-    const double missing = left.get<double>() * calc_moments(experiment, index, Quantity::kEffort).std;  // reports state shares of the spread
+    const double missing = left.get<double>() * find_sizes(experiment, index, Quantity::kEffort).value.get();  // reports state shares of the spread
     if (missing > 0.0) list.push_back({joint, missing});
   }
   return list;
@@ -54,13 +52,14 @@ std::vector<Riddle> list_riddles(const Experiment& experiment, const Json& repor
 
 Json list_joint_rivals(const Experiment& experiment, const Riddle& riddle) {
   const int j = experiment.robot.tree.find_joint(riddle.joint);
-  const Moments q = calc_moments(experiment, j, Quantity::kPosition), effort = calc_moments(experiment, j, Quantity::kEffort);
+  const Sizes q = find_sizes(experiment, j, Quantity::kPosition);
+  const double speed = q.rate.get_rms(), travel = q.value.get(), effort = find_sizes(experiment, j, Quantity::kEffort).value.get_rms();
   Json list = Json::array();
-  if (!(q.rate > 0.0) || !(q.std > 0.0)) return list;
+  if (!(speed > 0.0) || !(travel > 0.0)) return list;
   list.push_back(make_effect("coulomb_friction", riddle.joint, {{"level", riddle.missing}}));
-  list.push_back(make_effect("viscous_friction", riddle.joint, {{"coefficient", riddle.missing / q.rate}}));
-  list.push_back(make_effect("parallel_spring", riddle.joint, {{"stiffness", riddle.missing / q.std}, {"rest", q.mean}}));
-  if (effort.rms > riddle.missing) list.push_back(make_effect("torque_constant_error", riddle.joint, {{"scale", 1.0 - riddle.missing / effort.rms}}));
+  list.push_back(make_effect("viscous_friction", riddle.joint, {{"coefficient", riddle.missing / speed}}));
+  list.push_back(make_effect("parallel_spring", riddle.joint, {{"stiffness", riddle.missing / travel}, {"rest", q.value.get_mean()}}));
+  if (effort > riddle.missing) list.push_back(make_effect("torque_constant_error", riddle.joint, {{"scale", 1.0 - riddle.missing / effort}}));
   return list;
 }
 

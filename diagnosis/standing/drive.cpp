@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/command_reader.h"
 #include "common/effects/joint_law.h"
+#include "diagnosis/data/servo_gains.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -29,10 +30,8 @@ std::vector<double> wind(const std::vector<double>& position, double yield, doub
 
 Drives::Drives(const StandProblem& problem, const StandRecording& recording, const Terms& terms)
     : p_(problem), r_(recording), terms_(terms), wound_(terms.joints.size()), aside_(terms.joints.size()) {
-  const Scenario& scenario = problem.experiment->scenario;
   for (int j = 0; j < problem.tree.num_joints(); ++j) {
-    const auto at = scenario.servo_joints.find(terms.tree.joint(j).name);
-    servo_.push_back(at == scenario.servo_joints.end() ? scenario.servo_default : at->second);
+    servo_.push_back(get_servo_gains(problem.experiment->scenario, terms.tree.joint(j).name));
     const auto i = static_cast<size_t>(j);
     const double yield = terms.joints[i].laws.hysteresis_yield;
     if (yield <= 0) continue;

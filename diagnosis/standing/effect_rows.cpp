@@ -4,6 +4,7 @@
 
 #include "common/effects/link_law.h"
 #include "common/spatial/gravity.h"
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/effect_rows.h"
 #include "diagnosis/standing/layout.h"
@@ -13,12 +14,6 @@ namespace {
 
 constexpr double kWider = 3;        // factor on the observed motion: start value of a gap
 constexpr double kPlumb = 0.02;     // [rad] accuracy of a robot's vertical
-
-const ServoGains& find_servo(const StandProblem& problem, int joint) {
-  const Scenario& scenario = problem.experiment->scenario;
-  const auto at = scenario.servo_joints.find(problem.tree.joint(joint).name);
-  return at == scenario.servo_joints.end() ? scenario.servo_default : at->second;
-}
 
 // Noise [N m] of a joint's effort equation; 0 while it is unknown.
 double find_noise(const StandProblem& problem, int joint) {
@@ -227,7 +222,7 @@ StandRow make_backlash() {
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
   // [rad/(N m)] The compliance of the teeth is below that of the servo, as it would oscillate otherwise.
   row.find_prior = [](const StandProblem& problem, const Effect& e, size_t parameter) {
-    return parameter == 2 ? 0.3 / std::max(1.0, find_servo(problem, e.place.index).kp) : 0.0;
+    return parameter == 2 ? 0.3 / std::max(1.0, get_servo_gains(problem.experiment->scenario, problem.tree.joint(e.place.index).name).kp) : 0.0;
   };
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) {
     return hints.play[j] > 0 ? list_at(0, {kWider * hints.play[j]}) : std::vector<Start>{};

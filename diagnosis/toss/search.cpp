@@ -193,9 +193,9 @@ class Search {
     else if (!shows_in_flight(*trial))
       trial->why = "flight gets worse with it";
     else if (!is_steady(*trial))
-      trial->consistent = false, trial->why = "its value differs from toss to toss";
+      trial->why = "its value differs from toss to toss";
     else if (!is_consistent(*trial))
-      trial->consistent = false, trial->why = "halves of the tosses ask for different values";
+      trial->why = "halves of the tosses ask for different values";
     else if (get_toss_row(trial->added).refused && !is_measured(*trial))
       trial->doubted = true, trial->why = get_toss_row(trial->added).refused;
     else

@@ -18,7 +18,6 @@ struct TossTrial {
   TossFit fit;
   double gain = 0.0;       // reduction of the training cost
   double sureness = 0.0;   // mean gain per toss over its standard error
-  bool consistent = true;  // both halves of the tosses give the same parameters
   bool accepted = false;
   bool doubted = false;    // passes every test, but another cause is possible (TossRow::refused)
   std::string why;  // reason if not accepted

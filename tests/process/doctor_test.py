@@ -12,22 +12,17 @@ import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from own_surroundings import OwnSurroundings
 
 BIN, TESTS, SOURCE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 LIMIT = 60  # [s] for a program to end; none takes a tenth of it on a quiet machine
 MAY_NAMESPACE = os.geteuid() == 0 and shutil.which("ip") is not None
 
 
-class Doctor(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="hrp_doctor_"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "CYCLONEDDS", "FASTRTPS", "HRP_"))}
-        self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
-
+class Doctor(OwnSurroundings):
     def ask(self, *options, before=(), limits=None):
         """(status, lines) of hrp-doctor."""
         done = subprocess.run([*before, str(BIN / "hrp-doctor"), *options], env=self.environment, capture_output=True, text=True,

@@ -3,16 +3,15 @@
 """ros_commands_test.py BIN TESTS SOURCE: messages of ROS 2 move a robot in a running server set, on both DDS. They are sent by
 the commands of docs/tutorials/ros2.md, and by a C program with idlc's types and the quality of service of rmw."""
 import json
-import os
 import pathlib
 import re
 import shlex
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from own_surroundings import OwnSurroundings
 
 BIN, TESTS, SOURCE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 LIMIT = 60  # [s] for what takes less than two seconds on a quiet machine
@@ -29,13 +28,7 @@ def find_documented(pattern):
     return [shlex.split(line.split("  #")[0]) for line in found]
 
 
-class RosCommands(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="hrp_ros_commands_"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "CYCLONEDDS", "FASTRTPS", "HRP_"))}
-        self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
-
+class RosCommands(OwnSurroundings):
     def call(self, *words):
         return subprocess.run([str(w) for w in words], env=self.environment, capture_output=True, text=True, timeout=LIMIT, cwd=SOURCE)
 

@@ -2,15 +2,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """ros_services_test.py BIN TESTS SOURCE: clients of ROS 2 pause, step, resume and reset a run over DDS, as the rmw of each vendor
 does it, and the stamps of all messages are simulated time that goes forward, but for one jump at a reset."""
-import os
 import pathlib
 import re
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from own_surroundings import OwnSurroundings
 
 BIN, TESTS, SOURCE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 LIMIT = 60  # [s] for what takes less than a second on a quiet machine
@@ -21,12 +20,9 @@ SET_BOOL = {"Request": "c62fbb99d94e1b25e8ef9e109f9581956bb1b3361a45a4e5810c36a9
             "Response": "d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059"}
 
 
-class RosServices(unittest.TestCase):
+class RosServices(OwnSurroundings):
     def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="hrp_ros_services_"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "CYCLONEDDS", "FASTRTPS", "HRP_"))}
-        self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
+        super().setUp()
         self.foreign = {**self.environment, "CYCLONEDDS_URI": f"file://{SOURCE}/idl/example_c/cyclone.xml"}
 
     def spawn(self, *words, **options):

@@ -3,14 +3,13 @@
 """ros_test.py BIN TESTS SOURCE: a run as nodes of ROS 2 see it on the wire, on both DDS: names, types, type hashes, quality of
 service, contents. The reader is a C program with idlc's types and the quality of service of rmw."""
 import json
-import os
 import pathlib
-import shutil
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
+
+from own_surroundings import OwnSurroundings
 
 BIN, TESTS, SOURCE = (pathlib.Path(a).resolve() for a in sys.argv[1:4])
 LIMIT = 60  # [s] for what takes less than a second on a quiet machine
@@ -25,13 +24,7 @@ EXPECTED = {
 }
 
 
-class Ros(unittest.TestCase):
-    def setUp(self):
-        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="hrp_ros_"))
-        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "CYCLONEDDS", "FASTRTPS", "HRP_"))}
-        self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
-
+class Ros(OwnSurroundings):
     def run_and_read(self, vendor, scenario="squat", namespace=()):
         """Lines of ros_reader, and the states of the log by their time in ns."""
         log = self.folder / "run.mcap"

@@ -103,20 +103,20 @@ void BodyMotion::find_rate(size_t k) {
   if (rate_source_ == MotionSource::kPose) calc_quaternion_rates(clip_.base_attitude, k, &w_, &dw);
   if (rate_source_ == MotionSource::kImu && !is_felt_over_joints()) {
     const auto i = static_cast<size_t>(imu_);
-    w_ = log_.imus[i].R_LI * (get(clip_.imus[i].gyro, k) + more_gyro_);
-    dw = log_.imus[i].R_LI * (get_rate(clip_.imus[i].gyro, k) + more_gyro_rate_);
+    w_ = log_.imus[i].R_LI * (get_values(clip_.imus[i].gyro, k) + more_gyro_);
+    dw = log_.imus[i].R_LI * (get_rates(clip_.imus[i].gyro, k) + more_gyro_rate_);
   } else if (rate_source_ == MotionSource::kImu) {
     const auto i = static_cast<size_t>(imu_);
     const ImuSensor& imu = log_.imus[i];
     const Matrix3d R_BI = get_pose(data_, imu.link).R * imu.R_LI;
-    w_ = R_BI * (get(clip_.imus[i].gyro, k) + more_gyro_) - get_velocity(data_, imu.link).head<3>();
+    w_ = R_BI * (get_values(clip_.imus[i].gyro, k) + more_gyro_) - get_velocity(data_, imu.link).head<3>();
     state_.V_WB.head<3>() = w_;
     update_kinematics(*now_, state_, &data_);
     vdot_.head<6>().setZero();
     update_accelerations(*now_, vdot_, &data_);
     const Vector3d alpha0 = calc_point_acceleration(data_, imu.link, get_pose(data_, imu.link).p).head<3>();
     // d(R_WI w_I)/dt = R_WI dw_I: of a vector in the IMU's axes, its own rate adds nothing.
-    dw = R_BI * (get_rate(clip_.imus[i].gyro, k) + more_gyro_rate_) - alpha0;
+    dw = R_BI * (get_rates(clip_.imus[i].gyro, k) + more_gyro_rate_) - alpha0;
   }
   if (rate_source_ == MotionSource::kFoot) {
     w_ = -calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_velocity(data_, f.link).head<3>(); });
@@ -138,7 +138,7 @@ void BodyMotion::find_force(size_t k) {
     const auto i = static_cast<size_t>(imu_);
     const ImuSensor& imu = log_.imus[i];
     const Transform X_BL = get_pose(data_, imu.link);
-    const Vector3d f = X_BL.R * imu.R_LI * get(clip_.imus[i].accelerometer, k);
+    const Vector3d f = X_BL.R * imu.R_LI * get_values(clip_.imus[i].accelerometer, k);
     vdot_.segment<3>(3).setZero();
     update_accelerations(*now_, vdot_, &data_);
     a = f - calc_point_acceleration(data_, imu.link, X_BL * imu.p_LI).tail<3>();
@@ -186,7 +186,7 @@ Vector3d BodyMotion::find_up(size_t k) const {
 }
 
 Vector3d BodyMotion::find_place(size_t k) {
-  if (log_.base_pose) return get(clip_.base_position, k) - get(clip_.base_position, 0);
+  if (log_.base_pose) return get_values(clip_.base_position, k) - get_values(clip_.base_position, 0);
   Vector3d place = Vector3d::Zero();
   for (size_t i = place_.size(); i < clip_.size(); ++i) {  // the ground holds the feet that stand
     update(i);
@@ -266,9 +266,9 @@ void BodyMotion::find_slow_attitudes() {
     read_joints(k);
     update_kinematics(*now_, state_, &data_);
     const Matrix3d R_BI = get_pose(data_, log_.imus[i].link).R * log_.imus[i].R_LI;
-    if (k > 0) q = (q * make_turn(clip_.step * get(clip_.imus[i].gyro, k))).normalized();
+    if (k > 0) q = (q * make_turn(clip_.step * get_values(clip_.imus[i].gyro, k))).normalized();
     drifting.push_back(q * Eigen::Quaterniond(R_BI).conjugate());
-    force.push_back(q * get(clip_.imus[i].accelerometer, k));
+    force.push_back(q * get_values(clip_.imus[i].accelerometer, k));
   }
   const auto n = static_cast<long>(clip_.size()), stride = std::max(1L, std::lround(0.02 / clip_.step));
   const auto half = std::lround(3 * kLevelling / clip_.step);

@@ -48,8 +48,6 @@ class BodyMotion {
   Vector3d find_place(size_t k);
 
  private:
-  Vector3d get(const Track* xyz, size_t k) const { return {xyz[0].value[k], xyz[1].value[k], xyz[2].value[k]}; }
-  Vector3d get_rate(const Track* xyz, size_t k) const { return {xyz[0].rate[k], xyz[1].rate[k], xyz[2].rate[k]}; }
   void read_joints(size_t k);
   bool is_felt_over_joints() const;
   void find_rate(size_t k);

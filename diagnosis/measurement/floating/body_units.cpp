@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 
 namespace hrp::diagnosis::floating {
@@ -125,10 +126,7 @@ class Finder {
   // What all feet bear is the weight, and in kilograms a tenth of it. Raw counts that come so near by chance are rare, and
   // their scales are then told as such.
   void find_kilograms() {
-    const bool all = !log_.feet.empty() && std::all_of(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) {
-      return f.sensor >= 0 && log_.sensors[static_cast<size_t>(f.sensor)].axis[2];
-    });
-    if (!all) return;
+    if (log_.feet.empty() || !all_feel(log_)) return;
     double sum = 0.0, count = 0.0;
     for (const Clip& clip : log_.clips) {
       for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride, count += 1.0) {

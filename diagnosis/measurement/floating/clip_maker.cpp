@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 
+#include "common/base/format.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 
@@ -109,27 +109,22 @@ class ClipMaker {
     size_t count = 0;
     for (size_t k = 0; k < fresh.size(); ++k) count += !fresh[k] && std::isfinite(column[k]);
     if (static_cast<double>(count) < kMinor * static_cast<double>(fresh.size())) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "%s: %zu of %zu samples of %s repeat the one before (held); bridged",
-                  r_.spec.name.c_str(), count, fresh.size(), name.c_str());
-    log_.notes.push_back(text);
+    log_.notes.push_back(format("%s: %zu of %zu samples of %s repeat the one before (held); bridged", r_.spec.name.c_str(), count,
+                                fresh.size(), name.c_str()));
   }
 
   void note_gaps(const std::vector<Gap>& gaps) {
     double longest = 0;
     for (const Gap& g : gaps) longest = std::max(longest, g.to - g.from);
     if (gaps.empty()) return;
-    char text[160];
-    std::snprintf(text, sizeof text, "%s: %zu gaps without a new reading, up to %.0f ms; nothing is fitted across them",
-                  r_.spec.name.c_str(), gaps.size(), 1e3 * longest);
-    log_.notes.push_back(text);
+    log_.notes.push_back(format("%s: %zu gaps without a new reading, up to %.0f ms; nothing is fitted across them",
+                                r_.spec.name.c_str(), gaps.size(), 1e3 * longest));
   }
 
   void note_short(size_t gaps) {
-    char text[200];
-    std::snprintf(text, sizeof text, "%s lasts %.2g s%s: too short, %.2g s without a gap are needed", r_.spec.name.c_str(),
-                  r_.time.back() - r_.time.front(), gaps > 0 ? ", with gaps" : "", std::max(kShortest, kOfEdge * find_edge() * step_));
-    log_.too_short.push_back(text);
+    log_.too_short.push_back(format("%s lasts %.2g s%s: too short, %.2g s without a gap are needed", r_.spec.name.c_str(),
+                                    r_.time.back() - r_.time.front(), gaps > 0 ? ", with gaps" : "",
+                                    std::max(kShortest, kOfEdge * find_edge() * step_)));
   }
 
   double find_sigma() const { return half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_); }

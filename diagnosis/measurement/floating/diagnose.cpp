@@ -12,6 +12,7 @@
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/equations/equations.h"
 #include "diagnosis/measurement/floating/force_clock.h"
+#include "diagnosis/measurement/floating/imu_faults.h"
 #include "diagnosis/measurement/floating/landings.h"
 #include "diagnosis/measurement/floating/late_feet.h"
 #include "diagnosis/measurement/floating/load_share.h"
@@ -147,16 +148,17 @@ std::vector<ChannelRows> make_channels(const Halves& logs) {
   return join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
 }
 
-// Faults of sensors of the vertical force alone, that the feet in turn tell.
-struct ForceFaults {
+// Faults of IMUs that other rates tell, and of sensors of the vertical force alone that the feet in turn tell.
+struct SensorFaults {
+  std::vector<ImuFault> imus;  // what turns with the body tells them before forces are asked
   std::vector<AirZero> zeros;
   LateFoot late;
   ForceClock clock;  // of all of them against the body's motion
-  bool any() const { return !zeros.empty() || late.sensor >= 0 || clock.found; }
+  bool any() const { return !imus.empty() || !zeros.empty() || late.sensor >= 0 || clock.found; }
 };
 
-Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, const ForceFaults& faults) {
-  Eigen::VectorXd out = list_zeros(layout, faults.zeros);
+Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, const SensorFaults& faults) {
+  Eigen::VectorXd out = list_zeros(layout, faults.zeros) + list_imu_faults(layout, faults.imus);
   if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
   const ForceClock& clock = faults.clock;
   for (int s = 0; clock.found && clock.late > 0 && s < layout.sensors; ++s) {
@@ -171,19 +173,20 @@ void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Ha
 }
 
 // One late foot first: what both have in common is seen in their sum. Counts tell of clocks alone.
-ForceFaults find_force_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
-  ForceFaults out;
+SensorFaults find_sensor_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
+  SensorFaults out;
   if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) {
     out.zeros = find_air_zeros(logs.even, logs.contacts), out.late = find_late_foot(logs.even, channels, layout);
   }
   const LeggedLog& log = logs.even;
   const auto find_clock = [&](const LeggedLog& of) { return find_force_clock(list_pressed(of), of.sample_time); };
-  if (out.late.sensor < 0) {
+  out.imus = find_imu_faults(log);
+  if (out.late.sensor < 0 && out.imus.empty()) {
     out.clock = find_clock(log);
   } else {
-    LeggedLog in_time = log;
-    correct_log(layout, list_faults(log, layout, out), &in_time);
-    out.clock = find_clock(in_time);
+    LeggedLog corrected = log;
+    correct_log(layout, list_faults(log, layout, out), &corrected);
+    out.clock = find_clock(corrected);
   }
   return out;
 }
@@ -213,7 +216,8 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   return out;
 }
 
-void add_fault_findings(const LeggedLog& log, const ForceFaults& faults, CheckResult* checks) {
+void add_fault_findings(const LeggedLog& log, const SensorFaults& faults, CheckResult* checks) {
+  for (const ImuFault& f : faults.imus) add_imu_findings(log, f, &checks->findings);
   for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
   if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
   if (faults.clock.found) checks->findings.push_back(make_clock_finding(log, faults.clock));
@@ -264,7 +268,7 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
-  const ForceFaults faults = find_force_faults(logs, channels, layout);
+  const SensorFaults faults = find_sensor_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(logs.even, layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
   if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);

@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/contacts.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/load_share.h"
 #include "diagnosis/measurement/floating/sides.h"
@@ -165,9 +166,7 @@ std::string find_rival(const Trial& trial, int best) {
 }
 
 bool tells_pressure(const LeggedLog& log) {
-  const bool forces = log.feet.size() > 1 && std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && !log.sensors[static_cast<size_t>(f.sensor)].world;
-  });
+  const bool forces = log.feet.size() > 1 && all_feel(log, [](const ForceSensor& s) { return !s.world; });
   return forces && BodyMotion::find_force_source(log) != MotionSource::kNone;
 }
 

@@ -13,10 +13,10 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/contacts.h"
 #include "diagnosis/measurement/floating/equations/body_sample.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -197,11 +197,7 @@ ForceClock find_clock(const std::vector<PressedStretch>& stretches, int foot, do
 }
 
 // Every foot has a sensor of the vertical force alone. Whole force sensors are late one by one: the search finds which.
-bool is_felt(const LeggedLog& log) {
-  return !log.feet.empty() && log.tree.floating_base && std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && !log.sensors[static_cast<size_t>(f.sensor)].has_force();
-  });
-}
+bool is_felt(const LeggedLog& log) { return !log.feet.empty() && log.tree.floating_base && all_feel_it_alone(log); }
 
 PressedStretch press(const LeggedLog& log, size_t c) {
   const Clip& clip = log.clips[c];
@@ -253,9 +249,10 @@ ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double
   return best;
 }
 
-std::vector<PressedStretch> list_pressed(const LeggedLog& log) {
+std::vector<PressedStretch> list_pressed(const LeggedLog& log, MotionSource source) {
   std::vector<PressedStretch> out;
-  if (!is_felt(log) || BodyMotion::find_force_source(log) != MotionSource::kImu) return out;
+  const MotionSource known = BodyMotion::find_force_source(log);
+  if (!is_felt(log) || known == MotionSource::kNone || (source != MotionSource::kNone && known != source)) return out;
   for (size_t c = 0; c < log.clips.size(); ++c) out.push_back(press(log, c));
   return out;
 }

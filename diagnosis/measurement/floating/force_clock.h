@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/measurement/floating/legged_log.h"
+#include "diagnosis/measurement/floating/body_motion.h"
 
 namespace hrp::diagnosis::floating {
 
@@ -33,8 +33,9 @@ struct ForceClock {
 // knows more exactly when the sensors of one row were read.
 ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time);
 
-// Empty where a foot's vertical force is unknown, or has other axes beside it, or no accelerometer feels the motion.
-std::vector<PressedStretch> list_pressed(const LeggedLog& log);
+// Empty where a foot's vertical force is unknown, or has other axes beside it, or the motion is told by another source;
+// kNone: any does.
+std::vector<PressedStretch> list_pressed(const LeggedLog& log, MotionSource source = MotionSource::kImu);
 
 // Encoders of standing legs are asked whose clock it is.
 Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock);

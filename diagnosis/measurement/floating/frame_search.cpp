@@ -10,15 +10,13 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kStep = 0.02;       // [s] between moments that are compared
 constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
 constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
-constexpr size_t kOfClocks = 100;    // moments: 2 s, beside the margins
+constexpr size_t kOfClocks = 4 * kMomentsOfBlock;  // moments: 2 s, beside the margins
 constexpr int kHeldReadings = 20;    // that are tried beside the first
 constexpr double kFewest = 4.0;      // blocks: three degrees of freedom
 constexpr double kExact = 1e-9;      // of a square, that no two blocks agree to
-constexpr size_t kOfTurns = 25;      // moments: half a second, in which what is left of a walk changes its sign
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
 bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double moved) {
@@ -28,29 +26,17 @@ bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double move
   return false;
 }
 
-// What clocks of a range leave, kClockStep apart.
-std::vector<double> list_left(const Left& left, const Matrix3d& R, const Clock& range) {
+// What clocks of a range leave, kClockBetweenMoments apart.
+std::vector<double> try_clocks(const Left& left, const Matrix3d& R, const Clock& range) {
   std::vector<double> out;
   const long steps = std::lround((range.last - range.first) / kClockStep);
   for (long i = 0; i <= steps; ++i) out.push_back(left(R, {range.first + kClockStep * static_cast<double>(i), 0.0, range.first, range.last}));
   return out;
 }
 
-// Whether another valley than that of the least is half as deep: a gait repeats, and so does what it leaves.
-bool repeats(const std::vector<double>& left, size_t least) {
-  const auto is_deep = [&](size_t i) { return kHalf * left[i] < left[least]; };
-  size_t first = least, last = least;
-  while (first > 0 && is_deep(first - 1)) --first;
-  while (last + 1 < left.size() && is_deep(last + 1)) ++last;
-  for (size_t i = 0; i < left.size(); ++i) {
-    if ((i < first || i > last) && is_deep(i)) return true;
-  }
-  return false;
-}
-
-// Samples inside a clip that are kStep apart.
+// Samples inside a clip that are kBetweenMoments apart.
 std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
-  const auto stride = static_cast<size_t>(std::max(1L, std::lround(kStep / clip.step)));
+  const auto stride = static_cast<size_t>(std::max(1L, std::lround(kBetweenMoments / clip.step)));
   const Clock range = find_range(purpose);
   const auto count = [&](double time) { return clip.edge + static_cast<size_t>(std::lround(time / clip.step)); };
   std::vector<size_t> out;
@@ -58,9 +44,27 @@ std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
   return out;
 }
 
-size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kOfTurns : kOfClocks; }
+// In half a second what is left of a walk changes its sign, which is enough for turns.
+size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kMomentsOfBlock : kOfClocks; }
 
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
+
+// Of a search over a few steps of a walk, what leaves the least may be only one of several valleys.
+enum class Valleys { kAny, kOne };
+
+// The clock of a range that leaves the least; that of `turned` where none leaves a quarter.
+BestFrame find_clock(const Left& left, const Clock& range, const BestFrame& turned, Valleys valleys) {
+  const std::vector<double> all = try_clocks(left, turned.R, range);
+  const double before = left(turned.R, {turned.late, 0.0, range.first, range.last});
+  const auto least = static_cast<size_t>(std::min_element(all.begin(), all.end()) - all.begin());
+  const double late = range.first + kClockStep * static_cast<double>(least), farthest = std::max(-range.first, range.last);
+  const bool inside = std::abs(late) > kFar && std::abs(late) < farthest - kFar;
+  if (!inside || all[least] >= kPart * before || drifts(left, turned.R, range, all[least])) return turned;
+  if (valleys == Valleys::kOne && repeats(all, least)) return turned;
+  BestFrame best = turned;
+  best.late = late, best.left = find_share(all[least], left(Matrix3d::Identity(), {0.0, 0.0, range.first, range.last}));
+  return best;
+}
 
 }  // namespace
 
@@ -94,8 +98,8 @@ bool is_enough(Purpose purpose, size_t count) { return count >= get_least(purpos
 
 std::string describe_need(Purpose purpose, size_t count) {
   const std::string margin = purpose == Purpose::kForClocks ? ", " + number(kNearClock) + " s from the ends of recordings and gaps" : " without gaps";
-  return "that takes " + number(kStep * static_cast<double>(get_least(purpose))) + " s of motion" + margin + "; there are " +
-         number(kStep * static_cast<double>(count), 2) + " s";
+  return "that takes " + number(kBetweenMoments * static_cast<double>(get_least(purpose))) + " s of motion" + margin + "; there are " +
+         number(kBetweenMoments * static_cast<double>(count), 2) + " s";
 }
 
 std::vector<Matrix3d> list_quarter_turns() {
@@ -133,6 +137,17 @@ Clock find_best_held(const Left& left, const Matrix3d& R) {
   return best;
 }
 
+bool repeats(const std::vector<double>& left, size_t least) {
+  const auto is_deep = [&](size_t i) { return kHalf * left[i] < left[least]; };
+  size_t first = least, last = least;
+  while (first > 0 && is_deep(first - 1)) --first;
+  while (last + 1 < left.size() && is_deep(last + 1)) ++last;
+  for (size_t i = 0; i < left.size(); ++i) {
+    if ((i < first || i > last) && is_deep(i)) return true;
+  }
+  return false;
+}
+
 size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
   if (clock.held >= 0.0) return clip.edge + static_cast<size_t>(clock.held * static_cast<double>(clip.size() - 1 - 2 * clip.edge));
   const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
@@ -152,34 +167,11 @@ BestFrame find_best_turn(const Left& left, const BestFrame& start) {
   return best;
 }
 
-BestFrame find_best_clock(const Left& left, const BestFrame& turned) {
-  BestFrame best = turned;
-  const double nominal = left(Matrix3d::Identity(), {}), before = left(turned.R, {turned.late, 0.0});
-  double least = before, late = turned.late;
-  for (double t = -kNearClock; t <= kNearClock; t += kClockStep) {
-    const double here = left(best.R, {t, 0.0});
-    if (here < least) least = here, late = t;
-  }
-  const bool inside = std::abs(late) > kFar && std::abs(late) < kNearClock - kFar;
-  if (!inside || least >= kPart * before || drifts(left, best.R, {}, least)) return best;
-  best.late = late, best.left = find_share(least, nominal);
-  return best;
-}
+BestFrame find_best_clock(const Left& left, const BestFrame& turned) { return find_clock(left, {}, turned, Valleys::kAny); }
 
 bool may_be_far(const Left& left, const BestFrame& turned) { return turned.late == 0.0 && kPart * left(turned.R, {}) > 1.0; }
 
-BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned) {
-  BestFrame best = turned;
-  const Clock range = find_range(side);
-  const std::vector<double> all = list_left(left, turned.R, range);
-  const double before = left(turned.R, {0.0, 0.0, range.first, range.last});
-  const auto least = static_cast<size_t>(std::min_element(all.begin(), all.end()) - all.begin());
-  const double late = range.first + kClockStep * static_cast<double>(least);
-  const bool inside = std::abs(late) > kFar && std::abs(late) < kFarClock - kFar;
-  if (!inside || all[least] >= kPart * before || repeats(all, least) || drifts(left, turned.R, range, all[least])) return best;
-  best.late = late, best.left = find_share(all[least], left(Matrix3d::Identity(), {0.0, 0.0, range.first, range.last}));
-  return best;
-}
+BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned) { return find_clock(left, find_range(side), turned, Valleys::kOne); }
 
 BestFrame find_best(const Left& left, const BestFrame& start) { return find_best_clock(left, find_best_turn(left, start)); }
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 
@@ -32,7 +33,8 @@ enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
 Clock find_range(Purpose purpose);
-constexpr size_t kMomentsOfBlock = 25;  // half a second
+constexpr double kBetweenMoments = 0.02;  // [s]
+constexpr auto kMomentsOfBlock = static_cast<size_t>(kBlock / kBetweenMoments + 0.5);
 
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);
@@ -68,6 +70,9 @@ BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned
 
 // The one reading that leaves the least if it stands for all.
 Clock find_best_held(const Left& left, const Matrix3d& R);
+
+// Whether another valley than that of the least is half as deep: a gait repeats, and so does what it leaves.
+bool repeats(const std::vector<double>& left, size_t least);
 
 // n log of the odds for what leaves less, by logarithms of what it leaves less in each block; negative: against it.
 double calc_block_odds(const std::vector<double>& gains);

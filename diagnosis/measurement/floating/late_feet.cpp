@@ -5,12 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <utility>
 
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
+#include "diagnosis/measurement/floating/force_clock.h"
+#include "diagnosis/measurement/floating/frame_search.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -18,6 +23,9 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kFewestRows = 30;  // of the weight's equation: fewer follow a delay by chance
+constexpr double kFarthest = 1.5;   // [s] by which one foot's force is looked for on either side: two steps
+constexpr double kScanStep = 0.01;  // [s]
+constexpr double kLinear = 0.1;     // [s] a delay beyond is no slope of a force that comes and goes within a step
 
 // Of one row: what is left, and how it changes with a delay of both sensors and with half a delay of one against the
 // other.
@@ -73,10 +81,7 @@ DelayFit fit_delay(const std::vector<Transfer>& rows) {
 
 // The two sensors, if there are two feet and each has one of the vertical force alone.
 bool has_two(const LeggedLog& log) {
-  if (log.feet.size() != 2 || log.sensors.size() != 2 || log.feet[0].sensor == log.feet[1].sensor) return false;
-  return std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && !log.sensors[static_cast<size_t>(f.sensor)].has_force();
-  });
+  return log.feet.size() == 2 && log.sensors.size() == 2 && log.feet[0].sensor != log.feet[1].sensor && all_feel_it_alone(log);
 }
 
 std::vector<Transfer> list_transfers(const ChannelRows& c, const ColumnLayout& layout) {
@@ -105,6 +110,68 @@ bool is_same_everywhere(const std::vector<Transfer>& rows, double delay) {
   });
 }
 
+// What is left of the weight with one foot's force moved, by block: squares about the recording's mean.
+class FarScan {
+ public:
+  explicit FarScan(std::vector<PressedStretch> stretches) : stretches_(std::move(stretches)) {}
+
+  // [s] Late, above 0; 0: none leaves a quarter of the squares, or several do as well, or blocks are not for it.
+  double find(size_t foot) const {
+    const std::vector<double> before = list_left(foot, 0);
+    const double nominal = sum(before);
+    std::vector<double> left;
+    const long steps = std::lround(kFarthest / kScanStep);
+    for (long i = -steps; i <= steps; ++i) left.push_back(sum(list_left(foot, kScanStep * static_cast<double>(i))));
+    const auto least = static_cast<size_t>(std::min_element(left.begin(), left.end()) - left.begin());
+    const double late = kScanStep * (static_cast<double>(least) - static_cast<double>(steps));
+    const bool inside = least > 0 && least + 1 < left.size();
+    if (!inside || late <= kLinear || left[least] > kPart * nominal || repeats(left, least)) return 0;
+    const std::vector<double> after = list_left(foot, late);
+    std::vector<double> gains;
+    for (size_t i = 0; i < after.size(); ++i) gains.push_back(std::log(std::max(1e-12, before[i]) / std::max(1e-12, after[i])));
+    return calc_block_odds(gains) > kOdds ? late : 0;
+  }
+
+ private:
+  static double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
+
+  // Moments that have a reading for every shift.
+  std::vector<double> list_left(size_t foot, double late) const {
+    std::vector<double> out;
+    for (const PressedStretch& s : stretches_) {
+      const auto reach = static_cast<size_t>(std::lround(kFarthest / s.step)), length = std::max<size_t>(1, static_cast<size_t>(std::lround(kBlock / s.step)));
+      const long by = std::lround(late / s.step);
+      std::vector<double> left;
+      for (size_t k = reach; k + reach < s.needed.size(); ++k) {
+        double y = -s.needed[k];
+        for (size_t f = 0; f < s.force.size(); ++f) y += s.force[f][f == foot ? static_cast<size_t>(static_cast<long>(k) + by) : k];
+        left.push_back(std::isfinite(y) ? y : 0.0);
+      }
+      const double mean = left.empty() ? 0.0 : sum(left) / static_cast<double>(left.size());
+      for (size_t begin = 0; begin + length <= left.size(); begin += length) {
+        double square = 0;
+        for (size_t k = begin; k < begin + length; ++k) square += std::pow(left[k] - mean, 2);
+        out.push_back(square);
+      }
+    }
+    return out;
+  }
+
+  std::vector<PressedStretch> stretches_;
+};
+
+// A foot whose force is late by so much that it is pressed while it is in the air.
+LateFoot find_far_foot(const LeggedLog& log) {
+  const FarScan scan(list_pressed(log, MotionSource::kNone));
+  LateFoot best;
+  for (size_t f = 0; f < log.feet.size(); ++f) {
+    const double late = scan.find(f);
+    if (late <= best.delay) continue;
+    best = {log.feet[f].sensor, log.feet[1 - f].sensor, late, kScanStep};
+  }
+  return best;
+}
+
 }  // namespace
 
 LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
@@ -112,11 +179,13 @@ LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& ch
   if (!c || !has_two(log) || c->rows() < kFewestRows) return {};
   std::vector<Transfer> rows = list_transfers(*c, layout);
   if (rows.empty()) return {};
+  if (const LateFoot far = find_far_foot(log); far.sensor >= 0) return far;
   center(&rows);
   const DelayFit fit = fit_delay(rows);
   const double delay = fit.x(1);
   const bool sure = fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kUnlikely * fit.std, kHalf * log.sample_time);
   if (!sure || fit.left > (1 - kDetail) * fit.common || !is_same_everywhere(rows, delay)) return {};
+  if (std::abs(delay) > kLinear) return {};  // columns are of first order
   const int late = delay > 0 ? 0 : 1;
   return {late, 1 - late, std::abs(delay), fit.std};
 }

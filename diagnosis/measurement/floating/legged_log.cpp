@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/multibody/tree_mass.h"
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/measurement/floating/clip_maker.h"
 #include "diagnosis/standing/sole.h"
 
@@ -126,10 +127,8 @@ void find_joints(const Experiment& e, LeggedLog* log) {
       command = command && !r.joints[j].command.empty();
     }
     const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
-    const auto own = e.scenario.servo_joints.find(name);
-    const ServoGains& gains = own == e.scenario.servo_joints.end() ? e.scenario.servo_default : own->second;
     log->has_position.push_back(position), log->has_effort.push_back(effort);
-    log->has_law.push_back(command && position && gains.kp > 0);
+    log->has_law.push_back(command && position && get_servo_gains(e.scenario, name).kp > 0);
     any = any || effort || log->has_law.back();
     if (!position) log->missing.push_back("no column /joint_states/" + name + "/position: taken as not moving");
   }

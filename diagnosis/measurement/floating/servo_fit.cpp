@@ -4,18 +4,18 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/surest.h"
+#include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/measurement/servo_samples.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kBlocks = 60;   // stretches whose samples count as one: what a law leaves is correlated
 constexpr double kCertain = 5;   // standard deviations of the stiffness from none
-constexpr size_t kLeastSamples = 100;  // as in servo_law.cpp
 
 struct Normal {
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();  // sum z x^T
@@ -84,23 +84,15 @@ ServoSamples make_samples(const Recording& r, const JointColumns& joint) {
   return s;
 }
 
-Estimate make_gain(const char* name, const char* unit, double value, double std) {
-  Estimate e;
-  e.name = name, e.unit = unit, e.value = {value}, e.std = {std};
-  return e;
-}
-
 Finding make_finding(const std::string& joint, const ServoFit& fit) {
   Finding f;
   f.effect = "joint_servo", f.family = "gain", f.where = {{"joint", joint}}, f.grade = Grade::kSupported;
-  f.parameters = {make_gain("kp", "N m/rad", fit.kp, fit.kp_std), make_gain("kd", "N m s/rad", fit.kd, fit.kd_std)};
+  f.parameters = {make_one("kp", "N m/rad", fit.kp, fit.kp_std), make_one("kd", "N m s/rad", fit.kd, fit.kd_std)};
   f.share = fit.share, f.probability = kSurest;
-  char text[300];
-  std::snprintf(text, sizeof text,
-                "%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
-                "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out effort.",
-                joint.c_str(), fit.kp, kNinetyFive * fit.kp_std, fit.kd, kNinetyFive * fit.kd_std, 100 * fit.share);
-  f.statement = text;
+  f.statement =
+      format("%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
+             "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out effort.",
+             joint.c_str(), fit.kp, kNinetyFive * fit.kp_std, fit.kd, kNinetyFive * fit.kd_std, 100 * fit.share);
   return f;
 }
 
@@ -109,7 +101,7 @@ Finding make_finding(const std::string& joint, const ServoFit& fit) {
 ServoFit fit_servo(const std::vector<ServoSamples>& train, const std::vector<ServoSamples>& held) {
   ServoFit fit;
   const Normal n = sum_up(train);
-  if (n.count < kLeastSamples || !(std::abs(n.A.determinant()) > 0)) return fit;
+  if (n.count < kLeastServoSamples || !(std::abs(n.A.determinant()) > 0)) return fit;
   const Eigen::Vector2d x = n.A.inverse() * n.b;
   const Eigen::Matrix2d C = calc_covariance(train, n, x, std::max<size_t>(1, n.count / kBlocks));
   fit.kp = x(0), fit.kd = std::max(0.0, x(1));

@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/floating/words.h"
 
@@ -85,9 +86,7 @@ class WeightChecker {
   // Whether it is a mismatch. Where a foot has no sensor, that foot may bear what the others lack.
   bool is_off(const Consensus& k) const {
     if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kKnownWeight)) return false;
-    return k.mean > 1 || std::all_of(log_.feet.begin(), log_.feet.end(), [&](const Foot& f) {
-      return f.sensor >= 0 && log_.sensors[static_cast<size_t>(f.sensor)].axis[2];
-    });
+    return k.mean > 1 || all_feel(log_);
   }
 
   // A sentence, or nothing.

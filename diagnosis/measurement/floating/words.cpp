@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/words.h"
 
-#include <cstdio>
-
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis::floating {
-
-std::string format(const char* pattern, double a, double b, double c, double d) {
-  char text[400];
-  std::snprintf(text, sizeof text, pattern, a, b, c, d);
-  return text;
-}
 
 Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
   Estimate e;

@@ -5,12 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "common/base/format.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis::floating {
-
-std::string format(const char* pattern, double a, double b = 0, double c = 0, double d = 0);
 
 // One number with its deviation.
 Estimate make_one(const std::string& name, const std::string& unit, double value, double std);

@@ -228,6 +228,19 @@ TEST(NextExperiment, NoMotionPassesAJointsLimitUnderAnyExplanation) {
   }
 }
 
+// The report fits values to the recordings for training.
+TEST(NextExperiment, AHeldOutMotionNarrowsNoInterval) {
+  NextOptions options = make_options();
+  options.count = 2;
+  const Next next = propose(make_poor_experiment("next_held_out", kArm, make_viscous()), make_open_report(), options, kQuietly);
+  ASSERT_EQ(next.proposals.size(), 2u);
+  ASSERT_FALSE(next.proposals[0].intervals.empty());
+  for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
+    EXPECT_LT(next.proposals[0].intervals[i].after, next.proposals[0].intervals[i].before);
+    EXPECT_EQ(next.proposals[1].intervals[i].after, next.proposals[0].intervals[i].after);
+  }
+}
+
 TEST(NextExperiment, AMotionThatNeedsMoreEffortThanAllowedIsNotProposed) {
   const Experiment e = make_poor_experiment("next_effort", kArm, make_viscous());
   NextOptions options = make_options();

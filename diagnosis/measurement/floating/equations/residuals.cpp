@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/servo_gains.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -21,9 +22,7 @@ double find_effort(const BodySample& at, size_t joint) {
 }  // namespace
 
 double calc_servo_law(const BodySample& at, size_t j, double* rate) {
-  const Scenario& scenario = at.log.experiment->scenario;
-  const auto own = scenario.servo_joints.find(at.log.tree.joint(static_cast<int>(j)).name);
-  const ServoGains& g = own == scenario.servo_joints.end() ? scenario.servo_default : own->second;
+  const ServoGains& g = get_servo_gains(at.log.experiment->scenario, at.log.tree.joint(static_cast<int>(j)).name);
   const Track &c = at.clip.command[j], &cd = at.clip.command_rate[j], &q = at.clip.position[j];
   const size_t k = at.k;
   const double speed = cd.empty() ? c.rate[k] : cd.value[k], slope = cd.empty() ? c.second[k] : cd.rate[k];

@@ -25,6 +25,18 @@ Eigen::MatrixXd calc_own_covariance(const SearchState& state, const LeggedFit& f
 
 bool is_told(double x, double variance) { return std::abs(x) > kDeviations * std::sqrt(std::max(0.0, variance)); }
 
+// The equation with the largest gain.
+template <class Gain>
+size_t find_most(const SearchState& state, const Gain& calc_gain) {
+  size_t best = 0;
+  double most = -1e300;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    const double gain = calc_gain(c);
+    if (gain > most) most = gain, best = c;
+  }
+  return best;
+}
+
 }  // namespace
 
 double calc_cost(const Candidate& candidate) {
@@ -36,14 +48,13 @@ double calc_total_gain(const SearchState& state, const LeggedFit& without, const
 }
 
 size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with) {
-  size_t best = 0;
-  double most = -1e300;
-  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
-    const double gain =
-        state.fitter.calc_gain(Part::kHeld, c, without, with) + state.fitter.calc_gain(Part::kTrain, c, without, with);
-    if (gain > most) most = gain, best = c;
-  }
-  return best;
+  return find_most(state, [&](size_t c) {
+    return state.fitter.calc_gain(Part::kHeld, c, without, with) + state.fitter.calc_gain(Part::kTrain, c, without, with);
+  });
+}
+
+size_t find_lasting_channel(const SearchState& state, const LeggedFit& with) {
+  return find_most(state, [&](size_t c) { return state.fitter.calc_gain_after(c, state.chosen, with); });
 }
 
 double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {

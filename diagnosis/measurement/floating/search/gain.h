@@ -21,6 +21,8 @@ double calc_total_gain(const SearchState& state, const LeggedFit& without, const
 
 // The equation that gains most.
 size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with);
+// The same by the errors after the step. Before it, a constant error of another equation counts as one.
+size_t find_lasting_channel(const SearchState& state, const LeggedFit& with);
 
 // Share of an equation's nominal held-out mismatch that goes from `without` to `with`.
 double calc_share(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel);

@@ -55,18 +55,6 @@ std::vector<LeggedTrial> try_each(const SearchState& state, const LeggedFit& bas
   return out;
 }
 
-// The equation that gains most by the errors after the step. Before it, a constant error of another equation counts as
-// one.
-size_t find_lasting_channel(const SearchState& state, const LeggedFit& with) {
-  size_t best = 0;
-  double most = -1e300;
-  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
-    const double gain = state.fitter.calc_gain_after(c, state.chosen, with);
-    if (gain > most) most = gain, best = c;
-  }
-  return best;
-}
-
 }  // namespace
 
 bool is_confirmed(const LeggedTrial& t) {
