@@ -30,7 +30,7 @@ ListFit fit_list(const TorqueDesign& as_made, int jobs, Of of) {
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
     out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
-    out.effective.push_back(joint.effective);
+    out.effective.push_back(joint.effective), out.square.push_back(1.0 / joint.weigh_squares());
     for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }
   for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;
@@ -43,6 +43,14 @@ double compare(const ListFit& a, const ListFit& b) {
   for (size_t i = 0; i < a.cross.size(); ++i)
     nats += 0.5 * std::min(a.effective[i], b.effective[i]) * std::log(b.cross[i] / a.cross[i]);
   return nats;
+}
+
+double compare_torques(const ListFit& a, const ListFit& b) {
+  const auto in_torques = [](ListFit fit) {
+    for (size_t i = 0; i < fit.cross.size(); ++i) fit.cross[i] *= fit.square[i];
+    return fit;
+  };
+  return compare(in_torques(a), in_torques(b));
 }
 
 }  // namespace hrp::diagnosis

@@ -26,6 +26,34 @@ bool is_other(const Experiment& e, const Vector3d& g_W) {
   return std::atan2(g_W.cross(e.scenario.gravity_W).norm(), g_W.dot(e.scenario.gravity_W)) >= kMounted;
 }
 
+// Mean square of what weight and inertia leave of each judged joint's effort, with nothing else at the joints [(N m)^2].
+std::vector<double> calc_left_squares(const TorqueData& data) {
+  std::vector<double> out;
+  for (size_t j = 0; j < data.source.size(); ++j) {
+    const int joint = static_cast<int>(j);
+    double sum = 0.0, n = 0.0;
+    for (const TorqueRecording& r : data.recordings) {
+      for (long k = 0; k < r.kept() && data.is_judged(joint); ++k) {
+        if (r.use(k, joint)) sum += std::pow(r.effort(r.full_row(k), joint) - r.tau(r.full_row(k), joint), 2), n += 1.0;
+      }
+    }
+    out.push_back(n > 0.0 ? sum / n : 0.0);
+  }
+  return out;
+}
+
+// Springs and constants stand for weight near one posture, and so for any direction of gravity. That which is right leaves less
+// without them: over all joints, each by its ratio.
+// `before`: squares under the stated one.
+bool fits_bare(const Experiment& e, const std::vector<double>& before, const Vector3d& g_W) {
+  const std::vector<double> after = calc_left_squares(make_torque_data(turn_gravity(e, g_W)));
+  double nats = 0.0;
+  for (size_t j = 0; j < std::min(before.size(), after.size()); ++j) {
+    if (before[j] > 0.0 && after[j] > 0.0) nats += std::log(before[j] / after[j]);
+  }
+  return nats > 0.0;
+}
+
 // The gravity that fits by least squares, if it is as large as gravity is. Zero otherwise.
 Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
   const FoundGravity found = find_gravity(data);
@@ -43,12 +71,13 @@ struct Mounting {
 
 Mounting find_best(const Experiment& e, int jobs) {
   Mounting best;
+  const std::vector<double> before = calc_left_squares(make_torque_data(e));
   for (int axis = 0; axis < 3; ++axis) {
     for (double sign : {1.0, -1.0}) {
       const Vector3d g_W = sign * Vector3d::Unit(axis);
-      if (!is_other(e, g_W)) continue;
+      if (!is_other(e, g_W) || !fits_bare(e, before, g_W)) continue;
       const ListFit own = fit_list(turn_gravity(e, g_W), jobs, Of::kJoints);
-      if (own.cross.empty() || (!best.g_W.isZero() && compare(own, best.by_joints) <= 0.0)) continue;
+      if (own.cross.empty() || (!best.g_W.isZero() && compare_torques(own, best.by_joints) <= 0.0)) continue;
       best = {turn_gravity(e, g_W).scenario.gravity_W, own};
     }
   }
@@ -86,21 +115,21 @@ void check_mounting(const Experiment& e, int jobs) {
   if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
   const Vector3d squares = find_by_squares(e, data);
   const TorqueDesign design = make_torque_design(TorqueData(data));
-  if (!squares.isZero()) {
+  if (!squares.isZero() && fits_bare(e, calc_left_squares(data), squares)) {
     const Experiment turned = turn_gravity(e, squares);
-    if (compare(fit_list(turned, jobs), fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
+    if (compare_torques(fit_list(turned, jobs), fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
   }
   const ListFit by_joints = fit_list(design, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
   const Mounting best = find_best(e, jobs);
-  if (best.g_W.isZero() || compare(best.by_joints, by_joints) < kConventionNats) return;
-  if (compare(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
+  if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
+  if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
   const Mounting best = find_best(e, jobs);
-  const auto beats = [&](int turned) { return compare(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
+  const auto beats = [&](int turned) { return compare_torques(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
   if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
   const std::string column = e.signal_name(joint, Quantity::kEffort);
   refuse_input(e.recordings.front().find_place(column),

@@ -238,7 +238,8 @@ void check_still(Experiment* e, Recording* r, int j) {
     std::vector<double>& signal = joint.signal[static_cast<int>(q)];
     if (!is_still(signal) || calc_range(joint.signal[0]) == 0.0) continue;
     if (q == Quantity::kEffort && changes_between(*e, j)) continue;
-    e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded");
+    const char* advice = q == Quantity::kEffort ? "; if the drive did give that, add a recording with another effort" : "";
+    e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded" + advice);
     signal.clear();
   }
 }

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/gear_ratios.h"
 #include "diagnosis/measurement/passive_torque.h"
 #include "diagnosis/measurement/torque_load.h"
 
@@ -51,6 +53,24 @@ bool is_driven(const TorqueData& data) {
   return taken > kHalf * parts * n;
 }
 
+bool has_drives(const Experiment& e) {
+  for (int j = 0; j < e.num_joints(); ++j) {
+    if (e.robot.tree.joint(j).actuated) return true;
+  }
+  return false;
+}
+
+// Links that nothing drives swing freely, unless their angles are in another unit: then weight and inertia do not cancel.
+std::string explain_undriven(const TorqueData& data) {
+  Experiment in_degrees = *data.experiment;
+  for (int j = 0; j < in_degrees.num_joints(); ++j) {
+    if (in_degrees.robot.tree.joint(j).kind == JointKind::kRevolute) in_degrees = convert_ratio(std::move(in_degrees), {j, kDegrees});
+  }
+  if (!is_driven(make_torque_data(in_degrees)))
+    return "Nothing drives the joints of this robot. Its links swing freely only if the recorded angles are degrees: write them in rad.";
+  return "Nothing drives the joints of this robot, but its links do not swing freely: another force moved them (a hand?), or a drive is missing in the experiment.";
+}
+
 }  // namespace
 
 bool are_drives_idle(const TorqueData& data) {
@@ -71,7 +91,7 @@ void doubt_idle_drives(const TorqueData& data, Evidence* evidence) {
     make_ambiguous(&f);
     f.statement += " No recorded effort follows the motion, so another force may have moved the robot.";
   }
-  evidence->warnings.push_back(
+  evidence->warnings.push_back(!has_drives(*data.experiment) ? explain_undriven(data) :
       "No recorded effort follows the motion of its joint: the drives did not move this robot, somebody else did (by hand?), or the log holds no efforts. "
       "Friction, rotors and masses need a recording in which the drives move the robot.");
 }

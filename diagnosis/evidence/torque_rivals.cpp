@@ -39,6 +39,7 @@ class RivalSearch {
   std::vector<Rival> run() {
     compare_own();
     compare_whole();
+    if (add_constant()) compare_own(), compare_whole(), add_less_inertia();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
     if (g_.term.whole() && g_.term.row->needs_drive) compare_gains();
     add_turned_link();
@@ -46,6 +47,44 @@ class RivalSearch {
   }
 
  private:
+  // A spring's rest is a constant torque, and its stiffness another torque over position. What else has that stiffness, such as
+  // less inertia in a free swing, has its place only beside a constant: that is added to the rest. False if there is none to add.
+  bool add_constant() {
+    if (g_.term.whole() || g_.term.row->constant < 0 || g_.term.row->is_constant()) return false;
+    const std::vector<Term>& terms = design_.joints[i_].terms;
+    const auto constant = std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.row->is_constant(); });
+    if (constant == terms.end()) return false;
+    const size_t term = static_cast<size_t>(constant - terms.begin());
+    std::vector<size_t>& own = rest_.own[i_];
+    if (has(own, term)) return false;
+    own.insert(std::upper_bound(own.begin(), own.end(), term), term);
+    beside_ = constant->row->cost;
+    return true;
+  }
+
+  // A link that swings freely swings faster with a spring and with less inertia alike: its acceleration is in proportion to its
+  // angle. Less inertia is a rotor below zero.
+  void add_less_inertia() {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const int joint = g_.term.place;
+    if (tree.joint(joint).actuated || !is_last(tree, joint + 1)) return;
+    const std::vector<Term>& terms = design_.joints[i_].terms;
+    const auto rotor = std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.effect().id == EffectId::kRotorInertia; });
+    if (rotor == terms.end() || has(rest_.own[i_], static_cast<size_t>(rotor - terms.begin()))) return;
+    const OwnTerm less = fit_own(static_cast<size_t>(rotor - terms.begin()), rest_);
+    if (less.value[0] < 0.0 && -less.value[0] < calc_own_inertia(tree, joint) && fills(*rotor, less.fit, less.value))
+      rivals_.push_back({*rotor, less.value, {}, less.model, {static_cast<int>(i_), less.at}});
+  }
+
+  bool has_level() const {
+    const auto is_level = [&](size_t term) { return design_.joints[i_].terms[term].row->level; };
+    return std::any_of(rest_.own[i_].begin(), rest_.own[i_].end(), is_level);
+  }
+
+  bool is_listed(const Term& term) const {
+    return std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == term.row && r.term.place == term.place; });
+  }
+
   // If a drive carries one link alone from the base, its gain and the link's mass scale the same torque in every
   // motion. The mass is then a rival, whatever its evidence.
   void add_equal_mass() {
@@ -84,8 +123,7 @@ class RivalSearch {
   void add_unlisted(EffectId id, int place, const Eigen::VectorXd& value, const Eigen::VectorXd& width) {
     for (const Term& other : design_.whole) {
       const auto is_it = [&](const Term& t) { return t.row == other.row && t.place == place; };
-      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return is_it(r.term); });
-      if (other.row->effect->id == id && is_it(other) && !there && is_whole_physical(design_, other, value)) rivals_.push_back({other, value, width, {}, {}});
+      if (other.row->effect->id == id && is_it(other) && !is_listed(other) && is_whole_physical(design_, other, value)) rivals_.push_back({other, value, width, {}, {}});
     }
   }
 
@@ -98,8 +136,7 @@ class RivalSearch {
     for (size_t i = 0; i < rest.own.size(); ++i) costs += drop_gains(i, &rest.own[i]);
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       const Term& other = design_.whole[term];
-      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == other.row && r.term.place == other.place; });
-      if (!other.row->is_of_mass() || there || !is_beyond(other, i_) || has(rest.whole, term)) continue;
+      if (!other.row->is_of_mass() || is_listed(other) || !is_beyond(other, i_) || has(rest.whole, term)) continue;
       TorqueModel model = rest;
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
@@ -172,7 +209,7 @@ class RivalSearch {
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
     const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
     // Prior costs of factor sizes count, except between two descriptions of the same mass.
-    const double costs = of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost;
+    const double costs = beside_ + (of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost);
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
     if (here && with.evidence + costs > fit_.evidence - kSame) return true;
@@ -214,11 +251,12 @@ class RivalSearch {
     const std::vector<size_t>& have = model_.own[i_];
     for (size_t term = 0; term < design_.joints[i_].terms.size(); ++term) {
       const Term& other = design_.joints[i_].terms[term];
-      if (has(have, term) || other.row->contains(*g_.term.row) ||
+      if (has(have, term) || has(rest_.own[i_], term) || is_listed(other) || other.row->contains(*g_.term.row) ||
           other.row->effect == g_.term.row->effect)
         continue;
       // The pre-sliding of dry friction resembles hysteresis but is no other effect.
       if (other.row->memory && g_.term.row->is_dry()) continue;
+      if (other.row->excess && !g_.term.row->is_dry() && !has_level()) continue;  // no law without its level
       // A gain by the model's torque scales the same regressor as a wrong mass, so it would always compete with it.
       const bool of_drive = g_.place.joint >= 0;
       if (other.row->scales_model && of_drive) continue;
@@ -228,24 +266,35 @@ class RivalSearch {
       for (size_t at = 0; at < rest_.own[i_].size(); ++at) {
         TorqueModel rest = rest_;
         rest.own[i_].erase(rest.own[i_].begin() + static_cast<long>(at));
-        if (add_own(term, std::move(rest))) break;
+        if (add_own(term, rest)) break;
       }
     }
   }
 
-  // Adds the joint's term beside `model` to the rivals, if it fills the place and all values are physical.
-  bool add_own(size_t term, TorqueModel model) {
-    const Term& other = design_.joints[i_].terms[term];
-    model.own[i_].push_back(term);
-    std::sort(model.own[i_].begin(), model.own[i_].end());
-    const TorqueFit fit = fit_torque(design_, model);
+  // A term of the judge joint beside others: at `at` in its list.
+  struct OwnTerm {
+    TorqueModel model;
+    TorqueFit fit;
+    size_t at = 0;
+    Eigen::VectorXd value, own;  // of the term, and of all terms of the joint
+  };
+
+  OwnTerm fit_own(size_t term, TorqueModel model) const {
+    std::vector<size_t>& own = model.own[i_];
+    own.insert(std::upper_bound(own.begin(), own.end(), term), term);
+    OwnTerm out{model, fit_torque(design_, model), static_cast<size_t>(std::find(own.begin(), own.end(), term) - own.begin()), {}, {}};
     const Slots slots = list_slots(design_, model);
-    const size_t at = static_cast<size_t>(std::find(model.own[i_].begin(), model.own[i_].end(), term) - model.own[i_].begin());
-    const Eigen::VectorXd value = fit.theta.segment(slots.own[i_][at], other.columns());
-    if (!fills(other, fit, value)) return false;
-    const Eigen::VectorXd own = fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
-    if (!is_physical(design_, i_, model.own[i_], own)) return false;
-    rivals_.push_back({other, value, {}, model, {static_cast<int>(i_), at}});
+    out.value = out.fit.theta.segment(slots.own[i_][out.at], design_.joints[i_].terms[term].columns());
+    out.own = out.fit.theta.segment(slots.own[i_][0], count_columns(i_, own));
+    return out;
+  }
+
+  // Adds the joint's term beside `model` to the rivals, if it fills the place and all values are physical.
+  bool add_own(size_t term, const TorqueModel& model) {
+    const Term& other = design_.joints[i_].terms[term];
+    const OwnTerm with = fit_own(term, model);
+    if (!fills(other, with.fit, with.value) || !is_physical(design_, i_, with.model.own[i_], with.own)) return false;
+    rivals_.push_back({other, with.value, {}, with.model, {static_cast<int>(i_), with.at}});
     return true;
   }
 
@@ -260,7 +309,7 @@ class RivalSearch {
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       const Term& other = design_.whole[term];
       const std::vector<size_t>& have = model_.whole;
-      if (has(have, term)) continue;
+      if (has(have, term) || is_listed(other)) continue;
       if (other.row == g_.term.row && other.place == g_.term.place) continue;  // of another shape
       if (g_.place.joint >= 0 &&
           (!is_beyond(other, static_cast<size_t>(g_.place.joint)) || !may_fill(term)))
@@ -287,8 +336,7 @@ class RivalSearch {
   bool may_fill(size_t whole_term) const {
     const size_t i = static_cast<size_t>(g_.place.joint);
     const JointDesign& joint = design_.joints[i];
-    std::vector<size_t> rest = model_.own[i];
-    rest.erase(rest.begin() + static_cast<long>(g_.place.at));
+    const std::vector<size_t>& rest = rest_.own[i];
     Columns columns;
     for (size_t term : rest) {
       for (long c : list_columns(joint, term)) columns.push_back(c);
@@ -306,7 +354,8 @@ class RivalSearch {
   const TorqueDesign& design_;
   const TorqueModel& model_;
   const TorqueFit& fit_;
-  const TorqueModel& rest_;
+  TorqueModel rest_;  // without the term
+  double beside_ = 0.0;  // [nats] prior cost of a constant that was added to it
   const TorqueFit& alone_;
   const Slots slots_;  // of model_
   const size_t i_;
@@ -318,6 +367,12 @@ class RivalSearch {
 
 std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g) {
   return RivalSearch(design, gap, judge, g).run();
+}
+
+double calc_own_inertia(const TreeSpec& tree, int joint) {
+  const LinkSpec& own = tree.links[static_cast<size_t>(joint) + 1];
+  const Vector3d axis = own.joint.axis_F.normalized();
+  return axis.dot(own.inertia.I_LLcm_L * axis);
 }
 
 }  // namespace hrp::diagnosis

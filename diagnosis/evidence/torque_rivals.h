@@ -18,4 +18,7 @@ struct Gap {
 // a model.
 std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g);
 
+// [kg m^2] Inertia of the link that a joint turns, about its centre of mass and the joint's axis.
+double calc_own_inertia(const TreeSpec& tree, int joint);
+
 }  // namespace hrp::diagnosis

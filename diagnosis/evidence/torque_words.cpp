@@ -9,6 +9,7 @@
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
+#include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/findings/estimate_words.h"
 #include "diagnosis/findings/surest.h"
 
@@ -83,13 +84,23 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   return text;
 }
 
+// A rotor below zero: the link that turns has less inertia than the model's.
+Alternative make_less_inertia(const Experiment& e, const Rival& rival) {
+  const double own = calc_own_inertia(e.robot.tree, rival.term.place);
+  const EffectInfo& effect = get_effect(EffectId::kInertiaError);
+  return {effect.name, get_family_name(effect.family), {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
+          {scalar("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)}, "swings of other sizes, up to half a turn"};
+}
+
 // Adds a rival unless its effect is already listed at that place, or is the finding itself there. A delay of the bus is listed
 // as one of this joint.
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
-  Alternative a{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
-                make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion};
+  const bool less = term.effect().id == EffectId::kRotorInertia && rival.parameters[0] < 0.0;
+  Alternative a = less ? make_less_inertia(e, rival)
+                       : Alternative{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
+                                     make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion};
   const bool same = a.effect == g.term.effect().name && a.where == make_place(e, g.term);
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });

@@ -2,11 +2,14 @@
 // Joints that nothing drives, as of a pendulum that swings freely in front of an encoder.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
 #include "diagnosis/checks/checks.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/log_conventions.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -26,19 +29,27 @@ constexpr const char* kPendulum = R"(<robot name="pendulum"><link name="stand"/>
 // Torque [N m] of a motor at the hinge, at time t [s].
 using Torque = double (*)(double t);
 double calc_none(double) { return 0.0; }
+double calc_pushes(double t) { return 0.05 * std::sin(3.1 * t) + 0.04 * std::sin(9.7 * t); }
 double calc_waves(double t) { return 0.8 * std::sin(2.1 * t) + 0.5 * std::sin(5.3 * t); }
 
+// What differs between pendulums, and how they start.
+struct Swing {
+  double speed = 0.0, size = 1.0;       // [rad/s] at the start, and factor on its angles
+  double rotor = kRotor, zero = 0.0;    // [kg m^2, rad] inertia beside the link's; the encoder reads that much too much
+};
+
 // Writes 20 s at 100 Hz by an encoder of 4096 steps a turn. `key`: column of the torque; empty for none.
-void write_swing(const fs::path& file, double q, double qd, Torque torque, const std::string& key) {
+void write_swing(const fs::path& file, double q, const Swing& swing, Torque torque, const std::string& key) {
   constexpr double kCount = 2.0 * M_PI / 4096.0, kStep = 1e-4;
   constexpr int kSteps = 100;  // a sample
-  const double about_hinge = kInertia + kMass * kLength * kLength + kRotor;
+  const double about_hinge = kInertia + kMass * kLength * kLength + swing.rotor;
+  double qd = swing.speed;
   std::ofstream csv(file);
   csv << "time,/joint_states/hinge/position" << (key.empty() ? "" : ",") << key << "\n";
   for (int k = 0; k < 2000 * kSteps; ++k) {
     const double t = k * kStep;
     if (k % kSteps == 0) {
-      csv << t << "," << kCount * std::round(q / kCount);
+      csv << t << "," << kCount * std::round((q + swing.zero) / kCount);
       if (!key.empty()) csv << "," << torque(t);
       csv << "\n";
     }
@@ -48,8 +59,7 @@ void write_swing(const fs::path& file, double q, double qd, Torque torque, const
   }
 }
 
-// `speed` [rad/s] at the start.
-Experiment make_experiment(const std::string& name, Torque torque, const std::string& key, const std::string& keys, double speed = 0.0) {
+Experiment make_experiment(const std::string& name, Torque torque, const std::string& key, const std::string& keys, const Swing& swing = {}) {
   const fs::path folder = fs::temp_directory_path() / ("hrp_passive_" + name);
   fs::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kPendulum;
@@ -57,7 +67,7 @@ Experiment make_experiment(const std::string& name, Torque torque, const std::st
   std::string yaml = "robot: robot.urdf\nbase: fixed\ndrive: effort\n" + keys + "recordings:\n";
   for (int r = 0; r < 3; ++r) {
     const std::string file = "r" + std::to_string(r) + ".csv";
-    write_swing(folder / file, starts[r], speed, torque, key);
+    write_swing(folder / file, swing.size * starts[r], swing, torque, key);
     yaml += "- {file: " + file + ", role: " + (r < 2 ? "train" : "validate") + "}\n";
   }
   std::ofstream(folder / "experiment.yaml") << yaml;
@@ -90,12 +100,48 @@ TEST(PassiveJoints, AFreePendulumHasFrictionAndARotorAndKeepsItsMass) {
 // At 60 rad/s its weight pulls with 10 Hz, which the filter takes out of the efforts, but not out of the sine of a filtered
 // angle. Before, that sine was all that was missing.
 TEST(PassiveJoints, OfAPendulumThatTurnsOverFasterThanTheFilterFrictionIsFound) {
-  const TorqueVerdict verdict = judge_torque(make_experiment("over", &calc_none, "", "unactuated: [hinge]\n", 60.0), 1);
+  const TorqueVerdict verdict = judge_torque(make_experiment("over", &calc_none, "", "unactuated: [hinge]\n", {60.0}), 1);
   const Finding* f = find(verdict, "viscous_friction");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
   EXPECT_NEAR(f->parameters[0].value[0], kViscousFriction, 0.1 * kViscousFriction) << f->statement;  // dry friction is a tenth of it
   EXPECT_GT(verdict.evidence.explained, 0.9);
+}
+
+// A free pendulum's angle accelerates in proportion to itself. A spring was named alone, where the link had less inertia than
+// the model and the encoder another zero: neither fits without the other.
+TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromLessInertia) {
+  constexpr double kLess = 0.003;  // [kg m^2]
+  const TorqueVerdict verdict = judge_torque(make_experiment("quick", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, -kLess, 0.02}), 1);
+  const Finding* spring = find(verdict, "parallel_spring");
+  ASSERT_NE(spring, nullptr);
+  EXPECT_EQ(spring->grade, Grade::kAmbiguous) << spring->statement;
+  const auto less = std::find_if(spring->alternatives.begin(), spring->alternatives.end(), [](const Alternative& a) { return a.effect == "inertia_error"; });
+  ASSERT_NE(less, spring->alternatives.end()) << spring->statement;
+  EXPECT_NEAR(less->parameters[0].value[0], 1.0 - kLess / kInertia, 0.15) << spring->statement;
+}
+
+// True if a warning of the verdict on this experiment contains the word.
+bool warns_of(const Experiment& e, const std::string& word) {
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  return std::any_of(verdict.evidence.warnings.begin(), verdict.evidence.warnings.end(), [&](const std::string& w) { return w.find(word) != std::string::npos; });
+}
+
+// In degrees its weight and inertia do not cancel, as if somebody moved it; and efforts that nothing can log were asked for.
+TEST(PassiveJoints, AFreePendulumLoggedInDegreesIsSaidToBe) {
+  Experiment e = make_experiment("degrees", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.05});
+  EXPECT_FALSE(warns_of(e, "degrees"));
+  for (Recording& r : e.recordings) {
+    for (double& q : r.joints[0].signal[0]) q *= kDegrees;
+  }
+  EXPECT_TRUE(warns_of(e, "degrees"));
+}
+
+// The share of a passive torque that is left is small where the torque is large: a pendulum that hangs, pushed by a hand, was
+// taken for one that lies, and refused.
+TEST(PassiveJoints, APendulumThatIsPushedHangsAsTheModelSays) {
+  const Experiment e = make_experiment("pushed", &calc_pushes, "", "unactuated: [hinge]\n", {0.0, 0.1});
+  EXPECT_NO_THROW(find_conventions(e, 1));
 }
 
 TEST(PassiveJoints, ChecksDoNotSpeakOfADriveThatIsNotThere) {
