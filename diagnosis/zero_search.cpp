@@ -2,6 +2,8 @@
 #include "diagnosis/zero_search.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
@@ -19,9 +21,16 @@ constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a doz
                    e.robot.tree.joint(zero.joint).name + ", or of all others, turned in the model?");
 }
 
+// What a leaves of what b leaves, squares, geometric mean over the joints; infinite if they judge others.
+double calc_mean_ratio(const ListFit& a, const ListFit& b) {
+  if (a.cross.size() != b.cross.size() || a.cross.empty()) return std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  for (size_t i = 0; i < a.cross.size(); ++i) sum += std::log(a.cross[i] / b.cross[i]);
+  return std::exp(sum / static_cast<double>(a.cross.size()));
+}
+
 // Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
-ListFit polish_zeros(const Experiment& e, int jobs, std::vector<JointZero>* zeros) {
-  ListFit best = fit_list(convert_zeros(e, *zeros), jobs);
+ListFit polish_zeros(const Experiment& e, int jobs, ListFit best, std::vector<JointZero>* zeros) {
   for (double step : {0.02, 0.01, 0.005, 0.0025}) {
     for (size_t i = 0; i < zeros->size(); ++i) {
       for (double sign : {1.0, -1.0}) {
@@ -45,8 +54,11 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
   const double cost = kOfOneJoint * static_cast<double>(found.joints.size());
   const ListFit without = fit_list(make_torque_design(TorqueData(data)), jobs);
-  const double gain = compare(polish_zeros(e, jobs, &found.joints), without);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
+  const ListFit first = fit_list(convert_zeros(e, found.joints), jobs);
+  // Hundredths of a radian cannot save zeros beside which other effects explain all but a trace of what these leave.
+  if (!most && calc_mean_ratio(without, first) < kDetail) return {};
+  const double gain = compare(polish_zeros(e, jobs, first, &found.joints), without);
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
   // the logged zeros, a zero alone has to do so, too.
   const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
