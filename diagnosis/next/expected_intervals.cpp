@@ -6,6 +6,7 @@
 
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_samples.h"
+#include "diagnosis/next/motions.h"
 #include "diagnosis/next/proposal_parts.h"
 
 namespace hrp::diagnosis {
@@ -38,14 +39,12 @@ ConsideredSums sum(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, cons
   return sums;
 }
 
-Eigen::VectorXd calc_rate(const Eigen::VectorXd& y, const std::vector<double>& time) {
-  Eigen::VectorXd rate = Eigen::VectorXd::Zero(y.size());
-  for (long k = 1; k + 1 < y.size(); ++k) {
-    const size_t at = static_cast<size_t>(k);
-    rate[k] = (y[k + 1] - y[k - 1]) / std::max(1e-9, time[at + 1] - time[at - 1]);
-  }
-  return rate;
+Eigen::VectorXd calc_rate(const Eigen::VectorXd& y, double step) {
+  const std::vector<double> rate = calc_rates({y.data(), y.data() + y.size()}, step);
+  return Eigen::Map<const Eigen::VectorXd>(rate.data(), y.size());
 }
+
+Eigen::VectorXd calc_std(const Eigen::MatrixXd& known) { return calc_expected_std(known, Eigen::VectorXd::Constant(known.rows(), kUnknown)); }
 
 }  // namespace
 
@@ -58,12 +57,10 @@ ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTer
     if (all.x.rows() > 0 && width > 0) sums_.push_back(sum(all.x, all.effort, all.effort_rate, rows.calc_sample_time(i)));
     else sums_.push_back({Eigen::MatrixXd::Zero(width, width), Eigen::MatrixXd::Zero(width, 2)});
   }
-}
-
-Gained ExpectedIntervals::make_nothing() const {
-  Gained nothing{Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
-  for (ConsideredSums& sums : nothing.considered) sums.xx.setZero(), sums.moved.setZero();
-  return nothing;
+  nothing_ = {Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
+  for (ConsideredSums& sums : nothing_.considered) sums.xx.setZero(), sums.moved.setZero();
+  if (terms_.values.empty()) return;
+  before_ = calc_std(known_), now_ = list_considered(nothing_);
 }
 
 std::vector<ConsideredSums> ExpectedIntervals::sum_along(const MotionRows& motion) const {
@@ -76,7 +73,7 @@ std::vector<ConsideredSums> ExpectedIntervals::sum_along(const MotionRows& motio
       x.col(static_cast<long>(c)) = motion.x[i].col(column);
     }
     const Eigen::VectorXd effort = rows_.predict(motion, terms_.best, i);
-    list.push_back(sum(x, effort, calc_rate(effort, motion.time), motion.step));
+    list.push_back(sum(x, effort, calc_rate(effort, motion.step), motion.step));
   }
   return list;
 }
@@ -96,14 +93,12 @@ std::vector<double> ExpectedIntervals::list_considered(const Gained& gained) con
 std::vector<ExpectedInterval> ExpectedIntervals::list(const Gained& gained) const {
   std::vector<ExpectedInterval> list;
   if (terms_.values.empty()) return list;
-  const Eigen::VectorXd largest = Eigen::VectorXd::Constant(known_.rows(), kUnknown);
-  const Eigen::VectorXd before = calc_expected_std(known_, largest), after = calc_expected_std(known_ + gained.fisher, largest);
-  const Gained nothing = make_nothing();
-  const std::vector<double> now = list_considered(nothing), then = list_considered(gained);
+  const Eigen::VectorXd after = calc_std(known_ + gained.fisher);
+  const std::vector<double> then = list_considered(gained);
   for (const OpenValue& v : terms_.values) {
     const size_t slot = static_cast<size_t>(v.slot);
     const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
-    const double width = calc_expected_width(v.half_width, {kNinetyFive * before[v.slot], calc_unseen(nothing.ranges), now[slot]},
+    const double width = calc_expected_width(v.half_width, {kNinetyFive * before_[v.slot], calc_unseen(nothing_.ranges), now_[slot]},
                                              {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot]});
     // No report states less than the agreement of two implementations of a law.
     const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));

@@ -24,7 +24,7 @@ class ExpectedIntervals {
   ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows);
 
   // Nothing beyond the recordings.
-  Gained make_nothing() const;
+  const Gained& nothing() const { return nothing_; }
   std::vector<ConsideredSums> sum_along(const MotionRows& motion) const;  // by joint of the design
   std::vector<ExpectedInterval> list(const Gained& gained) const;
 
@@ -37,6 +37,9 @@ class ExpectedIntervals {
   Eigen::MatrixXd known_;
   std::vector<std::vector<long>> slots_;  // by joint of the design: slots of its columns
   std::vector<ConsideredSums> sums_;      // the same, of the recordings
+  Gained nothing_;
+  Eigen::VectorXd before_;                // standard deviation by slot, from the recordings alone
+  std::vector<double> now_;               // list_considered(nothing_)
 };
 
 }  // namespace hrp::diagnosis

@@ -9,6 +9,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
@@ -48,14 +49,9 @@ void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   }
 }
 
-const ServoGains& find_gains(const Experiment& e, const JointSpec& joint) {
-  const auto it = e.scenario.servo_joints.find(joint.name);
-  return it == e.scenario.servo_joints.end() ? e.scenario.servo_default : it->second;
-}
-
 // Largest effort of the servo's stiffness, for logs without efforts.
 double find_servo_effort(const Experiment& e, size_t joint) {
-  const ServoGains& gains = find_gains(e, e.robot.tree.joint(static_cast<int>(joint)));
+  const ServoGains& gains = get_servo_gains(e.scenario, e.robot.tree.joint(static_cast<int>(joint)).name);
   double most = 0.0;
   for (const Recording& r : e.recordings) {
     const JointColumns& c = r.joints[joint];
@@ -79,7 +75,7 @@ double find_seen_effort(const Experiment& e, size_t joint) {
 }
 
 double find_effort(const Experiment& e, const JointSpec& joint) {
-  return kUsedShare * std::min(joint.effort_limit, find_gains(e, joint).effort_limit);
+  return kUsedShare * std::min(joint.effort_limit, get_servo_gains(e.scenario, joint.name).effort_limit);
 }
 
 // Without a stated limit: a step beyond what the drive has given.

@@ -265,7 +265,7 @@ class TorqueProposer {
 
   // Greedy. A motion that is not safe under every model is tried smaller.
   void choose() {
-    Gained gained = intervals_->make_nothing();
+    Gained gained = intervals_->nothing();
     for (int check = 0; check < kMostChecks && static_cast<int>(next_.proposals.size()) < options_.count; ++check) {
       TorqueCandidate* best = find_best(gained);
       if (!best) return;
