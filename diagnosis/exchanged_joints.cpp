@@ -51,12 +51,12 @@ Experiment exchange(Experiment e, const Pair& p) {
 
 }  // namespace
 
-void check_exchanged_joints(const Experiment& e, int jobs) {
-  const TorqueData data = make_torque_data(e);
+void check_exchanged_joints(const TorqueData& data, int jobs) {
+  const Experiment& e = *data.experiment;
   if (data.recordings.empty() || data.behind_gears) return;
   const Pair pair = find_pair(data);
   if (pair.first == pair.second) return;
-  if (compare(fit_list(exchange(e, pair), jobs), fit_list(e, jobs)) < kOfOneJoint + kConventionNats) return;
+  if (compare(fit_list(exchange(e, pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < kOfOneJoint + kConventionNats) return;
   const std::string first = e.robot.tree.joint(pair.first).name, second = e.robot.tree.joint(pair.second).name;
   refuse_input(e.recordings.front().find_place(e.signal_name(pair.first, Quantity::kPosition)),
                "with its effort fits the model in the place of " + second + " only: are the columns of " + first + " and " + second + " exchanged?");

@@ -2,12 +2,12 @@
 // Columns of two joints that are exchanged in a log: drivers sort joints by name, scripts by number.
 #pragma once
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/measurement/torque.h"
 
 namespace hrp::diagnosis {
 
 // Throws InputError, with file and column, if the recordings fit the model with two joints exchanged, clearly better than with
 // every effect of the list as logged. Efforts must be torques in the model's unit.
-void check_exchanged_joints(const Experiment& experiment, int jobs);
+void check_exchanged_joints(const TorqueData& data, int jobs);
 
 }  // namespace hrp::diagnosis

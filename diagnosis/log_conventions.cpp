@@ -96,7 +96,6 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   return f;
 }
 
-// A zero that is off by gravity: no effect of the table takes gravity out as the body turns.
 const char* name_absent(Absent part) { return part == Absent::kWeight ? "the weight of the model" : "all torque of the model's bodies"; }
 
 Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
@@ -109,6 +108,7 @@ Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
   return f;
 }
 
+// A zero that is off by gravity: no effect of the table takes gravity out as the body turns.
 Json make_gravity_finding(const floating::GoneGravity& gone) {
   const double std = std::max(gone.left, kBlur);
   const Json value = make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2");
@@ -253,9 +253,11 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     find_frames(floating::convert_sides(whole, out.sides), &out);
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  out.absent = find_absent_torque(make_torque_data(e));
+  TorqueData data = make_torque_data(e);
+  out.absent = find_absent_torque(data);
   const Experiment whole = return_torque(e, out.absent.part);
-  check_exchanged_joints(whole, jobs);
+  if (out.absent.part != Absent::kNothing) data = make_torque_data(whole);
+  check_exchanged_joints(data, jobs);
   // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or mounting.
   if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
   const Experiment of_links = convert_ratios(whole, out.ratios);

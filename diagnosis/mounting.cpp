@@ -45,8 +45,8 @@ std::vector<double> calc_left_squares(const TorqueData& data) {
 // Springs and constants stand for weight near one posture, and so for any direction of gravity. That which is right leaves less
 // without them: over all joints, each by its ratio.
 // `before`: squares under the stated one.
-bool fits_bare(const Experiment& e, const std::vector<double>& before, const Vector3d& g_W) {
-  const std::vector<double> after = calc_left_squares(make_torque_data(turn_gravity(e, g_W)));
+bool fits_bare(const std::vector<double>& before, const TorqueData& turned) {
+  const std::vector<double> after = calc_left_squares(turned);
   double nats = 0.0;
   for (size_t j = 0; j < std::min(before.size(), after.size()); ++j) {
     if (before[j] > 0.0 && after[j] > 0.0) nats += std::log(before[j] / after[j]);
@@ -69,16 +69,19 @@ struct Mounting {
   ListFit by_joints;            // what effects of joints alone explain under it
 };
 
-Mounting find_best(const Experiment& e, int jobs) {
+// `before`: what weight and inertia leave under the stated gravity.
+Mounting find_best(const Experiment& e, const std::vector<double>& before, int jobs) {
   Mounting best;
-  const std::vector<double> before = calc_left_squares(make_torque_data(e));
   for (int axis = 0; axis < 3; ++axis) {
     for (double sign : {1.0, -1.0}) {
       const Vector3d g_W = sign * Vector3d::Unit(axis);
-      if (!is_other(e, g_W) || !fits_bare(e, before, g_W)) continue;
-      const ListFit own = fit_list(turn_gravity(e, g_W), jobs, Of::kJoints);
+      if (!is_other(e, g_W)) continue;
+      const Experiment turned = turn_gravity(e, g_W);
+      TorqueData data = make_torque_data(turned);
+      if (!fits_bare(before, data)) continue;
+      const ListFit own = fit_list(make_torque_design(std::move(data)), jobs, Of::kJoints);
       if (own.cross.empty() || (!best.g_W.isZero() && compare_torques(own, best.by_joints) <= 0.0)) continue;
-      best = {turn_gravity(e, g_W).scenario.gravity_W, own};
+      best = {turned.scenario.gravity_W, own};
     }
   }
   return best;
@@ -115,20 +118,24 @@ void check_mounting(const Experiment& e, int jobs) {
   if (data.recordings.empty() || e.scenario.gravity_W.norm() == 0.0) return;
   const Vector3d squares = find_by_squares(e, data);
   const TorqueDesign design = make_torque_design(TorqueData(data));
-  if (!squares.isZero() && fits_bare(e, calc_left_squares(data), squares)) {
+  const std::vector<double> before = calc_left_squares(data);
+  if (!squares.isZero()) {
     const Experiment turned = turn_gravity(e, squares);
-    if (compare_torques(fit_list(turned, jobs), fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, turned.scenario.gravity_W);
+    TorqueData other = make_torque_data(turned);
+    const bool bare = fits_bare(before, other);
+    if (bare && compare_torques(fit_list(make_torque_design(std::move(other)), jobs), fit_list(design, jobs)) >= kConventionNats)
+      refuse_gravity(e, turned.scenario.gravity_W);
   }
   const ListFit by_joints = fit_list(design, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
-  const Mounting best = find_best(e, jobs);
+  const Mounting best = find_best(e, before, jobs);
   if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
   if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
-  const Mounting best = find_best(e, jobs);
+  const Mounting best = find_best(e, calc_left_squares(make_torque_data(e)), jobs);
   const auto beats = [&](int turned) { return compare_torques(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
   if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
   const std::string column = e.signal_name(joint, Quantity::kEffort);

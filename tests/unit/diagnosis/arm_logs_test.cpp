@@ -12,6 +12,7 @@
 #include "diagnosis/measurement/absent_torque.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/simulation/bodies.h"
+#include "tests/unit/diagnosis/joint_sines.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -36,23 +37,10 @@ std::string make_urdf(double gripper) {
   return s.str();
 }
 
-struct Motion {
-  Eigen::MatrixXd q, v, a;
-};
+using Motion = JointMotion;
 
 Motion make_motion(int recording) {
-  const long rows = std::lround(kSeconds / kStep);
-  Motion m{Eigen::MatrixXd::Zero(rows, kJoints), Eigen::MatrixXd::Zero(rows, kJoints), Eigen::MatrixXd::Zero(rows, kJoints)};
-  for (long k = 0; k < rows; ++k) {
-    for (int j = 0; j < kJoints; ++j) {
-      m.q(k, j) = 0.4 * (j + 1) - 0.8;
-      for (int i = 1; i <= 3; ++i) {
-        const double w = 0.9 * i + 0.13 * j + 0.07 * recording, A = 0.5 / i, x = w * kStep * static_cast<double>(k) + 2.0 * i * j + recording;
-        m.q(k, j) += A * std::sin(x), m.v(k, j) += A * w * std::cos(x), m.a(k, j) -= A * w * w * std::sin(x);
-      }
-    }
-  }
-  return m;
+  return make_joint_sines({kJoints, kStep, kSeconds, 0.9, 0.13, 0.5, [](int j) { return 0.4 * (j + 1) - 0.8; }}, recording);
 }
 
 Eigen::MatrixXd calc_friction(const Motion& m) { return (0.6 * (m.v / 0.005).array().tanh() + 0.4 * m.v.array()).matrix(); }
@@ -147,7 +135,7 @@ TEST(ArmLogs, ExchangedJointsAreNamed) {
     return Eigen::MatrixXd(tau + calc_friction(m));
   });
   try {
-    check_exchanged_joints(e, 1);
+    check_exchanged_joints(make_torque_data(e), 1);
     FAIL() << "not seen";
   } catch (const InputError& error) {
     EXPECT_THAT(std::string(error.what()), testing::HasSubstr("the columns of j2 and j3 exchanged"));
@@ -158,7 +146,7 @@ TEST(ArmLogs, AnArmInOrderIsNotRefused) {
   const Experiment e = make_arm("in_order", [](const Motion& m, const Plant&, const Plant& with_gripper) {
     return Eigen::MatrixXd(calc_friction(m) + calc_all(with_gripper, m));
   });
-  EXPECT_NO_THROW(check_exchanged_joints(e, 1));
+  EXPECT_NO_THROW(check_exchanged_joints(make_torque_data(e), 1));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/simulation/bodies.h"
+#include "tests/unit/diagnosis/joint_sines.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -57,24 +58,10 @@ Experiment load(const std::filesystem::path& folder, const std::string& urdf) {
   return load_experiment((folder / "experiment.yaml").string());
 }
 
-struct Motion {
-  Eigen::MatrixXd q, v, a;
-};
+using Motion = JointMotion;
 
-// Slow sums of sines, each joint at frequencies of its own.
 Motion make_motion(int recording) {
-  const long rows = std::lround(kSeconds / kStep);
-  Motion m{Eigen::MatrixXd::Zero(rows, kJoints), Eigen::MatrixXd::Zero(rows, kJoints), Eigen::MatrixXd::Zero(rows, kJoints)};
-  for (long k = 0; k < rows; ++k) {
-    for (int j = 0; j < kJoints; ++j) {
-      m.q(k, j) = 0.3 * std::sin(1.0 + j);
-      for (int i = 1; i <= 3; ++i) {
-        const double w = 0.55 * i + 0.09 * j + 0.07 * recording, A = 0.45 / i, x = w * kStep * static_cast<double>(k) + 2.0 * i * j + recording;
-        m.q(k, j) += A * std::sin(x), m.v(k, j) += A * w * std::cos(x), m.a(k, j) -= A * w * w * std::sin(x);
-      }
-    }
-  }
-  return m;
+  return make_joint_sines({kJoints, kStep, kSeconds, 0.55, 0.09, 0.45, [](int j) { return 0.3 * std::sin(1.0 + j); }}, recording);
 }
 
 // What drives give: bodies, losses with a texture of a tenth over position, rotors; and ripple of a fiftieth in the log.
