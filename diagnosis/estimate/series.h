@@ -30,6 +30,13 @@ constexpr double kLooks = 3.0;
 // Integrated autocorrelation time [samples]: how many samples one independent one stands for. At least 1.
 double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series);
 
+// Value of a series at a place between its samples, counted in steps; beyond an end, that of the end. At least one sample.
+inline double calc_between(const double* series, size_t size, double place) {
+  const double at = place < 0.0 ? 0.0 : place;
+  const size_t below = at < static_cast<double>(size - 1) ? static_cast<size_t>(at) : size - 1, above = below + 1 < size ? below + 1 : below;
+  return series[below] + (at - static_cast<double>(below)) * (series[above] - series[below]);
+}
+
 // Variance of a value between groups, beyond the variance of each group's value (DerSimonian and Laird 1986).
 double calc_variance_between(const std::vector<double>& values, const std::vector<double>& variances);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/data/drives.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
@@ -14,7 +15,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
 
 // Share of a joint's squared effort that its motion predicts across stretches; negative if worse than its mean.
 double predict_effort(const TorqueData& data, int joint) {
@@ -53,13 +53,6 @@ bool is_driven(const TorqueData& data) {
   return taken > kHalf * parts * n;
 }
 
-bool has_drives(const Experiment& e) {
-  for (int j = 0; j < e.num_joints(); ++j) {
-    if (e.robot.tree.joint(j).actuated) return true;
-  }
-  return false;
-}
-
 // Links that nothing drives swing freely, unless their angles are in another unit: then weight and inertia do not cancel.
 std::string explain_undriven(const TorqueData& data) {
   Experiment in_degrees = *data.experiment;
@@ -91,7 +84,7 @@ void doubt_idle_drives(const TorqueData& data, Evidence* evidence) {
     make_ambiguous(&f);
     f.statement += " No recorded effort follows the motion, so another force may have moved the robot.";
   }
-  evidence->warnings.push_back(!has_drives(*data.experiment) ? explain_undriven(data) :
+  evidence->warnings.push_back(!has_drive(data.experiment->robot.tree) ? explain_undriven(data) :
       "No recorded effort follows the motion of its joint: the drives did not move this robot, somebody else did (by hand?), or the log holds no efforts. "
       "Friction, rotors and masses need a recording in which the drives move the robot.");
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/torque_terms.h"
@@ -119,14 +120,6 @@ bool is_absent(const Squares& squares, Absent part, int load) {
   return squares.calc_left(part, load, true) > kMostly * left && (load == kNoLoad || squares.calc_left(part, kNoLoad, true) * kHalf > left);
 }
 
-// A recording's own times lie on the grid or between its points.
-double interpolate(const Eigen::MatrixXd& grid, long column, double place) {
-  const double at = std::clamp(place, 0.0, static_cast<double>(grid.rows() - 1));
-  const long k = std::min(static_cast<long>(at), grid.rows() - 2);
-  const double share = at - static_cast<double>(k);
-  return (1.0 - share) * grid(k, column) + share * grid(k + 1, column);
-}
-
 }  // namespace
 
 AbsentTorque find_absent_torque(const TorqueData& data) {
@@ -158,7 +151,9 @@ Experiment return_torque(Experiment e, Absent part) {
     const Recording& r = e.recordings[own.index];
     for (size_t j = 0; j < r.joints.size(); ++j) {
       std::vector<double> y = r.joints[j].signal[static_cast<int>(Quantity::kEffort)];
-      for (size_t k = 0; k < y.size(); ++k) y[k] += interpolate(torque, static_cast<long>(j), (r.time[k] - own.begin) / own.step);
+      const auto of_joint = torque.col(static_cast<long>(j));
+      // The recording's own times lie on the grid or between its points.
+      for (size_t k = 0; k < y.size(); ++k) y[k] += calc_between(of_joint.data(), static_cast<size_t>(of_joint.size()), (r.time[k] - own.begin) / own.step);
       efforts[own.index].push_back(std::move(y));
     }
   }

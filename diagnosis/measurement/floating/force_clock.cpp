@@ -62,11 +62,6 @@ std::vector<double> drop_slow(const std::vector<double>& v, double step) {
   return out;
 }
 
-double interpolate(const std::vector<double>& v, double at) {
-  const auto below = static_cast<size_t>(at);
-  return v[below] + (at - static_cast<double>(below)) * (v[std::min(below + 1, v.size() - 1)] - v[below]);
-}
-
 // The force of the feet that are shifted, and that of the others.
 std::vector<double> sum_feet(const PressedStretch& s, int foot, bool shifted) {
   std::vector<double> out(s.needed.size(), 0.0);
@@ -85,7 +80,7 @@ void add_blocks(const PressedStretch& s, int foot, std::vector<Block>* out) {
     for (size_t i = 0; i < block.curve.size(); ++i) {
       Products& p = block.curve[i];
       for (size_t k = begin; k < begin + length; ++k) {
-        const double f = rest[k] + interpolate(force, static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
+        const double f = rest[k] + calc_between(force.data(), force.size(), static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
         if (std::isfinite(f) && std::isfinite(m)) p.add({f * f, f * m, m * m, 1});
       }
     }

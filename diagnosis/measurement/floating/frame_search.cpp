@@ -26,7 +26,7 @@ bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double move
   return false;
 }
 
-// What clocks of a range leave, kClockBetweenMoments apart.
+// What clocks of a range leave, kClockStep apart.
 std::vector<double> try_clocks(const Left& left, const Matrix3d& R, const Clock& range) {
   std::vector<double> out;
   const long steps = std::lround((range.last - range.first) / kClockStep);

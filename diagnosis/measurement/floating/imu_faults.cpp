@@ -140,6 +140,16 @@ std::vector<Estimate> make_turn_value(const GyroMap& map) {
   return {{"rpy", "rad", {rpy.x(), rpy.y(), rpy.z()}, {std(0), std(1), std(2)}, true}};
 }
 
+// Joints that give let links turn by more than their encoders say.
+void add_elasticity(const LeggedLog& log, Finding* f) {
+  f->alternatives.push_back(make_alternative(get_laws().elasticity.info(), {{"link", log.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude"));
+}
+
+// `left`: squares beside the fault over those without it.
+void grade(double left, Finding* f) {
+  f->grade = f->alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f->probability = 0.9, f->share = 1 - left, f->weight = 0.5;
+}
+
 Finding make_turn_finding(const LeggedLog& log, const ImuFault& fault) {
   const EffectInfo& effect = get_laws().sensor_misalignment.info();
   const std::string whole = "/imu/" + log.imus[fault.imu].name, gyro = whole + "/angular_velocity";
@@ -150,9 +160,8 @@ Finding make_turn_finding(const LeggedLog& log, const ImuFault& fault) {
   };
   if (fault.what == Turned::kUnknown) add(effect, {{"sensor", gyro}}, value, kMotion);
   if (fault.pose_may_be) add(effect, {{"sensor", "/base/pose"}}, {}, kMotion);
-  // Joints that give let links turn by more than their encoders say.
-  if (!fault.by_pose && fault.what != Turned::kWhole) add(get_laws().elasticity.info(), {{"link", log.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude");
-  f.grade = f.alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f.probability = 0.9, f.share = 1 - fault.map.turn_left, f.weight = 0.5;
+  if (!fault.by_pose && fault.what != Turned::kWhole) add_elasticity(log, &f);
+  grade(fault.map.turn_left, &f);
   f.statement = (fault.what == Turned::kGyroscope ? gyro : whole) + format(" is mounted %.1f degrees otherwise than the model says: so turned, its rates fit those of ", fault.map.turn.norm() * 180 / M_PI) +
                 (fault.by_pose ? "the base's pose" : "legs that stand") + (fault.what == Turned::kWhole ? ", and its accelerometer feels up where it is." : ".");
   return f;
@@ -162,8 +171,8 @@ Finding make_scale_finding(const LeggedLog& log, const ImuFault& fault) {
   const EffectInfo& effect = get_laws().sensor_scale.info();
   const std::string gyro = "/imu/" + log.imus[fault.imu].name + "/angular_velocity";
   Finding f = make_finding(effect, {{"sensor", gyro}}, {make_value(effect, fault.map.scale, fault.map.scale_std)});
-  if (!fault.by_pose) f.alternatives.push_back(make_alternative(get_laws().elasticity.info(), {{"link", log.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude"));
-  f.grade = f.alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f.probability = 0.9, f.share = 1 - fault.map.scale_left, f.weight = 0.5;
+  if (!fault.by_pose) add_elasticity(log, &f);
+  grade(fault.map.scale_left, &f);
   f.statement = gyro + format(" reads %.3f +- %.3f times the rate of ", fault.map.scale, kNinetyFive * fault.map.scale_std) + (fault.by_pose ? "the base's pose." : "legs that stand.");
   return f;
 }

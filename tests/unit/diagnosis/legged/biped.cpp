@@ -239,6 +239,14 @@ std::string make_biped_urdf() {
 
 Experiment make_biped(const Hidden& hidden, const Recorded& recorded) { return Maker(hidden, recorded).run(); }
 
+void scale_readings(const std::string& sensor, double factor, Experiment* e) {
+  for (Recording& r : e->recordings) {
+    for (const char* axis : {"/x", "/y", "/z"}) {
+      for (double& v : r.other.at(sensor + axis)) v *= factor;
+    }
+  }
+}
+
 Evidence diagnose_biped(const Hidden& hidden, const Recorded& recorded) {
   const LeggedReport report = diagnose_legged(make_biped(hidden, recorded), nullptr);
   EXPECT_TRUE(report.judged);

@@ -62,6 +62,9 @@ std::string make_link(const std::string& name, double mass, double z, const std:
 // Three recordings of 8 s at 250 Hz, the last one held out.
 Experiment make_biped(const Hidden& hidden, const Recorded& recorded = {});
 
+// Readings of a sensor of three axes times a factor.
+void scale_readings(const std::string& sensor, double factor, Experiment* e);
+
 Evidence diagnose_biped(const Hidden& hidden, const Recorded& recorded = {});
 
 }  // namespace hrp::diagnosis::floating

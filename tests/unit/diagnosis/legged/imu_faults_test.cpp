@@ -11,15 +11,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Readings of one sensor times a factor.
-void change(const std::string& sensor, double factor, Experiment* e) {
-  for (Recording& r : e->recordings) {
-    for (const char* axis : {"/x", "/y", "/z"}) {
-      for (double& v : r.other.at(sensor + axis)) v *= factor;
-    }
-  }
-}
-
 Experiment make_walk() {
   Recorded recorded;
   recorded.pose = true;
@@ -30,7 +21,7 @@ std::vector<ImuFault> find_faults(const Experiment& e) { return find_imu_faults(
 
 TEST(ImuFaults, AGyroscopeAloneHasItsOwnScale) {
   Experiment e = make_walk();
-  change("/imu/waist/angular_velocity", 1.1, &e);
+  scale_readings("/imu/waist/angular_velocity", 1.1, &e);
   const std::vector<ImuFault> faults = find_faults(e);
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_TRUE(faults[0].map.is_scaled);

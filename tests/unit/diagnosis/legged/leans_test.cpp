@@ -35,11 +35,7 @@ bool names_accelerometer(double factor) {
   Recorded recorded = kLeans;
   recorded.imu = true;
   Experiment e = make_biped({}, recorded);
-  for (Recording& r : e.recordings) {
-    for (const char* axis : {"/x", "/y", "/z"}) {
-      for (double& v : r.other.at(std::string("/imu/waist/linear_acceleration") + axis)) v *= factor;
-    }
-  }
+  scale_readings("/imu/waist/linear_acceleration", factor, &e);
   const std::vector<Finding> findings = diagnose_legged(e, nullptr).evidence.findings;
   return std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.where.dump().find("linear_acceleration") != std::string::npos; });
 }
