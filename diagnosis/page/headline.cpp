@@ -5,17 +5,15 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <set>
 
-#include "common/base/ends_with.h"
 #include "common/base/join_words.h"
+#include "diagnosis/page/fit_words.h"
 #include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
 namespace {
 
 constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
-constexpr double kLittle = 0.5;      // of the mismatch: where less can be predicted, the share of all of it is told, too
 constexpr size_t kMostGroups = 5;   // effects that are told with their values
 const char* const kCounts = "counts/N";
 constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
@@ -24,6 +22,7 @@ struct Group {
   std::string effect, unit;  // unit: only of raw counts, which are told apart from a scale that is off
   std::vector<const json*> findings;
   double weight = 0.0;
+  double probability = 0.0;  // the largest
   bool sure = false;  // physics or a fault that takes something away, told from all else at one place at least
 };
 
@@ -46,11 +45,13 @@ std::vector<Group> group_by_effect(const json& report) {
     Group& group = same == groups.end() ? groups.emplace_back(Group{effect, unit, {}, 0.0}) : *same;
     group.findings.push_back(&f);
     group.weight += get_weight(f);
+    group.probability = std::max(group.probability, get_number(f, "probability", 0.0));
     group.sure = group.sure || (!is_ambiguous(f) && (get_weight(f) > 0.0 || !is_of_log(f)));
   }
   // What is sure first: a foot that gives weighs nothing in torques.
-  std::stable_sort(groups.begin(), groups.end(),
-                   [](const Group& a, const Group& b) { return a.sure != b.sure ? a.sure : a.weight > b.weight; });
+  std::stable_sort(groups.begin(), groups.end(), [](const Group& a, const Group& b) {
+    return std::tie(b.sure, b.weight, b.probability) < std::tie(a.sure, a.weight, a.probability);
+  });
   return groups;
 }
 
@@ -99,8 +100,25 @@ std::string describe(const std::vector<const json*>& findings) {
   return out;
 }
 
+// A check of a robot on its feet states what was measured and what it can be: "The feet carry 1.033 of ...". Others begin with
+// their place.
+bool is_of_check(const json& finding) {
+  const std::string statement = get_text(finding, "statement");
+  const json& where = get_object(finding, "where");
+  return is_ambiguous(finding) && std::none_of(where.begin(), where.end(), [&](const json& place) { return statement.rfind(format_value(place), 0) == 0; });
+}
+
+// The first sentence; the second as well, if the first is a short one.
+std::string cut_statement(const std::string& statement) {
+  constexpr size_t kShort = 70;  // letters: half a line of the page
+  size_t end = statement.find(". ");
+  if (end < kShort) end = statement.find(". ", end + 1);
+  return typeset(end == std::string::npos ? statement : statement.substr(0, end + 1));
+}
+
 // "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".
 std::string make_group_sentence(const Group& group) {
+  if (group.findings.size() == 1 && is_of_check(*group.findings[0])) return cut_statement(get_text(*group.findings[0], "statement"));
   if (group.unit == kCounts) return "Forces are raw counts, no newtons, at " + describe(group.findings) + ".";
   std::vector<const json*> sure, perhaps;
   for (const json* f : group.findings) (is_ambiguous(*f) ? perhaps : sure).push_back(f);
@@ -123,52 +141,6 @@ void add_groups(const json& report, std::vector<std::string>* out) {
   if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
 }
 
-// Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as newton
-// metres.
-std::set<std::string> list_untold_efforts(const json& report, const json& signals) {
-  std::set<std::string> untold;
-  const json& findings = get_list(report, "findings");
-  if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); })) return untold;
-  for (const auto& item : signals.items()) {
-    for (const json& joint : get_list(report, "untold_units"))
-      if (ends_with(item.key(), "/" + format_value(joint) + "/effort")) untold.insert(item.key());
-  }
-  return untold;
-}
-
-struct Squares {
-  double before = 0.0, after = 0.0, n = 0.0;
-  std::string unit;
-};
-
-// Root mean squares over all signals of a kind, in SI units: what a user compares with his own machine.
-std::string make_fit_sentence(const json& report) {
-  const std::vector<std::pair<const char*, const char*>> kinds = {
-      {"/position", "positions"}, {"/effort", "efforts"}, {"/linear_acceleration", "accelerations"}};
-  const json& signals = get_object(get(report, "fit"), "per_signal");
-  const std::set<std::string> untold = list_untold_efforts(report, signals);
-  std::string falls, rises;
-  for (const auto& [suffix, word] : kinds) {
-    std::map<std::string, Squares> by_unit;
-    for (const auto& [name, fit] : signals.items()) {
-      const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
-      if (!std::isfinite(before + after) || !ends_with(name, suffix) || untold.count(name) > 0) continue;
-      Squares& s = by_unit[get_text(fit, "unit")];
-      s.before += before * before, s.after += after * after, s.n += 1.0;
-    }
-    for (const auto& [unit, s] : by_unit) {
-      std::string& text = s.after > s.before ? rises : falls;
-      text += (text.empty() ? "" : ", ") + std::string(word) + " from " + format_number(std::sqrt(s.before / s.n), 3) + " to " +
-              format_number(std::sqrt(s.after / s.n), 3) + " " + unit;
-    }
-  }
-  if (falls.empty() && rises.empty()) return "";
-  const bool held = get(get(report, "fit"), "held_out") == json(true);
-  const std::string errors = std::string(held ? "Held-out" : "Root mean square") + " errors ";
-  if (falls.empty()) return errors + "rise: " + rises + ".";
-  return errors + "fall: " + falls + (rises.empty() ? "" : "; they rise: " + rises) + ".";
-}
-
 // What the updated model has beyond the findings, so that nobody is surprised by its effects: by effect, with places.
 std::string make_unnamed_sentence(const json& report) {
   struct Places {
@@ -187,19 +159,6 @@ std::string make_unnamed_sentence(const json& report) {
   for (const auto& [effect, at] : all)
     text += (text.empty() ? "" : ", ") + effect + " (" + (at.count > kFew ? std::to_string(at.count) + " places" : at.names) + ")";
   return text.empty() ? "" : "The updated model also has, without proof: " + text + ".";
-}
-
-// How much is explained, beside what can be predicted at all: only where a ceiling was measured.
-std::string make_ceiling_sentence(const json& report) {
-  const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
-  if (ceiling <= 0.0 || get_list(report, "remaining").empty()) return "";
-  const std::string all = "That is " + format_number(std::round(100.0 * explained), 3) + " % of all mismatch";
-  constexpr double kAll = 0.9995;  // as rounded in the report
-  if (ceiling > kAll) return all + ".";
-  if (explained > kAll * ceiling) return all + "; a free model of the recorded signals predicts no more.";
-  // Where little can be predicted, a large share of it is still little.
-  return (ceiling < kLittle ? all + ", and " : "That is ") + format_number(std::round(100.0 * explained / ceiling), 3) +
-         " % of what a free model of the recorded signals predicts.";
 }
 
 std::string list_joints(const json& report, const char* key) {
@@ -307,7 +266,7 @@ std::vector<std::string> make_headline(const json& report) {
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {make_fit_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
+  for (const std::string& sentence : {make_errors_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
                                       make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }

@@ -8,26 +8,11 @@
 
 #include "common/base/join_words.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/page/fit_words.h"
 #include "diagnosis/page/headline.h"
 
 namespace hrp::diagnosis::html {
 namespace {
-
-std::string make_fit_sentence(const json& report) {
-  const json &fit = get(report, "fit"), &held = get(fit, "validate");
-  const double before = get_number(held, "before"), after = get_number(held, "after");
-  if (!std::isfinite(before) || !std::isfinite(after)) return "";
-  if (get_text(report, "verdict") == "no_mismatch") {
-    return "On the held-out recordings the prediction error is " + format_number(after, 3) +
-           " times the noise (1 is as good as it gets).";
-  }
-  if (get_text(fit, "over") == "spread") {
-    return "Along recordings never used for fitting, the missing torque falls from " + format_number(100.0 * before, 3) + " to " +
-           format_number(100.0 * after, 3) + " % of the effort's spread.";
-  }
-  return "On recordings never used for fitting the prediction error goes from " + format_number(before, 3) + " to " +
-         format_number(after, 3) + " times the noise (1 is as good as it gets).";
-}
 
 // "stiffness 434 ± 9 N m/rad"; a value without a usable interval stands alone, a vector in parentheses.
 std::string describe_parameter(const std::string& name, const json& p) {
@@ -94,7 +79,7 @@ std::string make_lead(const json& report) {
     else
       rest += (rest.empty() ? "" : " ") + escape(sentence);
   }
-  const std::string fit = make_fit_sentence(report);
+  const std::string fit = make_noise_sentence(report);
   return first + (rest.empty() ? "" : "<p>" + rest + "</p>") + (fit.empty() ? "" : "<p>" + escape(fit) + "</p>");
 }
 

@@ -106,18 +106,48 @@ TEST(Headline, ErrorsStandInRadiansAsRootMeanSquaresOverJoints) {
   EXPECT_THAT(join(make_leg()), HasSubstr("90 % of what a free model of the recorded signals predicts"));
 }
 
+// The sum over all signals hides what became better: the report of a walk names single equations.
+TEST(Headline, ErrorsOfARobotOnItsFeetAreToldByEquation) {
+  json report = make_leg();
+  const auto fit = [](double before, double after, const char* unit) { return json{{"rms_before", before}, {"rms_after", after}, {"unit", unit}}; };
+  report["fit"]["per_signal"] = {{"/wrench/left/force (weight)", fit(10.5, 5.6, "N")},
+                                 {"/joint_states/knee/effort (joint)", fit(9.5, 3.2, "N m")},
+                                 {"/imu/waist/linear_acceleration (gravity)", fit(0.02, 0.019, "m/s^2")}};  // hardly falls
+  EXPECT_THAT(join(report), HasSubstr("Held-out errors fall: effort of knee from 9.5 to 3.2 N m, weight from 10.5 to 5.6 N."));
+}
+
+// What a check of a walk found is one sentence of its own, with what else it can be.
+TEST(Headline, ASingleFindingOfAWalkKeepsTheStatementOfItsCheck) {
+  json report = make_leg();
+  json load = make_finding("payload", "waist", "ambiguous", "mass", 1.08, 0.14, "kg");
+  load["weight"] = 1.0, load["statement"] = "The feet carry 1.033 +- 0.004 of the weight. The model is too light by 3.3 %, or the scale is off. By phase.";
+  report["findings"].push_back(load);
+  const std::string text = join(report);
+  EXPECT_THAT(text, HasSubstr("The feet carry 1.033 ± 0.004 of the weight. The model is too light by 3.3 %, or the scale is off."));
+  EXPECT_THAT(text, Not(HasSubstr("By phase")));
+  EXPECT_THAT(text, Not(HasSubstr("payload")));
+}
+
+TEST(Headline, OfEqualWeightTheMoreProbableStandsFirst) {
+  json report = make_leg();
+  json bias = make_finding("sensor_bias", "knee", "ambiguous", "value", 0.07, 0.03, "m/s^2"), load = make_finding("payload", "waist", "ambiguous", "mass", 1.0, 0.1, "kg");
+  bias["weight"] = load["weight"] = 1.0, bias["probability"] = 0.5, load["probability"] = 0.95;
+  report["findings"].push_back(bias), report["findings"].push_back(load);
+  EXPECT_LT(join(report).find("payload at joint waist"), join(report).find("sensor bias at joint knee"));
+}
+
 TEST(Headline, OfLittleThatCanBePredictedTheShareOfAllIsTold) {
   json report = make_leg();
   report["ceiling"] = 0.02, report["explained"] = 0.018;
-  EXPECT_THAT(join(report), HasSubstr("2 % of all mismatch, and 90 % of what a free model of the recorded signals predicts"));
+  EXPECT_THAT(join(report), HasSubstr("2 % of the mismatch, and 90 % of what a free model of the recorded signals predicts"));
 }
 
 TEST(Headline, WithoutAMeasureOfWhatCanBePredictedTheShareOfAllStandsAlone) {
   json report = make_leg();
   report["ceiling"] = 1.0, report["explained"] = 0.14;
-  EXPECT_THAT(join(report), HasSubstr("That is 14 % of all mismatch."));
+  EXPECT_THAT(join(report), HasSubstr("Over all signals, that is 14 % of the mismatch."));
   report["ceiling"] = 0.14;  // the findings are what is predicted best
-  EXPECT_THAT(join(report), HasSubstr("That is 14 % of all mismatch; a free model of the recorded signals predicts no more."));
+  EXPECT_THAT(join(report), HasSubstr("Over all signals, that is 14 % of the mismatch; a free model of the recorded signals predicts no more."));
 }
 
 TEST(Headline, AFewFindingsKeepTheirOwnSentences) {
