@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "common/base/ends_with.h"
-#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::html {
 namespace {
 
+constexpr double kFallen = 0.9;  // of an error: what falls by less is not told
 constexpr double kLittle = 0.5;  // of the mismatch: where less can be predicted, the share of all of it is told, too
 
 // "hip" of "/joint_states/hip/effort".
@@ -65,7 +65,7 @@ std::vector<std::string> list_falling_equations(const json& signals) {
   for (const auto& [name, fit] : signals.items()) {
     const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
     const size_t open = name.find(" (");
-    if (open == std::string::npos || !(after < kNearlyAll * before)) continue;
+    if (open == std::string::npos || !(after < kFallen * before)) continue;
     const std::string equation = name.substr(open + 2, name.size() - open - 3), signal = name.substr(0, open);
     const std::string words = ends_with(signal, "/effort") ? "effort of " + get_joint(signal) : equation;
     falls.emplace_back(after / before, words + make_change(before, after, get_text(fit, "unit")));

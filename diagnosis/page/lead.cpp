@@ -14,14 +14,29 @@
 namespace hrp::diagnosis::html {
 namespace {
 
-// "stiffness 434 ± 9 N m/rad"; a value without a usable interval stands alone, a vector in parentheses.
+// " ± 9", or nothing without a usable interval.
+std::string describe_interval(const std::vector<double>& ci) {
+  if (ci.size() != 2 || !std::isfinite(ci[0]) || !std::isfinite(ci[1])) return "";
+  return " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
+}
+
+// "(0.1 ± 0.02, 0.3 ± 0.02, 0)": each axis with its interval.
+std::string describe_vector(const json& p) {
+  const json &values = get(p, "value"), &intervals = get_list(p, "ci95");
+  std::string out;
+  for (size_t i = 0; i < values.size(); ++i) {
+    out += (out.empty() ? "(" : ", ") + format_value(values[i], 3);
+    if (i < intervals.size()) out += describe_interval(get_numbers({{"ci95", intervals[i]}}, "ci95"));
+  }
+  return out + ")";
+}
+
+// "stiffness 434 ± 9 N m/rad".
 std::string describe_parameter(const std::string& name, const json& p) {
-  const std::vector<double> ci = get_numbers(p, "ci95");
   std::string words = name;
   std::replace(words.begin(), words.end(), '_', ' ');
-  std::string out = words + " " + format_value(get(p, "value"), 3);
-  if (ci.size() == 2 && std::isfinite(ci[0]) && std::isfinite(ci[1]))
-    out += " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
+  const bool vector = get(p, "value").is_array();
+  std::string out = words + " " + (vector ? describe_vector(p) : format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95")));
   for (const json& axis : get_list(p, "unseen")) out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
   const std::string unit = typeset(get_text(p, "unit"));
   return out + (unit.empty() || unit == "1" ? "" : " " + unit);

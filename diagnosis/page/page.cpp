@@ -66,8 +66,9 @@ std::string make_parameter_rows(const std::string& effect, const std::string& pl
   const std::vector<double> ci = get_numbers(p, "ci95");
   const double v = get_number(p, "value"), low = ci.size() == 2 ? ci[0] : kNone,
                high = ci.size() == 2 ? ci[1] : kNone;
+  const std::string unit = get_text(p, "unit");
   return make_row(
-      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b> " + escape(typeset(get_text(p, "unit"))),
+      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b>" + (unit == "1" ? "" : " " + escape(typeset(unit))),
        ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-", make_interval_svg(v, low, high)});
 }
 
