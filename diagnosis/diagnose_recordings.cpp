@@ -13,16 +13,16 @@
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/data/stretches.h"
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
-#include "diagnosis/measurement/effort_dropouts.h"
-#include "diagnosis/measurement/stamps.h"
-#include "diagnosis/odd_load_report.h"
+#include "diagnosis/conventions/effort_dropouts.h"
+#include "diagnosis/conventions/stamps.h"
+#include "diagnosis/conventions/odd_load_report.h"
 #include "diagnosis/page/terminal.h"
-#include "diagnosis/unit_doubts.h"
+#include "diagnosis/conventions/unit_doubts.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -15,7 +15,7 @@
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/model/nominal.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/search/hum.h"
 #include "diagnosis/search/subtrees.h"

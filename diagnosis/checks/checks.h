@@ -5,16 +5,11 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
+#include "diagnosis/conventions/remarks.h"
 #include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
-
-// What recordings count otherwise than the model, as it was taken out of them, and what could not be looked for.
-struct ConventionRemarks {
-  std::vector<std::string> found, not_looked_for;
-};
 
 // `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search
 // uses, or the same experiment; the motion checks use it.

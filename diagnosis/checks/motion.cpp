@@ -10,7 +10,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/effort_units.h"
 
 namespace hrp::diagnosis {
 namespace {

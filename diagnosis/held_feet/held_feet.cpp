@@ -11,7 +11,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/surest.h"
 #include "diagnosis/held_feet/foot_give.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 
 namespace hrp::diagnosis::held_feet {
 namespace {

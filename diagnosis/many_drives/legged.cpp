@@ -5,7 +5,7 @@
 #include "diagnosis/many_drives/legged_torques.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 
 namespace hrp::diagnosis::many_drives {
 namespace {

@@ -10,7 +10,7 @@
 #include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/search.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 
 namespace hrp::diagnosis::standing {
 namespace {

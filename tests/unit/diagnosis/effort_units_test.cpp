@@ -7,8 +7,8 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/log_conventions.h"
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

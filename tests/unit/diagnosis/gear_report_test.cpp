@@ -2,8 +2,8 @@
 // Angles of motors before their gears: weight follows the sine of the true angle, so no effect of the list stands for a ratio.
 #include <gtest/gtest.h>
 
-#include "diagnosis/gear_report.h"
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/gear_report.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

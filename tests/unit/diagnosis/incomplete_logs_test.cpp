@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/measurement/effort_dropouts.h"
+#include "diagnosis/conventions/effort_dropouts.h"
 #include "diagnosis/page/terminal.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/data/command_reader.h"
-#include "diagnosis/late_commands.h"
-#include "diagnosis/list_fit.h"
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/late_commands.h"
+#include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

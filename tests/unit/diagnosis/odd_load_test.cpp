@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/measurement/odd_load.h"
+#include "diagnosis/conventions/odd_load.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -4,7 +4,7 @@
 
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

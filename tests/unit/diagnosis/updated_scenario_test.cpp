@@ -3,7 +3,7 @@
 #include "common/robot/scenario.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/report/report.h"
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "common/spatial/turn.h"
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/measurement/floating/frame_search.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a report says of a load in one recording only (measurement/odd_load.h).
+// What a report says of a load in one recording only (conventions/odd_load.h).
 #pragma once
 
-#include "diagnosis/measurement/odd_load.h"
+#include "diagnosis/conventions/odd_load.h"
 #include "diagnosis/report/first.h"
 
 namespace hrp::diagnosis {

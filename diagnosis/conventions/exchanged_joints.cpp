@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/exchanged_joints.h"
+#include "diagnosis/conventions/exchanged_joints.h"
 
 #include <utility>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/measurement/motion_rows.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"

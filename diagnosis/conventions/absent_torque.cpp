@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/absent_torque.h"
+#include "diagnosis/conventions/absent_torque.h"
 
 #include <algorithm>
 #include <cmath>

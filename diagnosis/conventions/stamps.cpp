@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/stamps.h"
+#include "diagnosis/conventions/stamps.h"
 
 #include <algorithm>
 #include <cmath>

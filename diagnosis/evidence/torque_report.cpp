@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/torque_report.h"
+#include "diagnosis/evidence/torque_report.h"
 
 #include <algorithm>
 #include <cmath>

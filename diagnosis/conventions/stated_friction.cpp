@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/stated_friction.h"
+#include "diagnosis/conventions/stated_friction.h"
 
 #include <algorithm>
 #include <cmath>

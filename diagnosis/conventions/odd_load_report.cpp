@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/odd_load_report.h"
+#include "diagnosis/conventions/odd_load_report.h"
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/gear_report.h"
+#include "diagnosis/conventions/gear_report.h"
 
 #include <algorithm>
 
@@ -10,7 +10,7 @@
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/surest.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/measurement/joint_zeros.h"
 

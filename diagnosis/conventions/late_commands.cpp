@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/late_commands.h"
+#include "diagnosis/conventions/late_commands.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/term_rows.h"

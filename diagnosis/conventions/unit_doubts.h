@@ -2,7 +2,7 @@
 // What the report says of efforts whose unit the motion does not tell, or of which it tells a lower bound only.
 #pragma once
 
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/unit_doubts.h"
+#include "diagnosis/conventions/unit_doubts.h"
 
 #include <algorithm>
 #include <cmath>

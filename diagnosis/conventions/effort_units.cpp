@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/effort_units.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
-#include "diagnosis/measurement/loaded_units.h"
+#include "diagnosis/conventions/loaded_units.h"
 #include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/effort_dropouts.h"
+#include "diagnosis/conventions/effort_dropouts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/mounting.h"
+#include "diagnosis/conventions/mounting.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/measurement/joint_zeros.h"
 
 namespace hrp::diagnosis {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Logs of real machines that count otherwise than the model: angles of motors before their gears (measurement/gear_ratios.h),
-// efforts that are currents (measurement/effort_units.h), joints whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
+// efforts that are currents (conventions/effort_units.h), joints whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
 // (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), sides (measurement/floating/exchanged_sides.h), and are
 // above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
-#include "diagnosis/checks/checks.h"
-#include "diagnosis/gear_report.h"
-#include "diagnosis/late_commands.h"
-#include "diagnosis/measurement/absent_torque.h"
-#include "diagnosis/measurement/effort_units.h"
+#include "diagnosis/conventions/remarks.h"
+#include "diagnosis/conventions/gear_report.h"
+#include "diagnosis/conventions/late_commands.h"
+#include "diagnosis/conventions/absent_torque.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/exchanged_sides.h"
 #include "diagnosis/measurement/floating/gone_gravity.h"
@@ -20,7 +20,7 @@
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
-#include "diagnosis/stated_friction.h"
+#include "diagnosis/conventions/stated_friction.h"
 
 namespace hrp::diagnosis {
 

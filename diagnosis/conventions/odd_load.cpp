@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/odd_load.h"
+#include "diagnosis/conventions/odd_load.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 
 #include <algorithm>
 #include <cmath>

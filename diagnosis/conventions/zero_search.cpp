@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/zero_search.h"
+#include "diagnosis/conventions/zero_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/list_fit.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/log_conventions.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,16 +11,16 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/exchanged_joints.h"
-#include "diagnosis/list_fit.h"
+#include "diagnosis/conventions/exchanged_joints.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
-#include "diagnosis/mounting.h"
+#include "diagnosis/conventions/mounting.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
-#include "diagnosis/unit_doubts.h"
-#include "diagnosis/zero_search.h"
+#include "diagnosis/conventions/unit_doubts.h"
+#include "diagnosis/conventions/zero_search.h"
 
 namespace hrp::diagnosis {
 namespace {

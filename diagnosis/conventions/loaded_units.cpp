@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/measurement/loaded_units.h"
+#include "diagnosis/conventions/loaded_units.h"
 
 #include <algorithm>
 #include <cmath>
