@@ -65,6 +65,7 @@ EffectParameter& EffectParameter::optional(double value_in) { return required = 
 EffectParameter& EffectParameter::internal() { return required = stated = false, nuisance = true, *this; }
 EffectParameter& EffectParameter::as_nuisance() { return nuisance = true, *this; }
 EffectParameter& EffectParameter::as_scanned() { return scanned = true, *this; }
+EffectParameter& EffectParameter::as_angle() { return angle = true, *this; }
 EffectParameter& EffectParameter::as_walked() { return walked = true, *this; }
 EffectParameter& EffectParameter::as_factor() { return factor = true, neutral = value = 1.0, *this; }
 

@@ -78,6 +78,7 @@ struct EffectParameter {
   std::vector<double> start_factors, start_values;
   int swings_with = -1;
   double probe = 0.0;      // a small step from neutral that shows what a residual asks for; 0: none of its own
+  bool angle = false;      // in radians, also where the joint slides: a phase
   bool factor = false;     // multiplies: a factor of e either way is as good as impossible beforehand (log-normal prior)
 
   // For rows to be written in one expression.
@@ -92,6 +93,7 @@ struct EffectParameter {
   EffectParameter& as_nuisance();
   EffectParameter& as_scanned();
   EffectParameter& as_walked();
+  EffectParameter& as_angle();
   EffectParameter& as_factor();  // absent at 1
   EffectParameter& starts(std::vector<double> factors, std::vector<double> values = {});
   EffectParameter& swings(int rotor);

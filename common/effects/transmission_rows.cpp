@@ -128,7 +128,7 @@ EffectInfo make_cogging() {
                             "the torque ripples with the joint's position",
                             {P("amplitude", "N m").absent_at(0).size(0.05),
                              P("periods", "1/rad").bounds(0, kUnbounded).search(1, 2000).size(0.02),
-                             P("phase", "rad").search(-100, 100).size(0.05).optional(0)});
+                             P("phase", "rad").as_angle().search(-100, 100).size(0.05).optional(0)});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->cogging_amplitude = p[0];
     at.joint->cogging_periods = p[1];

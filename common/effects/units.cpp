@@ -13,4 +13,8 @@ std::string get_joint_unit(const JointSpec& joint, const std::string& unit) {
   return joint.kind == JointKind::kPrismatic && it != of_slides.end() ? it->second : unit;
 }
 
+std::string get_joint_unit(const JointSpec& joint, const EffectParameter& parameter) {
+  return parameter.angle ? parameter.unit : get_joint_unit(joint, parameter.unit);
+}
+
 }  // namespace hrp

@@ -237,7 +237,7 @@ std::vector<Estimate> list_estimates(const Experiment& e, const Effect& law, con
   std::vector<Estimate> list;
   for (size_t i = 0; i < infos.size(); ++i) {
     if (infos[i].nuisance) continue;
-    list.push_back({infos[i].name, get_joint_unit(e.robot.tree.joint(law.place.index), infos[i].unit), {law.p[i]}, {std.empty() ? 0.0 : std[i]}, false});
+    list.push_back({infos[i].name, get_joint_unit(e.robot.tree.joint(law.place.index), infos[i]), {law.p[i]}, {std.empty() ? 0.0 : std[i]}, false});
   }
   return list;
 }

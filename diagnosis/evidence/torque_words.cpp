@@ -50,12 +50,29 @@ std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p,
   return list;
 }
 
+// Parameters of an effect at this joint, from the units of one that turns.
+void convert_units(const JointSpec& joint, const EffectInfo& effect, std::vector<Estimate>* list) {
+  for (Estimate& estimate : *list) {
+    const int at = find_parameter(effect, estimate.name);
+    const bool angle = at >= 0 && effect.parameters[static_cast<size_t>(at)].angle;
+    if (!angle) estimate.unit = get_joint_unit(joint, estimate.unit);
+  }
+}
+
 std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, const Eigen::VectorXd& p,
                                       const Eigen::VectorXd& s) {
   std::vector<Estimate> list = list_estimates(term, p, s);
   if (is_of_link(term)) return list;
-  for (Estimate& estimate : list) estimate.unit = get_joint_unit(e.robot.tree.joint(term.place), estimate.unit);
+  convert_units(e.robot.tree.joint(term.place), term.effect(), &list);
   return list;
+}
+
+// Alternatives at this joint and in its log state the units of one that turns.
+void convert_units(const JointSpec& joint, std::vector<Alternative>* list) {
+  for (Alternative& a : *list) {
+    const EffectInfo* effect = find_effect(a.effect);
+    if (effect && (a.where.contains("joint") || a.where.contains("sensor"))) convert_units(joint, *effect, &a.parameters);
+  }
 }
 
 std::string get_phrase(const TermRow& row) {
@@ -134,6 +151,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   for (const Rival& r : g.rivals) {
     if (f.alternatives.size() < kMostAlternatives) add_rival(e, g, r, &f.alternatives);
   }
+  if (!is_of_link(g.term)) convert_units(e.robot.tree.joint(g.term.place), &f.alternatives);
   f.statement = make_statement(e, g, f, get_phrase(row));
   return f;
 }

@@ -15,8 +15,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
-constexpr double kPassed = 0.7;        // share of the cutoff: slower ripples pass the filter
-constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple
+constexpr double kPasses = 0.1;        // share of the samples that are slow enough for the fastest ripple to pass the filter
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
@@ -57,13 +56,15 @@ struct Peak {
   double share = 0.0, coherence = 0.0, periods = 0.0;
 };
 
-// A ripple with wave number `periods` [1/rad], from samples at which it passes the filter.
-Peak calc_peak(const Rest& rest, double periods, double fastest) {
+// A ripple with wave number `periods` [1/rad]. Its frequency is that times the speed, so the filter of all signals (low_pass.h) leaves
+// a share of it: half at `cutoff` [rad/s].
+Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   double n = 0.0, squares = 0.0;
   std::complex<double> sum = 0.0, stretch = 0.0;
   const long rows = rest.q.size();
   for (long k = 0; k < rows; ++k) {
-    if (rest.speed[k] * periods <= fastest) stretch += std::polar(rest.torque[k], periods * rest.q[k]), n += 1.0;
+    const double passed = 1.0 / (1.0 + std::pow(rest.speed[k] * periods / cutoff, 4));
+    stretch += std::polar(passed * rest.torque[k], periods * rest.q[k]), n += passed * passed;
     if (k + 1 < rows && k * kFolds / rows == (k + 1) * kFolds / rows) continue;
     sum += stretch, squares += std::norm(stretch), stretch = 0.0;
   }
@@ -91,10 +92,10 @@ bool is_of_log(const Rest& rest, const LawRest& log, double periods) {
 std::vector<double> find_ripples(const TorqueData& data, int joint) {
   const Rest rest = find_rest(data, joint);
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
-  const double fastest = 2.0 * M_PI * kPassed * data.cutoff, period = 2.0 * M_PI / rest.travel(), step = kStep * period;
-  const double last = fastest / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses));
+  const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel(), step = kStep * period;
+  const double last = cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses));
   std::vector<Peak> tried;
-  for (double periods = kLeastPeriods * period; periods < last; periods += step) tried.push_back(calc_peak(rest, periods, fastest));
+  for (double periods = kLeastPeriods * period; periods < last; periods += step) tried.push_back(calc_peak(rest, periods, cutoff));
   std::vector<Peak> peaks;
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
     const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;

@@ -114,7 +114,7 @@ constexpr double kUnseen = 10.0;  // half an interval over its value: then the v
 
 std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info) {
   if (effect.place.kind != PlaceKind::kJoint) return info.unit;
-  return get_joint_unit(e.robot.tree.joint(effect.place.index), info.unit);
+  return get_joint_unit(e.robot.tree.joint(effect.place.index), info);
 }
 
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,

@@ -2,15 +2,17 @@
 // A carriage on a rail: no weight tells the unit of its effort, and a rotor looks like the carriage's mass.
 #include <gtest/gtest.h>
 
+#include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/conventions/effort_units.h"
+#include "diagnosis/evidence/torque_findings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMass = 95.0, kViscous = 203.0, kDry = 20.0;  // kg, N s/m, N
+constexpr double kRipple = 8.0, kPeriods = 2.0 * M_PI / 0.01;   // N, 1/m: a screw with a pitch of 10 mm
 constexpr double kRate = 1000.0, kSeconds = 7.0;                // Hz, s
 const std::string kSlide = R"(<robot name="slide"><link name="rail"/>
   <link name="carriage"><inertial><mass value="95"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
@@ -18,7 +20,7 @@ const std::string kSlide = R"(<robot name="slide"><link name="rail"/>
     <limit lower="-1" upper="1" effort="500" velocity="2"/></joint></robot>)";
 
 // A sum of two sines, with the force that moves the carriage along it. `unit`: N of one logged unit.
-std::string make_log(double unit, double mass, double phase) {
+std::string make_log(double unit, double mass, double phase, double ripple) {
   TestNoise noise;
   std::string csv = "time,/joint_states/screw/position,/joint_states/screw/effort\n";
   for (double t = 0.0; t < kSeconds; t += 1.0 / kRate) {
@@ -26,18 +28,18 @@ std::string make_log(double unit, double mass, double phase) {
     for (const auto& [size, rate] : {std::pair{0.08, 2.0}, std::pair{0.03, 7.0}}) {
       q += size * std::sin(rate * t + phase), v += size * rate * std::cos(rate * t + phase), a -= size * rate * rate * std::sin(rate * t + phase);
     }
-    const double force = mass * a + kViscous * v + kDry * std::tanh(v / 1e-3) + 0.3 * noise.draw();
+    const double force = mass * a + kViscous * v + kDry * std::tanh(v / 1e-3) + ripple * std::sin(kPeriods * q) + 0.3 * noise.draw();
     csv += std::to_string(t) + "," + std::to_string(q) + "," + std::to_string(force / unit) + "\n";
   }
   return csv;
 }
 
-Experiment make_slide(const std::string& name, double unit, double mass = kMass) {
+Experiment make_slide(const std::string& name, double unit, double mass = kMass, double ripple = 0.0) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_slide_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kSlide;
-  std::ofstream(folder / "train.csv") << make_log(unit, mass, 0.0);
-  std::ofstream(folder / "held.csv") << make_log(unit, mass, 1.0);
+  std::ofstream(folder / "train.csv") << make_log(unit, mass, 0.0, ripple);
+  std::ofstream(folder / "held.csv") << make_log(unit, mass, 1.0, ripple);
   std::ofstream(folder / "experiment.yaml")
       << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings:\n- {file: train.csv, role: train}\n- {file: held.csv, role: validate}\n";
   return load_experiment((folder / "experiment.yaml").string());
@@ -97,6 +99,23 @@ TEST(Slides, AUnitIsALowerBoundAndAmbiguousAndWhatIsFoundGrowsWithIt) {
   }
   EXPECT_TRUE(unit);
   EXPECT_TRUE(dry);
+}
+
+// The carriage is at 0.12 to 0.37 m/s half of the time: a ripple of 12 to 37 Hz, of which the filter of 8.5 Hz leaves little. What it
+// leaves has nearly one frequency, at which a soft screw would swing.
+TEST(Slides, ARippleFasterThanTheFilterIsNoSoftScrew) {
+  const Experiment e = make_slide("ripple", 1.0, kMass, kRipple);
+  bool named = false;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) {
+    EXPECT_NE(f.effect, "joint_elasticity") << f.statement;
+    if (f.effect != "cogging") continue;
+    named = true;
+    EXPECT_NEAR(f.parameters[0].value[0], kRipple, 0.1 * kRipple);    // smoothing takes up to a tenth of what changes fast
+    EXPECT_NEAR(f.parameters[1].value[0], kPeriods, 3.0);             // a tenth of a period within the travel of 0.22 m
+    EXPECT_EQ(f.parameters[0].unit, "N");
+    EXPECT_EQ(f.parameters[2].unit, "rad");  // a phase, though the joint slides
+  }
+  EXPECT_TRUE(named);
 }
 
 }  // namespace
