@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Draws the pictures of the documents that no program writes.
+
+docs/images/draw.py joint_laws           laws of a joint (docs/images/joint_laws.svg)
+docs/images/draw.py foot                 a foot with its rubber, frames and sensor (foot.svg)
+docs/images/draw.py signals              what each signal of a standing robot sees (signals.svg)
+docs/images/draw.py missing DIR          missing torque of one joint, of DIR/series.json of a report (missing_torque.svg)
+docs/images/draw.py walk CSV             vertical forces of both feet, of `hrp-log csv` (walk_forces.svg)
+"""
+import csv
+import json
+import pathlib
+import sys
+
+import matplotlib
+matplotlib.use('svg')
+import matplotlib.pyplot as plt  # noqa: E402
+import numpy as np  # noqa: E402
+from matplotlib.patches import FancyArrowPatch, Rectangle  # noqa: E402
+
+HERE = pathlib.Path(__file__).resolve().parent
+BLUE, RED, GREY, GREEN = '#1f5fa8', '#c23b22', '#888888', '#2e7d4f'
+plt.rcParams.update({'font.size': 8, 'axes.spines.top': False, 'axes.spines.right': False, 'svg.hashsalt': 'docs',
+                     'axes.titlesize': 8.5, 'legend.frameon': False, 'legend.fontsize': 7, 'lines.linewidth': 1.4})
+
+
+def save(figure, name):
+    figure.savefig(HERE / name, metadata={'Date': None}, bbox_inches='tight')
+    print(HERE / name)
+
+
+def name_axes(axes, title, x, y, legend=True):
+    axes.set_title(title)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.axhline(0, color=GREY, linewidth=0.5)
+    axes.axvline(0, color=GREY, linewidth=0.5)
+    if legend:
+        axes.legend(handlelength=1.2)
+
+
+def draw_friction(axes):
+    v = np.linspace(-1, 1, 1001)
+    axes.plot(v, 0.7 * v, color=GREEN, label='viscous_friction')
+    axes.plot(v, 0.45 * np.sign(v), color=BLUE, label='coulomb_friction')
+    axes.plot(v, np.sign(v) * (0.4 + 0.4 * np.exp(-(v / 0.12) ** 2)) + 0.35 * v, color=RED, label='stribeck_friction')
+    name_axes(axes, 'Friction over speed', 'speed', 'friction')
+
+
+def draw_load(axes):
+    load = np.linspace(-1, 1, 401)
+    axes.plot(load, 0.5 * np.abs(load), color=BLUE, label='load_dependent_friction')
+    axes.plot(load, np.where(load < 0, -0.5 * load, 0), color=RED, linestyle='--', label='backdriving_friction')
+    name_axes(axes, 'Friction over load', 'load drives | drive lifts', 'friction')
+
+
+def draw_effort(axes):
+    u = np.linspace(-1, 1, 401)
+    axes.plot(u, u, color=GREY, label='nominal')
+    axes.plot(u, 0.7 * u, color=BLUE, label='torque_constant_error')
+    axes.plot(u, np.clip(u, -0.5, 0.5), color=RED, linestyle='--', label='torque_saturation')
+    name_axes(axes, 'Torque over command', 'commanded effort', 'torque')
+
+
+def draw_time(axes):
+    t = np.linspace(0, 1, 401)
+    axes.plot(t, t > 0.1, color=GREY, label='command')
+    axes.plot(t, t > 0.3, color=BLUE, label='command_delay')
+    axes.plot(t, np.where(t > 0.1, 1 - np.exp(-(t - 0.1) / 0.2), 0), color=RED, linestyle='--', label='actuator_lag')
+    name_axes(axes, 'Torque after a step', 'time', 'torque')
+
+
+def draw_position(axes):
+    q = np.linspace(-1, 1, 801)
+    axes.plot(q, -0.8 * (q - 0.2), color=BLUE, label='parallel_spring')
+    axes.plot(q, 0.25 * np.sin(22 * q), color=RED, label='cogging')
+    name_axes(axes, 'Torque over position', 'position', 'torque')
+
+
+def draw_hysteresis(axes):
+    q = np.concatenate([np.linspace(0, 1, 300), np.linspace(1, -1, 600), np.linspace(-1, 1, 600)])
+    z, path = 0.0, []
+    for step in np.diff(q, prepend=0.0):
+        z += step / 0.2 * (1 - abs(z) * (0.5 + 0.5 * np.sign(z * step)))
+        path.append(0.6 * z)
+    axes.plot(q[300:], path[300:], color=RED, label='hysteresis')
+    name_axes(axes, 'A torque that remembers', 'position', 'torque')
+
+
+def draw_transmission(axes):
+    u = np.linspace(-1, 1, 401)
+    axes.plot(u, u, color=GREY, label='rigid')
+    axes.plot(u, 0.6 * u, color=BLUE, label='joint_elasticity')
+    axes.plot(u, np.sign(u) * 0.35 + 0.1 * u, color=RED, linestyle='--', label='backlash')
+    name_axes(axes, 'Twist of the gear', 'torque on the gear', 'twist', legend=False)
+    axes.lines[0].set_ydata(0 * u)
+    axes.legend(handlelength=1.2)
+
+
+def draw_rotor(axes):
+    a = np.linspace(-1, 1, 3)
+    axes.plot(a, 0.45 * a, color=GREY, label='links')
+    axes.plot(a, 0.9 * a, color=BLUE, label='with rotor_inertia')
+    name_axes(axes, 'Torque over acceleration', 'acceleration', 'torque')
+
+
+def draw_joint_laws():
+    figure, grid = plt.subplots(2, 4, figsize=(10.5, 4.6))
+    for draw, axes in zip([draw_friction, draw_load, draw_effort, draw_time, draw_position, draw_hysteresis, draw_transmission,
+                           draw_rotor], grid.flat):
+        draw(axes)
+    figure.tight_layout()
+    save(figure, 'joint_laws.svg')
+
+
+def put_arrow(axes, start, end, text, color=RED, where=(4, 4), **style):
+    axes.add_patch(FancyArrowPatch(start, end, arrowstyle='-|>', mutation_scale=10, color=color, linewidth=1.4, **style))
+    axes.annotate(text, end, xytext=where, textcoords='offset points', color=color)
+
+
+def draw_foot():
+    figure, both = plt.subplots(1, 2, figsize=(9, 3.6))
+    for axes, tilt, title in zip(both, (0.0, 0.16), ('unloaded', 'leaning: pitch q of the upper part U over the sole S')):
+        turn = matplotlib.transforms.Affine2D().rotate_around(0, 0.25, -tilt) + axes.transData
+        axes.plot([-2, 2], [0, 0], color=GREY, linewidth=1)
+        axes.add_patch(Rectangle((-1.2, 0), 2.4, 0.12, color='#bbbbbb'))
+        axes.text(1.25, 0.03, 'sole S')
+        zigzag = np.array([[-0.8, 0.8]])
+        for x in zigzag[0]:
+            top = 0.38 - tilt * x
+            y = np.linspace(0.12, top, 9)
+            axes.plot(x + 0.06 * np.array([0, 1, -1, 1, -1, 1, -1, 1, 0]), y, color=BLUE)
+        axes.text(-1.95, 0.2, 'rubber:\nK, C, O', color=BLUE)
+        axes.add_patch(Rectangle((-1.1, 0.38), 2.2, 0.14, color='#dddddd', transform=turn))
+        axes.add_patch(Rectangle((-0.25, 0.52), 0.5, 0.16, color='#e8c46a', transform=turn))
+        axes.add_patch(Rectangle((-0.14, 0.68), 0.28, 0.75, color='#dddddd', transform=turn))
+        axes.plot([0], [0.25], 'o', color='black', markersize=4)
+        axes.annotate('bush centre', (0, 0.25), xytext=(8, -3), textcoords='offset points')
+        place = turn.transform([(0.3, 0.6), (0.2, 1.2), (0.8, 0.62)])
+        place = axes.transData.inverted().transform(place)
+        axes.text(*place[0], 'force sensor', color='#8a6d1f')
+        axes.text(*place[1], 'ankle')
+        if tilt:
+            put_arrow(axes, (0, 0.25), (0, 1.65), 'gravity\'s\nvertical', GREY, (-42, -12), linestyle='--')
+            end = axes.transData.inverted().transform(turn.transform((0, 1.75)))
+            put_arrow(axes, (0, 0.25), tuple(end), 'z of U', RED, (4, -4))
+            axes.text(0.03, 1.05, 'q', color=RED)
+        axes.set_title(title)
+        axes.set_xlim(-2, 2)
+        axes.set_ylim(-0.1, 1.95)
+        axes.axis('off')
+    figure.tight_layout()
+    save(figure, 'foot.svg')
+
+
+def draw_signals():
+    figure, axes = plt.subplots(figsize=(7.5, 4.4))
+    joints = {'ankle': (0.0, 0.3), 'knee': (0.35, 1.1), 'hip': (0.0, 1.9), 'trunk': (0.05, 2.9)}
+    x, y = zip(*joints.values())
+    axes.plot(x, y, color='#555555', linewidth=9, solid_capstyle='round', alpha=0.35)
+    axes.plot([-0.35, 0.5], [0.1, 0.1], color='#555555', linewidth=7, solid_capstyle='round', alpha=0.35)
+    axes.plot([-1.3, 1.6], [0, 0], color=GREY, linewidth=1)
+    axes.plot(x[:3], y[:3], 'o', color='white', markeredgecolor='black', markersize=8)
+    axes.add_patch(Rectangle((-0.12, 2.5), 0.3, 0.16, color=GREEN))
+    axes.add_patch(Rectangle((-0.14, 0.17), 0.28, 0.08, color='#e8c46a'))
+    notes = [((0.2, 2.58), 'IMU: attitude, rates, specific force', 'balance, tilt, gyroscope', GREEN),
+             ((0.1, 1.9), 'encoder and effort (or command and gains)', 'joint: friction, rotor, gain, lag', BLUE),
+             ((0.42, 1.1), 'all encoders', 'where each link is; servo: delay, scale of the effort', BLUE),
+             ((0.16, 0.21), 'six-axis force sensor', 'balance of the whole body: masses, loads, pushes', '#8a6d1f'),
+             ((0.4, 0.06), 'the sole lies flat on the ground', 'tilt: soft sole, slope. height: how far a sole sinks', RED)]
+    for (place, what, shows, color), row in zip(notes, (2.75, 2.1, 1.45, 0.8, 0.15)):
+        axes.annotate('%s\n' % what, place, xytext=(1.7, row), color=color, va='center',
+                      arrowprops={'arrowstyle': '-', 'color': color, 'linewidth': 0.7})
+        axes.text(1.7, row - 0.13, shows, color='#444444', va='center', fontsize=7)
+    axes.set_xlim(-1.3, 5.2)
+    axes.set_ylim(-0.15, 3.15)
+    axes.axis('off')
+    figure.tight_layout()
+    save(figure, 'signals.svg')
+
+
+def main():
+    if len(sys.argv) < 2 or sys.argv[1] in ('-h', '--help'):
+        print(__doc__.strip())
+        return
+    {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'signals': draw_signals}[sys.argv[1]](*sys.argv[2:])
+
+
+if __name__ == '__main__':
+    main()
