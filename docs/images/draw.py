@@ -5,12 +5,17 @@
 docs/images/draw.py joint_laws           laws of a joint (docs/images/joint_laws.svg)
 docs/images/draw.py foot                 a foot with its rubber, frames and sensor (foot.svg)
 docs/images/draw.py signals              what each signal of a standing robot sees (signals.svg)
-docs/images/draw.py missing DIR          missing torque of one joint, of DIR/series.json of a report (missing_torque.svg)
-docs/images/draw.py walk CSV             vertical forces of both feet, of `hrp-log csv` (walk_forces.svg)
+docs/images/draw.py missing DIR          missing torque of a joint of models/experiments/arm (missing_torque.svg); DIR is the
+                                         answer of `scripts/diagnose.sh models/experiments/arm/experiment.yaml --out DIR`
+docs/images/draw.py next DIR             predictions along the first proposed motion (next_experiment.svg); DIR is the answer of
+                                         `scripts/diagnose.sh models/experiments/lifter/experiment.yaml --out DIR --next --seconds 6`
+docs/images/draw.py walk CSV             vertical forces of both feet (walk_forces.svg); CSV is made by
+                                         `scripts/simulate.sh --log run.mcap; build/bin/hrp-log csv run.mcap --out CSV`
 """
 import csv
 import json
 import pathlib
+import re
 import sys
 
 import matplotlib
@@ -182,11 +187,73 @@ def draw_signals():
     save(figure, 'signals.svg')
 
 
+def read_columns(path, names):
+    with open(path, encoding='utf-8') as file:
+        rows = list(csv.DictReader(file))
+    return [np.array([float(row[name] or 'nan') for row in rows]) for name in names]
+
+
+def draw_missing(folder):
+    torque = json.loads((pathlib.Path(folder) / 'series.json').read_text())['torque_traces']
+    trace = torque['traces'][0]
+    name = torque['signals'][trace['signal']]['name'].split('/')[2]
+    t, recorded, before = (np.array(trace[key]) for key in ('time', 'recorded', 'before'))
+    recording = HERE.parent.parent / 'models/experiments/arm' / torque['recording']
+    times, speeds = read_columns(recording, ['time', '/joint_states/%s/velocity' % name])
+    v = np.interp(t, times - times[0], speeds)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3), width_ratios=[1.6, 1])
+    left.plot(t, recorded, color='black', label='recorded effort')
+    left.plot(t, before, color=RED, linestyle='--', label='nominal model')
+    left.fill_between(t, recorded, before, color=RED, alpha=0.15, label='missing torque')
+    left.set(title='%s of %s, held out' % (name, torque['recording']), xlabel='time [s]', ylabel='effort [N m]')
+    left.legend(ncol=3, loc='upper left')
+    left.set_ylim(-1.2, 3.0)
+    right.plot(v, recorded - before, 'o', color=RED, markersize=3)
+    right.axhline(0, color=GREY, linewidth=0.5)
+    right.axvline(0, color=GREY, linewidth=0.5)
+    right.set(title='a step at each reversal: dry friction', xlabel='speed of %s [rad/s]' % name, ylabel='missing torque [N m]')
+    figure.tight_layout()
+    save(figure, 'missing_torque.svg')
+
+
+def draw_next(folder):
+    page = (pathlib.Path(folder) / 'next/next.html').read_text()
+    plots = re.findall(r"<svg viewBox='0 0 640 220'.*?>(.*?)</svg>", page, re.DOTALL)[:2]
+    names = re.findall(r"<span style='color:(#\w+)'>&#9632;</span> (\S+) &nbsp;", page.split('</svg>')[2])
+    parts = ["<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 660 490' font-family='sans-serif' font-size='11' role='img' "
+             "aria-label='predictions along the first motion'><rect width='100%' height='100%' fill='white'/>"]
+    parts += ["<g transform='translate(0 %d)'>%s</g>" % (215 * i, plot) for i, plot in enumerate(plots)]
+    parts += ["<text x='%d' y='%d' fill='%s'>&#9632; %s</text>" % (60 + 195 * (i % 3), 450 + 16 * (i // 3), color, name)
+              for i, (color, name) in enumerate(names)]
+    (HERE / 'next_experiment.svg').write_text(''.join(parts) + '</svg>\n')
+
+
+def draw_walk(path, begin=4.0, end=8.6):
+    columns = ['time'] + ['/wrench/%s_foot/force/z' % side for side in ('left', 'right')]
+    t, left, right = read_columns(path, columns)
+    kept = (t >= begin) & (t <= end)
+    t, left, right = t[kept], left[kept], right[kept]
+    weight = np.median((left + right)[(left > 0) & (right > 0)])
+    figure, axes = plt.subplots(figsize=(9.5, 2.9))
+    axes.plot(t, left, color=BLUE, label='left foot')
+    axes.plot(t, right, color=RED, label='right foot')
+    axes.axhline(weight, color=GREY, linewidth=0.7, linestyle='--')
+    axes.text(begin, weight * 1.06, 'weight', color=GREY)
+    both = (left > 0.2 * weight) & (right > 0.2 * weight)
+    axes.fill_between(t, 0, 1, where=both, transform=axes.get_xaxis_transform(), color=GREY, alpha=0.2, linewidth=0,
+                      label='double support')
+    axes.set(xlabel='time [s]', ylabel='vertical force [N]')
+    axes.legend(ncol=3, loc='lower left', bbox_to_anchor=(0, 1))
+    figure.tight_layout()
+    save(figure, 'walk_forces.svg')
+
+
 def main():
     if len(sys.argv) < 2 or sys.argv[1] in ('-h', '--help'):
         print(__doc__.strip())
         return
-    {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'signals': draw_signals}[sys.argv[1]](*sys.argv[2:])
+    {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'signals': draw_signals, 'missing': draw_missing,
+     'next': draw_next, 'walk': draw_walk}[sys.argv[1]](*sys.argv[2:])
 
 
 if __name__ == '__main__':
