@@ -11,6 +11,10 @@ docs/images/draw.py next DIR             predictions along the first proposed mo
                                          `scripts/diagnose.sh models/experiments/lifter/experiment.yaml --out DIR --next --seconds 6`
 docs/images/draw.py walk CSV             vertical forces of both feet (walk_forces.svg); CSV is made by
                                          `scripts/simulate.sh --log run.mcap; build/bin/hrp-log csv run.mcap --out CSV`
+docs/images/draw.py paper DIR            foot forces of figures 6, 7 and 11 of the 2003 paper (paper_forces.svg). For N = 6, 7, 11:
+                                         `scripts/simulate.sh models/scenarios/paper_a/figN.yaml --log figN.mcap`. In DIR then
+                                         `build/bin/hrp-log csv figN.mcap --out figN.csv`, and for 11 `hrp-log cat fig11.mcap
+                                         contact_forces --json --from 4 --to 10 > fig11.jsonl`
 """
 import csv
 import json
@@ -248,12 +252,47 @@ def draw_walk(path, begin=4.0, end=8.6):
     save(figure, 'walk_forces.svg')
 
 
+def read_forces(path):
+    """Time, vertical force of the left and of the right sole."""
+    rows = []
+    for line in open(path, encoding='utf-8'):
+        sample = json.loads(line)
+        forces = {'L': 0.0, 'R': 0.0}
+        for pair in sample['message']['pairs']:
+            forces[pair['name_a'][0]] += pair['total']['force']['z']
+        rows.append((sample['time'], forces['L'], forces['R']))
+    return np.array(rows).T
+
+
+def draw_paper(folder):
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3), width_ratios=[1.5, 1])
+    for number, color, width, text in ((6, RED, 0.6, 'figure 6: joints that follow perfectly'), (7, BLUE, 1.4, 'figure 7: joint servos')):
+        t, force = read_columns('%s/fig%d.csv' % (folder, number), ['time', '/wrench/left_foot/force/z'])
+        left.plot(t, force, color=color, linewidth=width, label=text)
+    left.set(xlim=(5.5, 8.5), xlabel='time [s]', ylabel='left force sensor [N]', title='HRP-1S walks')
+    left.set_ylim(-1500, 4000)
+    left.legend(loc='upper right', ncol=2)
+    t, *feet = read_forces('%s/fig11.jsonl' % folder)
+    for force in feet:
+        air = 0
+        for i in range(len(t) - 250):
+            if force[i] > 5.0 and air > 150:
+                right.plot(1e3 * (t[i:i + 250] - t[i]), force[i:i + 250], color=BLUE, linewidth=0.7)
+            air = air + 1 if force[i] <= 5.0 else 0
+    for level, text in ((500, 'first peak'), (100, 'dip'), (550, 'load')):
+        right.axhline(level, color=GREY, linewidth=0.7, linestyle='--')
+        right.text(252, level, text, color=GREY, va='bottom' if level == 550 else 'top' if level == 500 else 'center')
+    right.set(xlim=(0, 250), ylim=(-20, 900), xlabel='time since the first touch [ms]', ylabel='force of the ground [N]', title='HRP-2P lands (figure 11)')
+    figure.tight_layout()
+    save(figure, 'paper_forces.svg')
+
+
 def main():
     if len(sys.argv) < 2 or sys.argv[1] in ('-h', '--help'):
         print(__doc__.strip())
         return
     {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'signals': draw_signals, 'missing': draw_missing,
-     'next': draw_next, 'walk': draw_walk}[sys.argv[1]](*sys.argv[2:])
+     'next': draw_next, 'walk': draw_walk, 'paper': draw_paper}[sys.argv[1]](*sys.argv[2:])
 
 
 if __name__ == '__main__':
