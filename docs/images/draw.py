@@ -4,6 +4,7 @@
 
 docs/images/draw.py joint_laws           laws of a joint (docs/images/joint_laws.svg)
 docs/images/draw.py foot                 a foot with its rubber, frames and sensor (foot.svg)
+docs/images/draw.py frames               frames, poses and a contact as the code names them (frames.svg)
 docs/images/draw.py signals              what each signal of a standing robot sees (signals.svg)
 docs/images/draw.py missing DIR          missing torque of a joint of models/experiments/arm (missing_torque.svg); DIR is the
                                          answer of `scripts/diagnose.sh models/experiments/arm/experiment.yaml --out DIR`
@@ -165,6 +166,42 @@ def draw_foot():
     save(figure, 'foot.svg')
 
 
+def put_frame(axes, origin, angle, name, length=0.55):
+    for turn, label in ((angle, 'x'), (angle + np.pi / 2, 'z')):
+        end = origin + length * np.array([np.cos(turn), np.sin(turn)])
+        put_arrow(axes, tuple(origin), tuple(end), label, 'black', (2, 2))
+    axes.plot(*origin, 'o', color='black', markersize=3)
+    axes.text(origin[0] - 0.14, origin[1] - 0.2, name, fontsize=11, fontweight='bold')
+
+
+def draw_frames():
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.3), width_ratios=[1.3, 1])
+    W, A, B, Q = np.array([0.0, 0.0]), np.array([2.2, 0.35]), np.array([4.2, 1.1]), np.array([4.9, 2.1])
+    for origin, angle, name in ((W, 0, 'W'), (A, 0.25, 'A'), (B, 0.6, 'B')):
+        put_frame(left, origin, angle, name)
+    left.plot(*Q, 'o', color=RED, markersize=5)
+    left.text(Q[0] + 0.08, Q[1] + 0.05, 'Q', color=RED, fontsize=11, fontweight='bold')
+    for start, end, text, color, where in ((A, B, 'X_AB', BLUE, (-62, -26)), (B, Q, 'p_BQ', RED, (-20, -34)), (A, Q, 'p_AQ', RED, (-96, -34))):
+        put_arrow(left, tuple(start), tuple(end), '', color, connectionstyle='arc3,rad=0.08', linestyle='--')
+        left.annotate(text, tuple(end), xytext=where, textcoords='offset points', color=color)
+    left.set(title='p_AQ = X_AB * p_BQ', xlim=(-0.4, 5.6), ylim=(-0.35, 2.6), aspect='equal')
+    right.fill_between([-0.2, 3.2], 0, -0.5, color='#dddddd')
+    right.text(2.6, -0.35, 'body B')
+    right.add_patch(Rectangle((0.6, -0.12), 1.8, 0.7, facecolor='#b8d0ea', alpha=0.7))
+    right.text(0.7, 0.38, 'body A')
+    right.plot(0.6, -0.12, 'o', color=RED)
+    right.text(0.42, -0.34, 'C', color=RED, fontsize=11, fontweight='bold')
+    put_arrow(right, (0.6, -0.12), (0.6, 0.85), 'n_BA', RED, (4, -4))
+    put_arrow(right, (1.5, 0.0), (1.5, 1.25), 'force of the pair: on A', BLUE, (4, -4))
+    right.annotate('', (2.55, 0), xytext=(2.55, -0.12), arrowprops={'arrowstyle': '<->', 'shrinkA': 0, 'shrinkB': 0, 'mutation_scale': 6})
+    right.text(2.62, 0.06, 'depth > 0')
+    right.set(title='contact', xlim=(-0.2, 3.2), ylim=(-0.5, 1.5), aspect='equal')
+    for axes in (left, right):
+        axes.axis('off')
+    figure.tight_layout()
+    save(figure, 'frames.svg')
+
+
 def draw_signals():
     figure, axes = plt.subplots(figsize=(7.5, 4.4))
     joints = {'ankle': (0.0, 0.3), 'knee': (0.35, 1.1), 'hip': (0.0, 1.9), 'trunk': (0.05, 2.9)}
@@ -291,7 +328,7 @@ def main():
     if len(sys.argv) < 2 or sys.argv[1] in ('-h', '--help'):
         print(__doc__.strip())
         return
-    {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'signals': draw_signals, 'missing': draw_missing,
+    {'joint_laws': draw_joint_laws, 'foot': draw_foot, 'frames': draw_frames, 'signals': draw_signals, 'missing': draw_missing,
      'next': draw_next, 'walk': draw_walk, 'paper': draw_paper}[sys.argv[1]](*sys.argv[2:])
 
 
