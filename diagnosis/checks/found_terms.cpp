@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/checks/found_terms.h"
 
+#include <algorithm>
+
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {
 namespace {
+
+constexpr size_t kAsymmetry = 1;  // parameter of a level of dry friction
 
 const TermRow* find_row(const std::string& effect) {
   for (const TermRow& row : list_term_rows()) {
@@ -24,6 +28,13 @@ std::vector<double> list_values(const EffectInfo& effect, const Json& reported) 
   return values;
 }
 
+// Dry friction that differs by direction is a level and a constant torque: level (1 +- asymmetry).
+FoundTerm make_asymmetry(const FoundTerm& level, double asymmetry) {
+  const std::vector<TermRow>& rows = list_term_rows();
+  const auto constant = std::find_if(rows.begin(), rows.end(), [](const TermRow& r) { return r.is_constant() && !r.whole; });
+  return {{&*constant, level.term.place}, asymmetry * level.theta, level.finding, "", "", 0.0};
+}
+
 // Adds a term with the coefficients of the reported parameters. Stribeck friction becomes a level and its excess.
 void add_term(const TermRow& row, int place, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
   const std::vector<double> values = list_values(*row.effect, finding["parameters"]);
@@ -40,6 +51,7 @@ void add_term(const TermRow& row, int place, size_t at, const Json& finding, std
     out.theta[0] = values[1] - values[0], out.parameter.clear();
   }
   list->push_back(out);
+  if (row.level && values[kAsymmetry] != 0.0) list->push_back(make_asymmetry(out, values[kAsymmetry]));
 }
 
 // Contribution of links to every joint's torque in one recording: kept samples x joints [N m].

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/checks/found_terms.h"
 
 namespace hrp::diagnosis {
@@ -63,7 +64,7 @@ Json make_torque_traces(const TorqueData& data, const Json& findings) {
       before.push_back(round_to(y - r.missing(k, j), 5)), after.push_back(round_to(y - r.missing(k, j) + found(k, j), 5));
     }
     traces.push_back({{"signal", signals.size()}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}});
-    signals.push_back({{"name", e.signal_name(static_cast<int>(j), Quantity::kEffort)}, {"unit", "N m"}});
+    signals.push_back({{"name", e.signal_name(static_cast<int>(j), Quantity::kEffort)}, {"unit", get_joint_unit(e.robot.tree.joint(static_cast<int>(j)), "N m")}});
   }
   return {{"recording", e.recordings[r.index].spec.name}, {"signals", signals}, {"traces", traces}};
 }
