@@ -16,6 +16,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
+#include "diagnosis/measurement/floating/signed_axes.h"
 #include "diagnosis/mounting.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
@@ -146,12 +147,18 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
     const Vector3d rpy = calc_rpy(R);
     return make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad");
   };
-  if (frame.is_turned()) {
-    const Vector3d rpy = calc_rpy(frame.R);
+  const auto [Q, signs] = floating::split_signs(frame.R);
+  if (signs != Vector3d::Ones()) {
+    const std::string text = ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
+    const Json value = make_vector({signs.x(), signs.y(), signs.z()}, {kKnown, kKnown, kKnown}, "1");
+    findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorScale), "scale", value, value, text}));
+  }
+  if (!Q.isIdentity(1e-9)) {
+    const Vector3d rpy = calc_rpy(Q);
     const auto degrees = [](double angle) { return number(std::round(angle * kDegrees) + 0.0, 3); };  // no "-0"
     const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
                              degrees(rpy.z()) + " degrees.";
-    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(frame.R), make_rpy(frame.R.transpose()), text}));
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(Q), make_rpy(Q.transpose()), text}));
   }
   if (frame.late == 0.0) return;
   const double late = round_to(frame.late, 3);
