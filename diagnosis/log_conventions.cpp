@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
@@ -201,6 +202,7 @@ void change(const std::function<double(double)>& move, const std::function<doubl
   (*p)["value"] = move((*p)["value"].get<double>());
   (*p)["std"] = spread((*p)["std"].get<double>());
   for (Json& end : (*p)["ci95"]) end = move(end.get<double>());
+  if ((*p)["ci95"].size() == 2 && (*p)["ci95"][0] > (*p)["ci95"][1]) std::swap((*p)["ci95"][0], (*p)["ci95"][1]);  // a factor below zero
 }
 
 // The same effect that was found in converted recordings becomes one of logged recordings: gains multiply, offsets add.
@@ -211,7 +213,7 @@ bool merge(const Json& finding, Json* list) {
   for (Json& other : *list) {
     if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
     const bool factor = name == "scale";
-    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * by : x; }, &other["parameters"][name]);
+    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * std::abs(by) : x; }, &other["parameters"][name]);
     other["of_log"] = true;
     return true;
   }

@@ -89,6 +89,21 @@ TEST(SignedAxes, AFlippedAxisIsReportedAsItsScale) {
   EXPECT_EQ(finding["parameters"]["scale"]["value"].get<std::vector<double>>(), (std::vector<double>{1, -1, 1}));
 }
 
+// An accelerometer that counts gravity upwards down and 2 % too little: the interval of the product was inside out.
+TEST(SignedAxes, AScaleThatAWrongSignIsTakenTogetherWithKeepsItsInterval) {
+  LogConventions logged;
+  logged.bodies.push_back({"/imu/waist/linear_acceleration", -1.0, "it counts gravity upwards down", false});
+  Reports reports;
+  const nlohmann::ordered_json scale{{"value", 0.98}, {"std", 0.003}, {"ci95", {0.974, 0.986}}, {"unit", "1"}};
+  reports.report["findings"] = {{{"effect", "sensor_scale"}, {"where", {{"sensor", "/imu/waist/linear_acceleration"}}}, {"parameters", {{"scale", scale}}}}};
+  add_conventions(make_biped({}), logged, &reports);
+  ASSERT_EQ(reports.report["findings"].size(), 1u);
+  const auto& both = reports.report["findings"][0]["parameters"]["scale"];
+  EXPECT_DOUBLE_EQ(both["value"], -0.98);
+  EXPECT_DOUBLE_EQ(both["std"], 0.003);
+  EXPECT_EQ(both["ci95"].get<std::vector<double>>(), (std::vector<double>{-0.986, -0.974}));
+}
+
 class AxesOfARealWalk : public testing::TestWithParam<std::pair<std::string, Matrix3d>> {};
 
 TEST_P(AxesOfARealWalk, AreToldByLegsThatStand) {
