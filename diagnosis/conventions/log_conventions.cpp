@@ -3,24 +3,26 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "common/effects/units.h"
 #include "common/spatial/rpy.h"
+#include "diagnosis/conventions/exchanged_joints.h"
+#include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/conventions/mounting.h"
+#include "diagnosis/conventions/unit_doubts.h"
+#include "diagnosis/conventions/zero_search.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/conventions/exchanged_joints.h"
-#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
-#include "diagnosis/conventions/mounting.h"
+#include "diagnosis/measurement/floating/signed_axes.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
-#include "diagnosis/conventions/unit_doubts.h"
-#include "diagnosis/conventions/zero_search.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -146,12 +148,18 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
     const Vector3d rpy = calc_rpy(R);
     return make_vector({rpy.x(), rpy.y(), rpy.z()}, {kTurn, kTurn, kTurn}, "rad");
   };
-  if (frame.is_turned()) {
-    const Vector3d rpy = calc_rpy(frame.R);
+  const auto [Q, signs] = floating::split_signs(frame.R);
+  if (signs != Vector3d::Ones()) {
+    const std::string text = ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
+    const Json value = make_vector({signs.x(), signs.y(), signs.z()}, {kKnown, kKnown, kKnown}, "1");
+    findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorScale), "scale", value, value, text}));
+  }
+  if (!Q.isIdentity(1e-9)) {
+    const Vector3d rpy = calc_rpy(Q);
     const auto degrees = [](double angle) { return number(std::round(angle * kDegrees) + 0.0, 3); };  // no "-0"
     const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
                              degrees(rpy.z()) + " degrees.";
-    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(frame.R), make_rpy(frame.R.transpose()), text}));
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(Q), make_rpy(Q.transpose()), text}));
   }
   if (frame.late == 0.0) return;
   const double late = round_to(frame.late, 3);
@@ -194,6 +202,7 @@ void change(const std::function<double(double)>& move, const std::function<doubl
   (*p)["value"] = move((*p)["value"].get<double>());
   (*p)["std"] = spread((*p)["std"].get<double>());
   for (Json& end : (*p)["ci95"]) end = move(end.get<double>());
+  if ((*p)["ci95"].size() == 2 && (*p)["ci95"][0] > (*p)["ci95"][1]) std::swap((*p)["ci95"][0], (*p)["ci95"][1]);  // a factor below zero
 }
 
 // The same effect that was found in converted recordings becomes one of logged recordings: gains multiply, offsets add.
@@ -204,7 +213,7 @@ bool merge(const Json& finding, Json* list) {
   for (Json& other : *list) {
     if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
     const bool factor = name == "scale";
-    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * by : x; }, &other["parameters"][name]);
+    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * std::abs(by) : x; }, &other["parameters"][name]);
     other["of_log"] = true;
     return true;
   }

@@ -214,7 +214,7 @@ PressedStretch press(const LeggedLog& log, size_t c) {
 double ask_encoders(const LeggedLog& log, size_t imu, double ahead) {
   const std::vector<Standing> standing = list_standing(log, imu, Purpose::kForClocks);
   if (standing.empty()) return 0;
-  return calc_odds(list_instants(standing), list_left(log, imu, standing, {}), list_left(log, imu, standing, {Matrix3d::Identity(), {-ahead, 0}, 1}));
+  return calc_odds(list_instants(standing), list_left(log, imu, standing, {}), list_left(log, imu, standing, {{}, {-ahead, 0}, 1}));
 }
 
 std::string name_feet(const LeggedLog& log, int foot) {

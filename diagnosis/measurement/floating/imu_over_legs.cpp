@@ -38,15 +38,15 @@ std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vecto
   for (const Standing& s : standing) {
     const size_t k = shift(s.at.k, taken.clock, *s.at.clip, log);
     const ImuTracks& tracks = s.at.clip->imus[imu];
-    const Vector3d rate = s.R_BI * (taken.R * get_values(tracks.gyro, k)) - s.more;
-    left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.R * get_values(tracks.accelerometer, k)) / g)));
+    const Vector3d rate = s.R_BI * (taken.axes.gyro * get_values(tracks.gyro, k)) - s.more;
+    left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.axes.accelerometer * get_values(tracks.accelerometer, k)) / g)));
   }
   return left;
 }
 
 Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Standing>& standing) {
   return [&log, &standing, imu, per_unit](const Matrix3d& R, const Clock& clock) {
-    const std::vector<double> left = list_left(log, imu, standing, {R, clock, per_unit});
+    const std::vector<double> left = list_left(log, imu, standing, {{R, R}, clock, per_unit});
     const double mean = calc_mean(left);
     return mean * mean + 1.0;
   };

@@ -26,9 +26,14 @@ std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose pu
 
 std::vector<Instant> list_instants(const std::vector<Standing>& standing);
 
+// What takes readings into the model's axes.
+struct ImuAxes {
+  Matrix3d gyro = Matrix3d::Identity(), accelerometer = Matrix3d::Identity();
+};
+
 // What an IMU is taken as.
 struct Taken {
-  Matrix3d R = Matrix3d::Identity();
+  ImuAxes axes;
   Clock clock;
   double per_unit = 1.0;  // what its accelerometer reads of 1 m/s^2
 };

@@ -15,6 +15,7 @@ namespace {
 
 // Sizes of an effect are relative to its size in the whole fit: 1 is the same.
 constexpr double kMost = 2;        // largest size of one law: laws harden, and other effects are beside it
+const char* const kPhase = "phase ";
 const char* const kLittle = "the foot bears little";
 const char* const kMuch = "the foot bears much";
 
@@ -66,7 +67,7 @@ class Splitter {
   std::vector<Regime> run() {
     std::map<int, std::vector<Product>> phases;
     for (const Product& p : all_) phases[p.phase].push_back(p);
-    for (const auto& [phase, rows] : phases) add("phase " + std::to_string(phase), rows);
+    for (const auto& [phase, rows] : phases) add(kPhase + std::to_string(phase), rows);
     const std::vector<Product> calm = take(all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
     add("calm", calm);
     add("rough", take(all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
@@ -201,6 +202,15 @@ bool is_steady(const std::vector<Regime>& regimes) {
     // A size with the other sign is wrong even where it is not told exactly.
     return !by_chance && ((far && r.std < kMinority) || (r.size < 0 && r.std < kHalf));
   });
+}
+
+double find_phase_spread(const std::vector<Regime>& regimes) {
+  double out = 0;
+  for (const Regime& r : regimes) {
+    const double away = std::abs(r.size - 1);
+    if (r.name.rfind(kPhase, 0) == 0 && r.std < kMinority && away > kUnlikely * r.std) out = std::max(out, away);
+  }
+  return out;
 }
 
 bool is_alike(const std::vector<Regime>& regimes) {

@@ -24,6 +24,10 @@ std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fi
 // by more than three deviations.
 bool is_steady(const std::vector<Regime>& regimes);
 
+// By how much of its size, at most, a phase differs from the whole: as far as it tells the size to a fifth, and by more than three
+// deviations. 0: none does.
+double find_phase_spread(const std::vector<Regime>& regimes);
+
 // Whether calm and rough rows tell the same size, to a factor of two or beyond chance.
 bool is_alike(const std::vector<Regime>& regimes);
 

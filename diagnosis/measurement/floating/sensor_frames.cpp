@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
+#include "diagnosis/measurement/floating/signed_axes.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -45,15 +46,18 @@ std::vector<Expected> list_expected(const LeggedLog& log, size_t imu, Purpose pu
 }
 
 // `per_unit`: what the accelerometer reads of a specific force of 1 m/s^2.
+double calc_square(const LeggedLog& log, size_t imu, const Expected& e, const Taken& taken) {
+  const size_t k = shift(e.k, taken.clock, *e.clip, log);
+  double out = (taken.axes.gyro * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
+  if (!log.imus[imu].accelerometer) return out;
+  const Vector3d force = taken.axes.accelerometer * get_values(e.clip->imus[imu].accelerometer, k) / taken.per_unit;
+  return out + (force - e.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
+}
+
 Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Expected>& expected) {
   return [&log, &expected, imu, per_unit](const Matrix3d& R, const Clock& clock) {
-    const ImuSensor& sensor = log.imus[imu];
     double sum = 0.0;
-    for (const Expected& e : expected) {
-      const size_t k = shift(e.k, clock, *e.clip, log);
-      if (sensor.accelerometer) sum += (R * get_values(e.clip->imus[imu].accelerometer, k) / per_unit - e.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
-      sum += (R * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
-    }
+    for (const Expected& e : expected) sum += calc_square(log, imu, e, {{R, R}, clock, per_unit});
     // What is expected is no better known than that: so much is left of a sensor that is mounted as it should be.
     return sum / static_cast<double>(expected.size()) + 1.0;
   };
@@ -79,6 +83,8 @@ Purpose find_purpose(double late) {
 
 Clock make_clock(double late) { return {late, 0.0, std::min(late, -kNearClock), std::max(late, kNearClock)}; }
 
+Taken take(const BestFrame& whole) { return {{whole.R, whole.R}, make_clock(whole.late), 1.0}; }
+
 // What moments for turns and those for clocks say; nominal where there are too few.
 template <class List, class Measure>
 BestFrame find_frame(const List& list, const Measure& measure) {
@@ -101,11 +107,16 @@ class OverLegs {
                       [this](const std::vector<Standing>& s) { return measure_over_legs(log_, imu_, 1.0, s); });
   }
 
-  // 1: for this frame, -1: against it, 0: legs cannot tell.
-  int judge(const BestFrame& frame) const {
-    const std::vector<Standing> moments = list_standing(log_, imu_, find_purpose(frame.late));
-    if (moments.empty()) return 0;
-    return compare_over_legs(log_, imu_, moments, {frame.R, make_clock(frame.late), 1.0}, {});
+  // 1: for what an IMU is taken as, -1: against it, 0: legs cannot tell.
+  int judge(const Taken& taken) const {
+    const std::vector<Standing> moments = list_standing(log_, imu_, find_purpose(taken.clock.late));
+    return moments.empty() ? 0 : compare_over_legs(log_, imu_, moments, taken, {});
+  }
+
+  SignedAxes find_axes(const BestFrame& whole) const {
+    const std::vector<Standing> moments = list_standing(log_, imu_, find_purpose(whole.late));
+    const auto list = [&](const Taken& taken) { return list_left(log_, imu_, moments, taken); };
+    return find_signed_axes(list_instants(moments), [&](const ImuAxes& axes) { return list({axes, {}, 1.0}); }, list(take(whole)), log_.imus[imu_].accelerometer);
   }
 
  private:
@@ -113,20 +124,50 @@ class OverLegs {
   size_t imu_;
 };
 
+// The same of what the base's pose expects.
+SignedAxes find_axes(const LeggedLog& log, size_t imu, const BestFrame& whole) {
+  const std::vector<Expected> moments = list_expected(log, imu, find_purpose(whole.late));
+  std::vector<Instant> at;
+  for (const Expected& e : moments) at.push_back({e.clip, e.k});
+  const auto list = [&](const Taken& taken) {
+    std::vector<double> left;
+    for (const Expected& e : moments) left.push_back(std::sqrt(calc_square(log, imu, e, taken)));
+    return left;
+  };
+  return find_signed_axes(at, [&](const ImuAxes& axes) { return list({axes, {}, 1.0}); }, list(take(whole)), log.imus[imu].accelerometer);
+}
+
+// Of an IMU whose halves are off by themselves.
+std::vector<SensorFrame> list_halves(const std::string& name, const SignedAxes& found) {
+  std::vector<SensorFrame> out;
+  const auto& [gyro, accelerometer] = found.axes;
+  if (!gyro.isIdentity()) out.push_back(make_frame(name + "/angular_velocity", {gyro, 0.0, found.left}));
+  if (!accelerometer.isIdentity()) out.push_back(make_frame(name + "/linear_acceleration", {accelerometer, 0.0, found.left}));
+  return out;
+}
+
 // Encoders are the clock, and legs that stand the axes. Where they cannot tell, the IMU is off or what it is compared with.
-SensorFrame find_imu(const LeggedLog& log, size_t imu) {
+std::vector<SensorFrame> find_imu(const LeggedLog& log, size_t imu) {
   const std::string name = "/imu/" + log.imus[imu].name;
+  if (!log.imus[imu].gyro) return {};
   const OverLegs legs(log, imu);
   const BestFrame by_legs = legs.find_best();
-  if (!by_legs.is_nominal()) return make_frame(name, by_legs);
+  const std::vector<SensorFrame> halves = list_halves(name, legs.find_axes(by_legs));
+  if (!halves.empty()) return halves;
+  if (!by_legs.is_nominal()) return {make_frame(name, by_legs)};
   const BestFrame best = find_frame([&](Purpose purpose) { return list_expected(log, imu, purpose); },
                                     [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
+  // A pose in another convention may look like a half of the IMU that is off: legs must confirm it.
+  const SignedAxes by_pose = find_axes(log, imu, best);
+  const int halves_told = legs.judge({by_pose.axes, {}, 1.0});
+  const std::vector<SensorFrame> of_pose = list_halves(name, by_pose);
+  if (!of_pose.empty() && (halves_told > 0 || (halves_told == 0 && !log.base_pose))) return of_pose;
   if (best.is_nominal()) return {};
-  const int told = legs.judge(best);
+  const int told = legs.judge(take(best));
   if (told < 0 && log.base_pose) return {};
   SensorFrame out = make_frame(name, best);
   if (told == 0 && log.base_pose) out.rival = "/base/pose";
-  return out;
+  return {out};
 }
 
 // What the motion asks of the ground, and what each sensor's wrench adds: [moment / arm; force] about the base, base axes.
@@ -258,7 +299,7 @@ Upside find_upside(const LeggedLog& log, size_t imu, double per_unit) {
   if (!standing.empty()) {
     const Matrix3d turned = find_least(measure_over_legs(log, imu, per_unit, standing)).first;
     const Matrix3d counted = find_least(measure_over_legs(log, imu, -per_unit, standing)).first;
-    const int told = compare_over_legs(log, imu, standing, {turned, {}, per_unit}, {counted, {}, -per_unit});
+    const int told = compare_over_legs(log, imu, standing, {{turned, turned}, {}, per_unit}, {{counted, counted}, {}, -per_unit});
     if (told != 0) return told > 0 ? Upside::kTurned : Upside::kCounts;
   }
   const std::vector<Expected> expected = list_expected(log, imu, Purpose::kForTurns);
@@ -272,8 +313,9 @@ std::vector<SensorFrame> find_sensor_frames(const Experiment& e) {
   if (!e.scenario.floating_base || e.num_joints() == 0 || e.scenario.feet.empty()) return {};
   const LeggedLog log = make_legged_log(e, Half::kEven);
   std::vector<SensorFrame> out;
-  for (size_t i = 0; i < log.imus.size(); ++i) out.push_back(find_imu(log, i));
-  out = keep(std::move(out));
+  for (size_t i = 0; i < log.imus.size(); ++i) {
+    for (SensorFrame& f : find_imu(log, i)) out.push_back(std::move(f));
+  }
   const Experiment mounted = convert_sensor_frames(e, out);
   for (SensorFrame& f : keep(find_wrenches(make_legged_log(mounted, Half::kEven)))) out.push_back(std::move(f));
   return out;
@@ -297,7 +339,7 @@ std::vector<std::string> list_not_looked_for(const Experiment& e) {
 Experiment convert_sensor_frames(Experiment e, const std::vector<SensorFrame>& frames) {
   for (const SensorFrame& f : frames) {
     for (Recording& r : e.recordings) {
-      for (const char* part : {"/force", "/torque", "/linear_acceleration", "/angular_velocity"}) turn(f.sensor + part, f.R, &r);
+      for (const char* part : {"", "/force", "/torque", "/linear_acceleration", "/angular_velocity"}) turn(f.sensor + part, f.R, &r);
       turn_attitude(f.sensor + "/orientation", f.R, &r);
       if (f.late != 0.0) shift_columns(f.sensor, f.late, &r);
     }

@@ -12,8 +12,8 @@
 namespace hrp::diagnosis::floating {
 
 struct SensorFrame {
-  std::string sensor;                      // "/imu/waist", "/wrench/l_foot"
-  Matrix3d R = Matrix3d::Identity();       // it reads R^T v in the place of v
+  std::string sensor;                      // "/imu/waist", "/wrench/l_foot"; "/imu/waist/angular_velocity": that half alone
+  Matrix3d R = Matrix3d::Identity();       // it reads R^T v in the place of v; of a half it may be left-handed
   double late = 0.0;                       // [s] its stamps are behind those of the encoders by so much
   double left = 1.0;                       // share of the error, in squares, that is left without both
   std::string rival;                       // a sensor that may be off in the place of this one; empty: none

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/floating/regimes.h"
 #include "diagnosis/measurement/floating/search/deviations.h"
 #include "diagnosis/measurement/floating/search/gain.h"
 #include "diagnosis/measurement/floating/search/rivals.h"
@@ -49,7 +51,9 @@ FoundEffect describe_effect(const SearchState& state, size_t i) {
   const LeggedFit rest = fit_without(state, i);
   FoundEffect f;
   f.effect = chosen.effects[i], f.x = chosen.get(i);
-  f.std = calc_deviation(state, chosen, i), f.scatter = calc_scatter(state, chosen, i);
+  // What phases differ by beyond chance has a cause that nothing explains: the value is no better known.
+  const double by_phase = find_phase_spread(list_regimes(state.fitter, chosen, i, state.layout)) / kNinetyFive;
+  f.std = calc_deviation(state, chosen, i).cwiseMax(by_phase * f.x.cwiseAbs()), f.scatter = calc_scatter(state, chosen, i);
   f.spread = calc_spread(state, chosen, i);
   f.channel = find_main_channel(state, rest, chosen);
   f.gain = calc_total_gain(state, rest, chosen);
