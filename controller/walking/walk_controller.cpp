@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
-#include "common/spatial/turn_z.h"
 #include "controller/walking/pattern.h"
 #include "controller/walking/stabilizer.h"
 #include "controller/walking/whole_body.h"
@@ -125,14 +124,8 @@ class WalkController : public Controller {
   void make_pattern(const SensorData& sensors) {
     start_time_ = sensors.time;
     start_q_ = sensors.q;
-    const Vector3d forward = R_WB_ * (sole_B_[kLeft].R.col(0) + sole_B_[kRight].R.col(0));
-    R_PW_ = turn_z(-std::atan2(forward.y(), forward.x()));
-    const Matrix3d R = R_PW_ * R_WB_;
-    const Vector3d middle = 0.5 * (R * sole_B_[kLeft].p + R * sole_B_[kRight].p);
-    PatternStart start;
-    start.com = R * com_B_ - middle;
-    start.R_WB = R;
-    for (int side : {kLeft, kRight}) start.soles[side] = {R * sole_B_[side].R, R * sole_B_[side].p - middle};
+    R_PW_ = calc_pattern_axes(body_, R_WB_);
+    const PatternStart start = make_pattern_start(body_, R_PW_ * R_WB_);
     const double zc = spec_.com_height > 0.0 ? spec_.com_height : start.com.z();
     pattern_.emplace(spec_, start, zc);
   }

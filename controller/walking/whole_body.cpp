@@ -7,6 +7,7 @@
 #include "common/base/diagnostics.h"
 #include "common/multibody/momentum.h"
 #include "common/robot/sole.h"
+#include "common/spatial/turn_z.h"
 
 namespace hrp::walking {
 namespace {
@@ -125,6 +126,21 @@ bool WholeBody::solve(const Vector3d& com, const Matrix3d& R_WB, const Transform
   }
   *q = state_.q;
   return reached;
+}
+
+Matrix3d calc_pattern_axes(const WholeBody& body, const Matrix3d& R_WB) {
+  const Vector3d forward = R_WB * (body.get_sole(kLeft).R.col(0) + body.get_sole(kRight).R.col(0));
+  return turn_z(-std::atan2(forward.y(), forward.x()));
+}
+
+PatternStart make_pattern_start(const WholeBody& body, const Matrix3d& R_PB) {
+  const Transform soles_B[2] = {body.get_sole(kLeft), body.get_sole(kRight)};
+  const Vector3d middle = 0.5 * (R_PB * soles_B[kLeft].p + R_PB * soles_B[kRight].p);
+  PatternStart start;
+  start.com = R_PB * body.get_com() - middle;
+  start.R_WB = R_PB;
+  for (int side : {kLeft, kRight}) start.soles[side] = {R_PB * soles_B[side].R, R_PB * soles_B[side].p - middle};
+  return start;
 }
 
 }  // namespace hrp::walking

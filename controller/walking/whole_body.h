@@ -11,6 +11,7 @@
 #include "common/robot/walk_spec.h"
 #include "controller/motion/leg.h"
 #include "controller/walking/footsteps.h"
+#include "controller/walking/pattern.h"
 
 namespace hrp::walking {
 
@@ -57,5 +58,11 @@ class WholeBody {
   Eigen::MatrixXd J_;
   Leg legs_[2];
 };
+
+// Axes of a pattern, level with the heading of the feet, from the world in which the base has this attitude.
+Matrix3d calc_pattern_axes(const WholeBody& body, const Matrix3d& R_WB);
+
+// Where a pattern begins; its origin is between the soles. `R_PB`: base in the pattern's axes.
+PatternStart make_pattern_start(const WholeBody& body, const Matrix3d& R_PB);
 
 }  // namespace hrp::walking

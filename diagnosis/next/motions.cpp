@@ -146,7 +146,7 @@ double find_largest(const std::vector<double>& values) {
 }  // namespace
 
 const char* get_family_word(Family family) {
-  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir", "swing"};
+  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir", "swing", "walk"};
   return words[static_cast<size_t>(family)];
 }
 
@@ -163,7 +163,8 @@ const char* get_family_sentence(Family family) {
       "The feet stand, the body moves forward and back.",
       "The feet stand, the knees bend.",
       "The feet stand, the body moves sideways, forward and down, and the limbs that stand on nothing swing.",
-      "The feet and the body stand, the limbs that stand on nothing swing."};
+      "The feet and the body stand, the limbs that stand on nothing swing.",
+      "A few steps forward and back: keep a metre free around the robot, and hold it by a slack rope."};
   return sentences[static_cast<size_t>(family)];
 }
 

@@ -10,7 +10,7 @@
 namespace hrp::diagnosis {
 
 // After kCount: motions of robots on their feet (stance_motions.h).
-enum class Family { kMultisine, kTwoSpeeds, kSteps, kChirp, kPostures, kCreep, kRipple, kCount, kSway = kCount, kLean, kSquat, kStir, kSwing, kEnd };
+enum class Family { kMultisine, kTwoSpeeds, kSteps, kChirp, kPostures, kCreep, kRipple, kCount, kSway = kCount, kLean, kSquat, kStir, kSwing, kWalk, kEnd };
 const char* get_family_word(Family family);      // "two_speeds", for file names
 const char* get_family_sentence(Family family);  // what people see the robot do
 

@@ -10,10 +10,12 @@
 #include "diagnosis/next/dot.h"
 #include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
+#include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/stance_motions.h"
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/stance_worlds.h"
+#include "diagnosis/next/walk_motions.h"
 #include "diagnosis/search/trial.h"
 
 namespace hrp::diagnosis {
@@ -106,7 +108,7 @@ class StanceProposer {
     return readings;
   }
 
-  StanceRun play(const Scenario& scenario, const Commands& commands) const { return run_stance(e_, scenario, commands, limits_); }
+  StanceRun play(const Scenario& scenario, const StanceCandidate& c) const { return run_stance(e_, scenario, c.commands, limits_, c.plan.family == Family::kWalk); }
 
   // Simulates a motion with the largest size that is safe under all explanations.
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
@@ -116,7 +118,7 @@ class StanceProposer {
       if (c->commands.time.empty()) continue;
       c->runs.clear();
       for (const StanceWorld& world : worlds_.list) {
-        c->runs.push_back(play(world.scenario, c->commands));
+        c->runs.push_back(play(world.scenario, *c));
         c->fault = c->runs.back().fault.empty() ? "" : c->runs.back().fault + " if it is " + world.label;
         if (!c->fault.empty()) break;
       }
@@ -134,7 +136,7 @@ class StanceProposer {
     const Readings own = record(c->runs[i], worlds_.list[i].faults);
     for (const StanceMove& move : worlds_.list[i].moves) {
       if (move.shared >= 0) slopes.push_back(c->slopes[static_cast<size_t>(move.shared)]);
-      else slopes.push_back(subtract(record(move.of_log ? c->runs[i] : play(move.scenario, c->commands), move.faults), own, c->weights));
+      else slopes.push_back(subtract(record(move.of_log ? c->runs[i] : play(move.scenario, *c), move.faults), own, c->weights));
       slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
     if (i == 0) c->slopes = slopes;
@@ -153,7 +155,8 @@ class StanceProposer {
 
   void try_motions() {
     std::vector<MotionPlan> plans;
-    for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kEnd); ++f) {
+    const bool walks = is_walking(e_);  // a robot that was never seen to walk does not begin with it here
+    for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(walks ? Family::kEnd : Family::kWalk); ++f) {
       for (unsigned seed = 1; seed <= kSeeds; ++seed) {
         MotionPlan plan;
         plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
@@ -205,13 +208,14 @@ class StanceProposer {
   double calc_worth_of(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0;
     for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
-    return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c)));
+    // A walk needs room, and somebody beside the robot.
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c))) * (c.plan.family == Family::kWalk ? kDrawback : 1.0);
   }
 
   // Checks the motion under the nominal model and with values at the ends of their intervals.
   std::string find_fault(const StanceCandidate& c, std::vector<double>* leave) const {
     std::vector<StanceRun> runs(worlds_.ends.size());
-    parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) { runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c.commands); });
+    parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) { runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c); });
     std::string fault;
     for (size_t i = 0; i < runs.size(); ++i) {
       if (fault.empty() && !runs[i].fault.empty()) fault = runs[i].fault + " with " + worlds_.ends[i].label;

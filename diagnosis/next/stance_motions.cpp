@@ -7,6 +7,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/momentum.h"
 #include "common/robot/sole.h"
+#include "diagnosis/next/walk_motions.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -195,7 +196,8 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
   if (plan.family == Family::kSwing && std::count(limbs.moves.begin(), limbs.moves.end(), 1) == 0) return {};
   const Commands swings = make_motion(limbs, make_swing_limits(limits, legs.calc_com_rates(), plan.size));
   for (double share : kLowered) {
-    Commands out = follow(Legs(experiment, limits), ways, share * legs.calc_height());
+    const double lowered = share * legs.calc_height();
+    Commands out = plan.family == Family::kWalk ? make_walk(experiment, plan, limits, lowered) : follow(Legs(experiment, limits), ways, lowered);
     for (size_t j = 0; j < out.position.size(); ++j) {
       if (limbs.moves[j]) out.position[j] = swings.position[j];
     }

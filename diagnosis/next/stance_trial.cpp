@@ -9,6 +9,7 @@
 #include "common/robot/sole.h"
 #include "common/scene/ground_contact.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/model/tree.h"
 #include "diagnosis/standing/sole.h"
 #include "servers/console/trial/trial.h"
 
@@ -46,14 +47,15 @@ class StanceController : public Controller {
   std::vector<int> joints_;
 };
 
-// Support polygon, counter-clockwise: hull of all sole points on the ground.
-std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& state, const GroundPlane& ground) {
+// Support polygon, counter-clockwise: hull of all points of these feet's soles that are on the ground.
+std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& state, const GroundPlane& ground, const std::vector<int>& feet) {
   Model model(robot.tree);
   Data data(model);
   update_kinematics(model, state, &data);
   std::vector<PointForce> points;
   double lowest = 1e300;
   for (const Sole& sole : make_soles(robot)) {
+    if (std::none_of(feet.begin(), feet.end(), [&](int link) { return is_above(robot.tree, link, sole.link); })) continue;
     for (const SolePoint& point : sole.points) {
       points.emplace_back();
       points.back().p_WC = get_pose(data, sole.link) * point.p_LQ - Vector3d(0, 0, point.radius);
@@ -79,11 +81,12 @@ double calc_distance(const std::vector<Vector3d>& hull, const Vector3d& p) {
 
 class Watch {
  public:
-  Watch(const Experiment& e, const Limits& limits, const Scenario& scenario, const Trial& trial)
-      : e_(e), limits_(limits), ground_(make_ground_plane(scenario.ground)), gravity_(scenario.gravity_W.norm()),
+  Watch(const Experiment& e, const Limits& limits, const Scenario& scenario, const Trial& trial, bool walks)
+      : e_(e), limits_(limits), walks_(walks), ground_(make_ground_plane(scenario.ground)), gravity_(scenario.gravity_W.norm()),
         stretch_(std::max(1, static_cast<int>(std::lround(kStretch / scenario.time_step)))) {
     const TreeSpec& tree = trial.robot().tree;
     for (int j = 0; j < e.num_joints(); ++j) joints_.push_back(tree.find_joint(e.robot.tree.joint(j).name));
+    for (const std::string& foot : scenario.feet) feet_.push_back(tree.frames[static_cast<size_t>(tree.find_frame(foot))].link);
     for (const LinkSpec& link : tree.links) weight_ += gravity_ * link.inertia.mass;
   }
 
@@ -100,7 +103,7 @@ class Watch {
   void look(Trial& trial, StanceRun* run) {
     const State& state = trial.engine().state();
     if (trial.time() >= kSettled) {
-      if (hull_.empty()) hull_ = find_stand(trial.robot(), state, ground_);
+      if (walks_ || hull_.empty()) hull_ = find_stand(trial.robot(), state, ground_, walks_ ? list_carrying() : feet_);
       look_at_balance(state, run);
       if (run->fault.empty()) look_at_contacts(trial, run);
     }
@@ -137,11 +140,21 @@ class Watch {
   }
 
  private:
+  bool carries(size_t foot) const { return loads_[foot] > kDetail * weight_ * static_cast<double>(steps_); }
+
+  std::vector<int> list_carrying() const {
+    std::vector<int> links;
+    for (size_t f = 0; f < loads_.size(); ++f) {
+      if (carries(f)) links.push_back(feet_[f]);
+    }
+    return links;
+  }
+
   void look_at_balance(const State& state, StanceRun* run) const {
     const double lean = std::acos(std::clamp((state.R_WB * Vector3d::UnitZ()).z(), -1.0, 1.0));
     if (!(lean < kLean)) run->fault = "the robot falls";
-    for (double load : loads_) {
-      if (run->fault.empty() && !(load > kDetail * weight_ * static_cast<double>(steps_))) run->fault = "a foot comes off the ground";
+    for (size_t f = 0; f < loads_.size() && !walks_; ++f) {
+      if (run->fault.empty() && !carries(f)) run->fault = "a foot comes off the ground";
     }
     if (!run->fault.empty()) return;
     const std::optional<Vector3d> zmp = calc_ground_zmp(forces_, ground_);
@@ -159,9 +172,10 @@ class Watch {
 
   const Experiment& e_;
   const Limits& limits_;
+  bool walks_;
   GroundPlane ground_;
   double gravity_, weight_ = 0.0;
-  std::vector<int> joints_;
+  std::vector<int> joints_, feet_;  // links of the feet
   std::vector<Vector3d> hull_;
   ContactForces forces_;        // of all steps of the window
   std::vector<double> loads_;   // [N] by foot, summed over the window
@@ -180,12 +194,12 @@ Scenario make_stance_scenario(const Experiment& e, Scenario scenario, double end
 
 }  // namespace
 
-StanceRun run_stance(const Experiment& experiment, const Scenario& given, const Commands& commands, const Limits& limits) {
+StanceRun run_stance(const Experiment& experiment, const Scenario& given, const Commands& commands, const Limits& limits, bool walks) {
   const Scenario scenario = make_stance_scenario(experiment, given, commands.time.back(), limits);
   Trial trial(scenario, [&](const Robot& robot) { return std::make_unique<StanceController>(experiment, commands, robot); });
   StanceRun run;
   run.leave.assign(limits.joints.size(), 0.0);
-  Watch watch(experiment, limits, scenario, trial);
+  Watch watch(experiment, limits, scenario, trial, walks);
   const long steps = std::lround(scenario.duration / scenario.time_step);
   const long window = std::max<long>(1, std::lround(kWindow / scenario.time_step));
   for (long k = 0; k < steps && run.fault.empty(); ++k) {

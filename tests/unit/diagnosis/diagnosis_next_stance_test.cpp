@@ -82,7 +82,7 @@ TEST(NextStance, NothingIsProposedThatAnAlternativeWouldFallIn) {
 TEST(NextStance, TheBodyMovesAndTheSolesStay) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Limits limits = make_limits(e, {});
-  for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kEnd); ++f) {
+  for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kWalk); ++f) {
     MotionPlan plan;
     plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
     const Commands motion = make_stance_motion(e, plan, limits);

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Walks among the motions of the next experiment.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "diagnosis/next/limits.h"
+#include "diagnosis/next/stance_motions.h"
+#include "diagnosis/next/stance_trial.h"
+#include "diagnosis/next/walk_motions.h"
+#include "diagnosis/report/report.h"
+#include "test_places.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+const std::string kFile = std::string(HRP_SOURCE_DIR) + "/models/experiments/standing/experiment.yaml";
+
+Commands make_walk_of(const Experiment& e, const Limits& limits, unsigned seed, double seconds) {
+  MotionPlan plan;
+  plan.family = Family::kWalk, plan.seed = seed, plan.seconds = seconds, plan.moves.assign(limits.joints.size(), 1);
+  return make_stance_motion(e, plan, limits);
+}
+
+// Two gaits: long slow steps and short quick ones.
+TEST(NextWalk, AWalkKeepsTheRobotOnTheSolesThatCarryIt) {
+  const Experiment e = load_experiment(kFile);
+  const Limits limits = make_limits(e, {});
+  for (unsigned seed : {1u, 2u}) {
+    const Commands walk = make_walk_of(e, limits, seed, 10.0);
+    ASSERT_FALSE(walk.time.empty()) << seed;
+    EXPECT_LE(walk.time.back(), 10.0);
+    const StanceRun run = run_stance(e, e.scenario, walk, limits, true);
+    EXPECT_EQ(run.fault, "") << seed;
+    EXPECT_GE(run.margin, kZmpMargin) << seed;
+    EXPECT_EQ(run_stance(e, e.scenario, walk, limits).fault, "a foot comes off the ground") << seed;  // it does walk
+  }
+}
+
+TEST(NextWalk, AWalkBeginsAndEndsInTheStartPose) {
+  const Experiment e = load_experiment(kFile);
+  const Limits limits = make_limits(e, {});
+  const Commands walk = make_walk_of(e, limits, 1, 10.0);
+  ASSERT_FALSE(walk.time.empty());
+  for (size_t j = 0; j < walk.position.size(); ++j) {
+    EXPECT_NEAR(walk.position[j].front(), limits.joints[j].start, 1e-6);
+    EXPECT_NEAR(walk.position[j].back(), limits.joints[j].start, 1e-4);  // the last sample is up to 4 ms before the end
+  }
+}
+
+// Settling and two shifts of weight alone take 5 s.
+TEST(NextWalk, NoWalkIsMadeForATimeThatIsTooShortForSteps) {
+  const Experiment e = load_experiment(kFile);
+  EXPECT_TRUE(make_walk_of(e, make_limits(e, {}), 1, 5.0).time.empty());
+}
+
+// Half of the robot's mass, half a metre before it: it falls over its toes.
+TEST(NextWalk, AWalkThatTipsTheRobotIsAFault) {
+  const Experiment e = load_experiment(kFile);
+  const Limits limits = make_limits(e, {});
+  const Commands walk = make_walk_of(e, limits, 1, 10.0);
+  ASSERT_FALSE(walk.time.empty());
+  const nlohmann::json load = {{"effect", "payload"}, {"where", {{"link", "trunk"}}}, {"parameters", {{"mass", 18.0}, {"com", {0.5, 0.0, 0.2}}}}};
+  const Scenario loaded = parse_scenario(make_scenario_text(e, nlohmann::json::array({load})), e.scenario.path);
+  EXPECT_NE(run_stance(e, loaded, walk, limits, true).fault, "");
+}
+
+// A robot that was only seen to stand is not asked to walk. Here the sensor of its left foot reads a hundredth for a while.
+TEST(NextWalk, ARobotWalksIfAFootLeavesTheGroundAndComesBack) {
+  Experiment e = load_experiment(kFile);
+  EXPECT_FALSE(is_walking(e));
+  for (Recording& r : e.recordings) {
+    for (auto& [name, column] : r.other) {
+      for (size_t k = r.size() / 3; k < r.size() / 2 && name.rfind("/wrench/left_foot_ft/", 0) == 0; ++k) column[k] *= 0.01;
+    }
+  }
+  EXPECT_TRUE(is_walking(e));
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
