@@ -44,6 +44,8 @@ class StanceProposer {
     const Json fit = report.value("fit", Json::object());
     const Json judged = fit.value("validate", Json::object());
     if (judged.contains("after") && judged["after"].is_number()) discrepancy_ = std::max(1.0, judged["after"].get<double>());
+    const std::string verdict = report.value("verdict", "");
+    complete_ = verdict == "explained" || verdict == "no_mismatch";
     list_noise();
   }
 
@@ -155,7 +157,9 @@ class StanceProposer {
 
   void try_motions() {
     std::vector<MotionPlan> plans;
-    const bool walks = is_walking(e_);  // a robot that was never seen to walk does not begin with it here
+    // A robot that was never seen to walk does not begin with it here. Nothing corrects a walk that is played: it needs a robot
+    // that the simulation describes completely.
+    const bool walks = complete_ && is_walking(e_);
     for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(walks ? Family::kEnd : Family::kWalk); ++f) {
       for (unsigned seed = 1; seed <= kSeeds; ++seed) {
         MotionPlan plan;
@@ -318,6 +322,7 @@ class StanceProposer {
   StanceWorlds worlds_;
   std::vector<double> noise_;
   double discrepancy_ = 1.0;
+  bool complete_ = false;  // the report leaves nothing unexplained
   std::vector<StanceCandidate> candidates_;
   Next next_;
 };
