@@ -31,6 +31,8 @@ struct TopicSpec {
   std::string type_name;  // "hrp::msg::RobotState"
   Retention retention = Retention::kStream;
   int depth = 1024;       // samples a writer keeps for slow readers
+  // No step waits for them: a writer may gather samples until Writer::flush(), and send several as one packet.
+  bool gathered = false;
 };
 
 enum class Delivery {
@@ -49,6 +51,8 @@ class Writer {
   virtual ~Writer() = default;
   // Sends one encoded sample; never waits for a reader.
   virtual void write(Bytes sample) = 0;
+  // Sends what was gathered; whoever writes to a gathered topic calls it often enough for people who look on.
+  virtual void flush() {}
   // Somebody reads this topic now (as far as discovery knows).
   virtual bool has_readers() const = 0;
 };

@@ -30,6 +30,11 @@ class Publisher {
     if (writer_) writer_->write(sample);
   }
 
+  // Of a topic whose samples are gathered.
+  void flush() {
+    if (writer_) writer_->flush();
+  }
+
   bool has_readers() const { return writer_ && writer_->has_readers(); }
 
  private:

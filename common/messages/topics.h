@@ -14,7 +14,7 @@ inline const TopicSpec kModelRefused{"hrp/model_refused", "hrp::msg::ModelRefuse
 inline const TopicSpec kRobotState{"hrp/robot_state", "hrp::msg::RobotState"};
 inline const TopicSpec kSensorData{"hrp/sensor_data", "hrp::msg::SensorData"};
 inline const TopicSpec kContactSet{"hrp/contact_set", "hrp::msg::ContactSet"};
-inline const TopicSpec kContactForces{"hrp/contact_forces", "hrp::msg::ContactForces"};
+inline const TopicSpec kContactForces{"hrp/contact_forces", "hrp::msg::ContactForces", Retention::kStream, 1024, /*gathered=*/true};
 inline const TopicSpec kEvents{"hrp/events", "hrp::msg::RobotEvent"};
 inline const TopicSpec kJointCommands{"hrp/joint_commands", "hrp::msg::JointCommands"};
 inline const TopicSpec kServerStatus{"hrp/server_status", "hrp::msg::ServerStatus", Retention::kLatest, 1};

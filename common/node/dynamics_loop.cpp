@@ -215,6 +215,8 @@ void DynamicsLoop::publish_step() {
   forces_message_.header(state_message_.header());
   to_message(engine_->contact_forces(), names_, &forces_message_);
   last_forces_ = forces_publisher_.publish(forces_message_);
+  // Only log and onlookers wait for forces: those of several steps go as one packet, here or at the next idle time.
+  if (step_ == granted_ || step_ % kReportPeriod == 0) forces_publisher_.flush();
   set_foot_forces(engine_->foot_forces());
   for (size_t k = 0; k < robots_.size(); ++k) watch_fall(k);
   if (view_.is_due()) show_step();
@@ -244,6 +246,7 @@ void DynamicsLoop::show_step() {
 
 // The last step of a run is the one that people look at longest.
 void DynamicsLoop::handle_run_end() {
+  forces_publisher_.flush();
   if (!view_.is_watched()) return;
   show_step();
   view_.flush();
@@ -264,6 +267,7 @@ void DynamicsLoop::publish_sensors() {
 void DynamicsLoop::repeat_last() {
   state_publisher_.publish_bytes(last_state_);
   forces_publisher_.publish_bytes(last_forces_);
+  forces_publisher_.flush();
   for (Controlled& robot : robots_) {
     robot.gate.note_asked(robot.message.header().step(), Clock::now());
     robot.publisher.publish_bytes(robot.last);
@@ -337,6 +341,7 @@ void DynamicsLoop::make_endpoints() {
 void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
   ros_views_.update_readers();
+  forces_publisher_.flush();
   if (view_.update(now)) show_step();
   for (Controlled& robot : robots_) {
     if (!robot.gate.check_silence(now)) return fail(robot.gate.fault());

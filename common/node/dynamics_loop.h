@@ -62,6 +62,7 @@ class DynamicsLoop : public NodeBase {
   void handle_idle(Clock::time_point now) override;
   void handle_decode_error(const std::string& topic, const std::string& reason) override;
   void handle_run_end() override;
+  void handle_fault() override { forces_publisher_.flush(); }
 
  private:
   void take_description(const msg::RobotDescription& message);

@@ -86,6 +86,7 @@ void NodeBase::say(const std::string& text) {
 void NodeBase::fail(const std::string& reason) {
   if (!is_active()) return;
   failure_ = reason.empty() ? "failed without a reason" : reason;
+  handle_fault();
   status_.message(failure_);
   set_phase(msg::SERVER_FAULT);
 }

@@ -40,6 +40,9 @@ class NodeBase : public Node {
   // The run has ended (RUN_FINISHED or RUN_FAILED) and is_drained(): close what is open. May call fail().
   virtual void handle_run_end() {}
 
+  // Called once, before this node says its fault.
+  virtual void handle_fault() {}
+
   // Subscribes reliably when the node is run, so not before it is constructed; what `on_message` throws becomes a fault,
   // and so does a sample that is no Message.
   template <typename Message, typename OnMessage>

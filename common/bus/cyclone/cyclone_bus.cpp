@@ -73,7 +73,8 @@ struct TopicUse {
 
 class CycloneWriter : public Writer {
  public:
-  CycloneWriter(dds_entity_t participant, const TopicSpec& spec, TopicUse* use) : name_(spec.name), use_(use) {
+  CycloneWriter(dds_entity_t participant, const TopicSpec& spec, TopicUse* use)
+      : name_(spec.name), gathered_(spec.gathered), use_(use) {
     topic_ = make_topic(participant, spec, &type_);
     writer_ = check_entity(dds_create_writer(participant, topic_, make_writer_qos(spec).get(), nullptr), "writer of",
                            spec.name);
@@ -95,7 +96,11 @@ class CycloneWriter : public Writer {
     if (result != DDS_RETCODE_OK && result != DDS_RETCODE_TIMEOUT) {
       throw BusError("Cyclone DDS cannot write to " + name_ + ": " + dds_strretcode(result));
     }
+    if (!gathered_) flush();
   }
+
+  // Samples wait in the writer's packet (WriteBatch in cyclone_domain.cpp), and go by themselves when it is full.
+  void flush() override { dds_write_flush(writer_); }
 
   bool has_readers() const override {
     dds_publication_matched_status_t status;
@@ -104,6 +109,7 @@ class CycloneWriter : public Writer {
 
  private:
   std::string name_;
+  bool gathered_;
   TopicUse* use_;
   const ddsi_sertype* type_ = nullptr;
   dds_entity_t topic_ = 0;

@@ -22,9 +22,11 @@ namespace {
 // - messages up to 64 kB: one system call for nearly every sample.
 // - watermarks off: a writer never waits for a reader, its KEEP_LAST depth bounds its memory.
 // - short discovery period: a process that missed the first packet is found soon.
+// - write batch: samples of a gathered topic share a packet; all other writers flush at once.
 // - short linger: a writer that goes waits for nobody's acknowledgement for long, a hung reader's least of all.
 const char kBuffers[] = R"(
     <SocketReceiveBufferSize max="4MB"/>
+    <WriteBatch>true</WriteBatch>
     <Watermarks>
       <WhcHigh>1GB</WhcHigh><WhcHighInit>1GB</WhcHighInit><WhcLow>1GB</WhcLow><WhcAdaptive>false</WhcAdaptive>
     </Watermarks>)";

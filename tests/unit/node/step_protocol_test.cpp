@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tests/unit/node/fake_servers.h"
+#include "tests/unit/node/gathering_bus.h"
 
 namespace hrp::test {
 namespace {
@@ -171,6 +172,33 @@ TEST(RunControl, AStopEndsTheRunCleanly) {
   const FakeRunResult run = run_fake_set(options);
   EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED);
   EXPECT_LT(run.states.back().header().step(), 300u);
+}
+
+// Steps whose contact forces arrive, on a network that keeps them until they are flushed.
+std::vector<uint64_t> find_steps_with_forces(FakeRunOptions options) {
+  std::vector<uint64_t> steps;
+  options.network = [](MemoryBus& bus) { return std::make_shared<GatheringBus>(bus); };
+  options.join = [&](Bus& bus) -> std::shared_ptr<void> {
+    return subscribe<msg::ContactForces>(bus, topics::kContactForces, Delivery::kReliable, [&](const msg::ContactForces& m) {
+      if (steps.empty() || steps.back() != m.header().step()) steps.push_back(m.header().step());  // else a repeat
+    });
+  };
+  run_fake_set(options);
+  return steps;
+}
+
+void expect_forces_through(const std::vector<uint64_t>& steps, uint64_t last) {
+  ASSERT_EQ(steps.size(), last + 1);
+  for (size_t k = 0; k < steps.size(); ++k) EXPECT_EQ(steps[k], k);
+}
+
+TEST(GatheredForces, ForcesOfAllStepsArriveAtTheEndOfTheLastGrant) { expect_forces_through(find_steps_with_forces({}), 300); }
+
+// A log that lacked the last steps before a fault would lack the fault.
+TEST(GatheredForces, ForcesOfTheStepsBeforeAFaultArrive) {
+  FakeRunOptions options;
+  options.fault_at_q = 0.1;  // reached with the command of step 105
+  expect_forces_through(find_steps_with_forces(options), 105);
 }
 
 }  // namespace
