@@ -100,6 +100,8 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
   if (g.term.row->is_constant() && !driven && !data.feet.empty() && e.robot.tree.joint(j).kind == JointKind::kPrismatic)
     alternatives.push_back(make_alternative(EffectId::kSensorBias, {{"sensor", "/wrench/" + data.feet[0].sensor + "/force"}},
                               {{"value", "N", {std::abs(g.parameters[0])}, {g.width[0]}, false}}, "the foot lifted off the sensor"));
+  if (g.balanced >= 0)
+    alternatives.push_back(make_alternative(EffectId::kSpring, {{"joint", e.robot.tree.joint(g.balanced).name}}, {}, "a look at the joint: what balances its weight?"));
   if (g.term.row->backwards && g.parameters[0] > 0.0) alternatives.push_back(make_loaded_friction(joint, g));
   if (g.term.row->is_constant() && level) add_asymmetry(joint, g, *level, &alternatives);
   if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)

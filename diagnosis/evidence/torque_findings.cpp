@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/balancers.h"
 #include "diagnosis/evidence/coupled_drives.h"
 #include "diagnosis/evidence/idle_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
@@ -58,6 +59,7 @@ class Judge {
     drop_lone_excess();
     doubt_gears(design_, choice_, &graded_);
     explain_by_gears(design_, &graded_);
+    doubt_balancers(design_, &graded_);
     add_findings(&out);
     for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, &out.evidence.findings, &out.model);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
@@ -287,6 +289,18 @@ class Judge {
     }
   }
 
+  // The effort of such a drive is not the torque of its joint: what was weighed by it most is not told.
+  void doubt_carried(int joint, const CoupledDrives& coupled, TorqueVerdict* out) const {
+    for (const GradedTerm& g : graded_) {
+      if (g.term.row->place != PlaceKind::kLink || g.joint_share.empty()) continue;
+      const auto most = std::max_element(g.joint_share.begin(), g.joint_share.end()) - g.joint_share.begin();
+      const int judge = design_.joints[static_cast<size_t>(most)].joint;
+      const auto is_judge = [&](const CoupledDrive& d) { return d.other == judge; };
+      if (judge != joint && std::none_of(coupled.drives.begin(), coupled.drives.end(), is_judge)) continue;
+      doubt_law({{"link", e_.robot.tree.links[static_cast<size_t>(g.term.place)].name}}, "A drive turns with two joints that carry it, so their efforts are not the torques that they bear.", out);
+    }
+  }
+
   CoupledDrives find_coupled(size_t i) const { return find_coupled_drives(*design_.data, list_laws(design_, choice_.model, i)); }
 
   void add_remaining(TorqueVerdict* out) const {
@@ -315,6 +329,7 @@ class Judge {
         doubt_law(r.where, why, out);
         // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
         for (const CoupledDrive& d : coupled.drives) doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
+        doubt_carried(joint.joint, coupled, out);
       } else if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
         r.depends_on = relation.names;

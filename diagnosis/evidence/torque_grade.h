@@ -53,6 +53,7 @@ struct GradedTerm {
   bool named = false;      // if false, it only improves the prediction
   Grade grade = Grade::kAmbiguous;
   const char* doubt = "";  // why it is not supported, if that is not its rivals
+  int balanced = -1;       // joint that alone shows a force along gravity, as a spring or a counterweight there would
   std::string instead;     // a law outside the list that does better in its place
 };
 

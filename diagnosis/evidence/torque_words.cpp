@@ -96,6 +96,8 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (has_held_out(e.recordings) ? " on held-out data." : ".");
   // Alternatives say it themselves.
   if (f.grade == Grade::kAmbiguous && f.alternatives.empty() && g.doubt[0]) text += std::string(" It is ambiguous because ") + g.doubt + ".";
+  if (g.balanced >= 0)
+    text += " It follows gravity, and " + e.robot.tree.joint(g.balanced).name + " alone shows it: a spring or a counterweight that balances the joint does the same.";
   text += make_direction_words(f.alternatives);
   if (!g.instead.empty()) text += " In its place, " + g.instead + " predicts held-out data better.";
   return text;

@@ -7,6 +7,8 @@
 
 #include "common/base/check.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/effort_limits.h"
 #include "diagnosis/measurement/ripple.h"
 #include "diagnosis/model/memory.h"
 
@@ -35,6 +37,7 @@ constexpr double kFast = 0.9;  // quantile of a joint's speeds
 // is 0.14 N m.
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
 
+const char* const kEfforts = "the same motion slower, and with a smaller load: efforts that stay below the limit";
 const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
 
 // Columns of the table that are smooth functions of the motion at one sample.
@@ -152,6 +155,10 @@ TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
 }
 Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2])); }
 
+// The coefficient is the share of the effort beyond the limit that is not there: all of it. The limit is known as the effort is.
+TermValues make_limit(const Term& t, const Vector&, const Vector&) { return {{t.shape}, {kKnown * t.shape}}; }
+Vector take_limit(const std::vector<double>&) { return Vector::Ones(1); }
+
 // The coefficient is the torque of the yielded element: stiffness times yield angle.
 TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
   return {{x[0] / t.shape, t.shape}, {std::hypot(s[0], kYieldStd * x[0]) / t.shape, kYieldStd * t.shape}};
@@ -199,6 +206,8 @@ std::vector<TermRow> make_joint_rows() {
       Row("stribeck_friction", 2.0, kSpeeds).column(&calc_excess).shapes(&list_stribeck_velocities).positive().shaped_by(2).is(&T::excess),
       Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&find_ripples).parameters(&make_cogging, &take_cogging)
           .shaped_by(1).is(&T::needs_drive),
+      Row("torque_saturation", 3.0, kEfforts).column(&calc_smooth).shapes(&find_limits).within(kMostly, 1.0 / kMostly)
+          .parameters(&make_limit, &take_limit).shaped_by(0).is(&T::needs_drive),
       Row("hysteresis", 3.0, kReversals).column(&calc_memory).shapes(&list_yield_angles).positive()
           .parameters(&make_hysteresis, &take_hysteresis).shaped_by(1).shape_above(kFirstYield)
           .is(&T::memory).is(&T::only_beside_all)};

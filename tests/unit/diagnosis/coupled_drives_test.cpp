@@ -51,6 +51,23 @@ TEST(CoupledDrives, FrictionAtTheRateOfTwoJointsIsSaidAndNoLawOfOneJointIsSuppor
   for (const Finding& f : verdict.evidence.findings) EXPECT_NE(f.grade, Grade::kSupported) << f.statement;
 }
 
+// Both motors of a parallelogram stand on the base: the second one turns at the sum of both rates and takes the forearm's
+// weight off the first. A force that lifts the forearm was supported before.
+TEST(CoupledDrives, WhatMotorsOfAParallelogramCarryIsNotTold) {
+  Experiment e = simulate_arm("coupled_parallelogram", {});
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    JointColumns &shoulder = r.joints[kShoulder], &elbow = r.joints[kElbow];
+    for (size_t k = 0; k < r.size(); ++k) {
+      const double v = shoulder.signal[1][k], sum = v + elbow.signal[1][k];
+      shoulder.signal[2][k] += 0.8 * std::tanh(v / 0.01) + 0.3 * v - elbow.signal[2][k];
+      elbow.signal[2][k] += 0.4 * std::tanh(sum / 0.01) + 0.2 * sum;
+    }
+    forget_commands(&r);
+  }
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) EXPECT_FALSE(f.where.contains("link") && f.grade == Grade::kSupported) << f.statement;
+}
+
 TEST(CoupledDrives, RatioAndLevelAreThoseOfTheMotor) {
   const Experiment e = make_coupled("coupled_values", kLevel, {});
   const CoupledDrives found = find_coupled_drives(make_torque_data(e), {kShoulder, {}, 50.0});

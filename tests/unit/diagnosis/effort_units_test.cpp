@@ -110,6 +110,15 @@ TEST(EffortUnits, AmperesBelowAFactorOfTenAreAUnitWhereNoLoadDoesAsWell) {
   for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
 }
 
+// Twenty newton metres to an ampere at the elbow, and nearly one at the shoulder: the log is one of currents. Friction of the
+// shoulder was supported as if in N m before.
+TEST(EffortUnits, AUnitNearOneIsAUnitBesideOneThatNoModelExplains) {
+  const std::vector<double> torque_of_unit{0.6, 20.0};
+  const std::vector<EffortUnit> units = find_units(simulate_currents("units_near_one", make_arm_drives(), torque_of_unit));
+  ASSERT_EQ(units.size(), 2u);
+  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
+}
+
 // A joint without a motor takes no unit from its neighbours.
 TEST(EffortUnits, AJointWithoutADriveHasNoUnit) {
   Experiment e = simulate_currents("units_passive", make_arm_drives(), {8.0, 1.0});

@@ -34,7 +34,9 @@ TEST(OddLoad, ALoadInOneTrainingRecordingIsFoundThereAndLeftOut) {
   const Experiment e = make_mixed("odd_load_train", {0});
   const std::optional<OddLoad> odd = find(e);
   ASSERT_TRUE(odd);
-  EXPECT_EQ(odd->file, e.recordings[0].spec.file);
+  ASSERT_EQ(odd->parts.size(), 1u);
+  EXPECT_EQ(odd->parts[0].file, e.recordings[0].spec.file);
+  EXPECT_TRUE(odd->parts[0].whole);
   EXPECT_EQ(odd->link, kFore);
   EXPECT_NEAR(odd->mass, kMass, 3.0 * odd->std);
   EXPECT_TRUE(odd->leave_out);
@@ -46,6 +48,43 @@ TEST(OddLoad, ALoadInTheOnlyHeldOutRecordingIsSaidAndStays) {
   const std::optional<OddLoad> odd = find(make_mixed("odd_load_held", {2}));
   ASSERT_TRUE(odd);
   EXPECT_FALSE(odd->leave_out);
+}
+
+// The arm takes up the load at this time [s] of a recording.
+Experiment make_taken_up(const std::string& name, const std::vector<double>& times) {
+  Experiment e = simulate_arm(name, make_arm_drives());
+  const Experiment with = simulate_arm(name + "_loaded", make_loaded());
+  e.scenario.drive = "effort";
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    for (size_t k = 0; k < e.recordings[r].size(); ++k) {
+      for (size_t j = 0; j < e.recordings[r].joints.size() && e.recordings[r].time[k] > times[r]; ++j) {
+        for (size_t q = 0; q < kQuantities; ++q) e.recordings[r].joints[j].signal[q][k] = with.recordings[r].joints[j].signal[q][k];
+      }
+    }
+  }
+  return e;
+}
+
+// Nothing said so before, and friction and rotors took a part of it.
+TEST(OddLoad, ALoadThatIsTakenUpWithinARecordingIsFoundFromThenOn) {
+  const Experiment e = make_taken_up("odd_load_taken", {100.0, 3.0, 100.0});
+  const std::optional<OddLoad> odd = find(e);
+  ASSERT_TRUE(odd);
+  ASSERT_EQ(odd->parts.size(), 1u);
+  EXPECT_EQ(odd->parts[0].file, e.recordings[1].spec.file);
+  EXPECT_FALSE(odd->parts[0].whole);
+  EXPECT_NEAR(odd->parts[0].begin, 3.0, 2.0 * 6.0 / 16.0);  // two of 16 pieces: the filter blurs the instant
+  EXPECT_EQ(odd->link, kFore);
+  EXPECT_NEAR(odd->mass, kMass, 3.0 * odd->std);
+  EXPECT_TRUE(odd->leave_out);
+  for (const Recording& r : leave_out(e, *odd).recordings) EXPECT_TRUE(r.spec.file != odd->parts[0].file || r.time.back() < 3.0);
+}
+
+TEST(OddLoad, ALoadThatIsTakenUpInEachRecordingIsFoundInEach) {
+  const std::optional<OddLoad> odd = find(make_taken_up("odd_load_each", {2.0, 3.0, 4.0}));
+  ASSERT_TRUE(odd);
+  EXPECT_EQ(odd->parts.size(), 3u);
+  EXPECT_NEAR(odd->mass, kMass, 3.0 * odd->std);
 }
 
 TEST(OddLoad, FrictionAndALoadThatIsAlwaysThereAreNone) {

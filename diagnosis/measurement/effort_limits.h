@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Finds the limit of a drive that gives less torque than its log says. Many drives log what they were asked for.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/measurement/torque.h"
+
+namespace hrp::diagnosis {
+
+// The limit [N m or N] beyond which the effort of a joint is not there: one, or none. What is beyond it must be the whole of
+// what is missing there, and take kPart of what friction, rotor, load and gain leave.
+std::vector<double> find_limits(const TorqueData& data, int joint);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Drives that give less torque than they log: the limit is told from friction, rotors, loads and gains.
+#include <gtest/gtest.h>
+
+#include "diagnosis/measurement/effort_limits.h"
+#include "tests/unit/diagnosis/torque_verdicts.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kLimit = 9.0;  // [N m], half of what the shoulder needs
+
+// The log is the torque that the servo asks for.
+Experiment make_limited(const std::string& name, Hypothesis hidden) {
+  hidden.push_back({EffectId::kSaturation, kShoulder, {kLimit}});
+  Experiment e = simulate_arm(name, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) forget_commands(&r);
+  return e;
+}
+
+// A rotor many times too large stood for it before, or nothing was found at this joint.
+TEST(EffortLimits, TorqueThatIsLoggedBeyondTheLimitOfTheDriveIsSaidAndNoRotorStandsForIt) {
+  const TorqueVerdict verdict = judge_torque(make_limited("limits", make_arm_drives()), 1);
+  const Finding* f = find(verdict, "torque_saturation", "shoulder");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  EXPECT_NEAR(f->parameters[0].value[0], kLimit, 0.05 * kLimit) << f->statement;  // the filter rounds the corners
+  const Finding* rotor = find(verdict, "rotor_inertia", "shoulder");
+  if (rotor && rotor->grade == Grade::kSupported) {
+    EXPECT_NEAR(rotor->parameters[0].value[0], 0.6, 3.0 * rotor->parameters[0].std[0]) << rotor->statement;
+  }
+}
+
+TEST(EffortLimits, DrivesThatGiveWhatTheyLogHaveNone) {
+  Experiment e = simulate_arm("limits_none", make_arm_drives());
+  e.scenario.drive = "effort";
+  for (int joint : {kShoulder, kElbow}) EXPECT_TRUE(find_limits(make_torque_data(e), joint).empty());
+  Hypothesis loaded = make_arm_drives();
+  loaded.push_back({EffectId::kPayload, kFore, {1.0, 0.3, 0.0, 0.0, 0.0}});
+  loaded.push_back({EffectId::kLoadFriction, kShoulder, {0.2}});
+  e = simulate_arm("limits_loaded", loaded);
+  e.scenario.drive = "effort";
+  for (int joint : {kShoulder, kElbow}) EXPECT_TRUE(find_limits(make_torque_data(e), joint).empty());
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
