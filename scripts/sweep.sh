@@ -10,7 +10,7 @@
 #                       the cores of this machine
 #   --limit S           time limit of one run in seconds (default 600)
 # Example: scripts/sweep.sh models/sweeps/friction_and_slope.yaml --out swept
-# Exit status 1 if a run could not be done.
+# Exit status: 0 all runs were done, 1 a run could not be done, 2 the file, an option or a folder cannot be used.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs a sweep, keeps what is done, writes the table and the page."""
 import argparse
+import math
 import os
 import sys
 import time
@@ -9,6 +10,7 @@ import page
 import plan
 import table
 import workers
+from sweep_yaml import BadSweep
 
 SAVE_PERIOD = 10.0  # [s] between tables while runs go on
 
@@ -67,14 +69,25 @@ def do_all(options, runs, journal):
             saved = time.time()
 
 
+def positive(kind):
+    """A type of argparse: a finite number above zero."""
+    def read(word):
+        number = kind(word)
+        if not 0 < number < math.inf:
+            raise argparse.ArgumentTypeError('%s is not above zero' % word)
+        return number
+    read.__name__ = 'number'  # of argparse's own refusals
+    return read
+
+
 def make_parser(name, description):
     """What all that is done in many runs can be told."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('--bin', required=True)
     parser.add_argument('--out')
-    parser.add_argument('--jobs', type=int, default=workers.count_cores())
+    parser.add_argument('--jobs', type=positive(int), default=workers.count_cores())
     parser.add_argument('--cluster', default='')
-    parser.add_argument('--limit', type=float, default=600.0)
+    parser.add_argument('--limit', type=positive(float), default=600.0)
     return parser
 
 
@@ -86,19 +99,8 @@ def parse(words):
     return options
 
 
-def main():
-    options = parse(sys.argv[1:])
-    try:
-        runs = plan.make_runs(plan.load(options.sweep), options.sweep)
-    except plan.BadSweep as error:
-        sys.exit('sweep.sh: %s' % error)
-    journal, begin, status = table.Journal(options.out), time.time(), 0
-    try:
-        do_all(options, runs, journal)
-    except KeyboardInterrupt:
-        print('\nstopped; the same command goes on from here')
-        status = 130
-    journal.close()
+def report(options, runs, journal, begin):
+    """Table, page and a summary; the number of runs that failed."""
     seconds = sum(entry['seconds'] for entry in journal.done.values())
     words = '%s of one core, %d jobs.' % (print_duration(seconds), options.jobs)
     save(options, runs, journal, words)
@@ -109,7 +111,35 @@ def main():
     for row in bad[:3]:
         print('  run %d %s: %s' % (row['run'], row['status'], row['fault']))
     print('table %s\npage  %s' % (os.path.join(options.out, 'table.csv'), os.path.join(options.out, 'report.html')))
-    return status or (1 if bad else 0)
+    return len(bad)
+
+
+def sweep(options):
+    runs = plan.make_runs(plan.load(options.sweep), options.sweep)
+    try:
+        journal = table.Journal(options.out)
+    except OSError as error:
+        raise BadSweep('%s: %s' % (error.filename, error.strerror)) from None
+    begin, status = time.time(), 0
+    try:
+        do_all(options, runs, journal)
+    except KeyboardInterrupt:
+        print('\nstopped; the same command goes on from here')
+        status = 130
+    journal.close()
+    return (report(options, runs, journal, begin) > 0 and status == 0) or status
+
+
+def main():
+    options = parse(sys.argv[1:])
+    try:
+        return int(sweep(options))
+    except BadSweep as error:
+        print(error, file=sys.stderr)
+        return 2
+    except OSError as error:
+        print('sweep.sh: %s' % error, file=sys.stderr)
+        return 1
 
 
 if __name__ == '__main__':

@@ -4,29 +4,22 @@ import copy
 import hashlib
 import itertools
 import json
+import math
 import os
 import random
 
-import yaml
+from sweep_yaml import BadSweep, SweepYaml
 
 KEYS = {'scenario', 'robots', 'controllers', 'seeds', 'parameters', 'duration'}
-
-
-class BadSweep(Exception):
-    pass
+MOST_RUNS = 100000  # scenarios of all runs are in memory, about 10 kB each
 
 
 def load(path):
-    try:
-        with open(path) as file:
-            sweep = yaml.safe_load(file)
-    except (OSError, yaml.YAMLError) as error:
-        raise BadSweep('%s: %s' % (path, error)) from None
-    if not isinstance(sweep, dict) or 'scenario' not in sweep:
-        raise BadSweep('%s: a mapping with the key scenario is expected' % path)
-    unknown = set(sweep) - KEYS
-    if unknown:
-        raise BadSweep('%s: unknown key %s; there are %s' % (path, ', '.join(sorted(unknown)), ', '.join(sorted(KEYS))))
+    sweep = SweepYaml(path)
+    for key, value in sweep.values.items():
+        sweep.expect(key in KEYS, key, value, 'one of the keys ' + ', '.join(sorted(KEYS)))
+    if 'scenario' not in sweep.values:
+        raise BadSweep('%s: has no key scenario: expected the name of a scenario file, or a list of them' % path)
     return sweep
 
 
@@ -34,23 +27,52 @@ def as_list(value):
     return value if isinstance(value, list) else [value]
 
 
+def is_integer(value):
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def is_number(value):
+    return is_integer(value) or isinstance(value, float) and math.isfinite(value)
+
+
+def find_files(sweep, key):
+    names = as_list(sweep.values[key])
+    sweep.expect(names and all(isinstance(name, str) for name in names), key, sweep.values[key], 'the name of a file, or a list of them')
+    return names
+
+
+def find_mapping(sweep, key):
+    """{name: value}; without the key, an empty one."""
+    mapping = sweep.values.get(key, {})
+    sweep.expect(isinstance(mapping, dict), key, mapping, 'lines NAME: VALUE')
+    return mapping
+
+
 def find_seeds(sweep):
     """A number of seeds, or the seeds; none: the scenario's own."""
-    seeds = sweep.get('seeds', [None])
-    return list(range(1, seeds + 1)) if isinstance(seeds, int) else seeds
+    seeds = sweep.values.get('seeds', [None])
+    if is_integer(seeds) and 1 <= seeds <= MOST_RUNS:
+        return range(1, seeds + 1)
+    fits = isinstance(seeds, list) and seeds and (seeds == [None] or all(map(is_integer, seeds)))
+    sweep.expect(fits, 'seeds', seeds, 'a number of seeds from 1 to %d, or a list of whole numbers' % MOST_RUNS)
+    return seeds
 
 
-def find_levels(name, value):
+def find_levels(sweep, name, value):
     """Values of a parameter that are combined with all others; a random one is drawn for each run, so it has one level."""
+    key = 'parameters.' + name
+    sweep.expect(all(name.split('.')), key, value, 'a path of keys, such as ground.friction')
     if isinstance(value, dict) and {'from', 'to', 'count'} == set(value):
         count = value['count']
-        if count < 2:
-            raise BadSweep('parameters.%s.count: at least 2' % name)
+        sweep.expect(is_integer(count) and 2 <= count <= MOST_RUNS, key, count, 'a count from 2 to %d' % MOST_RUNS)
+        sweep.expect(is_number(value['from']) and is_number(value['to']), key, value, 'numbers after from and to')
         return [round(value['from'] + (value['to'] - value['from']) * i / (count - 1), 12) for i in range(count)]
-    if isinstance(value, dict) and (set(value) == {'uniform'} or set(value) == {'normal'}):
-        return [value]
     if isinstance(value, dict):
-        raise BadSweep('parameters.%s: a list, {from, to, count}, {uniform: [a, b]} or {normal: [mean, deviation]}' % name)
+        numbers = list(value.values())[0] if set(value) in ({'uniform'}, {'normal'}) else None
+        sweep.expect(isinstance(numbers, list) and len(numbers) == 2 and all(map(is_number, numbers)), key, value,
+                     'a list, {from, to, count}, {uniform: [a, b]} or {normal: [mean, deviation]}')
+        return [value]
+    sweep.expect(value != [], key, value, 'at least one value')
     return as_list(value)
 
 
@@ -65,11 +87,10 @@ def draw(name, level, seed):
 
 def set_path(scenario, path, value):
     *folders, last = path.split('.')
-    place = scenario
-    for folder in folders:
+    place = scenario.values
+    for depth, folder in enumerate(folders, 1):
         place = place.setdefault(folder, {})
-        if not isinstance(place, dict):
-            raise BadSweep('parameters.%s: %s is no section of the scenario' % (path, folder))
+        scenario.expect(isinstance(place, dict), '.'.join(folders[:depth]), place, 'a section, as the sweep sets %s' % path)
     place[last] = value
 
 
@@ -94,48 +115,71 @@ def merge(old, new):
 
 
 def read_scenario(path):
-    try:
-        with open(path) as file:
-            return resolve(yaml.safe_load(file), os.path.dirname(os.path.abspath(path)))
-    except (OSError, yaml.YAMLError) as error:
-        raise BadSweep('%s: %s' % (path, error)) from None
+    scenario = SweepYaml(path)
+    scenario.values = resolve(scenario.values, os.path.dirname(os.path.abspath(path)))
+    return scenario
 
 
 def set_seed(scenario, seed):
     """Of the noise of sensors, and of the random masses and poses."""
     if seed is None:
         return
-    scenario['seed'] = seed
-    if 'variation' in scenario:
-        scenario['variation']['seed'] = seed
+    scenario.values['seed'] = seed
+    if 'variation' in scenario.values:
+        set_path(scenario, 'variation.seed', seed)
+
+
+def set_controller(scenario, changes):
+    scenario.expect(isinstance(scenario.values.setdefault('controller', {}), dict), 'controller', scenario.values['controller'],
+                    'a section, as the sweep has controllers')
+    scenario.values['controller'] = merge(scenario.values['controller'], changes)
+
+
+def find_controllers(sweep, folder):
+    """{name: keys in the place of the scenario's}; none: the scenario's own."""
+    controllers = find_mapping(sweep, 'controllers')
+    for name, changes in controllers.items():
+        sweep.expect(isinstance(changes, dict), 'controllers.' + name, changes, 'keys of the section controller, or {}')
+    return resolve(controllers, folder) or {None: None}
+
+
+def combine(sweep, folder):
+    """(names of the parameters, all combinations of scenario, robot, controller, values of the parameters, seed)."""
+    scenarios = {name: read_scenario(os.path.join(folder, name)) for name in find_files(sweep, 'scenario')}
+    robots = find_files(sweep, 'robots') if 'robots' in sweep.values else [None]
+    parameters = find_mapping(sweep, 'parameters')
+    levels = [find_levels(sweep, name, value) for name, value in parameters.items()]
+    axes = [list(scenarios.items()), robots, list(find_controllers(sweep, folder).items()), *levels, find_seeds(sweep)]
+    count = math.prod(map(len, axes))
+    if count > MOST_RUNS:
+        raise BadSweep('%s: makes %d runs, expected at most %d' % (sweep.path, count, MOST_RUNS))
+    return list(parameters), itertools.product(*axes)
 
 
 def make_runs(sweep, path):
     """[{columns, scenario, key}]: columns describe the run in the table, the key tells runs apart, also in later sweeps."""
     folder = os.path.dirname(os.path.abspath(path))
-    scenarios = {name: read_scenario(os.path.join(folder, name)) for name in as_list(sweep['scenario'])}
-    robots = as_list(sweep.get('robots', [None]))
-    controllers = sweep.get('controllers', {None: None})
-    parameters = sweep.get('parameters', {})
-    levels = [find_levels(name, value) for name, value in parameters.items()]
+    duration = sweep.values.get('duration')
+    sweep.expect(duration is None or is_number(duration), 'duration', duration, 'seconds')
+    parameters, combinations = combine(sweep, folder)
     runs = []
-    for name, robot, controller, *values, seed in itertools.product(scenarios, robots, controllers, *levels, find_seeds(sweep)):
-        scenario = copy.deepcopy(scenarios[name])
+    for (name, read), robot, (controller, changes), *values, seed in combinations:
+        scenario = copy.deepcopy(read)
         columns = {'scenario': name}
         if robot is not None:
             columns['robot'] = robot
-            scenario['robot'] = os.path.abspath(os.path.join(folder, robot))
+            scenario.values['robot'] = os.path.abspath(os.path.join(folder, robot))
         if controller is not None:
             columns['controller'] = controller
-            scenario['controller'] = merge(scenario.get('controller', {}), resolve(controllers[controller], folder))
+            set_controller(scenario, changes)
         if seed is not None:
             columns['seed'] = seed
         for parameter, level in zip(parameters, values):
             columns[parameter] = draw(parameter, level, seed)
             set_path(scenario, parameter, columns[parameter])
         set_seed(scenario, seed)
-        if 'duration' in sweep:
-            set_path(scenario, 'steps.duration', sweep['duration'])
-        key = hashlib.sha256(json.dumps(scenario, sort_keys=True).encode()).hexdigest()[:16]
-        runs.append({'columns': columns, 'scenario': scenario, 'key': key})
+        if duration is not None:
+            set_path(scenario, 'steps.duration', duration)
+        key = hashlib.sha256(json.dumps(scenario.values, sort_keys=True).encode()).hexdigest()[:16]
+        runs.append({'columns': columns, 'scenario': scenario.values, 'key': key})
     return runs

@@ -5,6 +5,8 @@ import io
 import json
 import os
 
+from sweep_yaml import BadSweep
+
 OUTCOMES = ['status', 'fallen', 'fall_time', 'duration', 'largest_lean', 'travelled_x', 'travelled_y', 'travelled_z', 'turned',
             'landings', 'state_hash', 'fault']
 
@@ -26,11 +28,14 @@ class Journal:
         if whole != content:
             with open(self.path, 'wb') as file:
                 file.write(whole)
-        for line in whole.splitlines():
-            entry = json.loads(line)
-            # What is known of a killed run is nothing: it is done again.
-            if entry['result']['status'] != 'killed':
-                self.done[entry['key']] = entry
+        for number, line in enumerate(whole.splitlines(), 1):
+            try:
+                entry = json.loads(line)
+                # What is known of a killed run is nothing: it is done again.
+                if entry['result']['status'] != 'killed':
+                    self.done[entry['key']] = entry
+            except (ValueError, TypeError, KeyError):
+                raise BadSweep('%s:%d: is no result of a sweep; name another folder' % (self.path, number)) from None
 
     def add(self, entry):
         self.done[entry['key']] = entry
