@@ -47,19 +47,27 @@ for word in "$@"; do
   esac
   case "$previous" in --out | --resimulate | --controller | --wait | --rounds | --against | --limit) previous="" ;; *) previous="$word" ;; esac
 done
-case "$previous" in --out | --resimulate | --controller | --wait | --rounds | --against) fail "$previous needs a value; --help says which" ;; esac
+case "$previous" in --out | --resimulate | --controller | --wait | --rounds | --against) refuse "$previous needs a value; --help says which" ;; esac
 case "$again" in
   "" | servers | process | mujoco) ;;
-  *) say "diagnose.sh: --resimulate wants 'servers', 'process' or 'mujoco', not '$again'"; exit 2 ;;
+  *) refuse "--resimulate wants 'servers', 'process' or 'mujoco', not '$again'" ;;
 esac
 if [ -n "$controller" ] && [ "$again" != servers ]; then
-  say "diagnose.sh: --controller needs --resimulate servers: it joins the server set over DDS"; exit 2
+  refuse "--controller needs --resimulate servers: it joins the server set over DDS"
 fi
 if [ -n "$rounds$against" ] && { [ -z "$rounds" ] || [ -z "$against" ]; }; then
-  say "diagnose.sh: --rounds and --against belong together: how many rounds, and what plays the motions"; exit 2
+  refuse "--rounds and --against belong together: how many rounds, and what plays the motions"
 fi
+if [ -n "$rounds" ]; then
+  [[ "$rounds" =~ ^[1-9][0-9]{0,3}$ ]] || refuse "--rounds is '$rounds', expected a number from 1 to 9999"
+  case "$against" in
+    *.yaml | *.yml) [ -f "$against" ] || refuse "--against: no file $against" ;;
+    *) command -v "${against%% *}" > /dev/null || refuse "--against: no program ${against%% *}, and no file SCENARIO.yaml" ;;
+  esac
+fi
+[[ "$patience" =~ ^[0-9]+(\.[0-9]+)?$ ]] || refuse "--wait is '$patience', expected seconds"
 : "${experiment:=$ROOT/models/experiments/arm/experiment.yaml}"
-[ -f "$experiment" ] || { say "diagnose.sh: no file $experiment"; exit 2; }
+[ -f "$experiment" ] || refuse "no file $experiment"
 folder="$(cd "$(dirname "$experiment")" && pwd)"
 name="$(basename "$folder")"
 : "${out:=$ROOT/logs/diagnosis/$name}"

@@ -6,6 +6,8 @@ BUILD="${HRP_BUILD_DIR:-$ROOT/build}"
 
 say() { printf '%s\n' "$*" >&2; }
 fail() { say "$(basename "$0"): $*"; exit 1; }
+# For words of a command line and files that cannot be used, as the programs refuse them.
+refuse() { say "$(basename "$0"): $*"; exit 2; }
 
 # print_help: the comment block at the top of the calling script, without its first two lines; and the options of the
 # program that "All options go to", as the program says them, or where it is not built, as docs/commands.md does.

@@ -138,6 +138,32 @@ def run_round(options, experiment, number):
     return True
 
 
+def refuse(why):
+    print(f"diagnose.sh: {why}", file=sys.stderr)
+    sys.exit(2)
+
+
+def copy_experiment(options):
+    """The experiment in OUT/experiment, in the place of an earlier dialogue's, and of nothing else."""
+    given, folder = options.experiment.parent.resolve(), options.out.resolve() / "experiment"
+    if given == folder or folder in given.parents:
+        refuse(f"--out: {folder} holds the experiment itself; expected another folder")
+    if folder.exists() and not (options.out / "round_1").is_dir():
+        refuse(f"--out: {folder} is there already, and is of no earlier dialogue; expected another folder")
+    # Each motion becomes a line of this list.
+    if not re.search(r"\n *-", resimulate.get_section(options.experiment.read_text(), "recordings")):
+        refuse(f"{options.experiment}: recordings: expected one recording a line, each behind '- '")
+    # OUT may lie in the experiment's own folder.
+    inside = lambda parent, names: [name for name in names if (pathlib.Path(parent) / name).resolve() == options.out.resolve()]
+    try:
+        (options.out / "round_1").mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(given, folder, ignore=inside)
+    except OSError as error:
+        refuse(f"--out: {folder}: {error.strerror or error}")
+    return folder / options.experiment.name
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bin", type=pathlib.Path)
@@ -146,15 +172,7 @@ def main():
     parser.add_argument("rounds", type=int)
     parser.add_argument("against", type=pathlib.Path)
     options, options.options = parser.parse_known_args()
-    if options.against.suffix in (".yaml", ".yml") and not options.against.is_file():
-        print(f"diagnose.sh: --against: no file {options.against}", file=sys.stderr)
-        sys.exit(2)
-    folder = options.out / "experiment"
-    shutil.rmtree(folder, ignore_errors=True)
-    # OUT may lie in the experiment's own folder.
-    inside = lambda parent, names: [name for name in names if (pathlib.Path(parent) / name).resolve() == options.out.resolve()]
-    shutil.copytree(options.experiment.parent, folder, ignore=inside)
-    experiment = folder / options.experiment.name
+    experiment = copy_experiment(options)
     for number in range(1, options.rounds + 1):
         if not run_round(options, experiment, number):
             return
