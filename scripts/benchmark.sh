@@ -13,8 +13,8 @@ short="" out=""
 while [ $# -gt 0 ]; do
   case "$1" in
     --short) short=1; shift ;;
-    --out) out="${2:-}"; [ -n "$out" ] || fail "--out needs a file"; shift 2 ;;
-    *) fail "unknown argument '$1'; --help lists the known ones" ;;
+    --out) out="${2:-}"; [ -n "$out" ] || refuse "--out needs a file"; shift 2 ;;
+    *) refuse "unknown argument '$1'; --help lists the known ones" ;;
   esac
 done
 

@@ -19,7 +19,7 @@ for argument in "$@"; do
     --tests) tests=true ;;
     --run) run=true ;;
     -h | --help) print_help; exit 0 ;;
-    -*) fail "unknown argument '$argument'; --help lists the known ones" ;;
+    -*) refuse "unknown argument '$argument'; --help lists the known ones" ;;
     *) targets+=("$argument") ;;
   esac
 done

@@ -20,13 +20,13 @@ while [ $# -gt 0 ]; do
     -h | --help) print_help; exit 0 ;;
     --out) out=$2; shift 2 ;;
     --jobs) jobs=$2; shift 2 ;;
-    -*) fail "unknown option $1; --help lists the known ones" ;;
+    -*) refuse "unknown option $1; --help lists the known ones" ;;
     *) folders+=("$1"); shift ;;
   esac
 done
 table_options=()
 if [ ${#folders[@]} -eq 0 ]; then
-  [ -d "$ROOT/../shared/recordings" ] || fail "no folder named, and ../shared/recordings is not there"
+  [ -d "$ROOT/../shared/recordings" ] || refuse "no folder named, and ../shared/recordings is not there"
   folders=("$ROOT"/../shared/recordings/*/)
   table_options=(--page "$ROOT/docs/recordings.md")
 fi

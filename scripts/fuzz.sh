@@ -15,14 +15,14 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 runs=1000000 seconds=0 seed=1 targets=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --runs | --seconds | --seed) [ $# -gt 1 ] || fail "$1 needs a number"; declare "${1#--}=$2"; shift ;;
-    -*) fail "unknown option $1 (--help)" ;;
+    --runs | --seconds | --seed) [ $# -gt 1 ] || refuse "$1 needs a number"; declare "${1#--}=$2"; shift ;;
+    -*) refuse "unknown option $1 (--help)" ;;
     *) targets+=("$1") ;;
   esac
   shift
 done
 [ ${#targets[@]} -gt 0 ] || targets=(cdr csv experiment http idl mcap mjcf motion picture recording rosbag scenario sdf urdf websocket)
-for target in "${targets[@]}"; do [ -f "$ROOT/tests/fuzz/$target.cpp" ] || fail "there is no target $target (--help)"; done
+for target in "${targets[@]}"; do [ -f "$ROOT/tests/fuzz/$target.cpp" ] || refuse "there is no target $target (--help)"; done
 command -v clang++ > /dev/null || fail "clang is missing: apt-get install clang"
 export BUILD="${HRP_FUZZ_BUILD_DIR:-$ROOT/build-fuzz}"
 mkdir -p "$BUILD"

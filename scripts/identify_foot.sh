@@ -25,29 +25,26 @@ scenario="$ROOT/models/scenarios/paper_b/foot.yaml"
 out="" in_process="" coverage="" improve=0 rubber=given motions=rich
 while [ $# -gt 0 ]; do
   case "$1" in
-    --out) [ $# -ge 2 ] || { echo "identify_foot.sh: --out needs a folder" >&2; exit 2; }; out=$2; shift ;;
+    --out) [ $# -ge 2 ] || refuse "--out needs a folder"; out=$2; shift ;;
     --in-process) in_process=yes ;;
-    --coverage) [ $# -ge 2 ] || { echo "identify_foot.sh: --coverage needs a number of seeds" >&2; exit 2; }; coverage=$2; shift ;;
-    --rubber) [ $# -ge 2 ] || { echo "identify_foot.sh: --rubber needs hardening or hysteresis" >&2; exit 2; }; rubber=$2; shift ;;
-    --motions) [ $# -ge 2 ] || { echo "identify_foot.sh: --motions needs rich or paper" >&2; exit 2; }; motions=$2; shift ;;
-    --improve) [ $# -ge 2 ] || { echo "identify_foot.sh: --improve needs a number of tries" >&2; exit 2; }; improve=$2; shift ;;
-    -*) echo "identify_foot.sh: unknown option $1" >&2; exit 2 ;;
+    --coverage) [ $# -ge 2 ] || refuse "--coverage needs a number of seeds"; coverage=$2; shift ;;
+    --rubber) [ $# -ge 2 ] || refuse "--rubber needs hardening or hysteresis"; rubber=$2; shift ;;
+    --motions) [ $# -ge 2 ] || refuse "--motions needs rich or paper"; motions=$2; shift ;;
+    --improve) [ $# -ge 2 ] || refuse "--improve needs a number of tries"; improve=$2; shift ;;
+    -*) refuse "unknown option $1" ;;
     *) scenario=$1 ;;
   esac
   shift
 done
 : "${out:=identify_foot}"
 [ -x "$bin/hrp-identify-foot" ] && [ -x "$bin/hrp-simulate" ] || "$ROOT/scripts/build.sh" --run hrp-identify-foot >&2
-if [ ! -f "$scenario" ]; then
-  echo "identify_foot.sh: no file $scenario" >&2
-  exit 2
-fi
+[ -f "$scenario" ] || refuse "no file $scenario"
 if grep -q '^recordings:' "$scenario"; then
   exec "$bin/hrp-identify-foot" experiment "$scenario" --out "$out"
 fi
 mkdir -p "$out/runs"
 # Exit status 1: some motion was refused; the others are used.
-"$bin/hrp-identify-foot" make "$scenario" "$out/runs" --improve "$improve" --rubber "$rubber" --motions "$motions" || [ $? -eq 1 ]
+"$bin/hrp-identify-foot" make "$scenario" "$out/runs" --improve "$improve" --rubber "$rubber" --motions "$motions" || { status=$?; [ $status -eq 1 ] || exit $status; }
 scenario="$out/runs/robot.yaml"
 if [ -n "$coverage" ]; then
   exec "$bin/hrp-identify-foot" coverage "$scenario" "$out/runs" --seeds "$coverage"

@@ -44,7 +44,7 @@ for argument in "$@"; do
     --viewer) add_node ;;
     --list) list_only=true ;;
     -h | --help) print_help; exit 0 ;;
-    *) fail "unknown argument '$argument'; --help lists the known ones" ;;
+    *) refuse "unknown argument '$argument'; --help lists the known ones" ;;
   esac
 done
 

@@ -22,18 +22,18 @@ while [ $# -gt 0 ]; do
   case "$1" in
     -h | --help) print_help; exit 0 ;;
     --number | --seed | --jobs | --out | --limit | --stage)
-      [ $# -ge 2 ] || fail "$1 wants a value"
+      [ $# -ge 2 ] || refuse "$1 wants a value"
       declare "${1#--}=$2"; shift 2 ;;
-    -*) fail "unknown option $1; --help lists the known ones" ;;
-    *) [ -f "$1" ] || fail "there is no file $1"; experiments+=("$1"); shift ;;
+    -*) refuse "unknown option $1; --help lists the known ones" ;;
+    *) [ -f "$1" ] || refuse "there is no file $1"; experiments+=("$1"); shift ;;
   esac
 done
-case "$stage" in table | all) ;; *) fail "no stage is called $stage" ;; esac
+case "$stage" in table | all) ;; *) refuse "no stage is called $stage" ;; esac
 if [ ${#experiments[@]} -eq 0 ]; then
   for name in bam_xl330_kp100 bam_xl330_kp400 dfki_double_pendulum dfki_simple_pendulum go2_hanging sydney_hip; do
     [ ! -f "$ROOT/../shared/recordings/$name/experiment.yaml" ] || experiments+=("$ROOT/../shared/recordings/$name/experiment.yaml")
   done
-  [ ${#experiments[@]} -gt 0 ] || fail "no experiment named, and ../shared/recordings is not there"
+  [ ${#experiments[@]} -gt 0 ] || refuse "no experiment named, and ../shared/recordings is not there"
 fi
 seed=${seed:-$(date +%s)}
 out=${out:-$ROOT/out/hidden-$seed}

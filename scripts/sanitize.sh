@@ -20,9 +20,9 @@ THREADED='^(parallel_for|mcap|log_writer|logger_node|node_end|step_protocol|faul
 tests="" kinds=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --tests) [ $# -gt 1 ] || fail "--tests needs a regular expression"; tests="$2"; shift ;;
+    --tests) [ $# -gt 1 ] || refuse "--tests needs a regular expression"; tests="$2"; shift ;;
     address | undefined | thread | address,undefined) kinds+=("$1") ;;
-    *) fail "unknown word $1 (--help)" ;;
+    *) refuse "unknown word $1 (--help)" ;;
   esac
   shift
 done
@@ -38,7 +38,7 @@ for kind in "${kinds[@]}"; do
   configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_SANITIZE="$kind" "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG"
   # Names of the tests that fit; those that are no programs of ours (Python) are built by nobody.
   mapfile -t names < <(ctest --test-dir "$BUILD" -N -L "$labels" -R "$fitting" | sed -n 's/^ *Test *#[0-9]*: //p')
-  [ ${#names[@]} -gt 0 ] || fail "no test fits $fitting"
+  [ ${#names[@]} -gt 0 ] || refuse "no test fits $fitting"
   known="$(ninja -C "$BUILD" -t targets all | sed -n 's/: phony$//p')"
   wanted=()
   for name in "${names[@]}"; do if grep -qx -- "$name" <<< "$known"; then wanted+=("$name"); fi; done

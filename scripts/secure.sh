@@ -18,16 +18,16 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 dir="" days=365 add="" may="" revoke=""
 while [ $# -gt 0 ]; do
   case "$1" in
-    --days | --add | --may | --revoke) [ $# -gt 1 ] || fail "$1 needs a value"; declare "${1#--}=$2"; shift ;;
-    -*) fail "unknown option $1 (--help)" ;;
-    *) [ -z "$dir" ] || fail "one folder, not $dir and $1"; dir="$1" ;;
+    --days | --add | --may | --revoke) [ $# -gt 1 ] || refuse "$1 needs a value"; declare "${1#--}=$2"; shift ;;
+    -*) refuse "unknown option $1 (--help)" ;;
+    *) [ -z "$dir" ] || refuse "one folder, not $dir and $1"; dir="$1" ;;
   esac
   shift
 done
 [ -n "$dir" ] || { say "scripts/secure.sh DIR, or --help"; exit 2; }
-[[ "$days" =~ ^[0-9]+$ ]] || fail "--days $days is no number"
+[[ "$days" =~ ^[0-9]+$ ]] || refuse "--days $days is no number"
 for name in "$add" "$revoke"; do
-  [[ "$name" =~ ^[a-z0-9_-]*$ && "$name" != ca ]] || fail "'$name' is no name: small letters, digits, - and _"
+  [[ "$name" =~ ^[a-z0-9_-]*$ && "$name" != ca ]] || refuse "'$name' is no name: small letters, digits, - and _"
 done
 command -v openssl > /dev/null || fail "openssl is missing: apt-get install openssl"
 umask 077

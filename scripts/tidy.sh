@@ -19,9 +19,9 @@ jobs="$(nproc)" names=() all=""
 while [ $# -gt 0 ]; do
   case "$1" in
     --all) all=1 ;;
-    --jobs) [ $# -gt 1 ] || fail "--jobs needs a number"; jobs="$2"; shift ;;
-    -*) fail "unknown option $1 (--help)" ;;
-    *) [ -e "$1" ] || [ -e "$ROOT/$1" ] || fail "there is no $1"; names+=("$1") ;;
+    --jobs) [ $# -gt 1 ] || refuse "--jobs needs a number"; jobs="$2"; shift ;;
+    -*) refuse "unknown option $1 (--help)" ;;
+    *) [ -e "$1" ] || [ -e "$ROOT/$1" ] || refuse "there is no $1"; names+=("$1") ;;
   esac
   shift
 done
