@@ -30,8 +30,8 @@ for tool in clang++ clang-tidy; do command -v "$tool" > /dev/null || fail "$tool
 export BUILD="${HRP_TIDY_BUILD_DIR:-$ROOT/build-tidy}"
 # Precompiled headers of another compiler would be refused.
 CC=clang CXX=clang++ configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_PRECOMPILE=OFF -DHRP_FUZZ=ON -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-# Generated headers first: every source of ours may include them.
-ninja -C "$BUILD" -j "$jobs" hrp_messages hrp_cyclone_descriptors > "$BUILD/generated.log" || { cat "$BUILD/generated.log" >&2; exit 1; }
+# Generated headers first: every source of ours may include them. These targets make what objects wait for, and no object.
+ninja -C "$BUILD" -j "$jobs" cmake_object_order_depends_target_{hrp_messages,hrp_cyclone_descriptors} > "$BUILD/generated.log" || { cat "$BUILD/generated.log" >&2; exit 1; }
 
 # A plugin must be of clang-tidy's own version.
 clang="$(dirname "$(dirname "$(readlink -f "$(command -v clang-tidy)")")")" plugin=""
