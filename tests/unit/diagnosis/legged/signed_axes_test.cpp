@@ -9,7 +9,7 @@
 #include <string>
 
 #include "common/spatial/rpy.h"
-#include "diagnosis/log_conventions.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/measurement/floating/sensor_frames.h"
 #include "test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
