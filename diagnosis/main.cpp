@@ -6,11 +6,13 @@
 #include <filesystem>
 #include <thread>
 
+#include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
 #include "common/base/number_option.h"
 #include "common/base/version.h"
 #include "common/base/write_file.h"
 #include "diagnosis/diagnose_recordings.h"
+#include "diagnosis/next/limits.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/page/terminal.h"
 
@@ -70,6 +72,7 @@ Progress make_progress(bool quiet) {
 
 void diagnose(const Experiment& experiment, const Options& o) {
   prepare_folder(o.out, 1 << 15);  // every report has more
+  if (!o.motions.limits.empty()) make_limits(experiment, o.motions.limits);  // refuses wrong ones before the search
   const Progress say = make_progress(o.quiet);
   const auto write_first = [&](const Reports& first) { write_first_report(o.out, first); };
   const Reports reports = diagnose_recordings(experiment, {o.jobs, o.patience}, say, write_first);
@@ -103,11 +106,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", hrp::get_version_text("hrp-diagnose"));
   hrp::diagnosis::Options options;
   hrp::diagnosis::add_options(&app, &options);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
-    app.parse(argc, argv);
     return hrp::diagnosis::run(options);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
   } catch (const hrp::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

@@ -35,7 +35,7 @@ VENDORS = {
     "boost/": ["servers/viewer"],
     "openssl/": ["common/base", "common/bus", "common/node"],
     "pybind11/": ["python"],
-    "CLI/": ["common/node", "servers", "controller", "diagnosis", "tests", "models"],
+    "CLI/": ["common/base", "common/node", "servers", "controller", "diagnosis", "tests", "models"],
 }
 
 # Folder -> folders of common/ that it may include, beside itself.

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
 #include "common/base/printable.h"
 #include "common/base/version.h"
@@ -119,11 +120,7 @@ int run_server(int argc, char** argv, const ServerProgram& program, const NodeMa
   CommonOptions options;
   add_common_options(app, program.role, &options);
   if (add_options) add_options(app);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitBadInput;
-  }
+  if (const auto status = take_command_line(&app, argc, argv)) return *status;
   try {
     return run(program, options, make_node);
   } catch (const InputError& error) {

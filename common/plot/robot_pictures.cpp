@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 
 #include "common/base/format.h"
+#include "common/base/write_file.h"
 #include "common/mcap/reader.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
@@ -53,6 +53,9 @@ size_t find_followed(const Run& run, const std::string& path, const std::string&
   throw std::runtime_error(path + ": has no robot '" + name + "'; expected " + (known.empty() ? "none: there is one robot" : "one of " + known));
 }
 
+// Of a run that has diverged, nothing can be drawn, and nothing be sorted by distance.
+bool is_finite(const State& state) { return std::isfinite(state.p_WB.squaredNorm()) && state.R_WB.coeffs().allFinite() && state.q.allFinite(); }
+
 Run read_run(const std::string& path, const PictureOptions& options) {
   mcap::Reader log(path);
   Run run;
@@ -76,7 +79,10 @@ Run read_run(const std::string& path, const PictureOptions& options) {
         run.moments.back().time = time;
         from_message(message, &run.moments.back().first);
         from_message(message, &run.moments.back().others);
-        return true;
+        const auto& [at, first, others] = run.moments.back();
+        if (is_finite(first) && std::all_of(others.begin(), others.end(), is_finite)) return true;
+        run.moments.pop_back();
+        return false;
       },
       {topics::kRobotDescription.name, topics::kRobotState.name});
   if (run.robot.tree.links.empty() || run.moments.empty()) throw std::runtime_error(path + ": no run at the wanted times");
@@ -174,23 +180,29 @@ class Painter {
     return placed;
   }
 
+  static constexpr double kReach = 0.9, kStep = 0.2;  // [m] of the floor that is drawn, between its lines
+
+  // Whole multiples of kStep on the floor around a coordinate; none where doubles are further apart than lines, as in a run that
+  // has diverged.
+  static std::vector<double> list_lines(double middle) {
+    std::vector<double> lines;
+    const double first = std::ceil((middle - kReach) / kStep);
+    for (double k = first; k * kStep <= middle + kReach && k + 1.0 > k; k += 1.0) lines.push_back(k);
+    return lines;
+  }
+
   // Lines of the world every 0.2 m, heavier ones every metre, on a piece of floor below the robot.
   std::string draw_floor(const Camera& camera) const {
-    constexpr double kReach = 0.9, kStep = 0.2;  // [m]
     const double x = camera.target_W.x(), y = camera.target_W.y();
     const auto at = [&](double px, double py) { return camera.project(put_on_ground({px, py, 0.0})); };
     std::string svg = "<polygon class=\"floor\" points=\"" +
                       make_points({at(x - kReach, y - kReach), at(x + kReach, y - kReach), at(x + kReach, y + kReach),
                                    at(x - kReach, y + kReach)}) + "\"/>\n";
-    const auto add_line = [&](int k, const Vector2d& a, const Vector2d& b) {
-      svg += format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>", k % 5 == 0 ? "metre" : "line", a.x(), a.y(), b.x(), b.y());
+    const auto add_line = [&](double k, const Vector2d& a, const Vector2d& b) {
+      svg += format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>", std::fmod(k, 5.0) == 0.0 ? "metre" : "line", a.x(), a.y(), b.x(), b.y());
     };
-    for (int k = static_cast<int>(std::ceil((x - kReach) / kStep)); k * kStep <= x + kReach; ++k) {
-      add_line(k, at(k * kStep, y - kReach), at(k * kStep, y + kReach));
-    }
-    for (int k = static_cast<int>(std::ceil((y - kReach) / kStep)); k * kStep <= y + kReach; ++k) {
-      add_line(k, at(x - kReach, k * kStep), at(x + kReach, k * kStep));
-    }
+    for (double k : list_lines(x)) add_line(k, at(k * kStep, y - kReach), at(k * kStep, y + kReach));
+    for (double k : list_lines(y)) add_line(k, at(x - kReach, k * kStep), at(x + kReach, k * kStep));
     return svg + "\n";
   }
 
@@ -251,10 +263,7 @@ void write_robot_pictures(const std::string& log_path, const PictureOptions& opt
     svg += format("<text x=\"10\" y=\"20\">%.2f s</text></svg>\n", moment.time);
   }
   svg += "</svg>\n";
-  std::ofstream file(svg_path, std::ios::binary);
-  file << svg;
-  file.close();
-  if (!file) throw std::runtime_error(svg_path + ": cannot be written");
+  write_file(svg_path, svg);
 }
 
 }  // namespace hrp

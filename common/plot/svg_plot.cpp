@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <stdexcept>
 
 #include "common/base/escape_xml.h"
 #include "common/base/format.h"
+#include "common/base/write_file.h"
 
 namespace hrp {
 namespace {
@@ -168,10 +167,7 @@ std::string make_svg(const Plot& plot) {
 }
 
 void write_svg(const Plot& plot, const std::string& path) {
-  std::ofstream file(path, std::ios::binary);
-  file << make_svg(plot);
-  file.close();
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  write_file(path, make_svg(plot));
 }
 
 }  // namespace hrp

@@ -6,14 +6,16 @@
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <mutex>
 #include <thread>
 
+#include "common/base/command_line.h"
 #include "common/base/number_option.h"
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "diagnosis/generator/make_case.h"
+#include "diagnosis/generator/robot_parts.h"
 
 namespace {
 
@@ -39,12 +41,6 @@ std::vector<Job> make_jobs(int count, std::uint64_t seed, const std::string& eff
   return jobs;
 }
 
-void write(const fs::path& path, const std::string& contents) {
-  std::ofstream out(path, std::ios::binary);
-  out << contents;
-  if (!out.flush()) throw std::runtime_error("cannot write " + path.string());
-}
-
 // Commands that were proposed for a case: FOLDER/NAME/next/*.csv.
 std::vector<std::string> list_played(const fs::path& folder) {
   std::vector<std::string> files;
@@ -62,8 +58,15 @@ void run_job(const Job& job, const fs::path& out, CaseOptions options, const std
   const auto make = [&](std::uint64_t seed) { return make_case(job.request, seed, options); };
   const Case made = options.played.empty() ? make_with_other_seeds(make, job.seed) : make(job.seed);
   fs::create_directories(out / "cases" / job.name);
-  for (const auto& [file, contents] : made.files) write(out / "cases" / job.name / file, contents);
-  write(out / "truths" / (job.name + ".json"), made.truth.dump(1) + "\n");
+  for (const auto& [file, contents] : made.files) hrp::write_file(out / "cases" / job.name / file, contents);
+  hrp::write_file(out / "truths" / (job.name + ".json"), made.truth.dump(1) + "\n");
+}
+
+// Before the work, what would fail in every case: the folder, the name of a case, the robot.
+void check_jobs(const std::vector<Job>& jobs, const fs::path& out, const std::string& only, const CaseOptions& options) {
+  hrp::prepare_folder(out / "truths");
+  if (jobs.empty()) throw std::invalid_argument("--only: no case is called '" + only + "'; they are case-001, case-002, ... up to --cases");
+  if (!options.urdf.empty()) read_urdf_links(options.urdf, nullptr);
 }
 
 int run_jobs(const std::vector<Job>& jobs, const fs::path& out, const CaseOptions& options, const std::string& played,
@@ -106,7 +109,7 @@ int main(int argc, char** argv) {
   bool clean = false;
   app.add_option("--out", out, "folder to write to")->capture_default_str();
   app.add_option("--cases", count, "number of cases")->check(CLI::Range(1, 100000))->capture_default_str();
-  app.add_option("--seed", seed, "the same seed gives the same cases")->capture_default_str();
+  app.add_option("--seed", seed, "the same seed gives the same cases")->check(CLI::NonNegativeNumber)->capture_default_str();
   app.add_option("--jobs", jobs, "number of threads")->check(CLI::Range(1, 256))->capture_default_str();
   app.add_option("--duration", options.duration, "[s] length of each recording")
       ->check(hrp::refuse_nan)
@@ -139,14 +142,14 @@ int main(int argc, char** argv) {
   app.add_flag("--multisines", options.multisines, "with --play: plays multisines of the same length instead of those commands");
   app.add_option("--only", only, "makes only the case of this name, such as case-003");
   app.add_flag("--no-noise", clean, "recordings without noise (for self-checks)");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   options.noise_scale = clean ? 0 : 1;
   if (options.models.empty()) options.models = hrp::find_shared_file("models");
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
-    fs::create_directories(fs::path(out) / "truths");
     std::vector<Job> plan = make_jobs(count, seed, effect, family);
     if (!only.empty()) plan.erase(std::remove_if(plan.begin(), plan.end(), [&](const Job& job) { return job.name != only; }), plan.end());
+    check_jobs(plan, out, only, options);
     return run_jobs(plan, out, options, played, jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-make-cases: %s\n", error.what());

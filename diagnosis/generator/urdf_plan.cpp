@@ -3,7 +3,6 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <Eigen/Geometry>
-#include <fstream>
 #include <map>
 #include <stdexcept>
 
@@ -122,7 +121,7 @@ class Builder {
     merge(link, Eigen::Isometry3d::Identity(), &moments, &beyond);
     LinkPlan& plan = robot_->links[static_cast<std::size_t>(index)];
     set_inertia(moments, &plan);
-    if (index > 0 && plan.mass <= 0) throw std::runtime_error("link " + plan.name + " turns but has no mass");
+    if (index > 0 && !(plan.mass > 0)) throw std::runtime_error(urdf_path_ + ": link " + plan.name + " turns but has no mass");
     for (const auto& [joint, X] : beyond) {
       const Eigen::Vector3d p = X.translation();
       const Eigen::Vector3d ypr = X.linear().eulerAngles(2, 1, 0);
@@ -160,8 +159,7 @@ class Builder {
 }  // namespace
 
 RobotPlan read_urdf_links(const std::string& urdf_path, SolePoints* points) {
-  std::ifstream file(urdf_path);
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(without_visuals(read_rest(file, urdf_path)));
+  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(without_visuals(read_input(urdf_path)));
   if (!model || !model->getRoot()) throw std::runtime_error(urdf_path + ": not a URDF that can be read");
   RobotPlan robot;
   robot.name = model->getName();

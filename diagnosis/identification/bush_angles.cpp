@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
+#include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/identification/attitude.h"
@@ -55,6 +56,7 @@ struct BushObserver::Impl {
     std::vector<std::vector<Transform>> X_UI;  // by foot
   };
   explicit Impl(const Scenario& scenario_in);
+  bool is_between(int joint) const;  // the IMU and a foot
   Chain calc_chain(const RobotLog& log) const;
   VerticalEstimate calc_vertical(const RobotLog& log, const Chain& chain, const Vector3d& gyro_bias,
                                  const std::vector<Mask>& stands) const;
@@ -76,13 +78,19 @@ BushObserver::Impl::Impl(const Scenario& s) : scenario(s), robot(load_robot(with
   const auto fail = [&](const std::string& key, const std::string& what) {
     throw InputError(scenario.make_diagnostic(key, what));
   };
-  if (scenario.sensors.imus.empty()) fail("sensors.imu", "the bush's angles need an IMU");
-  const ImuSpec& imu = scenario.sensors.imus[0];
+  const ImuSpec& imu = find_imu(scenario);
   const int frame = robot.tree.find_frame(imu.link);
   if (frame < 0) fail("sensors.imu", "the robot has no link '" + imu.link + "'");
   imu_link = robot.tree.frames[static_cast<size_t>(frame)].link;
   X_LI = robot.tree.frames[static_cast<size_t>(frame)].X_LF * Transform{Matrix3d::Identity(), imu.p_LS};
   feet = make_feet(scenario, robot);
+}
+
+bool BushObserver::Impl::is_between(int joint) const {
+  const int link = joint + 1;
+  return std::any_of(feet.begin(), feet.end(), [&](const FootFrame& foot) {
+    return model.is_ancestor(link, imu_link) != model.is_ancestor(link, foot.link);
+  });
 }
 
 BushObserver::Impl::Chain BushObserver::Impl::calc_chain(const RobotLog& log) const {
@@ -92,6 +100,11 @@ BushObserver::Impl::Chain BushObserver::Impl::calc_chain(const RobotLog& log) co
   State state = make_state(model);
   std::vector<int> index;
   for (const std::string& joint : log.joints) index.push_back(robot.tree.find_joint(joint));
+  for (int i = 0; i < robot.tree.num_joints(); ++i) {
+    if (robot.tree.joint(i).actuated && is_between(i) && !has(index, i)) {
+      refuse_input(log.name, "has no positions of joint '" + robot.tree.joint(i).name + "', expected those of all joints between IMU and feet");
+    }
+  }
   for (Eigen::Index k = 0; k < log.size(); ++k) {
     for (size_t j = 0; j < index.size(); ++j) {
       if (index[j] >= 0) state.q[index[j]] = log.q(static_cast<Eigen::Index>(j), k);

@@ -33,14 +33,15 @@ void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, 
   log->wrenches.assign(feet.size(), Samples(6, n));
   for (Eigen::Index k = 0; k < n; ++k) {
     const SensorSample& s = samples[static_cast<size_t>(k)].sensors;
-    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty())
+    const auto has_wrench = [&](int foot) { return static_cast<size_t>(foot) < s.wrenches.size(); };
+    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty() || !std::all_of(feet.begin(), feet.end(), has_wrench))
       throw std::runtime_error(log->name + ": samples do not fit its robot");
     log->q.col(k) = s.q;
     log->effort.col(k) = s.effort;
     log->gyro.col(k) = s.imus[0].angular_velocity;
     log->accelerometer.col(k) = s.imus[0].linear_acceleration;
     for (size_t f = 0; f < feet.size(); ++f) {
-      const WrenchSample& wrench = s.wrenches.at(static_cast<size_t>(feet[f]));
+      const WrenchSample& wrench = s.wrenches[static_cast<size_t>(feet[f])];
       log->wrenches[f].col(k) << wrench.force, wrench.torque;
     }
   }
@@ -48,13 +49,13 @@ void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, 
 
 // Values of a column at times a constant period apart; gaps and missing cells are bridged by straight lines.
 Eigen::VectorXd resample(const std::vector<double>& time, const std::vector<double>& column, double period,
-                         Eigen::Index n) {
+                         Eigen::Index n, const InputPlace& place) {
   std::vector<std::pair<double, double>> known;
   for (size_t i = 0; i < time.size(); ++i) {
     if (std::isfinite(column[i]) && std::isfinite(time[i]) && (known.empty() || time[i] > known.back().first))
       known.push_back({time[i], column[i]});
   }
-  if (known.size() < 2) throw std::runtime_error("a column holds fewer than two numbers");
+  if (known.size() < 2) refuse_input(place, "holds " + std::to_string(known.size()) + " numbers at rising times, expected at least 2");
   Eigen::VectorXd values(n);
   size_t at = 0;
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -106,17 +107,17 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
   const diagnosis::Table table = diagnosis::read_csv(path, &warnings);
   const auto column = [&](const std::string& name) -> const std::vector<double>& {
     const int found = table.find(name);
-    if (found < 0) throw std::runtime_error(path + ": has no column '" + name + "'");
+    if (found < 0) refuse_input({path, "", 1}, "has no column '" + name + "'");
     return table.columns[static_cast<size_t>(found)];
   };
   const std::vector<double>& time = column("time");
-  if (time.size() < 2 || !(time.back() > time.front())) throw std::runtime_error(path + ": its times do not rise");
+  if (time.size() < 2 || !(time.back() > time.front())) refuse_input({path, "time"}, "times do not rise");
   RobotLog log;
   log.name = path;
   log.period = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
   const auto n = static_cast<Eigen::Index>(time.size());
   const auto read = [&](const std::string& name) {
-    return resample(time, column(name), log.period, n).transpose().eval();
+    return resample(time, column(name), log.period, n, {path, name}).transpose().eval();
   };
   const std::string head = "/joint_states/", tail = "/position", axes = "xyz";
   for (const std::string& name : table.names) {
@@ -135,9 +136,7 @@ RobotLog read_table(const std::string& path, const Scenario& scenario) {
   }
   log.gyro.resize(3, n);
   log.accelerometer.resize(3, n);
-  if (scenario.sensors.imus.empty())
-    throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
-  const std::string imu = "/imu/" + scenario.sensors.imus[0].name;
+  const std::string imu = "/imu/" + find_imu(scenario).name;
   for (int i = 0; i < 3; ++i) {
     log.gyro.row(i) = read(imu + "/angular_velocity/" + axes[static_cast<size_t>(i)]);
     log.accelerometer.row(i) = read(imu + "/linear_acceleration/" + axes[static_cast<size_t>(i)]);

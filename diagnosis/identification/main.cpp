@@ -5,8 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
+#include "common/base/number_option.h"
+#include "common/base/read_file.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "common/robot/experiment_keys.h"
 #include "diagnosis/identification/improve.h"
 #include "diagnosis/identification/motions.h"
@@ -33,14 +37,17 @@ struct ListedMotion {
   bool training = false;
 };
 
-// Lines "NAME" or "NAME train" of motions.txt.
+// Lines "NAME" or "NAME train" of motions.txt. Throws InputError when there are none.
 std::vector<ListedMotion> read_list(const std::string& folder) {
-  std::ifstream file(fs::path(folder) / "motions.txt");
+  const std::string path = fs::path(folder) / "motions.txt";
+  std::ifstream file = open_input(path);
   std::vector<ListedMotion> list;
   for (std::string line; std::getline(file, line);) {
     const size_t space = line.find(' ');
-    list.push_back({line.substr(0, space), space != std::string::npos});
+    if (!line.empty()) list.push_back({line.substr(0, space), space != std::string::npos});
   }
+  check_end(file, path);
+  if (list.empty()) refuse_input(path, "names no motion: expected lines NAME or NAME train");
   return list;
 }
 
@@ -48,12 +55,12 @@ constexpr double kLongest = 20.0;  // [s] of a proposed motion
 
 // More motions that identify, from the machine that proposes experiments.
 void add_proposed(const Scenario& base, const std::vector<MotionCheck>& known, int seeds, double seconds, const std::string& folder,
-                  std::ofstream* list) {
+                  std::string* list) {
   std::printf("least known stiffness or damping: deviation %.3g\n", find_largest_deviation(known));
   for (const ProposedMotion& motion : propose_motions(base, known, seeds, seconds, folder)) {
     std::printf("%-8s proposed: %s Centre of pressure stays %.0f mm inside the soles; the deviation falls to %.3g\n", motion.name.c_str(),
                 motion.meaning.c_str(), 1e3 * motion.check.margin, motion.largest);
-    *list << motion.name << " train\n";
+    *list += motion.name + " train\n";
   }
 }
 
@@ -61,11 +68,10 @@ void add_proposed(const Scenario& base, const std::vector<MotionCheck>& known, i
 // into robot.yaml.
 int make_scenarios(const std::string& base_path, const std::string& folder, Rubber rubber, int tries, double scale,
                    MotionSet set) {
-  fs::create_directories(folder);
+  prepare_folder(folder);
   const Scenario base = load_scenario(write_robot(load_scenario(base_path), rubber, folder));
-  std::ofstream list(fs::path(folder) / "motions.txt");
   write_hanging(base, folder);
-  list << kHanging << "\n";
+  std::string list = std::string(kHanging) + "\n";
   int refused = 0;
   std::vector<MotionCheck> known;  // of motions that identify
   for (const MotionPlan& plan : set == MotionSet::kPaper ? make_paper_plans(scale) : make_plans(scale)) {
@@ -90,10 +96,11 @@ int make_scenarios(const std::string& base_path, const std::string& folder, Rubb
       ++refused;
       continue;
     }
-    list << plan.name << (is_training(plan.name, set) ? " train\n" : "\n");
+    list += plan.name + (is_training(plan.name, set) ? " train\n" : "\n");
     if (is_training(plan.name, set)) known.push_back(check);
   }
   if (tries > 0) add_proposed(base, known, tries, kLongest * scale, folder, &list);
+  write_file(fs::path(folder) / "motions.txt", list);
   return refused == 0 ? 0 : 1;
 }
 
@@ -107,7 +114,6 @@ std::vector<Source> read_folder(const std::string& folder, bool in_process) {
     std::printf("%s: %ld samples\n", name.c_str(), static_cast<long>(sources.back().log.size()));
     std::fflush(stdout);
   }
-  if (sources.empty()) throw std::runtime_error(folder + "/motions.txt: names no motion");
   return sources;
 }
 
@@ -119,13 +125,12 @@ std::vector<Source> read_experiment(const Scenario& scenario) {
                        path.extension() == ".mcap" ? read_mcap(recording.file) : read_table(recording.file, scenario),
                        recording.train});
   }
-  if (sources.empty()) throw std::runtime_error(scenario.path + ": recordings: names none");
+  if (sources.empty()) throw InputError(scenario.make_diagnostic("recordings", "names none"));
   return sources;
 }
 
 void report(const Scenario& scenario, const std::vector<Source>& sources, bool simulated, const std::string& out) {
   const Identification result = identify(scenario, sources, simulated);
-  fs::create_directories(out);
   const std::string page = (fs::path(out) / "report.html").string();
   write_report(result, page);
   const std::string found = write_identified_scenario(result, out);
@@ -158,7 +163,8 @@ int main(int argc, char** argv) {
   CLI::App* make = app.add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
   make->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
   make->add_option("folder", folder, "folder for scenarios and motions")->required();
-  make->add_option("--improve", tries, "proposes more motions on the feet for the least known parameters; tries this many of each family");
+  make->add_option("--improve", tries, "proposes more motions on the feet for the least known parameters; tries this many of each family")
+      ->check(CLI::Range(0, 1000));
   Rubber rubber = Rubber::kAsGiven;
   make->add_option("--rubber", rubber, "replaces the scenario's rubber by one with hardening or hysteresis")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
@@ -167,7 +173,7 @@ int main(int argc, char** argv) {
   make->add_option("--motions", set, "rich: our 18 motions; paper: the 14 of Mikami et al. 2014")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
-  make->add_option("--scale", scale, "factor on the length of the motions (1)");
+  make->add_option("--scale", scale, "factor on the length of the motions (1)")->check(refuse_nan)->check(CLI::Range(0.1, 10.0));
   CLI::App* fit =
       app.add_subcommand("fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
   fit->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
@@ -184,8 +190,10 @@ int main(int argc, char** argv) {
   coverage->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
   coverage->add_option("folder", folder, "folder that `make` wrote")->required();
   coverage->add_option("--seeds", seeds, "number of seeds (100)")->check(CLI::Range(1, 100000));
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
+    // Before the work whose results go there.
+    if (!out.empty()) prepare_folder(out);
     if (*make) return make_scenarios(scenario, folder, rubber, tries, scale, set);
     const Scenario base = load_scenario(scenario);
     if (*coverage)

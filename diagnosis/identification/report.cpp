@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <stdexcept>
+#include <sstream>
 
+#include "common/base/write_file.h"
 #include "diagnosis/identification/html.h"
 
 namespace hrp::identification {
@@ -46,10 +46,8 @@ std::string write_identified_scenario(const Identification& r, const std::string
     }
   }
   const std::string path = (std::filesystem::path(folder) / "identified.yaml").string();
-  std::ofstream file(path);
-  file << "# The bush as identified by hrp-identify-foot" << (r.simulated ? " from simulated data" : "") << "\n"
-       << node << "\n";
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  const std::string head = std::string("# The bush as identified by hrp-identify-foot") + (r.simulated ? " from simulated data" : "");
+  write_file(path, head + "\n" + YAML::Dump(node) + "\n");
   return path;
 }
 
@@ -111,15 +109,15 @@ std::string make_summary(const Identification& r) {
 }  // namespace
 
 void write_report(const Identification& r, const std::string& path) {
-  std::ofstream file(path);
-  file << "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Viscoelasticity of the soles</title>"
+  std::ostringstream page;
+  page << "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Viscoelasticity of the soles</title>"
        << "<style>" << kStyle << "</style></head><body><h1>Viscoelasticity of the soles</h1>"
        << (r.simulated ? "<p><strong>All data in this report are simulated.</strong> " : "<p>")
        << "Identified after Mikami et al. 2014 from joint encoders, force sensors and the chest IMU, with the soles "
           "that "
           "stand as base: torque = K angle + C rate + O.</p>"
        << make_summary(r) << make_tables(r) << make_figures(r) << make_body_section(r) << "</body></html>\n";
-  if (!file) throw std::runtime_error(path + ": cannot be written");
+  write_file(path, page.str());
 }
 
 }  // namespace hrp::identification

@@ -38,7 +38,13 @@ std::vector<int> find_foot_sensors(const Scenario& scenario) {
   return sensors;
 }
 
+const ImuSpec& find_imu(const Scenario& scenario) {
+  if (scenario.sensors.imus.empty()) throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
+  return scenario.sensors.imus[0];
+}
+
 RobotLog run_in_process(const Scenario& scenario, const std::function<void(double, const TrueSample&)>& on_sample) {
+  find_imu(scenario);
   Trial trial(scenario);
   const std::vector<int> sensors = find_foot_sensors(scenario), driven = find_driven(trial.robot().tree);
   const long steps = std::lround(scenario.duration / scenario.time_step);
@@ -86,7 +92,7 @@ Scenario without_sensor_errors(Scenario scenario) {
 RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned long long seed) {
   RobotLog log = clean;
   const EncoderSpec& encoders = scenario.sensors.encoders;
-  const ImuSpec& imu = scenario.sensors.imus.at(0);
+  const ImuSpec& imu = find_imu(scenario);
   const std::vector<int> sensors = find_foot_sensors(scenario);
   for (Eigen::Index k = 0; k < log.size(); ++k) {
     const auto step = static_cast<unsigned long long>(k);

@@ -30,6 +30,9 @@ struct RobotLog {
 // Feet and their force sensors, in the order of Scenario::feet: index of each one's sensor. Throws InputError.
 std::vector<int> find_foot_sensors(const Scenario& scenario);
 
+// The first one: of the chest. Throws InputError when there is none.
+const ImuSpec& find_imu(const Scenario& scenario);
+
 // Runs a scenario in this process, bush and all; samples once a control period. Throws std::runtime_error when the
 // simulation fails or the robot falls. `on_sample` may look at the true state (for tests and for checking a motion).
 struct TrueSample {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "common/base/diagnostics.h"
@@ -125,7 +126,6 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 }
 
 void tighten(const std::string& what, const std::string& key, double value, JointLimits* joint) {
-  if (!std::isfinite(value)) refuse(what);
   const double before_lower = joint->lower, before_upper = joint->upper;
   if (key == "speed" && value > 0.0) joint->speed = std::min(joint->speed, value);
   else if (key == "effort" && value > 0.0) joint->effort = std::min(joint->effort, value);
@@ -143,6 +143,7 @@ void tighten(const std::string& what, const std::string& key, double value, Join
 
 void apply(const Experiment& e, const std::string& what, const std::string& joint, const std::string& key, double value,
            Limits* limits) {
+  if (!std::isfinite(value)) refuse(what);
   if (key == "ground" && joint.empty()) {
     limits->ground = std::max(limits->ground, value);
     return;
@@ -162,15 +163,18 @@ void apply_file(const Experiment& e, const std::string& path, Limits* limits) {
   YAML::Node root;
   try {
     root = YAML::LoadFile(path);
+    if (!root.IsMap()) fail(path, "expected lines KEY: NUMBER");
+    const auto take = [&](const std::string& joint, const YAML::Node& name, const YAML::Node& value) {
+      const std::string key = name.as<std::string>();
+      apply(e, path + ":" + std::to_string(name.Mark().line + 1) + ": " + key, joint, key, value.as<double>(), limits);
+    };
     for (const auto& item : root) {
-      const std::string key = item.first.as<std::string>();
-      if (key != "joints") {
-        apply(e, path, "", key, item.second.as<double>(), limits);
+      if (item.first.as<std::string>() != "joints") {
+        take("", item.first, item.second);
         continue;
       }
       for (const auto& joint : item.second) {
-        for (const auto& one : joint.second)
-          apply(e, path, joint.first.as<std::string>(), one.first.as<std::string>(), one.second.as<double>(), limits);
+        for (const auto& one : joint.second) take(joint.first.as<std::string>(), one.first, one.second);
       }
     }
   } catch (const YAML::Exception& error) {
@@ -183,12 +187,10 @@ void apply_word(const Experiment& e, const std::string& word, Limits* limits) {
   if (equals == std::string::npos) refuse(word);
   const std::string name = word.substr(0, equals);
   const size_t dot = name.rfind('.');
-  double value = std::nan("");
-  try {
-    value = std::stod(word.substr(equals + 1));
-  } catch (const std::exception&) {
-    refuse(word);
-  }
+  const std::string text = word.substr(equals + 1);
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0') refuse(word);
   const std::string joint = dot == std::string::npos ? "" : name.substr(0, dot);
   apply(e, word, joint, dot == std::string::npos ? name : name.substr(dot + 1), value, limits);
 }

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/shared_files.h"
 #include "common/base/version.h"
 #include "common/node/join.h"
@@ -95,7 +96,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", hrp::get_version_text("hrp-viewer"));
   Options options;
   add_options(app, &options);
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   // The run comes first where cores are few.
   setpriority(PRIO_PROCESS, 0, 10);
   try {

@@ -2,6 +2,7 @@
 // Mikami et al. 2014 with our own robot: what sensors with noise and bias tell about the rubber in its feet.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +13,7 @@
 
 #include <unistd.h>
 
+#include "common/base/diagnostics.h"
 #include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/report.h"
@@ -102,6 +104,18 @@ TEST_F(PaperB, IntervalsHoldStiffnessDampingAndOffset) {
   }
   // 72 intervals of 95 %, alike within a seed: fewer than 58 would be one in ten thousand if seeds' rows were in pairs.
   EXPECT_GE(inside, 58);
+}
+
+// A joint without readings would stand still for the observer, and the sole would seem to turn instead. Arms say nothing of it.
+TEST_F(PaperB, ALogWithoutAJointBetweenImuAndFeetIsRefused) {
+  base_ = load_scenario(kScenario);
+  RobotLog log = run_in_process(load_scenario(write_hanging(base_, folder_)));
+  const BushObserver observer(base_);
+  const auto forget = [&log](const std::string& joint) { std::replace(log.joints.begin(), log.joints.end(), joint, std::string("another")); };
+  forget("R_ELBOW");
+  EXPECT_NO_THROW(observer.calc_zeros(log));
+  forget("R_KNEE");
+  EXPECT_THROW(observer.calc_zeros(log), InputError);
 }
 
 TEST_F(PaperB, FindsTheVerticalStiffnessFromTheAccelerometer) {

@@ -62,5 +62,20 @@ TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
   EXPECT_EQ(find_last_step(log), 2000);
 }
 
+TEST(IdentifyFoot, RefusesWhatItCannotUseBeforeItsWork) {
+  const std::string folder = get_test_folder();
+  const auto refuse = [](std::vector<std::string> words, const std::string& said) {
+    words.insert(words.begin(), "hrp-identify-foot");
+    Program program(words);
+    EXPECT_EQ(program.wait(), 2) << program.output();
+    EXPECT_NE(program.output().find(said), std::string::npos) << program.output();
+  };
+  refuse({"make", kScenario, folder + "/made", "--scale", "nan"}, "--scale");
+  refuse({"make", kScenario, "/proc/none"}, "/proc/none: error: cannot be made");
+  refuse({"fit", kScenario, folder, "--out", "/proc/none"}, "/proc/none: error: cannot be made");
+  refuse({"fit", kScenario, folder, "--out", folder + "/out"}, "motions.txt");
+  refuse({"coverage", kScenario, folder, "--seeds", "1"}, "motions.txt");
+}
+
 }  // namespace
 }  // namespace hrp::test

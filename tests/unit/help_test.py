@@ -35,6 +35,12 @@ class Questions(unittest.TestCase):
         for program in PROGRAMS:
             self.check([program])
 
+    def test_programs_refuse_what_they_do_not_know_with_status_2(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for program in PROGRAMS:
+                answer = ask([program, '--no-such-option'], folder)
+                self.assertEqual(answer.returncode, 2, f'{program.name}: {answer.stdout}{answer.stderr}')
+
     def test_scripts_answer_without_a_build(self):
         with tempfile.TemporaryDirectory() as folder:
             nowhere = os.path.join(folder, 'build')

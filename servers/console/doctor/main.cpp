@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
@@ -96,11 +97,7 @@ int main(int argc, char** argv) {
   hrp::add_join_options(app, &join);
   app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; default: loopback");
   app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, the same as for the servers")->check(CLI::ExistingFile);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? hrp::kExitOk : hrp::kExitBadInput;
-  }
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   const hrp::Findings all = check_all(join, options);
   const auto problems = std::count_if(all.begin(), all.end(), [](const hrp::Finding& each) { return each.problem; });
   std::printf("%s\n", problems == 0 ? "no problem" : (std::to_string(problems) + (problems == 1 ? " problem" : " problems")).c_str());

@@ -4,7 +4,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
+#include "common/base/number_option.h"
 #include "common/base/version.h"
 #include "common/plot/robot_pictures.h"
 #include "servers/console/log_tool/commands.h"
@@ -33,12 +35,11 @@ class LogTool {
     add_recover();
   }
 
-  // Throws what the work throws, and CLI::ParseError.
+  // Throws what the work throws.
   int run(int argc, char** argv) {
-    app_.parse(argc, argv);
+    if (const auto status = take_command_line(&app_, argc, argv)) return *status;
     return work_();
   }
-  int exit(const CLI::ParseError& error) const { return app_.exit(error); }
 
  private:
   using Work = std::function<int()>;
@@ -68,8 +69,8 @@ class LogTool {
     show->add_option("topic", cat_.topic, "only this topic, e.g. contact_forces");
     show->add_flag("--json", cat_.json, "one line of JSON per message");
     show->add_option("--field", cat_.field, "only this part, e.g. pairs[0].total.force.z");
-    show->add_option("--from", cat_.from, "simulated time to begin with [s]");
-    show->add_option("--to", cat_.to, "simulated time to end with [s]");
+    show->add_option("--from", cat_.from, "simulated time to begin with [s]")->check(refuse_nan);
+    show->add_option("--to", cat_.to, "simulated time to end with [s]")->check(refuse_nan);
   }
 
   void add_plot() {
@@ -84,12 +85,12 @@ class LogTool {
       return write([this] { return write_robot_pictures(file_, look_, out_), 0; });
     });
     add_output(pictures, "SVG file");
-    pictures->add_option("--from", look_.from, "simulated time of the first picture [s]");
-    pictures->add_option("--to", look_.to, "simulated time of the last picture [s]; default: the end");
+    pictures->add_option("--from", look_.from, "simulated time of the first picture [s]")->check(refuse_nan);
+    pictures->add_option("--to", look_.to, "simulated time of the last picture [s]; default: the end")->check(refuse_nan);
     pictures->add_option("--robot", look_.robot, "name of the robot that the camera follows; default: the first one");
     pictures->add_option("--count", look_.count, "number of pictures")->check(CLI::Range(1, 40));
-    pictures->add_option("--azimuth", look_.azimuth, "direction of the camera: 0 in front, pi/2 on the robot's left [rad]");
-    pictures->add_option("--elevation", look_.elevation, "elevation of the camera [rad]");
+    pictures->add_option("--azimuth", look_.azimuth, "direction of the camera: 0 in front, pi/2 on the robot's left [rad]")->check(refuse_nan);
+    pictures->add_option("--elevation", look_.elevation, "elevation of the camera [rad]")->check(refuse_nan);
   }
 
   void add_image() {
@@ -98,7 +99,7 @@ class LogTool {
       return write([this] { return write_image(image_); });
     });
     picture->add_option("topic", image_.topic, "topic of the picture, such as head/image_raw or head/depth/image_raw")->required();
-    picture->add_option("--at", image_.at, "simulated time [s]: writes the first picture at or after it")->capture_default_str();
+    picture->add_option("--at", image_.at, "simulated time [s]: writes the first picture at or after it")->check(refuse_nan)->capture_default_str();
     add_output(picture, "PNG file");
   }
 
@@ -109,7 +110,7 @@ class LogTool {
     });
     add_output(command, out_text);
     command->add_option("--rate", convert_.rate, "samples per simulated second [Hz]; 0: every sample")
-        ->check(CLI::NonNegativeNumber)->capture_default_str();
+        ->check(refuse_nan)->check(CLI::NonNegativeNumber)->capture_default_str();
   }
 
   void add_recover() {
@@ -137,8 +138,6 @@ int main(int argc, char** argv) {
   hrp::LogTool tool;
   try {
     return tool.run(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return tool.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-log: %s\n", error.what());
     return 2;

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/version.h"
 #include "common/plot/svg_plot.h"
 
@@ -54,7 +55,7 @@ int main(int argc, char** argv) {
   app.add_option("--title", plot.title, "title of the plot");
   app.add_option("--x", plot.x_label, "label of the x axis, with unit");
   app.add_option("--y", plot.y_label, "label of the y axis, with unit");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
     read(data, &plot);
     hrp::write_svg(plot, out);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
@@ -44,7 +45,7 @@ int main(int argc, char** argv) {
   CLI::App* list = app.add_subcommand("list", "list the runs of this machine: scenario, process, domain, log");
   CLI::App* domain = app.add_subcommand("domain", "print the run's DDS domain, for programs of your own");
   for (CLI::App* command : {status, list, domain}) command->fallthrough();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   control.speed(speed.value_or(0.0));
   control.change_speed(speed.has_value());
   control.steps(steps);

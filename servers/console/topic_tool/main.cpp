@@ -3,6 +3,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
+#include "common/base/number_option.h"
 #include "common/base/version.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
@@ -43,17 +45,17 @@ int main(int argc, char** argv) {
   std::string name;
   hrp::EchoOptions echo;
   CLI::App* list = app.add_subcommand("list", "topics with types, writers, readers and measured rates");
-  list->add_option("--seconds", seconds, "[s] time for measuring the rates")->capture_default_str();
+  list->add_option("--seconds", seconds, "[s] time for measuring the rates")->check(hrp::refuse_nan)->check(CLI::Range(0.1, 3600.0))->capture_default_str();
   list->add_flag("--json", echo.json, "one JSON object per line");
   CLI::App* show = app.add_subcommand("echo", "print the samples of a topic, until Ctrl-C or the end of the run");
   show->add_option("TOPIC", echo.topic, "name as in the list, or its last part")->required();
   show->add_flag("--json", echo.json, "one JSON object per line, with exact numbers");
-  show->add_option("--count", echo.count, "stop after this number of samples");
+  show->add_option("--count", echo.count, "stop after this number of samples")->check(CLI::PositiveNumber);
   show->add_option("--field", echo.fields, "print only this part, such as pairs[0].total.force.z; may be repeated");
-  show->add_option("--rate", echo.rate, "at most this many samples per second");
+  show->add_option("--rate", echo.rate, "at most this many samples per second")->check(hrp::refuse_nan)->check(CLI::Range(1e-3, 1e6));
   CLI::App* hz = app.add_subcommand("hz", "print rate, size and longest gap of a topic every second");
   hz->add_option("TOPIC", name, "name as in the list, or its last part")->required();
-  hz->add_option("--count", lines, "stop after this number of lines");
+  hz->add_option("--count", lines, "stop after this number of lines")->check(CLI::PositiveNumber);
   CLI::App* type = app.add_subcommand("type", "print the IDL of a type, or of a topic's type, with units");
   type->add_option("NAME", name, "topic or type, such as hrp/robot_state, RobotState or hrp::msg::RobotState")->required();
   std::string text;
@@ -63,7 +65,7 @@ int main(int argc, char** argv) {
   pub->add_option("MESSAGE", text, "fields and values in YAML or JSON; other fields are zero or empty")->required();
   pub->add_flag("--print", only_print, "print the message as JSON and send nothing");
   for (CLI::App* command : {list, show, hz, type, pub}) command->fallthrough();
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
     if (type->parsed()) return hrp::print_type(name);
     hrp::CommandSample command;

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
 #include "servers/console/trial/trial.h"
@@ -76,7 +77,7 @@ int main(int argc, char** argv) {
   app.add_option("scenario", paths, "scenario files")->required();
   app.add_option("--csv", csv, "CSV table of the last run: contact forces, force sensors, base");
   app.add_flag("--to-the-end", to_the_end, "continue after a fall, as the server set does");
-  CLI11_PARSE(app, argc, argv);
+  if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
     for (const std::string& path : paths) {
       hrp::Trial trial(hrp::load_scenario(path));

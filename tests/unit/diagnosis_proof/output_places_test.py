@@ -27,8 +27,8 @@ class Places(unittest.TestCase):
     def tearDown(self):
         self.folder.cleanup()
 
-    def run_tool(self, out, **arguments):
-        run = subprocess.run([BIN / "hrp-diagnose", self.root, "--out", out], capture_output=True, text=True, timeout=110, **arguments)
+    def run_tool(self, out, *options, **arguments):
+        run = subprocess.run([BIN / "hrp-diagnose", self.root, "--out", out, *options], capture_output=True, text=True, timeout=110, **arguments)
         return run.returncode, run.stderr
 
     def test_a_place_that_cannot_be_written_is_refused_before_the_work(self):
@@ -40,6 +40,16 @@ class Places(unittest.TestCase):
             self.assertRegex(text, f"{out}: error: .*{words}")
             self.assertNotIn(" s  ", text, "something was computed first")
         self.assertEqual((self.root / "file").read_text(), "mine")
+
+    def test_a_limit_that_nobody_can_mean_is_refused_before_the_work(self):
+        limits = self.root / "limits.yaml"
+        limits.write_text("joints:\n  one: {speed: fast}\n")
+        for limit, words in (("speed=nan", "speed=nan: expected"), ("speed=5cm", "speed=5cm: expected"), ("ground=inf", "ground=inf: expected"),
+                             ("two.speed=1", "has no joint two"), (limits, "limits.yaml:2")):
+            status, text = self.run_tool(self.root / "out", "--next", "--limit", limit)
+            self.assertEqual(status, 2, text)
+            self.assertIn(words, text)
+            self.assertNotIn(" s  ", text, "something was computed first")
 
     @staticmethod
     def make_limit(size):  # no file may become larger, as on a full disk
