@@ -11,19 +11,50 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kTried = 40;            // limits between the median effort and the largest
-constexpr long kBeside = kNuisance + 2;  // friction, rotor, constant; load and friction of the load
+constexpr int kTried = 40;  // limits between the median effort and the largest
+constexpr long kRotor = 2;   // column of the acceleration in UnitRows::nuisance
 
-// What one limit leaves, and the share of the effort beyond it that is missing.
+// What one limit leaves of the missing torque, and the share of the effort beyond it that is missing.
 struct AtLimit {
   double limit = 0.0, left = 0.0, share = 0.0;
 };
 
-AtLimit try_limit(const Eigen::MatrixXd& basis, const Eigen::VectorXd& effort, const Eigen::VectorXd& left, double limit) {
-  const Eigen::VectorXd over = effort - effort.cwiseMax(-limit).cwiseMin(limit), own = over - basis * (basis.transpose() * over);
-  const double oo = own.squaredNorm(), ol = own.dot(left);
-  return {limit, left.squaredNorm() - (oo > 0.0 ? ol * ol / oo : 0.0), oo > 0.0 ? ol / oo : 0.0};
+// Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left out. With
+// nothing but the effort that is there, a limit near zero would explain all.
+AtLimit solve(Eigen::MatrixXd columns, const Eigen::VectorXd& missing, double limit) {
+  Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing);
+  if (x[kRotor] < 0.0) {
+    columns.col(kRotor).setZero();
+    x = columns.colPivHouseholderQr().solve(missing);
+  }
+  return {limit, (missing - columns * x).squaredNorm(), x[x.size() - 1]};
 }
+
+class Search {
+ public:
+  explicit Search(const UnitRows& rows) : effort_(rows.effort), missing_(rows.effort - rows.tau), columns_(rows.effort.size(), kNuisance + 2) {
+    columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1)), Eigen::VectorXd::Zero(rows.effort.size());
+  }
+
+  AtLimit try_limit(double limit) {
+    columns_.col(columns_.cols() - 1) = effort_ - effort_.cwiseMax(-limit).cwiseMin(limit);
+    return solve(columns_, missing_, limit);
+  }
+
+  // The best of kTried limits from `begin` on.
+  AtLimit scan(double begin, double step, AtLimit best) {
+    for (int i = 0; i < kTried; ++i) {
+      const double limit = begin + i * step;
+      const AtLimit at = limit > 0.0 ? try_limit(limit) : best;
+      if (at.left < best.left) best = at;
+    }
+    return best;
+  }
+
+ private:
+  const Eigen::VectorXd effort_, missing_;
+  Eigen::MatrixXd columns_;  // friction, rotor, constant; friction of the load; effort beyond the limit
+};
 
 }  // namespace
 
@@ -31,25 +62,15 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
   // A servo's law is no log of what was asked for: its limit is stated.
   if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return {};
   const UnitRows rows = collect_efforts(data, joint);
-  const long n = rows.effort.size();
-  if (n < kRowsPerColumn * (kBeside + 1)) return {};
-  Eigen::MatrixXd beside(n, kBeside);
-  beside << rows.nuisance, rows.tau, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1));
-  const Eigen::MatrixXd basis = beside.colPivHouseholderQr().householderQ() * Eigen::MatrixXd::Identity(n, kBeside);
-  const Eigen::VectorXd left = rows.effort - basis * (basis.transpose() * rows.effort);
+  if (rows.effort.size() < kRowsPerColumn * (kNuisance + 2)) return {};
   const Eigen::VectorXd size = rows.effort.cwiseAbs();
-  const double median = find_quantile({size.begin(), size.end()}, kHalf), step = (size.maxCoeff() - median) / kTried;
-  AtLimit best{0.0, left.squaredNorm(), 0.0};
-  for (int i = 0; i < kTried; ++i) {
-    const AtLimit at = try_limit(basis, rows.effort, left, median + i * step);
-    if (at.left < best.left) best = at;
-  }
-  for (int i = 1 - kTried; i < kTried; ++i) {
-    const AtLimit at = try_limit(basis, rows.effort, left, best.limit + i * step / kTried);
-    if (at.left < best.left) best = at;
-  }
+  const double most = size.maxCoeff(), median = find_quantile({size.begin(), size.end()}, kHalf), step = (most - median) / kTried;
+  Search search(rows);
+  const AtLimit without = search.try_limit(most);
+  AtLimit best = search.scan(median, step, without);
+  best = search.scan(best.limit - step, 2.0 * step / kTried, best);
   const bool whole = best.share > kMostly && best.share < 1.0 / kMostly;
-  return whole && best.left < kHalf * left.squaredNorm() ? std::vector<double>{best.limit} : std::vector<double>{};
+  return whole && best.left < kHalf * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
 }
 
 }  // namespace hrp::diagnosis

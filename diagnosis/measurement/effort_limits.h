@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 
 // The limit [N m or N] beyond which the effort of a joint is not there: one, or none. What is beyond it must be the whole of
-// what is missing there, and take kPart of what friction, rotor, load and gain leave.
+// what is missing there, and take half of the squares that friction, a rotor and friction of the load leave.
 std::vector<double> find_limits(const TorqueData& data, int joint);
 
 }  // namespace hrp::diagnosis
