@@ -91,7 +91,7 @@ TEST(Slides, AUnitIsALowerBoundAndAmbiguousAndWhatIsFoundGrowsWithIt) {
   for (const Json& f : first["findings"]) {
     if (f["effect"] == "coulomb_friction") dry = f["at_least"];
     if (f["effect"] != "torque_constant_error") continue;
-    unit = true;
+    unit = f["at_least"];
     EXPECT_EQ(f["grade"], "ambiguous");
     EXPECT_NEAR(f["parameters"]["scale"]["value"].get<double>(), 35.0 * kMass / (kMass + 20.0), 1.5);  // 5 %, as above
   }
