@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/rows_per_column.h"
@@ -90,7 +89,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
 
 // True if the effort is what the bodies alone take.
 bool is_torque_of_bodies(const TorqueData& data, int joint) {
-  const std::optional<EffortUnit> least = find_without_rotor(data, collect_efforts(data, joint), joint);
+  const std::optional<EffortUnit> least = find_unit_without_rotor(data, joint);
   return least && std::abs(std::log(least->scale)) < kSame;
 }
 
@@ -245,6 +244,8 @@ bool is_load_or_unit(const EffortUnit& unit) { return std::isfinite(unit.of_load
 bool tells_unit(const TorqueData& data, int joint) {
   return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);
 }
+
+std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint) { return find_without_rotor(data, collect_efforts(data, joint), joint); }
 
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
   for (const EffortUnit& unit : units) {
