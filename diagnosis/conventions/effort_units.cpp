@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/rows_per_column.h"
@@ -90,7 +89,7 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
 
 // True if the effort is what the bodies alone take.
 bool is_torque_of_bodies(const TorqueData& data, int joint) {
-  const std::optional<EffortUnit> least = find_without_rotor(data, collect_efforts(data, joint), joint);
+  const std::optional<EffortUnit> least = find_unit_without_rotor(data, joint);
   return least && std::abs(std::log(least->scale)) < kSame;
 }
 
@@ -134,18 +133,20 @@ bool are_bounds(const std::vector<EffortUnit>& units) {
   return std::all_of(units.begin(), units.end(), [](const EffortUnit& u) { return u.at_least; });
 }
 
-// Mean scale (of logarithms) of the joints with narrow brackets, of lower bounds only if there is nothing else. Empty if
-// there are none or if they disagree.
-std::optional<double> find_common_scale(const std::vector<EffortUnit>& units) {
+// Mean scale (of logarithms) of the joints with narrow brackets, of lower bounds only if there is nothing else, in bounds
+// that contain all of theirs: drives of one robot differ as much. Empty if there are none or if they disagree.
+std::optional<EffortUnit> find_common_unit(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
-  const bool bounds = are_bounds(units);
+  EffortUnit common{-1, 1.0, 1e300, 0.0, true, units.front().of_gains, are_bounds(units), units.front().of_load};
   for (const EffortUnit& u : units) {
-    if (is_wide(u) || u.at_least != bounds) continue;
+    if (is_wide(u) || u.at_least != common.at_least) continue;
     const double log = std::log(u.scale);
     sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
+    common.low = std::min(common.low, u.low), common.high = std::max(common.high, u.high);
   }
   if (count == 0.0 || high - low > kMuch) return std::nullopt;
-  return std::exp(sum / count);
+  common.scale = std::exp(sum / count);
+  return common;
 }
 
 bool is_known(const std::vector<EffortUnit>& units, int joint) {
@@ -155,24 +156,19 @@ bool is_known(const std::vector<EffortUnit>& units, int joint) {
 // Joints without a result, or with a wide bracket or a lower bound that admits it, get the scale of the others if those
 // agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
-  const std::optional<double> scale = find_common_scale(*units);
-  if (!scale) return;
-  const bool bounds = are_bounds(*units);
+  std::optional<EffortUnit> common = find_common_unit(*units);
+  if (!common) return;
   for (EffortUnit& u : *units) {
-    if (!bounds && u.at_least && *scale > u.low) {
-      u = {u.joint, *scale, *scale, *scale, true, u.of_gains, false, u.of_load};
-      continue;
-    }
-    const double above = std::log(*scale / u.low), below = std::log(u.high / *scale);
-    if (is_wide(u) && std::min(above, below) > -kDetail) u.scale = *scale, u.by_others = true;
+    const double above = std::log(common->scale / u.low), below = std::log(u.high / common->scale);
+    const bool bounded = !common->at_least && u.at_least && above > 0.0;
+    if (bounded || (is_wide(u) && std::min(above, below) > -kDetail)) common->joint = u.joint, u = *common;
   }
-  const EffortUnit first = units->front();
+  const EffortSource source = data.source[static_cast<size_t>(units->front().joint)];
   for (size_t j = 0; j < data.source.size(); ++j) {
-    const int joint = static_cast<int>(j);
+    common->joint = static_cast<int>(j);
     // without a drive, it has no effort in any unit
-    const bool driven = data.experiment->robot.tree.joint(joint).actuated;
-    if (driven && !is_known(*units, joint) && data.source[j] == data.source[static_cast<size_t>(first.joint)])
-      units->push_back({joint, *scale, *scale, *scale, true, first.of_gains, bounds, first.of_load});
+    const bool driven = data.experiment->robot.tree.joint(common->joint).actuated;
+    if (driven && !is_known(*units, common->joint) && data.source[j] == source) units->push_back(*common);
   }
 }
 
@@ -255,6 +251,8 @@ bool is_load_or_unit(const EffortUnit& unit) { return std::isfinite(unit.of_load
 bool tells_unit(const TorqueData& data, int joint) {
   return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);
 }
+
+std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint) { return find_without_rotor(data, collect_efforts(data, joint), joint); }
 
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
   for (const EffortUnit& unit : units) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,9 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data);
 // True if the joint's recorded effort shows whether it is a torque: by the servo's law, or by the torque that weight and
 // inertia of the model take. Without weight, as on a slide: if it is what the bodies take without any rotor.
 bool tells_unit(const TorqueData& data, int joint);
+
+// The unit that the joint's efforts have if its drive has no rotor. Empty if friction explains them as well.
+std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint);
 
 // The experiment with efforts in N m and gains in N m/rad.
 Experiment convert_efforts(Experiment experiment, const std::vector<EffortUnit>& units);

@@ -68,6 +68,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const bool sure = !unit.by_others && !unit.at_least && !is_load_or_unit(unit);
   Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), {{"joint", joint}}, "scale", scale, calc_share(data, unit),
                         sure ? Grade::kSupported : Grade::kAmbiguous);
+  if (unit.at_least) f["at_least"] = true;
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
     f["statement"] = joint + ": the drive gives " + number(unit.scale, 3) + " +- " + number(kNinetyFive * std, 2) +

@@ -29,7 +29,7 @@ struct LogConventions {
   Ratios ratios;
   LateCommands commands;
   std::vector<EffortUnit> units;
-  std::vector<int> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
+  std::vector<EffortUnit> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
   std::vector<JointZero> zeros;
   std::vector<RefutedFriction> friction;
   std::vector<floating::GoneGravity> weightless;

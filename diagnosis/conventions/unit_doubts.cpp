@@ -116,31 +116,45 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
   return up.maxCoeff() > kNearlyAll;
 }
 
+// A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor.
+void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
+  if (std::log(u.scale) > -kFactor) return;
+  for (Json& f : (*report)["findings"]) {
+    const bool rotor = f["where"].value("joint", "") == joint && f["effect"] == get_effect(EffectId::kRotorInertia).name;
+    if (!rotor || f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
+    f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
+    const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
+    f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", f["where"]},
+                                 {"parameters", {{"scale", make_value(round_to(u.scale, 3), round_to(u.scale * std::max(kBlur, find_blur(u)), 2), "1")}}}});
+  }
+}
+
 void warn(const std::string& text, Reports* reports) {
   reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
 }
 
 }  // namespace
 
-std::vector<int> list_untold_units(const TorqueData& data, const std::vector<EffortUnit>& units) {
-  std::vector<int> untold;
+std::vector<EffortUnit> list_untold_units(const TorqueData& data, const std::vector<EffortUnit>& units) {
+  std::vector<EffortUnit> untold;
   bool told = false;
   for (size_t j = 0; j < data.source.size() && !data.recordings.empty(); ++j) {
     const int joint = static_cast<int>(j);
     if (!data.experiment->robot.tree.joint(joint).actuated || data.source[j] != EffortSource::kRecorded) continue;
     if (tells_unit(data, joint)) told = true;
-    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) untold.push_back(joint);
+    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) untold.push_back(find_unit_without_rotor(data, joint).value_or(EffortUnit{joint}));
   }
-  return told && units.empty() ? std::vector<int>{} : untold;
+  return told && units.empty() ? std::vector<EffortUnit>{} : untold;
 }
 
-void doubt_untold_units(const Experiment& e, const std::vector<int>& untold, Reports* reports) {
-  for (int joint : untold) {
-    const std::string name = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
+void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& untold, Reports* reports) {
+  for (const EffortUnit& u : untold) {
+    const std::string name = e.robot.tree.joint(u.joint).name, unit = get_joint_unit(e.robot.tree.joint(u.joint), "N m");
     reports->report["untold_units"].push_back(name);
-    warn(e.signal_name(joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
+    warn(e.signal_name(u.joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
              " is in the unit of the log, and in " + unit + " only if that is " + unit, reports);
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
+    doubt_large_rotor(name, unit, u, &reports->report);
   }
 }
 

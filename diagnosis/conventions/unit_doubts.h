@@ -8,11 +8,13 @@
 namespace hrp::diagnosis {
 
 // Joints whose motion does not tell the unit of their recorded effort. One log has one unit, so torques at one joint are
-// torques at all. Counts of drives differ, so the unit of others' counts says nothing.
-std::vector<int> list_untold_units(const TorqueData& as_logged, const std::vector<EffortUnit>& units);
+// torques at all. Counts of drives differ, so the unit of others' counts says nothing. With the scale that each has without
+// a rotor; 1 if there is none.
+std::vector<EffortUnit> list_untold_units(const TorqueData& as_logged, const std::vector<EffortUnit>& units);
 
-// Marks findings at these joints: their torques and inertias are in the unit of the log.
-void doubt_untold_units(const Experiment& as_logged, const std::vector<int>& untold, Reports* reports);
+// Marks findings at these joints: their torques and inertias are in the unit of the log. A rotor much larger than the bodies
+// may be that unit.
+void doubt_untold_units(const Experiment& as_logged, const std::vector<EffortUnit>& untold, Reports* reports);
 
 // Marks findings at joints whose unit is a lower bound: their torques and inertias grow with it.
 void doubt_least_units(const Experiment& as_logged, const std::vector<EffortUnit>& units, Reports* reports);

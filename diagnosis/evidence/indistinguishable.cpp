@@ -30,7 +30,9 @@ Alternative make_alternative(EffectId id, const Where& where, const std::vector<
   return {info.name, get_family_name(info.family), where, parameters, motion};
 }
 
+// Without values where the motion is too fast to tell the friction at rest.
 std::vector<Estimate> make_curve(const DryCurve& curve) {
+  if (curve.rest.low <= 0.0) return {};
   return {make_ranged("coulomb", "N m", curve.level, 0.0), make_ranged("static", "N m", curve.rest, 0.0),
           make_ranged("stribeck_velocity", "rad/s", curve.velocity, 0.0)};
 }

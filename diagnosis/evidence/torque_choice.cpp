@@ -5,6 +5,7 @@
 #include <set>
 
 #include "common/base/has.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_model.h"
 #include "diagnosis/evidence/torque_subsets.h"
@@ -287,6 +288,17 @@ class Chooser {
   const Timing timing_;
 };
 
+// True if the term alone is so much more than all of the missing torque that other terms take it back but for less than a
+// detail: a constant and dry friction of a joint that turns one way. Their sum shows, neither of them does.
+bool is_taken_back(const JointDesign& joint, size_t term, const Eigen::VectorXd& p) {
+  const Columns columns = list_columns(joint, term);
+  double square = 0.0;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    for (size_t j = 0; j < columns.size(); ++j) square += p[static_cast<long>(i)] * p[static_cast<long>(j)] * joint.total.get(columns[i], columns[j]);
+  }
+  return kDetail * kDetail * square > joint.total.c;
+}
+
 }  // namespace
 
 std::vector<Terms> list_usual_terms(const TorqueDesign& design) {
@@ -320,7 +332,8 @@ bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, cons
   long column = 0;
   for (size_t term : terms) {
     const Term& own = design.joints[at].terms[term];
-    if (!own.row->allows(theta.segment(column, own.columns()))) return false;
+    const Eigen::VectorXd p = theta.segment(column, own.columns());
+    if (!own.row->allows(p) || is_taken_back(design.joints[at], term, p)) return false;
     column += own.columns();
   }
   return true;

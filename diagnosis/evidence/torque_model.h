@@ -69,7 +69,7 @@ double calc_mass_cost(double factor);
 double calc_term_cost(const TermRow& row, const Eigen::VectorXd& parameters);
 
 // True if the parameters of a joint's terms are physical: friction opposes motion, inertias are positive, delays are
-// positive and short.
+// positive and short, and no term is ten times the missing torque, which the others would have to take back.
 bool is_physical(const TorqueDesign& design, size_t joint, const std::vector<size_t>& terms,
                  const Eigen::VectorXd& theta);
 

@@ -74,13 +74,14 @@ class Lister {
 };
 
 // The conditions of a finding, except the one on evidence.
-bool is_worth_listing(const GradedTerm& g) {
+bool is_worth_listing(const TorqueDesign& design, const Candidate& c, const GradedTerm& g) {
   const double size = g.parameters.norm();
   const auto over = [&](const Eigen::VectorXd& std) { return (g.parameters.array() != 0.0).select(std, 0.0).norm(); };
   // parts of the recordings agree about the sign
   const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);
-  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree &&
-         size >= g.term.row->material && !g.term.row->excess && g.term.row->allows(g.parameters);
+  const auto joint = static_cast<size_t>(c.place.joint);
+  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree && size >= g.term.row->material && !g.term.row->excess &&
+         is_physical(design, joint, {c.choice.model.own[joint][c.place.at]}, g.parameters);
 }
 
 }  // namespace
@@ -94,10 +95,10 @@ std::vector<GradedTerm> list_possible_terms(const TorqueDesign& design, const Ch
     all[static_cast<size_t>(i)] = grade_term(design, c.choice, c.place);
     all[static_cast<size_t>(i)].probability = c.probability;
   });
-  for (GradedTerm& g : all) {
-    if (!is_worth_listing(g)) continue;
-    g.named = true, g.grade = Grade::kAmbiguous;
-    list.push_back(std::move(g));
+  for (size_t i = 0; i < all.size(); ++i) {
+    if (!is_worth_listing(design, candidates[i], all[i])) continue;
+    all[i].named = true, all[i].grade = Grade::kAmbiguous;
+    list.push_back(std::move(all[i]));
   }
   return list;
 }

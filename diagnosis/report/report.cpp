@@ -209,8 +209,8 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
     list.push_back({{"where", {{"joint", e.robot.tree.joint(d.joint).name}}},
                     {"depends_on", d.relation.names},
                     {"statement",
-                     e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) +
-                         " N m (root mean square) are missing that no effect of the list explains; they follow " +
+                     e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) + " " + get_joint_unit(e.robot.tree.joint(d.joint), "N m") +
+                         " (root mean square) are missing that no effect of the list explains; they follow " +
                          (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
   }
   if (outcome.spent && !list.empty()) {

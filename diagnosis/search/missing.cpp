@@ -164,10 +164,11 @@ MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base
   const Grid& g = rows.grids[0];
   MissingEffort m;
   for (size_t k : g.samples) m.time.push_back(e.recordings[static_cast<size_t>(recording)].time[k]);
-  m.q = g.q, m.qd = g.qd, m.u = g.u, m.missing = g.u - g.tau;
+  m.q = g.q, m.qd = g.qd, m.u = g.u;
   for (int j = 0; j < e.num_joints(); ++j) {
-    if (!e.robot.tree.joint(j).actuated) m.missing.col(j).setZero();
+    if (!e.robot.tree.joint(j).actuated) m.u.col(j).setZero();
   }
+  m.missing = m.u - g.tau;
   m.sigma.assign(rows.sigma.begin(), rows.sigma.begin() + e.num_joints());
   return m;
 }

@@ -38,7 +38,7 @@ struct MissingEffort {
   std::vector<double> sigma;          // by joint: standard deviation from noise
 };
 
-// Missing effort of one recording [N m]; 0 at joints without a drive.
+// Of one recording. At a joint without a drive: minus the effort that its motion takes.
 MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base, int recording);
 
 }  // namespace hrp::diagnosis

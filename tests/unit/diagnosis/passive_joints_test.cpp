@@ -10,6 +10,8 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/search/missing.h"
+#include "diagnosis/search/problem.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -95,6 +97,15 @@ TEST(PassiveJoints, AFreePendulumHasFrictionAndARotorAndKeepsItsMass) {
     // 15 %: the filtered encoder smears the reversals, at which the two laws differ.
     EXPECT_NEAR(f->parameters[0].value[0], truth, 0.15 * truth) << f->statement;
   }
+}
+
+// A free pole's report said that 0 N m were missing, which followed its position.
+TEST(PassiveJoints, WhatIsMissingAtAJointWithoutADriveIsTheTorqueThatItsMotionTakes) {
+  const Experiment e = make_free_swing();
+  const MissingEffort m = calc_missing_effort(make_problem(e, 1), {}, 0);
+  const double missing = std::sqrt(m.missing.squaredNorm() / static_cast<double>(m.missing.size()));
+  EXPECT_GT(missing, kDryFriction);
+  EXPECT_LT(missing, kMass * kGravity * kLength);
 }
 
 // At 60 rad/s its weight pulls with 10 Hz, which the filter takes out of the efforts, but not out of the sine of a filtered

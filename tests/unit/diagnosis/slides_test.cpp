@@ -77,6 +77,21 @@ TEST(Slides, AFastLogOfOneJointGetsAFirstAnswerWithItsFriction) {
   EXPECT_NEAR(get_value(first, "coulomb_friction", "level"), kDry, 0.05 * kDry);
 }
 
+// Counts of a PWM, 0.003 N each: a rotor of three hundred carriages was listed without a word of the unit.
+TEST(Slides, ARotorMuchLargerThanTheCarriageMayBeTheUnit) {
+  const Json first = find_first_answer(make_slide("counts", 0.003));
+  ASSERT_TRUE(first.is_object());
+  double scale = 0.0;
+  for (const Json& f : first["findings"]) {
+    if (f["effect"] != "rotor_inertia") continue;
+    EXPECT_EQ(f["grade"], "ambiguous");
+    for (const Json& a : f["alternatives"]) {
+      if (a["effect"] == "torque_constant_error") scale = a["parameters"]["scale"]["value"];
+    }
+  }
+  EXPECT_NEAR(scale, 0.003, 0.05 * 0.003);  // 5 %, as above
+}
+
 // By chance, efforts in another unit hardly are what the carriage takes.
 TEST(Slides, AForceThatTheCarriageTakesIsInNewtons) {
   EXPECT_TRUE(tells_unit(make_torque_data(make_slide("newtons", 1.0)), 0));
@@ -93,7 +108,7 @@ TEST(Slides, AUnitIsALowerBoundAndAmbiguousAndWhatIsFoundGrowsWithIt) {
   for (const Json& f : first["findings"]) {
     if (f["effect"] == "coulomb_friction") dry = f["at_least"];
     if (f["effect"] != "torque_constant_error") continue;
-    unit = true;
+    unit = f["at_least"];
     EXPECT_EQ(f["grade"], "ambiguous");
     EXPECT_NEAR(f["parameters"]["scale"]["value"].get<double>(), 35.0 * kMass / (kMass + 20.0), 1.5);  // 5 %, as above
   }

@@ -46,6 +46,24 @@ TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) 
   expect_drives(verdict, hidden);
 }
 
+// A joint that turned one way: a constant torque of 1600 N m was listed, which dry friction of 1580 N m took back. The drive
+// gives 330 N m.
+TEST(TorqueEvidence, ATermThatOthersTakeBackButForADetailIsNotPhysical) {
+  const TorqueDesign design = make_torque_design(make_torque_data(simulate_arm("torque_back", make_arm_drives())));
+  std::vector<size_t> pair;
+  Eigen::Vector2d signs;
+  for (size_t t = 0; t < design.joints[kShoulder].terms.size(); ++t) {
+    const TermRow& row = *design.joints[kShoulder].terms[t].row;
+    if (!row.is_constant() && !row.level) continue;
+    ASSERT_LT(pair.size(), 2u);
+    signs[static_cast<long>(pair.size())] = row.level ? 1.0 : -1.0;
+    pair.push_back(t);
+  }
+  ASSERT_EQ(pair.size(), 2u);
+  EXPECT_TRUE(is_physical(design, kShoulder, pair, 1.5 * signs));  // its friction
+  EXPECT_FALSE(is_physical(design, kShoulder, pair, 1600.0 * signs));
+}
+
 // Before, recordings below a second were left to a search of sets of few effects, which reported that no effect explains
 // them.
 TEST(TorqueEvidence, StepsOfLessThanASecondShowFrictionAndRotors) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/evidence/torque_misleading.h"
 #include "diagnosis/simulation/bodies.h"
@@ -69,6 +70,23 @@ TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) 
     any = any || std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == gain; });
   }
   EXPECT_TRUE(any);
+}
+
+// The elbow of an arm moved at 0.5 to 0.9 rad/s: its friction at rest was listed as 1e121 N m.
+TEST(TorqueRivals, StribeckFrictionHasNoValuesWhereTheMotionIsTooFastToTellTheFrictionAtRest) {
+  const TorqueData data = make_torque_data(simulate_arm("rivals_fast", make_arm_drives()));
+  GradedTerm level;
+  level.term = {&find_term_row(&TermRow::level), kElbow};
+  level.parameters = level.width = Eigen::VectorXd::Constant(1, 1.0);
+  const auto count_values = [&](const Range& rest) {
+    level.curve = {true, {0.03, 0.01, 0.1}, {1.0, 0.9, 1.1}, rest, 0.0};
+    for (const Alternative& a : list_indistinguishable(data, level, nullptr, nullptr)) {
+      if (a.effect == get_effect(EffectId::kStribeck).name) return static_cast<int>(a.parameters.size());
+    }
+    return -1;
+  };
+  EXPECT_EQ(count_values({1.5, 1.2, 1.8}), 3);
+  EXPECT_EQ(count_values({50.0, -2000.0, 2100.0}), 0);
 }
 
 // kArm, hanging down.
