@@ -15,7 +15,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
-constexpr double kPasses = 0.1;        // share of the samples that are slow enough for the fastest ripple to pass the filter
+constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple to pass the filter
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
