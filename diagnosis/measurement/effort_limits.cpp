@@ -70,7 +70,7 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
   AtLimit best = search.scan(median, step, without);
   best = search.scan(best.limit - step, 2.0 * step / kTried, best);
   const bool whole = best.share > kMostly && best.share < 1.0 / kMostly;
-  return whole && best.left < kHalf * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
+  return whole && best.left < kDetail * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
 }
 
 }  // namespace hrp::diagnosis

@@ -25,7 +25,8 @@ Eigen::VectorXd make_coefficients(const TermRow& row) {
 TEST(TorqueTerms, CoefficientsComeBackFromTheParametersThatAReportSays) {
   for (const TermRow& row : list_term_rows()) {
     if (row.excess || row.scales_model || (row.make_values && !row.make_coefficients)) continue;  // reported with another, or not
-    const Eigen::VectorXd x = make_coefficients(row);
+    // The report of a limit says its shape alone. All of the effort beyond it is missing.
+    const Eigen::VectorXd x = row.shape_parameter == 0 ? Eigen::VectorXd::Ones(row.columns) : make_coefficients(row);
     std::vector<double> values = calc_values({&row, 0, 7.0}, x, 0.1 * x).value;
     EXPECT_LE(values.size(), row.effect->parameters.size()) << row.effect->name;
     EXPECT_NEAR((calc_coefficients(row, values) - x).norm(), 0.0, kRounding) << row.effect->name;
