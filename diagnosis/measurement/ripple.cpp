@@ -19,7 +19,8 @@ constexpr double kPasses = 0.3;        // share of the samples that are slow eno
 constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
-constexpr double kAgree = 8.0;  // coherence of stretches: chance exceeds it with e^-8; full agreement has 16
+// Coherence of stretches: chance exceeds it with e^-9, and some hundred periods are tried. Full agreement has 16.
+constexpr double kAgree = 9.0;
 
 // Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
 struct Rest {
