@@ -127,13 +127,14 @@ def sweep(options):
         print('\nstopped; the same command goes on from here')
         status = 130
     journal.close()
-    return (report(options, runs, journal, begin) > 0 and status == 0) or status
+    bad = report(options, runs, journal, begin)
+    return status or (1 if bad else 0)
 
 
 def main():
     options = parse(sys.argv[1:])
     try:
-        return int(sweep(options))
+        return sweep(options)
     except BadSweep as error:
         print(error, file=sys.stderr)
         return 2
