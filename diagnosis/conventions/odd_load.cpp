@@ -116,15 +116,8 @@ class OddLoadSearch {
     for (long c = 0; c < kLoadColumns; ++c) columns.push_back(kCommon + kLoadColumns * static_cast<long>(load) + c);
     constexpr long kOne = kCommon + kLoadColumns;
     Gram all(kOne), part(kOne);
-    const auto add = [&](const Gram& from, double sign, Gram* to) {
-      for (long a = 0; a < kOne; ++a) {
-        to->b[a] += sign * from.b[columns[static_cast<size_t>(a)]];
-        for (long b = 0; b < kOne; ++b) to->G(a, b) += sign * from.get(columns[static_cast<size_t>(a)], columns[static_cast<size_t>(b)]);
-      }
-      to->c += sign * from.c, to->n += sign * from.n;
-    };
-    for (const std::vector<Gram>& file : joint) add(file.back(), 1.0, &all);
-    for (const Part& p : parts) add(joint[p.file][p.end], 1.0, &part), add(joint[p.file][p.begin], -1.0, &part);
+    for (const std::vector<Gram>& file : joint) all.add(file.back().pick(columns), 1.0);
+    for (const Part& p : parts) part.add(joint[p.file][p.end].pick(columns), 1.0), part.add(joint[p.file][p.begin].pick(columns), -1.0);
     Eigen::MatrixXd cross(kCommon, kBoth + 1), own(kBoth + 1, kBoth + 1);
     cross << all.G.topRightCorner(kCommon, kLoadColumns), part.G.topRightCorner(kCommon, kLoadColumns), all.b.head(kCommon);
     const Eigen::MatrixXd always = all.G.bottomRightCorner(kLoadColumns, kLoadColumns), then = part.G.bottomRightCorner(kLoadColumns, kLoadColumns);

@@ -8,21 +8,6 @@ namespace {
 
 constexpr double kRidge = 1e-9;  // of each column's own sum of squares
 
-struct Part {
-  Eigen::MatrixXd G;
-  Eigen::VectorXd b;
-};
-
-Part pick(const Gram& gram, const Columns& columns) {
-  const long p = static_cast<long>(columns.size());
-  Part part{Eigen::MatrixXd(p, p), Eigen::VectorXd(p)};
-  for (long i = 0; i < p; ++i) {
-    part.b[i] = gram.b[columns[static_cast<size_t>(i)]];
-    for (long j = 0; j < p; ++j) part.G(i, j) = gram.get(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
-  }
-  return part;
-}
-
 // Scaled to a unit diagonal before it is factored: columns have units of their own.
 Eigen::VectorXd calc_scale(const Eigen::MatrixXd& G) {
   return G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
@@ -34,7 +19,7 @@ Eigen::LDLT<Eigen::MatrixXd> factor(const Eigen::MatrixXd& G, const Eigen::Vecto
   return scaled.ldlt();
 }
 
-Eigen::VectorXd solve(const Part& part) {
+Eigen::VectorXd solve(const Gram& part) {
   const Eigen::VectorXd scale = calc_scale(part.G);
   return scale.cwiseProduct(factor(part.G, scale).solve(scale.cwiseProduct(part.b)));
 }
@@ -55,9 +40,28 @@ void Gram::add(const Gram& other, double factor) {
   G += factor * other.G, b += factor * other.b, c += factor * other.c, n += factor * other.n;
 }
 
+Gram Gram::pick(const Columns& columns) const {
+  const long p = static_cast<long>(columns.size());
+  Gram part(p);
+  for (long i = 0; i < p; ++i) {
+    part.b[i] = b[columns[static_cast<size_t>(i)]];
+    for (long j = 0; j < p; ++j) part.G(i, j) = get(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
+  }
+  part.c = c, part.n = n;
+  return part;
+}
+
+double calc_square(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta) {
+  double square = 0.0;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    for (size_t j = 0; j < columns.size(); ++j) square += theta[static_cast<long>(i)] * theta[static_cast<long>(j)] * gram.get(columns[i], columns[j]);
+  }
+  return square;
+}
+
 Eigen::VectorXd solve(const Gram& gram, const Columns& columns) {
   if (columns.empty()) return {};
-  return solve(pick(gram, columns));
+  return solve(gram.pick(columns));
 }
 
 double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction) {
@@ -67,13 +71,15 @@ double solve_along(const Gram& gram, const Columns& columns, long first, const E
   for (long c = 0; c < first; ++c) to_columns(c, c) = 1.0;
   to_columns.block(first, first, direction.size(), 1) = direction;
   for (long c = first + direction.size(); c < all; ++c) to_columns(c, c - direction.size() + 1) = 1.0;
-  const Part part = pick(gram, columns);
-  return solve(Part{to_columns.transpose() * part.G * to_columns, to_columns.transpose() * part.b})[first];
+  const Gram part = gram.pick(columns);
+  Gram along(to_columns.cols());
+  along.G = to_columns.transpose() * part.G * to_columns, along.b = to_columns.transpose() * part.b;
+  return solve(along)[first];
 }
 
 double calc_rest(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta) {
   if (columns.empty()) return gram.c;
-  const Part part = pick(gram, columns);
+  const Gram part = gram.pick(columns);
   return std::max(0.0, gram.c - 2.0 * part.b.dot(theta) + theta.dot(part.G * theta));
 }
 
@@ -84,11 +90,11 @@ Gram sum(const std::vector<Gram>& folds, long width) {
 }
 
 double cross_validate(const std::vector<Gram>& folds, const Gram& total, const Columns& columns) {
-  const Part all = pick(total, columns);
+  const Gram all = total.pick(columns);
   double rest = 0.0, n = 0.0;
   for (const Gram& fold : folds) {
     if (fold.n <= 0.0) continue;
-    const Part own = pick(fold, columns);
+    const Gram own = fold.pick(columns);
     Eigen::VectorXd theta(all.b.size());
     if (!columns.empty()) {
       const Eigen::MatrixXd G = all.G - own.G;
@@ -103,7 +109,7 @@ double cross_validate(const std::vector<Gram>& folds, const Gram& total, const C
 Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& total, const Columns& columns,
                                 const Eigen::VectorXd& theta) {
   const long p = theta.size();
-  const Part all = pick(total, columns);
+  const Gram all = total.pick(columns);
   const Eigen::VectorXd scale = calc_scale(all.G);
   const Eigen::MatrixXd inverse =
       scale.asDiagonal() * factor(all.G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
@@ -111,7 +117,7 @@ Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& tota
   double count = 0.0;
   for (const Gram& fold : folds) {
     if (fold.n <= 0.0) continue;
-    const Part own = pick(fold, columns);
+    const Gram own = fold.pick(columns);
     const Eigen::VectorXd score = own.b - own.G * theta;
     scores += score * score.transpose(), count += 1.0;
   }

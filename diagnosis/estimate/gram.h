@@ -24,6 +24,8 @@ struct Gram {
   // Many rows at once: X (columns of the equations x rows), y (rows).
   void add_columns(const Eigen::Ref<const Eigen::MatrixXd>& X, const Eigen::Ref<const Eigen::VectorXd>& y);
   void add(const Gram& other, double factor);
+  // The sums of these columns alone; both triangles.
+  Gram pick(const Columns& columns) const;
 };
 
 // Parameters of the chosen columns. Directions that the data do not show at all stay near zero (a ridge of 1e-9 of
@@ -32,6 +34,8 @@ Eigen::VectorXd solve(const Gram& gram, const Columns& columns);
 // Amplitude of a fixed combination of columns: those from `first` on, in the proportion of `direction`. The other columns are
 // fitted freely.
 double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction);
+// Sum of squares that parameters of these columns predict.
+double calc_square(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta);
 // Sum of squares that parameters of these columns leave.
 double calc_rest(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta);
 

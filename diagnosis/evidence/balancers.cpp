@@ -14,12 +14,7 @@ namespace {
 bool is_shown(const TorqueDesign& design, const JointDesign& joint, const GradedTerm& g) {
   const auto at = std::find_if(design.whole.begin(), design.whole.end(), [&](const Term& t) { return t.row == g.term.row && t.place == g.term.place; });
   const Columns columns = list_whole_columns(design, joint, static_cast<size_t>(at - design.whole.begin()));
-  double square = 0.0;
-  for (size_t a = 0; a < columns.size(); ++a) {
-    for (size_t b = 0; b < columns.size(); ++b)
-      square += g.parameters[static_cast<long>(a)] * joint.total.get(columns[a], columns[b]) * g.parameters[static_cast<long>(b)];
-  }
-  return square > std::pow(kKnown * joint.spread, 2) * joint.total.n;
+  return calc_square(joint.total, columns, g.parameters) > std::pow(kKnown * joint.spread, 2) * joint.total.n;
 }
 
 // What is across gravity may be none, or is a detail.

@@ -370,11 +370,8 @@ LinkAlone fit_alone(const LinkDesign& design, const LinkTerms& model, const Link
   LinkAlone out;
   out.theta = split(design, model, solve(own, columns));
   const long p = static_cast<long>(columns.size());
-  Eigen::MatrixXd G(p, p);
-  for (long i = 0; i < p; ++i) {
-    for (long j = 0; j < p; ++j) G(i, j) = own.get(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
-    G(i, i) *= 1.0 + 1e-9;
-  }
+  Eigen::MatrixXd G = own.pick(columns).G;
+  G.diagonal() *= 1.0 + 1e-9;
   out.variance = split(design, model, Eigen::VectorXd(G.ldlt().solve(Eigen::MatrixXd::Identity(p, p)).diagonal().cwiseAbs()));
   return out;
 }

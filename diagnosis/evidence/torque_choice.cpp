@@ -291,12 +291,7 @@ class Chooser {
 // True if the term alone is so much more than all of the missing torque that other terms take it back but for less than a
 // detail: a constant and dry friction of a joint that turns one way. Their sum shows, neither of them does.
 bool is_taken_back(const JointDesign& joint, size_t term, const Eigen::VectorXd& p) {
-  const Columns columns = list_columns(joint, term);
-  double square = 0.0;
-  for (size_t i = 0; i < columns.size(); ++i) {
-    for (size_t j = 0; j < columns.size(); ++j) square += p[static_cast<long>(i)] * p[static_cast<long>(j)] * joint.total.get(columns[i], columns[j]);
-  }
-  return kDetail * kDetail * square > joint.total.c;
+  return kDetail * kDetail * calc_square(joint.total, list_columns(joint, term), p) > joint.total.c;
 }
 
 }  // namespace
