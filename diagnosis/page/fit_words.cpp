@@ -37,7 +37,6 @@ std::set<std::string> list_untold_efforts(const json& report, const json& signal
 
 struct Squares {
   double before = 0.0, after = 0.0, n = 0.0;
-  std::string unit;
 };
 
 // " from 10.5 to 5.63 N".

@@ -15,7 +15,6 @@ namespace {
 
 // Sizes of an effect are relative to its size in the whole fit: 1 is the same.
 constexpr double kMost = 2;        // largest size of one law: laws harden, and other effects are beside it
-const char* const kPhase = "phase ";
 const char* const kLittle = "the foot bears little";
 const char* const kMuch = "the foot bears much";
 
@@ -67,7 +66,8 @@ class Splitter {
   std::vector<Regime> run() {
     std::map<int, std::vector<Product>> phases;
     for (const Product& p : all_) phases[p.phase].push_back(p);
-    for (const auto& [phase, rows] : phases) add(kPhase + std::to_string(phase), rows);
+    for (const auto& [phase, rows] : phases) add("phase " + std::to_string(phase), rows);
+    for (Regime& r : out_) r.of_phase = true;
     const std::vector<Product> calm = take(all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
     add("calm", calm);
     add("rough", take(all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
@@ -208,7 +208,7 @@ double find_phase_spread(const std::vector<Regime>& regimes) {
   double out = 0;
   for (const Regime& r : regimes) {
     const double away = std::abs(r.size - 1);
-    if (r.name.rfind(kPhase, 0) == 0 && r.std < kMinority && away > kUnlikely * r.std) out = std::max(out, away);
+    if (r.of_phase && r.std < kMinority && away > kUnlikely * r.std) out = std::max(out, away);
   }
   return out;
 }

@@ -15,6 +15,7 @@ struct Regime {
   double size = 1;     // of the effect there, 1: as in the whole
   double std = 1e9;    // of size, by blocks
   double least = 0.5;  // that the size must be
+  bool of_phase = false;
 };
 
 // Regimes of an effect of a fit. Sizes do not depend on each other's rows except through the fit.

@@ -45,7 +45,7 @@ std::vector<Expected> list_expected(const LeggedLog& log, size_t imu, Purpose pu
   return expected;
 }
 
-// `per_unit`: what the accelerometer reads of a specific force of 1 m/s^2.
+// [1] What is left at one moment, over what soles let expect.
 double calc_square(const LeggedLog& log, size_t imu, const Expected& e, const Taken& taken) {
   const size_t k = shift(e.k, taken.clock, *e.clip, log);
   double out = (taken.axes.gyro * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
@@ -54,6 +54,7 @@ double calc_square(const LeggedLog& log, size_t imu, const Expected& e, const Ta
   return out + (force - e.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
 }
 
+// `per_unit`: what the accelerometer reads of a specific force of 1 m/s^2.
 Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Expected>& expected) {
   return [&log, &expected, imu, per_unit](const Matrix3d& R, const Clock& clock) {
     double sum = 0.0;
@@ -159,9 +160,9 @@ std::vector<SensorFrame> find_imu(const LeggedLog& log, size_t imu) {
                                     [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
   // A pose in another convention may look like a half of the IMU that is off: legs must confirm it.
   const SignedAxes by_pose = find_axes(log, imu, best);
-  const int halves_told = legs.judge({by_pose.axes, {}, 1.0});
   const std::vector<SensorFrame> of_pose = list_halves(name, by_pose);
-  if (!of_pose.empty() && (halves_told > 0 || (halves_told == 0 && !log.base_pose))) return of_pose;
+  const int halves_told = of_pose.empty() ? -1 : legs.judge({by_pose.axes, {}, 1.0});
+  if (halves_told > 0 || (halves_told == 0 && !log.base_pose)) return of_pose;
   if (best.is_nominal()) return {};
   const int told = legs.judge(take(best));
   if (told < 0 && log.base_pose) return {};
