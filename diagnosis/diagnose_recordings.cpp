@@ -11,18 +11,18 @@
 #include "diagnosis/checks/on_all.h"
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/checks/torque_traces.h"
+#include "diagnosis/conventions/effort_dropouts.h"
+#include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/conventions/odd_load_report.h"
+#include "diagnosis/conventions/stamps.h"
+#include "diagnosis/conventions/unit_doubts.h"
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/data/stretches.h"
-#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"
-#include "diagnosis/conventions/effort_dropouts.h"
-#include "diagnosis/conventions/stamps.h"
-#include "diagnosis/conventions/odd_load_report.h"
 #include "diagnosis/page/terminal.h"
-#include "diagnosis/conventions/unit_doubts.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -6,11 +6,11 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/conventions/effort_units.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/motion_rows.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"

@@ -6,12 +6,12 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/term_rows.h"

@@ -6,11 +6,12 @@
 // above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
-#include "diagnosis/conventions/remarks.h"
-#include "diagnosis/conventions/gear_report.h"
-#include "diagnosis/conventions/late_commands.h"
 #include "diagnosis/conventions/absent_torque.h"
 #include "diagnosis/conventions/effort_units.h"
+#include "diagnosis/conventions/gear_report.h"
+#include "diagnosis/conventions/late_commands.h"
+#include "diagnosis/conventions/remarks.h"
+#include "diagnosis/conventions/stated_friction.h"
 #include "diagnosis/measurement/floating/body_units.h"
 #include "diagnosis/measurement/floating/exchanged_sides.h"
 #include "diagnosis/measurement/floating/gone_gravity.h"
@@ -20,7 +21,6 @@
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
-#include "diagnosis/conventions/stated_friction.h"
 
 namespace hrp::diagnosis {
 

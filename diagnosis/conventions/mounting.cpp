@@ -8,8 +8,8 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/joint_zeros.h"
 
 namespace hrp::diagnosis {

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -2,10 +2,10 @@
 #include "diagnosis/many_drives/legged.h"
 
 #include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque_report.h"
 #include "diagnosis/many_drives/legged_torques.h"
 #include "diagnosis/measurement/floating/correct_log.h"
 #include "diagnosis/measurement/floating/servo_fit.h"
-#include "diagnosis/evidence/torque_report.h"
 
 namespace hrp::diagnosis::many_drives {
 namespace {

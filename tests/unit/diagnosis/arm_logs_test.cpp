@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/conventions/exchanged_joints.h"
 #include "diagnosis/conventions/absent_torque.h"
+#include "diagnosis/conventions/exchanged_joints.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/simulation/bodies.h"
 #include "tests/unit/diagnosis/joint_sines.h"

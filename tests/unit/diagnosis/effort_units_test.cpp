@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "common/base/diagnostics.h"
-#include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/conventions/effort_units.h"
+#include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/diagnose_recordings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

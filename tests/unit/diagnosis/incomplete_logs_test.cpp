@@ -2,8 +2,8 @@
 // Logs that lack something: what is there is judged, and what is not there is said.
 #include <gmock/gmock.h>
 
-#include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/conventions/effort_dropouts.h"
+#include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/page/terminal.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 

@@ -2,10 +2,10 @@
 // Commands and positions without efforts: what the servos acted on is known from the log of the commands alone.
 #include <gtest/gtest.h>
 
-#include "diagnosis/data/command_reader.h"
 #include "diagnosis/conventions/late_commands.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/data/command_reader.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -5,9 +5,9 @@
 #include <algorithm>
 
 #include "common/effects/effect_info.h"
-#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/conventions/loaded_units.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/conventions/unit_doubts.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 

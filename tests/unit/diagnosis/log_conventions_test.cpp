@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/conventions/log_conventions.h"
 #include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 

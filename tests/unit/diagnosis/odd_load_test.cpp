@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "diagnosis/diagnose_recordings.h"
 #include "diagnosis/conventions/odd_load.h"
+#include "diagnosis/diagnose_recordings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

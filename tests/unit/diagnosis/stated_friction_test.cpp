@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 
+#include "diagnosis/conventions/stated_friction.h"
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/conventions/stated_friction.h"
 #include "tests/shared_files.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
