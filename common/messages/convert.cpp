@@ -188,6 +188,24 @@ void from_message(const msg::RobotState& message, ObjectStates* states) {
   for (size_t i = 0; i < message.robots().size(); ++i) get_state(message.robots()[i], &(*states)[objects + i]);
 }
 
+void to_message(const PushForces& pushes, msg::RobotState* message) {
+  message->pushes().resize(pushes.size());
+  for (size_t i = 0; i < pushes.size(); ++i) {
+    msg::PushForce& m = message->pushes()[i];
+    m.name() = pushes[i].name;
+    m.link() = pushes[i].link;
+    set(pushes[i].p_LQ, &m.p_LQ());
+    set(pushes[i].force_W, &m.force());
+  }
+}
+
+void from_message(const msg::RobotState& message, PushForces* pushes) {
+  pushes->clear();
+  for (const msg::PushForce& m : message.pushes()) {
+    pushes->push_back({m.name(), m.link(), from_message(m.p_LQ()), from_message(m.force())});
+  }
+}
+
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {
   message->pairs().resize(contacts.size());
   for (size_t i = 0; i < contacts.size(); ++i) {

@@ -78,6 +78,10 @@ std::string DynamicsLoop::find_wrong_grant(const msg::StepGrant& grant) const {
     return "allows step " + std::to_string(grant.through_step()) + " after it had said that step " +
            std::to_string(last_step_) + " is the last";
   }
+  for (const msg::Push& push : grant.pushes()) {
+    const std::string fault = engine_ ? find_push_fault(push, robot_.tree) : find_push_fault(push);
+    if (!fault.empty()) return "asks for a push that cannot be: " + fault;
+  }
   return "";
 }
 
@@ -102,9 +106,13 @@ void DynamicsLoop::take_grant(const msg::StepGrant& grant) {
     in_epoch_ = true;
     granted_ = grant.through_step();
     has_last_ = false;
+    pushes_.reset();
     if (engine_) start_epoch(epoch_);
   } else if (grant.epoch() == epoch_ && grant.through_step() > granted_) {
     granted_ = grant.through_step();
+  }
+  if (grant.epoch() == epoch_) {
+    for (const msg::Push& push : grant.pushes()) pushes_.add(push);
   }
   if (grant.epoch() == epoch_ && grant.last()) {
     has_last_ = true;
@@ -175,6 +183,15 @@ void DynamicsLoop::command_others() {
   for (size_t k = 1; k < robots_.size(); ++k) engine_->command_other(k - 1, robots_[k].gate.command());
 }
 
+// Once more when the last one is over, so that the engine lets go.
+void DynamicsLoop::push() {
+  if (pushes_.empty()) return;
+  const PushForces acting = pushes_.find(step_);
+  if (engine_->push(acting) || pushes_ignored_) return;
+  pushes_ignored_ = true;
+  say_warning();
+}
+
 void DynamicsLoop::handle_decode_error(const std::string& topic, const std::string& reason) {
   // Whoever writes what is no grant has not signed it either.
   if (topic == topics::kStepGrant.name && !context().token.empty()) return say_unauthorized(topic);
@@ -186,6 +203,7 @@ void DynamicsLoop::advance() {
   if (!engine_ || !in_epoch_) return;
   while (can_step()) {
     if (is_control_step()) command_others();
+    push();
     const std::string fault = engine_->step(contacts_, robots_[0].gate.command());
     if (!fault.empty()) return fail("step " + std::to_string(step_) + ": " + fault);
     ++step_;
@@ -210,6 +228,7 @@ void DynamicsLoop::publish_step() {
   to_message(engine_->state(), engine_->joint_efforts(), engine_->state_hash(), &state_message_);
   for (size_t k = 0; k < other_efforts_.size(); ++k) other_efforts_[k] = engine_->other_efforts(k);
   to_message(engine_->objects(), other_efforts_, scenario_, &state_message_);
+  to_message(engine_->pushes(), &state_message_);
   last_state_ = state_publisher_.publish(state_message_);
   if (is_control_step()) publish_sensors();
   forces_message_.header(state_message_.header());
@@ -285,7 +304,7 @@ std::string DynamicsLoop::find_missing() const {
 }
 
 void DynamicsLoop::say_warning() {
-  std::string warning;
+  std::string warning = pushes_ignored_ ? "this dynamics server takes no pushes; use hrp-dynamics" : "";
   for (const Controlled& robot : robots_) {
     if (!robot.gate.warning().empty()) warning += (warning.empty() ? "" : "\n") + robot.gate.warning();
   }

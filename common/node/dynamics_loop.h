@@ -12,6 +12,7 @@
 #include "common/robot/fall_watch.h"
 #include "common/robot/movers.h"
 #include "common/node/command_gate.h"
+#include "common/node/live_pushes.h"
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
 #include "common/node/ros_views.h"
@@ -43,6 +44,13 @@ class DynamicsEngine {
   virtual void command_other(size_t k, const JointCommand& command) { (void)k, (void)command; }
   virtual const SensorSample& other_sensors(size_t k) const { return (void)k, sensors(); }
   virtual const Eigen::VectorXd& other_efforts(size_t k) const { return (void)k, joint_efforts(); }  // [N m or N]
+  // Live pushes that act in the next step, beside those of the scenario. False: this engine takes none.
+  virtual bool push(const PushForces& forces) { return forces.empty(); }
+  // From outside, over the step that ended here: of the scenario and live ones.
+  virtual const PushForces& pushes() const {
+    static const PushForces kNone;
+    return kNone;
+  }
   virtual const std::vector<double>& foot_forces() const = 0;  // [N] vertical, in the order of Scenario::feet
 };
 
@@ -80,6 +88,7 @@ class DynamicsLoop : public NodeBase {
   bool can_step() const { return in_epoch_ && have_contacts_ && have_answers() && step_ < granted_; }
   bool have_answers() const;
   void command_others();
+  void push();
   bool is_control_step() const { return step_ % static_cast<uint64_t>(scenario_.control_period) == 0; }
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
@@ -125,6 +134,8 @@ class DynamicsLoop : public NodeBase {
   uint64_t granted_ = 0;      // through this step
   bool has_last_ = false;     // of this epoch: the scheduler has said which step is the last
   uint64_t last_step_ = 0;
+  LivePushes pushes_;
+  bool pushes_ignored_ = false;  // and said so
   bool have_contacts_ = false;
   ContactSet contacts_;
   std::vector<Controlled> robots_;  // the first one from the beginning, others when the scenario is known

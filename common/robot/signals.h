@@ -89,6 +89,16 @@ struct SensorSample {
   Vector6d V_WB = Vector6d::Zero();
 };
 
+// A force from outside on a point Q of a link.
+struct PushForce {
+  std::string name;                    // of the scenario's push or hand; empty: of somebody who pushes live
+  std::string link;
+  Vector3d p_LQ = Vector3d::Zero();    // [m] where it acts, link axes
+  Vector3d force_W = Vector3d::Zero(); // [N] on the link
+};
+
+using PushForces = std::vector<PushForce>;
+
 // Servo references. Empty vectors of qd and effort mean zero.
 struct JointCommand {
   Eigen::VectorXd q, qd, effort;

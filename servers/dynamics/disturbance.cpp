@@ -4,6 +4,7 @@
 #include <limits>
 #include <random>
 
+#include "common/base/check.h"
 #include "common/base/diagnostics.h"
 #include "common/multibody/close_loops.h"
 #include "common/multibody/kinematics.h"
@@ -24,14 +25,17 @@ bool acts(double time, double start, double duration) {
   return time >= start - kTick && time < start + duration - kTick;
 }
 
+// The moving link of a link or frame, and the frame's pose in it; -1 when the robot has no such name.
+int find_link(const TreeSpec& tree, const std::string& name, Transform* X_LF) {
+  const int frame = tree.find_frame(name);
+  if (frame < 0) return tree.find_link(name);
+  *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF;
+  return tree.frames[static_cast<size_t>(frame)].link;
+}
+
 int find_link(const TreeSpec& tree, const Scenario& scenario, const std::string& key, const std::string& name,
               Transform* X_LF) {
-  const int frame = tree.find_frame(name);
-  if (frame >= 0) {
-    *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF;
-    return tree.frames[static_cast<size_t>(frame)].link;
-  }
-  const int link = tree.find_link(name);
+  const int link = find_link(tree, name, X_LF);
   if (link >= 0) return link;
   throw InputError(scenario.make_diagnostic(key + ".link", "the robot has no link '" + name + "'"));
 }
@@ -106,7 +110,18 @@ void Pushes::add_hands(const Scenario& scenario, const State& start) {
   }
 }
 
-void Pushes::add(int link, const Vector3d& arm_W, const Vector3d& force_W) {
+void Pushes::set_live(const PushForces& forces) {
+  live_.clear();
+  for (const PushForce& force : forces) {
+    Transform X_LF;
+    const int link = find_link(model_.spec(), force.link, &X_LF);
+    HRP_CHECK(link >= 0, "no link " << force.link);
+    live_.push_back({link, X_LF * force.p_LQ, force.force_W});
+  }
+}
+
+void Pushes::add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W, const Vector3d& force_W) {
+  acting_.push_back({name, model_.spec().links[static_cast<size_t>(link)].name, p_LQ, force_W});
   ExternalWrench wrench;
   wrench.link = link;
   wrench.F_W << arm_W.cross(force_W), force_W;
@@ -115,6 +130,7 @@ void Pushes::add(int link, const Vector3d& arm_W, const Vector3d& force_W) {
 
 const ExternalWrenches& Pushes::find(double time, const State& state) {
   active_.clear();
+  acting_.clear();
   bool posed = false;
   const auto pose = [&](int link) {
     if (!posed) update_kinematics(model_, state, &data_);
@@ -123,8 +139,9 @@ const ExternalWrenches& Pushes::find(double time, const State& state) {
   };
   for (const Push& push : pushes_) {
     if (!acts(time, push.spec.start, push.spec.duration)) continue;
-    add(push.link, pose(push.link).R * push.spec.p_LQ, push.spec.force_W);
+    add(push.spec.name, push.link, push.spec.p_LQ, pose(push.link).R * push.spec.p_LQ, push.spec.force_W);
   }
+  for (const LivePush& push : live_) add("", push.link, push.p_LQ, pose(push.link).R * push.p_LQ, push.force_W);
   for (const Hand& hand : hands_) {
     const HandSpec& spec = hand.spec;
     const double never = std::numeric_limits<double>::infinity();
@@ -132,7 +149,7 @@ const ExternalWrenches& Pushes::find(double time, const State& state) {
     const Transform X_WL = pose(hand.link);
     const Vector3d p_WQ = X_WL * spec.p_LQ, v_WQ = calc_point_velocity(data_, hand.link, p_WQ).tail<3>();
     const HandPlace place = calc_hand_place(spec, time - spec.start);
-    add(hand.link, p_WQ - X_WL.p, calc_hand_force(spec, hand.p_WH0 + place.p - p_WQ, place.v - v_WQ));
+    add(spec.name, hand.link, spec.p_LQ, p_WQ - X_WL.p, calc_hand_force(spec, hand.p_WH0 + place.p - p_WQ, place.v - v_WQ));
   }
   return active_;
 }

@@ -22,6 +22,10 @@ class Pushes {
   // Those that act in the step that begins at `time`; a hand's force is that of the state at the step's beginning. The
   // result lives until the next call.
   const ExternalWrenches& find(double time, const State& state);
+  // Live pushes that act from now on, instead of those before. Their links must be the robot's.
+  void set_live(const PushForces& forces);
+  // What the last find() told of, with the scenario's names and moving links.
+  const PushForces& acting() const { return acting_; }
 
  private:
   struct Push {
@@ -33,14 +37,21 @@ class Pushes {
     HandSpec spec;
     Vector3d p_WH0 = Vector3d::Zero();  // [m] where it takes hold
   };
+  // One that a person holds.
+  struct LivePush {
+    int link = 0;
+    Vector3d p_LQ, force_W;
+  };
   void add_hands(const Scenario& scenario, const State& start);
-  void add(int link, const Vector3d& arm_W, const Vector3d& force_W);
+  void add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W, const Vector3d& force_W);
 
   std::vector<Push> pushes_;
+  std::vector<LivePush> live_;
   std::vector<Hand> hands_;
   Model model_;
   Data data_;
   ExternalWrenches active_;
+  PushForces acting_;
 };
 
 }  // namespace hrp

@@ -15,6 +15,8 @@ class SimulatorEngine : public DynamicsEngine {
   void reset() override {
     simulator_.reset();
     others_.reset();
+    pushes_.set_live({});
+    acted_.clear();
   }
   std::string step(const ContactSet& contacts, const JointCommand& command) override;
   const State& state() const override { return simulator_.state(); }
@@ -32,6 +34,11 @@ class SimulatorEngine : public DynamicsEngine {
   const Eigen::VectorXd& other_efforts(size_t k) const override { return others_.robot(k).joint_efforts(); }
   const SensorSample& sensors() const override { return simulator_.sensors(); }
   const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
+  bool push(const PushForces& forces) override {
+    pushes_.set_live(forces);
+    return true;
+  }
+  const PushForces& pushes() const override { return acted_; }
   // Everything that decides the future: kept to go back to it. Pushes and hands depend on time and state alone.
   const Simulator& simulator() const { return simulator_; }
   const OtherBodies& other_bodies() const { return others_; }
@@ -42,6 +49,7 @@ class SimulatorEngine : public DynamicsEngine {
   // Step 0 at this state. False when it does not fit the robot.
   [[nodiscard]] bool reset_to(const State& state) {
     others_.reset();
+    pushes_.set_live({});
     return simulator_.reset(state);
   }
 
@@ -53,6 +61,7 @@ class SimulatorEngine : public DynamicsEngine {
   Simulator simulator_;
   OtherBodies others_;
   Pushes pushes_;
+  PushForces acted_;  // over the last step
 };
 
 // For DynamicsLoop.

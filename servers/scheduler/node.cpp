@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/messages/convert_robot.h"
 #include "common/messages/topics.h"
 #include "common/robot/scenario.h"
 
@@ -79,6 +80,9 @@ void SchedulerNode::drop_endpoints() {
 void SchedulerNode::take_description(const msg::RobotDescription& message) {
   const Scenario scenario = parse_scenario(message.scenario(), message.scenario_path());
   const double duration = duration_override_ >= 0.0 ? duration_override_ : scenario.duration;
+  RobotDescription robot;
+  from_message(message, &robot);
+  tree_ = robot.tree;
   scheduler_.set_run(scenario.time_step, static_cast<uint64_t>(std::llround(duration / scenario.time_step)));
   update();
 }
@@ -147,9 +151,18 @@ std::string SchedulerNode::follow(const msg::RunControl& message) {
     case msg::REQUEST_PAUSE: scheduler_.request_pause(); return "";
     case msg::REQUEST_STEP: return scheduler_.request_steps(message.steps());
     case msg::REQUEST_RESET: scheduler_.request_reset(); return "";
+    case msg::REQUEST_PUSH: return push(message.push());
     case msg::REQUEST_STOP: request_stop(message.reason()); return "";
     default: return "no such request: " + std::to_string(static_cast<int>(message.request()));
   }
+}
+
+std::string SchedulerNode::push(const msg::Push& push) {
+  if (has_ended()) return "the run has ended";
+  if (tree_.links.empty()) return "the robot is not known yet";
+  const std::string fault = find_push_fault(push, tree_);
+  if (fault.empty()) pushes_.add(push);
+  return fault;
 }
 
 void SchedulerNode::take_control(const msg::RunControl& message) {
@@ -160,6 +173,7 @@ void SchedulerNode::take_control(const msg::RunControl& message) {
   const bool by_hand = context().token.empty() && message.nonce() == 0;
   if (!by_hand && !used_nonces_.take(message.nonce())) return;
   const std::string refused = follow(message);
+  status_.answered(message.nonce());
   update();
   answer(refused);
 }
@@ -206,8 +220,10 @@ void SchedulerNode::update() {
   const uint64_t ahead = granted_.through_step > scheduler_.step() ? granted_.through_step - scheduler_.step() : 0;
   const bool soon = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id || ahead < 96 || grant.last;
   if (grant.process_id != 0 && moved && soon && !has_ended()) {
-    granted_ = grant;
+    if (grant.epoch != granted_.epoch) pushes_.reset();
     msg::StepGrant message;
+    message.pushes(pushes_.give_out(grant.epoch == granted_.epoch ? granted_.through_step : 0, scheduler_.step()));
+    granted_ = grant;
     message.epoch(grant.epoch);
     message.through_step(grant.through_step);
     message.last(grant.last);

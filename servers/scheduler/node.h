@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "common/node/live_pushes.h"
 #include "common/node/node_base.h"
 #include "common/node/ros_services.h"
 #include "hrp_idl/model.h"
@@ -47,6 +48,7 @@ class SchedulerNode : public NodeBase {
   void take_control(const msg::RunControl& message);
   // Why not; empty when it is done.
   std::string follow(const msg::RunControl& message);
+  std::string push(const msg::Push& push);
   SteerResult steer(msg::RunRequest request);
   void answer(const std::string& refused);
   void answer_stranger(const std::string& refused);
@@ -63,6 +65,8 @@ class SchedulerNode : public NodeBase {
   Publisher<msg::StepGrant> grant_publisher_;
   Publisher<msg::RunStatus> status_publisher_;
   Grant granted_;
+  TreeSpec tree_;  // of the first robot; without links before it is known
+  PushQueue pushes_;
   msg::RunStatus status_;
   Clock::time_point last_status_;
   std::deque<std::pair<Clock::time_point, uint64_t>> progress_;  // of the last second

@@ -30,6 +30,8 @@ int write_image(const ImageOptions& options);
 int write_csv(const std::string& file, const std::string& out);
 int write_plot(const std::string& file, const std::vector<std::string>& signals, const std::string& out);
 int show_hashes(const std::string& file);
+// Pushes that people gave live, as the section `pushes` of a scenario.
+int show_pushes(const std::string& file);
 // 0 when every payload is the same, 1 with the first difference by topic, step and field.
 int compare_logs(const std::string& one, const std::string& other);
 // Writes what can be read of a damaged log into a whole one. Nothing readable is an error, and leaves no file.

@@ -29,6 +29,7 @@ class LogTool {
     add_image();
     add_converter("foxglove", "a file for Foxglove: the log, and the robot with its forces in the 3D panel", "MCAP file", write_foxglove);
     add_converter("rosbag", "a ROS 2 bag for rosbag2 and PlotJuggler: /tf, /joint_states, /zmp, ...", "folder", write_rosbag);
+    add("pushes", "pushes that people gave live, as the section 'pushes' of a scenario that repeats the run", [this] { return show_pushes(file_); });
     add("hash", "hash of all payloads of each topic; equal runs have equal hashes", [this] { return show_hashes(file_); });
     add("compare", "first difference of two logs; exit status 1 if there is one", [this] { return compare_logs(file_, other_); })
         ->add_option("other", other_, "second log")->required();

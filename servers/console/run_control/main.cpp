@@ -22,6 +22,27 @@ CLI::App* add_request(CLI::App& app, const std::string& name, const std::string&
   return command;
 }
 
+struct PushWords {
+  std::vector<double> force, point{0.0, 0.0, 0.0};
+};
+
+CLI::App* add_push(CLI::App& app, PushWords* words, hrp::msg::RunControl* control) {
+  CLI::App* command = add_request(app, "push", "push a link of the robot: a constant force in world axes, from the next step that is not granted yet",
+                                  hrp::msg::REQUEST_PUSH, control);
+  command->add_option("LINK", control->push().link(), "link of the robot's file")->required();
+  command->add_option("--force", words->force, "X Y Z [N], world axes; 0 0 0 lets go")->required()->expected(3);
+  command->add_option("--at", words->point, "X Y Z [m], where the force acts, link axes; default: the link's origin")->expected(3);
+  command->add_option("--steps", control->push().steps(), "how many steps it lasts; the next push of this link ends it earlier")
+      ->check(CLI::Range(0, 1000000));
+  return command;
+}
+
+hrp::msg::Vector3 make_vector(const std::vector<double>& v) {
+  hrp::msg::Vector3 out;
+  out.x(v[0]), out.y(v[1]), out.z(v[2]);
+  return out;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -40,6 +61,9 @@ int main(int argc, char** argv) {
   add_request(app, "step", "make N steps and pause again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "number of steps")->check(CLI::Range(1, 1000000));
   add_request(app, "reset", "start the run again at step 0", hrp::msg::REQUEST_RESET, &control);
   add_request(app, "stop", "end the run and close the log", hrp::msg::REQUEST_STOP, &control);
+  control.push().steps(100);
+  PushWords push_words;
+  CLI::App* push = add_push(app, &push_words, &control);
   CLI::App* status = app.add_subcommand("status", "print phase, step and time of the run");
   status->add_flag("--follow", follow, "print until the run ends");
   CLI::App* list = app.add_subcommand("list", "list the runs of this machine: scenario, process, domain, log");
@@ -49,6 +73,7 @@ int main(int argc, char** argv) {
   control.speed(speed.value_or(0.0));
   control.change_speed(speed.has_value());
   control.steps(steps);
+  if (push->parsed()) control.push().force(make_vector(push_words.force)), control.push().p_LQ(make_vector(push_words.point));
   hrp::handle_stop_signals();
   try {
     if (list->parsed()) {

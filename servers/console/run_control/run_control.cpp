@@ -56,6 +56,7 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
     case msg::REQUEST_STEP: return (now.phase() == msg::RUN_PAUSED && now.step() >= before.step() + control.steps()) || is_over(now);
     case msg::REQUEST_RESET: return now.epoch() > before.epoch();
     case msg::REQUEST_STOP: return is_over(now);
+    case msg::REQUEST_PUSH: return now.answered() == control.nonce();
   }
   return true;
 }

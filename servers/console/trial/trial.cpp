@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/diagnostics.h"
+#include "common/messages/convert.h"
 #include "common/robot/closed_chains.h"
 #include "common/robot/movers.h"
 #include "common/robot/world_text.h"
@@ -40,6 +42,8 @@ void Trial::start_controllers() {
 
 void Trial::reset() {
   engine_->reset();
+  pushes_.reset();
+  push_queue_.reset();
   step_ = 0;
   fault_.clear();
   start_controllers();
@@ -47,6 +51,8 @@ void Trial::reset() {
 
 bool Trial::reset_to(const State& state) {
   if (!engine_->reset_to(state)) return false;
+  pushes_.reset();
+  push_queue_.reset();
   step_ = 0;
   fault_.clear();
   start_controllers();
@@ -54,7 +60,7 @@ bool Trial::reset_to(const State& state) {
 }
 
 TrialState Trial::save() const {
-  TrialState state{engine_->simulator(), engine_->other_bodies(), {}, command_, step_};
+  TrialState state{engine_->simulator(), engine_->other_bodies(), {}, command_, pushes_, step_};
   for (const Driver& driver : drivers_) state.controllers.push_back(driver.controller->clone());
   return state;
 }
@@ -65,6 +71,8 @@ void Trial::restore(const TrialState& kept) {
     if (kept.controllers[k]) drivers_[k].controller = kept.controllers[k]->clone();
   }
   command_ = kept.command;
+  pushes_ = kept.pushes;
+  engine_->push({});  // as pushes_ says, from the next step on
   step_ = kept.step;
   fault_.clear();
 }
@@ -86,8 +94,22 @@ void Trial::ask_controllers() {
   }
 }
 
+void Trial::push(const std::string& link, const Vector3d& p_LQ, const Vector3d& force_W, uint64_t steps) {
+  msg::Push push;
+  push.link(link);
+  push.p_LQ(to_message(p_LQ));
+  push.force(to_message(force_W));
+  push.steps(steps);
+  const std::string fault = find_push_fault(push, robot_.tree);
+  if (!fault.empty()) refuse_input({""}, fault);
+  push_queue_.add(push);
+  const auto now = static_cast<uint64_t>(step_);
+  for (const msg::Push& numbered : push_queue_.give_out(now, now)) pushes_.add(numbered);
+}
+
 bool Trial::step() {
   if (step_ % scenario_.control_period == 0) ask_controllers();
+  if (!pushes_.empty()) engine_->push(pushes_.find(static_cast<uint64_t>(step_)));
   fault_ = engine_->step(world_.calc_contacts(engine_->state(), engine_->objects()), command_);
   if (fault_.empty()) ++step_;
   return fault_.empty();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "common/node/live_pushes.h"
 #include "controller/client.h"
 #include "controller/play.h"
 #include "servers/collision_checker/collision_world.h"
@@ -33,6 +34,7 @@ struct TrialState {
   OtherBodies others;
   std::vector<std::shared_ptr<const Controller>> controllers;  // one a robot; none: it cannot be copied
   JointCommand command;
+  LivePushes pushes;
   long step = 0;
 };
 
@@ -44,6 +46,9 @@ class Trial {
   std::function<void(SensorData*)> tamper;
   // As the server set does; what is reported of the run is what was until the fall.
   bool go_on_after_fall = false;
+  // Pushes a link of the first robot from the next step on, until `steps` are over or the link is pushed again; 0 lets go.
+  // p_LQ [m] in link axes, force_W [N]. Throws InputError for what cannot be.
+  void push(const std::string& link, const Vector3d& p_LQ, const Vector3d& force_W, uint64_t steps);
   // One physics step; false when it failed.
   bool step();
   // Steps until the scenario's duration, a fault or, by default, a fall. on_step may be empty.
@@ -84,6 +89,8 @@ class Trial {
   std::unique_ptr<SimulatorEngine> engine_;
   std::vector<Driver> drivers_;  // one a robot, the first one before the scenario's others
   JointCommand command_;
+  PushQueue push_queue_;
+  LivePushes pushes_;
   long step_ = 0;
   std::string fault_;
 };

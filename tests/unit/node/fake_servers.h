@@ -42,6 +42,7 @@ class FakeEngine : public DynamicsEngine {
     sensors_.q = sensors_.qd = sensors_.effort = efforts_;
   }
   std::string step(const ContactSet&, const JointCommand& command) override {
+    pushed_ = acting_;
     state_.q = command.q;
     sensors_.q = command.q;
     return fault_at_q > 0.0 && command.q[0] > fault_at_q ? "joint 'joint0' flew away" : "";
@@ -52,7 +53,14 @@ class FakeEngine : public DynamicsEngine {
   const ContactForces& contact_forces() const override { return forces_; }
   const SensorSample& sensors() const override { return sensors_; }
   const std::vector<double>& foot_forces() const override { return feet_; }
+  bool push(const PushForces& forces) override {
+    if (!takes_pushes) return DynamicsEngine::push(forces);
+    acting_ = forces;
+    return true;
+  }
+  const PushForces& pushes() const override { return pushed_; }
   double fault_at_q = 0.0;
+  bool takes_pushes = true;
 
  private:
   int n_;
@@ -61,6 +69,7 @@ class FakeEngine : public DynamicsEngine {
   ContactForces forces_;
   SensorSample sensors_;
   std::vector<double> feet_;
+  PushForces acting_, pushed_;
 };
 
 class FakeParser : public NodeBase {
@@ -125,6 +134,7 @@ struct FakeRunOptions {
   std::string controller_section;
   Answerer answerer = [](const msg::SensorData& m) { return std::vector<msg::JointCommands>{make_good_answer(m)}; };
   double fault_at_q = 0.0;
+  bool takes_pushes = true;
   std::function<void(const msg::RobotState&, Publisher<msg::RunControl>&)> on_state;
   std::string token;                                        // of the run
   std::function<std::shared_ptr<Bus>(MemoryBus&)> network;  // what the servers see in place of the bus
@@ -153,6 +163,7 @@ inline FakeRunResult run_fake_set(const FakeRunOptions& options) {
   DynamicsLoop dynamics(context("dynamics"), [&](const RobotDescription& robot, const Scenario&) {
     auto engine = std::make_unique<FakeEngine>(robot);
     engine->fault_at_q = options.fault_at_q;
+    engine->takes_pushes = options.takes_pushes;
     return engine;
   });
   FakeCollisionChecker collision_checker(context("collision_checker"));

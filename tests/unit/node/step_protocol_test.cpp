@@ -161,6 +161,64 @@ TEST(SchedulerFault, EndsTheRunInWords) {
   EXPECT_NE(scheduler.failure().find("fake.yaml"), std::string::npos) << scheduler.failure();
 }
 
+msg::RunControl make_push_request(const std::string& link, double force) {
+  msg::RunControl request;
+  request.request(msg::REQUEST_PUSH);
+  request.push().link(link);
+  request.push().force().z(force);
+  request.push().steps(20);
+  return request;
+}
+
+// A run in which somebody pushes at step 50.
+FakeRunResult run_pushed(const std::string& link, double force, std::string* refused, FakeRunOptions options = {}) {
+  options.on_state = [&](const msg::RobotState& m, Publisher<msg::RunControl>& control) {
+    if (m.header().step() == 50) control.publish(make_push_request(link, force));
+  };
+  options.join = [&](Bus& bus) -> std::shared_ptr<void> {
+    return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [refused](const msg::RunStatus& m) {
+      if (!m.refused().empty()) *refused = m.refused();
+    });
+  };
+  return run_fake_set(options);
+}
+
+TEST(RunControl, APushActsForItsStepsAndTheStatesTellOfIt) {
+  std::string refused;
+  const FakeRunResult run = run_pushed("link1", 12.0, &refused);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_EQ(refused, "");
+  std::vector<uint64_t> steps;
+  for (const msg::RobotState& state : run.states) {
+    if (state.pushes().empty()) continue;
+    steps.push_back(state.header().step());
+    EXPECT_EQ(state.pushes()[0].link(), "link1");
+    EXPECT_EQ(state.pushes()[0].force().z(), 12.0);
+  }
+  ASSERT_EQ(steps.size(), 20u);
+  EXPECT_EQ(steps.back() - steps.front(), 19u);
+  EXPECT_GT(steps.front(), 50u);
+}
+
+TEST(RunControl, ADynamicsServerThatTakesNoPushesSaysSo) {
+  FakeRunOptions options;
+  options.takes_pushes = false;
+  std::string refused;
+  const FakeRunResult run = run_pushed("link1", 12.0, &refused, options);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED);
+  EXPECT_THAT(run.status.message(), HasSubstr("takes no pushes"));
+}
+
+TEST(RunControl, APushThatCannotBeIsRefusedAndTheRunGoesOn) {
+  std::string refused;
+  FakeRunResult run = run_pushed("tail", 12.0, &refused);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_THAT(refused, HasSubstr("no link 'tail'"));
+  run = run_pushed("link1", std::nan(""), &refused);
+  EXPECT_EQ(run.status.phase(), msg::RUN_FINISHED) << run.status.message();
+  EXPECT_THAT(refused, HasSubstr("finite"));
+}
+
 TEST(RunControl, AStopEndsTheRunCleanly) {
   FakeRunOptions options;
   options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {

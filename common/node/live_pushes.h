@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pushes of people (RunControl, REQUEST_PUSH) on their way through step grants: the scheduler says from which state on each
+// acts, so that a run with its pushes can be repeated to the bit.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/multibody/tree_spec.h"
+#include "common/robot/signals.h"
+#include "hrp_idl/scheduling.h"
+
+namespace hrp {
+
+constexpr double kHardestPush = 1e5;  // [N] nobody pushes a robot with more
+
+// Why nobody can push like this; empty when one can. The robot's links are not looked at.
+std::string find_push_fault(const msg::Push& push);
+// The same with the robot: its links, lumped ones too.
+std::string find_push_fault(const msg::Push& push, const TreeSpec& tree);
+
+// Of the scheduler: gives pushes their number and the state from which on they act.
+class PushQueue {
+ public:
+  void reset() { pushes_.clear(), next_number_ = 1; }
+  // Instead of a push of the same link that was not given out yet.
+  void add(const msg::Push& push);
+  // Those that belong into a grant, when steps through `granted` are allowed already and dynamics has done `step`.
+  std::vector<msg::Push> give_out(uint64_t granted, uint64_t step);
+
+ private:
+  std::vector<msg::Push> pushes_;  // number 0: not given out
+  uint64_t next_number_ = 1;
+};
+
+// Of a dynamics server: which pushes act when.
+class LivePushes {
+ public:
+  void reset() { pushes_.clear(), last_number_ = 0; }
+  void add(const msg::Push& push);  // ignored when it was added before
+  bool empty() const { return pushes_.empty(); }
+  // What acts in the step that begins at state `step`. Steps come in order: what is over is forgotten.
+  PushForces find(uint64_t step);
+
+ private:
+  std::vector<msg::Push> pushes_;  // in the order of their numbers, so of from_step, too
+  uint64_t last_number_ = 0;
+};
+
+}  // namespace hrp
