@@ -141,6 +141,7 @@ class Simulation {
 
   py::list make_forces();
   py::list make_contacts();
+  py::list make_pushes();
 
   const Scenario& scenario() const { return scenario_; }
   const std::shared_ptr<PyRobot>& robot() const { return robot_; }
@@ -249,6 +250,19 @@ py::list Simulation::make_forces() {
   return all;
 }
 
+py::list Simulation::make_pushes() {
+  py::list all;
+  for (const PushForce& push : idle().engine().pushes()) {
+    py::dict values;
+    values["name"] = push.name;
+    values["link"] = push.link;
+    values["point"] = Vector3d(push.p_LQ);
+    values["force"] = Vector3d(push.force_W);
+    all.append(values);
+  }
+  return all;
+}
+
 py::list Simulation::make_contacts() {
   py::list all;
   for (const ContactPair& pair : idle().calc_contacts()) {
@@ -310,6 +324,17 @@ void bind_simulation(py::module_& m) {
            "Goes back to where save() was called, here or in another simulation of the scenario (not with a controller in Python).")
       .def("set_command", &Simulation::set_command, py::arg("command"),
            "A Command, or efforts (n,) [N m or N] with `drive: effort`; acts from the next control step on. For controller=None.")
+      .def("push", [](Simulation& s, const std::string& link, const py::object& force, uint64_t steps, const py::object& point) {
+             const Vector3d p_LQ = point.is_none() ? Vector3d::Zero() : Vector3d(take_finite(point, "point", 3));
+             s.idle().push(link, p_LQ, Vector3d(take_finite(force, "force", 3)), steps);
+           }, py::arg("link"), py::arg("force"), py::arg("steps"), py::arg("point") = py::none(),
+           "Pushes a link of the robot from the next step on: force (3,) [N], world axes, at point (3,) [m], link axes. The next\n"
+           ""
+           "push of this link ends it; steps=0 lets go. Raises InputError.")
+      .def_property_readonly("pushes", &Simulation::make_pushes,
+                             "What pushed the robot over the last step, one dict each: name (of the scenario's push or hand; '': push()), link,\n"
+                             ""
+                             "point (3,) [m], link axes, force (3,) [N], world axes.")
       .def_property_readonly("state", [](Simulation& s) { return s.idle().engine().state(); }, "A copy of the State.")
       .def_property_readonly("observation", [](Simulation& s) {
                                Trial& trial = s.idle();

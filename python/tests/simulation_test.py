@@ -54,6 +54,45 @@ class SameBits(unittest.TestCase):
         self.assertEqual(simulation.state_hash, first)
 
 
+class Pushed(unittest.TestCase):
+    def test_a_push_is_that_of_a_scenario_with_it(self):
+        text = pathlib.Path(SQUAT).read_text().replace("robot: ../", f"robot: {SCENARIOS.parent}/").replace("motion: ../", f"motion: {SCENARIOS.parent}/")
+        text += "pushes:\n  nudge: {link: R_HAND_LINK, force: [8, -3, 1], xyz: [0, 0.01, 0], start: 0.1, duration: 0.05}\n"
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "pushed.yaml"
+            path.write_text(text)
+            scripted = openhrp_dds.Simulation(str(path))
+            scripted.step(300)
+        live = openhrp_dds.Simulation(SQUAT)
+        live.step(100)
+        live.push("R_HAND_LINK", [8, -3, 1], 50, point=[0, 0.01, 0])
+        self.assertEqual(live.pushes, [])
+        live.step()
+        self.assertEqual([push["link"] for push in live.pushes], ["R_HAND_LINK"])
+        np.testing.assert_array_equal(live.pushes[0]["force"], [8, -3, 1])
+        live.step(199)
+        self.assertEqual(live.pushes, [])
+        self.assertEqual(live.state_hash, scripted.state_hash)
+
+    def test_a_restored_run_is_pushed_on_with_the_same_bits(self):
+        simulation = openhrp_dds.Simulation(SQUAT)
+        simulation.push("R_HAND_LINK", [8, 0, 0], 100)
+        simulation.step(30)
+        saved = simulation.save()
+        simulation.step(200)
+        end = simulation.state_hash
+        simulation.restore(saved)
+        simulation.step(200)
+        self.assertEqual(simulation.state_hash, end)
+
+    def test_what_nobody_can_push_is_refused(self):
+        simulation = openhrp_dds.Simulation(SQUAT)
+        with self.assertRaisesRegex(ValueError, "no link 'tail'"):
+            simulation.push("tail", [1, 0, 0], 10)
+        with self.assertRaisesRegex(ValueError, r"force\[0\] is NaN"):
+            simulation.push("R_HAND_LINK", [float("nan"), 0, 0], 10)
+
+
 class GoingBack(unittest.TestCase):
     def test_a_restored_walk_goes_on_with_the_same_bits(self):
         simulation = openhrp_dds.Simulation(DEFAULT)
