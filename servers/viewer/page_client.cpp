@@ -42,6 +42,17 @@ std::set<std::string> get_names(const Json& request, const char* key, size_t mos
   return names;
 }
 
+// Three finite numbers. Throws ProtocolError.
+msg::Vector3 get_vector(const Json& request, const char* key) {
+  const auto list = request.find(key);
+  const bool good = list != request.end() && list->is_array() && list->size() == 3 &&
+                    std::all_of(list->begin(), list->end(), [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); });
+  if (!good) throw ProtocolError(std::string("expected three numbers as ") + key);
+  msg::Vector3 out;
+  out.x((*list)[0].get<double>()), out.y((*list)[1].get<double>()), out.z((*list)[2].get<double>());
+  return out;
+}
+
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 // Times to the nanosecond, values exact: what the page shows is what was recorded.
@@ -90,6 +101,7 @@ void PageClient::on_message(const std::string& message, bool binary) {
   if (op == "subscribe") return subscribe(request);
   if (op == "pictures") return show_pictures(request);
   if (op == "control") return control(request);
+  if (op == "push") return push(request);
   if (op == "at") return go_to(request);
   if (op == "series") return send_series(request);
   if (op == "peek") return viewer_.peek(get_text(request, "topic"));
@@ -135,6 +147,23 @@ void PageClient::control(const Json& request) {
   control.steps(static_cast<uint64_t>(steps));
   control.speed(speed);
   control.change_speed(request.find("speed") != request.end());
+  send(control);
+}
+
+// {"op":"push","link":"CHEST","point":[0,0,0.1],"force":[50,0,0],"steps":200}: what that is stands in msg::Push.
+void PageClient::push(const Json& request) {
+  msg::RunControl control;
+  control.request(msg::REQUEST_PUSH);
+  control.push().link(get_text(request, "link"));
+  control.push().p_LQ(get_vector(request, "point"));
+  control.push().force(get_vector(request, "force"));
+  const double steps = get_number(request, "steps", 0);
+  if (!(steps >= 0 && steps <= kMostSteps)) throw ProtocolError("steps out of range");
+  control.push().steps(static_cast<uint64_t>(steps));
+  send(control);
+}
+
+void PageClient::send(const msg::RunControl& control) {
   if (!viewer_.live()) return answer_error("this is a recording: there is no run to steer", -1);
   if (!viewer_.live()->has_control()) return answer_error("run control is switched off (--read-only)", -1);
   viewer_.live()->request(control);

@@ -34,6 +34,8 @@ class PageClient final : public Client {
   void show_pictures(const nlohmann::json& request);
   void update_pictures();
   void control(const nlohmann::json& request);
+  void push(const nlohmann::json& request);
+  void send(const msg::RunControl& control);
   void go_to(const nlohmann::json& request);
   void send_series(const nlohmann::json& request);
 

@@ -87,6 +87,30 @@ async function checkVideo(browser, page) {
   check(shown.colors > 10, `and shows more than a background: ${shown.colors} colours in the last picture, at ${shown.length.toFixed(2)} s (a corner: ${shown.first})`);
 }
 
+// Dragged by the mouse, the robot is pushed with the force that the arrow shows, and let go when the button is.
+async function checkPush(page) {
+  const pushes = () => page.evaluate(() => window.hrpViewer.latest["hrp/robot_state"].pushes);
+  await page.click("#push");
+  const spot = await page.evaluate(() => {
+    const { stage } = window.hrpViewer;
+    const { left, top, width, height } = stage.canvas.getBoundingClientRect();
+    const at = stage.robots[0].findBox().getCenter(stage.controls.target.clone()).project(stage.camera);
+    return [left + ((at.x + 1) / 2) * width, top + ((1 - at.y) / 2) * height];
+  });
+  await page.mouse.move(...spot);
+  await page.mouse.down();
+  await page.mouse.move(spot[0] + 12, spot[1]);
+  const [push] = await waitFor("a push in the states", async () => { const all = await pushes(); return all.length === 1 && all[0].force.x ** 2 + all[0].force.y ** 2 > 1 && all; });
+  const links = await page.evaluate(() => Object.keys(window.hrpViewer.stage.robots[0].model.links));
+  check(links.includes(push.link) && push.name === "", `the link under the mouse is pushed: ${push.link}`);
+  const arrow = await waitFor("the arrow of the push", async () => (await page.describe()).arrows.find(({ part, visible }) => part === "push" && visible));
+  check(arrow.foot === push.link, `an arrow shows it, of ${Math.hypot(...arrow.force).toFixed(0)} N`);
+  await page.mouse.up();
+  await waitFor("the end of the push", async () => (await pushes()).length === 0);
+  check(true, "released, it is let go");
+  await page.click("#push");
+}
+
 // The text of the page, put into a scenario, starts a run in that pose.
 async function checkPose(page) {
   const drawn = (joint) => page.evaluate((name) => window.hrpViewer.stage.robots[0].model.joints[name].angle, joint);
@@ -155,6 +179,7 @@ run(async () => {
   await page.click("#resume");
   await phase("RUN_RUNNING");
   check(true, "Resume goes on");
+  await checkPush(page);
   const epoch = (await status()).epoch;
   await page.click("#reset");
   await waitFor("a new epoch", async () => (await status()).epoch === epoch + 1);

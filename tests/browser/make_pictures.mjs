@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes the pictures of the viewer in docs/images: the default run live and recorded, and beside a run with softer arms; what
-// cameras see. With the word "cameras" only that.
+// cameras see; a push. With the word "cameras" or "push" only that.
 // HRP_BIN=build/bin HRP_CHROMIUM=$(command -v chromium) HRP_TEST_FOLDER=$(mktemp -d) node tests/browser/make_pictures.mjs
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
@@ -44,11 +44,32 @@ async function makeCameras(browser) {
   await player.end();
 }
 
+// The picture alone, while the mouse pulls at the chest.
+async function makePush(browser) {
+  const standing = await startRun("pushed", ["--speed", "0.1", "--duration", "0"], scenario);
+  const viewer = await startViewer(["--domain", String(standing.domain)]);
+  const page = await openPage(browser, viewer.url);
+  await waitFor("a robot", async () => (await page.describe()).robots[0]?.visible);
+  await page.click("#push");
+  const { x, y, width, height } = await page.locator("#scene").boundingBox();
+  const spot = [x + 0.47 * width, y + 0.35 * height];
+  await page.mouse.move(...spot);
+  await page.mouse.down();
+  await page.mouse.move(spot[0] - 50, spot[1] + 6);
+  await waitFor("the push", async () => (await page.describe()).arrows.some(({ part }) => part === "push"));
+  await new Promise((done) => setTimeout(done, 300));
+  await page.locator("#stage").screenshot({ path: join(images, "viewer_push.png") });
+  await page.mouse.up();
+  await viewer.end();
+  standing.kill("SIGINT");
+  await standing.ended;
+}
+
 run(async () => {
-  const onlyCameras = process.argv.includes("cameras");
+  const makers = { cameras: makeCameras, push: makePush, runs: makeRuns };
+  const wanted = Object.keys(makers).filter((name) => process.argv.includes(name));
   const browser = await startBrowser();
-  await makeCameras(browser);
-  if (!onlyCameras) await makeRuns(browser);
+  for (const name of wanted.length > 0 ? wanted : Object.keys(makers)) await makers[name](browser);
   await browser.close();
 });
 

@@ -22,6 +22,7 @@ function takeKey(page, event) {
     f: () => page.stage.lookAtRobot(),
     c: () => $("add-chart").click(),
     t: () => $("theme").click(),
+    p: () => { if (page.pusher.enabled) $("push").click(); },
     v: () => { if (page.recorder.isPossible) $("record").click(); },
     "?": () => $("help").click(),
   };
@@ -47,6 +48,7 @@ export function listenTo(page) {
   $("run-b").onchange = () => page.choose(page.chosen[0], Number($("run-b").value));
   $("add-chart").onclick = () => page.addChart();
   $("help").onclick = () => $("help-dialog").showModal();
+  $("push").onclick = () => page.togglePush();
   $("record").hidden = !page.recorder.isPossible;
   $("record").onclick = () => page.toggleVideo();
   $("theme").onclick = () => setTheme(page, page.theme() === "dark" ? "light" : "dark");

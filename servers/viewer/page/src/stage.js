@@ -28,7 +28,7 @@ export class Stage {
   constructor(canvas, note) {
     this.canvas = canvas;
     this.note = note;
-    this.layers = { total: true, spring: false, damper: false, friction: false, points: false, polygon: true, zmp: true, ghost: true };
+    this.layers = { total: true, spring: false, damper: false, friction: false, points: false, push: true, polygon: true, zmp: true, ghost: true };
     this.robots = [null, null];
     this.others = [];  // other robots of the scenario
     this.scenes = [null, null];
@@ -289,6 +289,7 @@ export class Stage {
       }
     }
     if (this.layers.points && this.forceScale > 0) this.drawPoints(radius * 0.5);
+    if (this.layers.push) this.drawPushes(radius);
     this.arrows.end();
   }
 
@@ -304,9 +305,27 @@ export class Stage {
     }
   }
 
+  // From outside: of the scenario's pushes and hands, and of people. What is dragged here is shown before it acts.
+  drawPushes(radius) {
+    const dragged = this.drag ? [{ link: this.drag.link.name, p_LQ: this.drag.point, force: this.drag.force }] : [];
+    const others = (this.frames[0]?.["hrp/robot_state"]?.pushes ?? []).filter(({ link }) => link !== this.drag?.link.name);
+    for (const { link, p_LQ, force } of [...dragged, ...others]) {
+      const body = this.robots[0]?.find(link);
+      if (!body) continue;
+      const from = body.localToWorld(new THREE.Vector3(...toVector(p_LQ)));
+      this.drawArrow(link, "push", from.toArray(), toVector(force), radius, "push");
+    }
+  }
+
+  // What somebody drags: {link, point, force}, or null.
+  setDrag(drag) {
+    this.drag = drag;
+    this.dirty = true;
+  }
+
   drawArrow(foot, part, from, force, radius, color) {
     const arrow = this.arrows.next();
-    const vector = new THREE.Vector3(...force).divideScalar(this.forceScale);
+    const vector = new THREE.Vector3(...force).divideScalar(this.forceScale || 200);
     arrow.set(new THREE.Vector3(...from), vector, radius, this.color(color));
     this.drawn.push({ foot, part, force, length: vector.length(), visible: arrow.group.visible });
   }

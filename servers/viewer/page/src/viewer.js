@@ -7,6 +7,7 @@ import { listenTo } from "./controls.js";
 import { showFall, showNumbers, showRun, showServers } from "./numbers.js";
 import { Player } from "./player.js";
 import { PoseEditor } from "./pose.js";
+import { Pusher } from "./push.js";
 import { Recorder, saveAs } from "./recorder.js";
 import { chooseCharts, chooseUnit, listSignals } from "./signals.js";
 import { SignalDialog } from "./signal_dialog.js";
@@ -33,6 +34,7 @@ class Page {
     this.stage = new Stage($("scene"), $("scene-note"));
     this.recorder = new Recorder(this.stage);
     this.pose = new PoseEditor(this.stage, () => this.findPose());
+    this.pusher = new Pusher(this.stage, (message) => this.connection.send(message), () => this.stepsPerSecond());
     this.player = new Player((time, steps) => this.connection.send({ op: "at", time, steps, sources: this.sources() }));
     this.dialog = new SignalDialog(() => this.findSignals(), (topic) => this.connection.send({ op: "peek", topic }), () => Object.keys(this.topics));
     this.cameras = new CameraPanel(() => this.askPictures());
@@ -108,6 +110,8 @@ class Page {
     $("window-box").hidden = !this.live;
     $("servers-box").hidden = !this.live;
     for (const id of ["pause", "resume", "step", "steps", "reset", "speed"]) $(id).disabled = !this.control;
+    $("push").hidden = !this.control;
+    this.pusher.enabled = this.live && this.control;
     $("read-only").hidden = this.control || !this.live;
     $("late").hidden = true;
     this.latest = {};
@@ -303,6 +307,18 @@ class Page {
 
   request(request, more = {}) {
     this.connection.send({ op: "control", request, speed: Number($("speed").value), ...more });
+  }
+
+  // Steps of the run in a second of wall clock, at least those of a tenth of real time.
+  stepsPerSecond() {
+    const { step, time } = this.latest["hrp/robot_state"]?.header ?? {};
+    return step > 0 ? (step / time) * Math.max(this.run?.real_time_factor ?? 1, 0.1) : 1000;
+  }
+
+  togglePush() {
+    this.pusher.always = !this.pusher.always;
+    $("push").classList.toggle("primary", this.pusher.always);
+    $("push").setAttribute("aria-pressed", this.pusher.always);
   }
 
   async toggleVideo() {
