@@ -68,9 +68,9 @@ RecordingSpec read_recording(const std::string& path, const YAML::Node& node, co
   for (const auto& item : node) {
     const std::string key = item.first.as<std::string>();
     if (key != "file" && key != "role" && key != "feet_attached" && key != "unknown_force" && key != "loads" &&
-        key != "pushes" && key != "notes") {
+        key != "pushes" && key != "columns" && key != "notes") {
       refuse_input(make_place(path, item.first, field + "." + key),
-                   "unknown key; expected file, role, loads, pushes, feet_attached or unknown_force");
+                   "unknown key; expected file, role, columns, loads, pushes, feet_attached or unknown_force");
     }
   }
   if (!node["file"] || !node["file"].IsScalar())
@@ -112,7 +112,7 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
   }
 }
 
-// The files say it for people; the tool takes the rate from the stamps.
+// The rate of files without stamps (column_map.h); others say it for people.
 void check_sample_rate(const std::string& path, const YAML::Node& node) {
   double value = 0.0;
   if (!node || (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber)) return;

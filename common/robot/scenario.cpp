@@ -80,7 +80,7 @@ void read_all(YamlMap& map, Scenario* scenario) {
   map.flag("repair_inertias", &scenario->repair_inertias);
   map.integer("seed", &scenario->seed);
   // Keys of experiment folders that describe recordings; a simulation has no use for them.
-  for (const char* key : {"recordings", "topics", "noise", "sample_rate", "unknown_force", "feet_attached", "name", "description",
+  for (const char* key : {"recordings", "columns", "topics", "noise", "sample_rate", "unknown_force", "feet_attached", "name", "description",
                           "notes"}) {
     map.ignore(key);
   }

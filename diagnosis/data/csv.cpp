@@ -2,111 +2,82 @@
 #include "diagnosis/data/csv.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <memory>
-#include <set>
-#include <sstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
+#include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/gaps.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-std::string trim(const char* begin, const char* end) {
-  while (begin < end && (*begin == ' ' || *begin == '\t' || *begin == '"')) ++begin;
-  while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r' || end[-1] == '"')) --end;
-  return std::string(begin, end);
-}
+// Reads the rows of a file one by one.
+class RowReader {
+ public:
+  RowReader(const ColumnMap& map, Table* table) : signals_(map.columns), table_(*table) {}
 
-bool equals_nan(const char* begin, const char* end) {
-  const std::string word = trim(begin, end);
-  return word.empty() || word == "nan" || word == "NaN" || word == "NAN" || word == "-nan";
-}
-
-// Parses one cell; returns false if it is no number.
-bool parse_cell(const char* begin, const char* end, double* value) {
-  while (begin < end && (*begin == ' ' || *begin == '\t')) ++begin;
-  while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
-  if (begin < end && *begin == '+') ++begin;
-  const auto result = std::from_chars(begin, end, *value);
-  if (result.ec == std::errc() && result.ptr == end && std::isfinite(*value)) return true;
-  if (!equals_nan(begin, end)) return false;
-  *value = kMissing;
-  return true;
-}
-
-// Throws for files that are no text, such as compressed files and UTF-16, and for separators other than commas.
-void check_header(const char* begin, const char* end, const Table& table) {
-  const auto is_control = [](unsigned char c) { return c < 0x20 && c != '\t'; };
-  const char* stop = end > begin && end[-1] == '\r' ? end - 1 : end;
-  const char* bad = std::find_if(begin, stop, is_control);
-  if (bad != stop && *bad == '\r')
-    refuse_input({table.file, "", 1, 0}, "its lines end with CR alone: expected LF or CR LF");
-  if (bad != stop) {
-    refuse_input({table.file, "", 1, 0}, "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) +
-                                             " at place " + std::to_string(bad - begin + 1) +
-                                             " of its header; expected comma-separated values in UTF-8");
-  }
-  const char* other = table.names.size() > 1 ? stop : std::find_if(begin, stop, [](char c) { return c == ';' || c == '\t'; });
-  if (other != stop) {
-    refuse_input({table.file, "", 1, 0}, std::string("its header has ") + (*other == ';' ? "semicolons" : "tabs") +
-                                             " and no comma: expected commas between cells");
-  }
-}
-
-void check_names(const Table& table) {
-  double value = 0.0;
-  const std::string& first = table.names[0];
-  if (parse_cell(first.data(), first.data() + first.size(), &value) && !std::isnan(value))
-    refuse_input({table.file, "", 1, 1},
-                 "'" + first + "' stands where a header is expected: the names of the columns, such as time");
-  std::set<std::string> seen;
-  for (size_t i = 0; i < table.names.size(); ++i) {
-    if (table.names[i].empty() || seen.insert(table.names[i]).second) continue;
-    refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1}, "this column stands twice in the header");
-  }
-}
-
-void read_header(const char* begin, const char* end, Table* table) {
-  if (end - begin >= 3 && std::memcmp(begin, "\xEF\xBB\xBF", 3) == 0) begin += 3;  // byte order mark
-  for (const char* cell = begin;;) {
-    const char* stop = static_cast<const char*>(std::memchr(cell, ',', static_cast<size_t>(end - cell)));
-    const char* cell_end = stop ? stop : end;
-    table->names.push_back(trim(cell, cell_end));
-    if (!stop) break;
-    cell = stop + 1;
-  }
-  table->columns.resize(table->names.size());
-  check_header(begin, end, *table);
-  check_names(*table);
-}
-
-// Returns false if the row has too few cells.
-bool read_row(const char* begin, const char* end, int line, std::vector<double>* row, const Table& table) {
-  size_t column = 0;
-  for (const char* cell = begin;;) {
-    const char* stop = static_cast<const char*>(std::memchr(cell, ',', static_cast<size_t>(end - cell)));
-    const char* cell_end = stop ? stop : end;
-    if (column >= table.names.size()) {
-      refuse_input({table.file, "", line, static_cast<int>(column) + 1},
-                   "more cells than the header's " + std::to_string(table.names.size()) + " columns");
+  // Takes one line. False if it is a header or a comment, or has too few cells: then cut() is true.
+  bool read(const std::string& text, int line) {
+    cut_ = false;
+    if (is_blank(text)) return false;
+    if (layout_.cells == 0) {
+      layout_ = read_layout(text, line, signals_, &table_);
+      row_.resize(table_.names.size());
+      is_text_.resize(row_.size());
+      if (layout_.header) return false;
     }
-    if (!parse_cell(cell, cell_end, &(*row)[column])) {
-      refuse_input({table.file, table.names[column], line, static_cast<int>(column) + 1},
-                   "'" + trim(cell, cell_end).substr(0, 40) + "' is no number");
+    split_cells(layout_, text, &cells_);
+    while (cells_.size() > layout_.cells && trim_cell(cells_.back()).empty()) cells_.pop_back();  // a separator at its end
+    if (cells_.size() > layout_.cells) {
+      refuse_input({table_.file, "", line, static_cast<int>(layout_.cells) + 1},
+                   "more cells than the " + std::to_string(layout_.cells) + " columns of " + first());
     }
-    ++column;
-    if (!stop) break;
-    cell = stop + 1;
+    cut_ = cells_.size() < layout_.cells;
+    for (size_t i = 0; i < row_.size() && !cut_; ++i) row_[i] = read_cell(i, line);
+    return !cut_;
   }
-  return column == table.names.size();
-}
+
+  bool cut() const { return cut_; }
+  const std::vector<double>& row() const { return row_; }
+  size_t count_cells() const { return layout_.cells; }
+  std::string first() const { return layout_.header ? "the header" : "the first line"; }
+
+  // Columns that hold words are no signals. Leaves them empty.
+  void drop_text(std::vector<std::string>* warnings) const {
+    for (size_t i = 0; i < is_text_.size(); ++i) {
+      if (!is_text_[i]) continue;
+      std::fill(table_.columns[i].begin(), table_.columns[i].end(), kMissing);
+      warnings->push_back(table_.file + ": column " + table_.names[i] + " has words and is no signal: it is left out");
+    }
+  }
+
+ private:
+  double read_cell(size_t i, int line) {
+    const SignalColumn& entry = layout_.signals[i];
+    const Cell cell = cells_[layout_.source[i]];
+    double value = kMissing;
+    if (parse_cell(cell, layout_.separator, &value)) return entry.scale * value + entry.offset;
+    if (entry.signal == "time" && parse_stamp(cell, &value)) return value;
+    if (entry.signal != "time" && entry.signal.rfind('/', 0) != 0) {
+      is_text_[i] = true;
+      return kMissing;
+    }
+    refuse_input({table_.file, entry.signal, line, static_cast<int>(layout_.source[i]) + 1},
+                 "'" + trim_cell(cell).substr(0, 40) + "' is no number");
+  }
+
+  const std::vector<SignalColumn> signals_;
+  Table& table_;
+  CsvLayout layout_;
+  std::vector<Cell> cells_;
+  std::vector<double> row_;
+  std::vector<bool> is_text_;
+  bool cut_ = false;
+};
 
 // Warns of empty cells between numbers. Before a signal starts and after it ends, empty cells are normal.
 void note_empty_cells(const Table& table, std::vector<std::string>* warnings) {
@@ -177,22 +148,17 @@ class Averager {
 
 }  // namespace
 
-CsvShape probe_csv(const std::string& path) {
+CsvShape probe_csv(const std::string& path, const ColumnMap& columns) {
   std::ifstream file = open_input(path);
   Table head;
   head.file = path;
+  RowReader rows(columns, &head);
   std::string text;
-  std::vector<double> row;
   std::streamoff bytes = 0;
   for (int line = 1; line < 400 && std::getline(file, text); ++line) {
-    if (text.empty() || text[0] == '#' || text == "\r") continue;
-    if (head.names.empty()) {
-      read_header(text.data(), text.data() + text.size(), &head);
-      row.resize(head.names.size());
-    } else if (read_row(text.data(), text.data() + text.size(), line, &row, head)) {
-      for (size_t i = 0; i < row.size(); ++i) head.columns[i].push_back(row[i]);
-      head.lines.push_back(line), bytes += static_cast<std::streamoff>(text.size()) + 1;
-    }
+    if (!rows.read(text, line)) continue;
+    for (size_t i = 0; i < rows.row().size(); ++i) head.columns[i].push_back(rows.row()[i]);
+    head.lines.push_back(line), bytes += static_cast<std::streamoff>(text.size()) + 1;
   }
   CsvShape shape;
   shape.columns = static_cast<double>(head.names.size());
@@ -209,33 +175,28 @@ CsvShape probe_csv(const std::string& path) {
 Table read_csv(const std::string& path, std::vector<std::string>* warnings) { return read_csv_averaged(path, 1, warnings); }
 
 // Reads line by line, because a recording of twenty minutes may not fit into memory.
-Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings) {
+Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings, const ColumnMap& columns) {
   std::ifstream file = open_input(path);
   Table table;
   table.file = path;
+  RowReader rows(columns, &table);
   std::string text;
-  std::vector<double> row;
-  std::unique_ptr<Averager> rows;
+  std::unique_ptr<Averager> means;
   for (int line = 1; std::getline(file, text); ++line) {
-    const char *begin = text.data(), *end = begin + text.size();
-    const bool blank = text.empty() || text == "\r" || text[0] == '#';
-    if (blank) continue;
-    if (table.names.empty()) {
-      read_header(begin, end, &table);
-      row.resize(table.names.size());
-      rows = std::make_unique<Averager>(count, &table);
-    } else if (read_row(begin, end, line, &row, table)) {
-      rows->add(row, line);
-    } else if (file.peek() == std::ifstream::traits_type::eof()) {
+    const bool whole = rows.read(text, line);
+    if (!means && rows.count_cells() > 0) means = std::make_unique<Averager>(count, &table);
+    if (whole) {
+      means->add(rows.row(), line);
+    } else if (rows.cut() && file.peek() == std::ifstream::traits_type::eof()) {
       warnings->push_back(path + ":" + std::to_string(line) + ": warning: the last line is cut off and was dropped");
-    } else {
-      refuse_input({path, "", line, 0},
-                   "fewer cells than the header's " + std::to_string(table.names.size()) + " columns");
+    } else if (rows.cut()) {
+      refuse_input({path, "", line, 0}, "fewer cells than the " + std::to_string(rows.count_cells()) + " columns of " + rows.first());
     }
   }
   check_end(file, path);
-  if (table.names.empty()) refuse_input(path, "is empty: expected a header line");
-  rows->close();
+  if (!means) refuse_input(path, "is empty: expected a header line");
+  means->close();
+  rows.drop_text(warnings);
   note_empty_cells(table, warnings);
   if (table.rows() < 2) refuse_input({path, "", 1, 0}, "holds no samples");
   return table;

@@ -5,8 +5,10 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/rounding.h"
 #include "common/log/ros_bag.h"
 #include "common/robot/closed_chains.h"
+#include "common/robot/column_map.h"
 #include "common/robot/topic_map.h"
 #include "diagnosis/data/bag_table.h"
 #include "diagnosis/data/by_hand.h"
@@ -35,12 +37,13 @@ struct Plan {
   double share = 1.0;
 };
 
-Plan plan_reading(const Experiment& e) {
+Plan plan_reading(const Experiment& e, const std::vector<ColumnMap>& columns) {
   double numbers = 0.0, rate = 0.0;
-  for (const RecordingSpec& spec : e.keys.recordings) {
-    if (is_ros_bag(spec.file) || is_log(spec.file)) continue;
-    const CsvShape shape = probe_csv(spec.file);
-    numbers += shape.rows * shape.columns, rate = std::max(rate, shape.rate);
+  for (size_t i = 0; i < e.keys.recordings.size(); ++i) {
+    const std::string& file = e.keys.recordings[i].file;
+    if (is_ros_bag(file) || is_log(file)) continue;
+    const CsvShape shape = probe_csv(file, columns[i]);
+    numbers += shape.rows * shape.columns, rate = std::max(rate, shape.rate > 0.0 ? shape.rate : columns[i].sample_rate);
   }
   const size_t averaging = find_averaging(numbers, rate);
   return {averaging, std::min(1.0, kMostNumbers * static_cast<double>(averaging) / std::max(1.0, numbers))};
@@ -48,22 +51,15 @@ Plan plan_reading(const Experiment& e) {
 
 class Loader {
  public:
-  explicit Loader(Experiment* e) : e_(*e), plan_(plan_reading(*e)) {
+  explicit Loader(Experiment* e) : e_(*e), columns_(parse_column_maps(e->scenario.text, e->path)), plan_(plan_reading(*e, columns_)) {
     for (int j = 0; j < e_.num_joints(); ++j) robot_.joints.push_back(e_.robot.tree.joint(j).name);
     for (const ImuSpec& imu : e_.scenario.sensors.imus) robot_.imus.push_back(imu.name);
     for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) robot_.wrenches.push_back(wrench.name);
     robot_.floating = e_.scenario.floating_base;
   }
 
-  void load(const RecordingSpec& spec) {
-    if (is_ros_bag(spec.file)) return load_bag(spec);
-    const bool text = !is_log(spec.file);
-    const bool averaged = text && plan_.averaging > 1;
-    const Table table = averaged ? read_csv_averaged(spec.file, plan_.averaging, &e_.warnings)
-                                 : read_recording_table(spec.file, &e_.warnings);
-    if (averaged)
-      e_.warnings.push_back(spec.name + ": " + std::to_string(plan_.averaging) + " samples in a row are averaged to one: it is long");
-    add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
+  void load() {
+    for (size_t i = 0; i < columns_.size(); ++i) load(e_.keys.recordings[i], columns_[i]);
   }
 
   // Reduces logs and bags that do not fit to the stretches with most motion.
@@ -77,6 +73,25 @@ class Loader {
   }
 
  private:
+  void load(const RecordingSpec& spec, const ColumnMap& columns) {
+    if (is_ros_bag(spec.file)) return load_bag(spec);
+    const bool text = !is_log(spec.file);
+    const size_t averaging = text ? plan_.averaging : 1;
+    Table table = text ? read_csv_averaged(spec.file, averaging, &e_.warnings, columns) : read_recording_table(spec.file, &e_.warnings);
+    if (text) add_stamps(columns.sample_rate / static_cast<double>(averaging), spec.name, &table);
+    if (averaging > 1) e_.warnings.push_back(spec.name + ": " + std::to_string(averaging) + " samples in a row are averaged to one: it is long");
+    add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
+  }
+
+  // Rows without stamps stand at the rate that the experiment states.
+  void add_stamps(double rate, const std::string& name, Table* table) {
+    if (table->find("time") >= 0 || rate <= 0.0) return;
+    table->names.push_back("time");
+    table->columns.emplace_back();
+    for (size_t k = 0; k < table->rows(); ++k) table->columns.back().push_back(static_cast<double>(k) / rate);
+    e_.warnings.push_back(name + ": has no column of time: its rows are taken " + number(1.0 / rate) + " s apart, by 'sample_rate'");
+  }
+
   static double count_numbers(const Recording& r) { return static_cast<double>(r.size() * r.column_of.size()); }
 
   // Adds the recording, or the share of it in which the joints move most.
@@ -107,6 +122,7 @@ class Loader {
   }
 
   Experiment& e_;
+  const std::vector<ColumnMap> columns_;  // by recording
   const Plan plan_;
   BagRobot robot_;
 };
@@ -189,11 +205,11 @@ Experiment load_experiment(const std::string& path) {
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
   const std::vector<std::string> before = e.warnings;
   std::optional<Loader> loader(&e);
-  for (const RecordingSpec& spec : e.keys.recordings) loader->load(spec);
+  loader->load();
   const std::vector<std::string> read = std::exchange(e.warnings, before);
   if (fix_unrecorded(&e)) {
     loader.emplace(&e);
-    for (const RecordingSpec& spec : e.keys.recordings) loader->load(spec);
+    loader->load();
   } else {
     e.warnings = read;
   }

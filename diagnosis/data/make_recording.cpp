@@ -95,13 +95,13 @@ void check_steps(const Experiment& e, const Table& table, int column, const std:
                    (mean > 1e5              ? "are these nanoseconds?"
                     : mean > 100.0          ? "are these microseconds?"
                     : mean >= kShortestStep ? "are these milliseconds?"
-                                            : "in which unit is this column?"));
+                                            : "in which unit is this column?") + " 'scale' under 'columns' of the experiment converts them");
 }
 
 // Reads the time stamps: finite, increasing, in seconds. Drops rows with repeated stamps.
 std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording* recording, std::vector<std::string>* warnings) {
   const int column = table.find("time");
-  if (column < 0) refuse_input({table.file, "time", 1, 1}, "is missing: expected a column 'time' [s]");
+  if (column < 0) refuse_input({table.file, "time", 1, 1}, "is missing: expected a column 'time' [s], or one under 'columns', or 'sample_rate' [Hz] of the experiment (docs/text_recordings.md)");
   size_t repeated = 0;
   std::vector<size_t> rows = find_rows(table, column, &repeated);
   if (rows.size() < 8) {

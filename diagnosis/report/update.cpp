@@ -32,7 +32,7 @@ struct ScenarioText {
 
 // What is replaced: the robot (copied beside), the recordings, what moved the robot, and `also`.
 ScenarioText split(const std::string& text, const std::set<std::string>& also) {
-  std::set<std::string> dropped{"robot", "recordings", "topics", "controller", "steps", "interpolation", "logging"};
+  std::set<std::string> dropped{"robot", "recordings", "columns", "topics", "controller", "steps", "interpolation", "logging"};
   dropped.insert(also.begin(), also.end());
   ScenarioText out;
   std::istringstream in(text);

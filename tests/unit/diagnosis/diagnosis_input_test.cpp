@@ -32,7 +32,7 @@ std::string read_error(const std::string& path) {
 }
 
 TEST(Csv, NamesLineAndColumnOfACellThatIsNoNumber) {
-  const std::string path = write_file("bad.csv", "time,a\n0,1\n0.1,x2\n0.2,3\n");
+  const std::string path = write_file("bad.csv", "time,/joint_states/a/position\n0,1\n0.1,x2\n0.2,3\n");
   EXPECT_THAT(read_error(path), testing::HasSubstr("bad.csv:3:2:"));
 }
 

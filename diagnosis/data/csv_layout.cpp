@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/data/csv_layout.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <set>
+
+#include "common/base/diagnostics.h"
+#include "common/base/suggest.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr const char* kHowToMap =
+    "say under 'columns' of the experiment which column holds which signal (docs/text_recordings.md)";
+
+bool equals_nan(Cell cell) {
+  const std::string word = trim_cell(cell);
+  return word.empty() || word == "nan" || word == "NaN" || word == "NAN" || word == "-nan";
+}
+
+// A line with a semicolon or a tab has it between its cells, because numbers and names have none.
+char find_separator(const std::string& line) {
+  for (const char c : {';', '\t', ','}) {
+    if (line.find(c) != std::string::npos) return c;
+  }
+  return line.find_first_of(' ', line.find_first_not_of(' ')) == std::string::npos ? ',' : ' ';
+}
+
+// Throws for files that are no text, such as compressed files and UTF-16.
+void check_text(const std::string& line, const Table& table) {
+  const auto is_control = [](unsigned char c) { return c < 0x20 && c != '\t'; };
+  const auto end = !line.empty() && line.back() == '\r' ? line.end() - 1 : line.end();
+  const auto bad = std::find_if(line.begin(), end, is_control);
+  if (bad == end) return;
+  if (*bad == '\r') refuse_input({table.file, "", 1, 0}, "its lines end with CR alone: expected LF or CR LF");
+  refuse_input({table.file, "", 1, 0}, "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) + " at place " +
+                                           std::to_string(bad - line.begin() + 1) + " of its header; expected comma-separated values in UTF-8");
+}
+
+// True if the line has a number and nothing but numbers.
+bool are_numbers(const std::vector<Cell>& cells, char separator) {
+  bool any = false;
+  for (const Cell& cell : cells) {
+    double value = 0.0;
+    if (!parse_cell(cell, separator, &value) && !parse_stamp(cell, &value)) return false;
+    any = any || std::isfinite(value);
+  }
+  return any;
+}
+
+void check_names(const std::vector<std::string>& names, int line, const Table& table) {
+  std::set<std::string> seen;
+  for (size_t i = 0; i < names.size(); ++i) {
+    if (names[i].empty() || seen.insert(names[i]).second) continue;
+    refuse_input({table.file, names[i], line, static_cast<int>(i) + 1}, "this column stands twice in the header");
+  }
+}
+
+size_t find_source(const SignalColumn& entry, const std::vector<std::string>& names, size_t cells, bool header, int line, const Table& table) {
+  if (entry.name.empty()) {
+    if (static_cast<size_t>(entry.number) <= cells) return static_cast<size_t>(entry.number) - 1;
+    refuse_input({table.file, entry.signal, line, 0}, "is column " + std::to_string(entry.number) + " by 'columns' of the experiment: expected at most " +
+                                                      std::to_string(cells) + ", the number of the file's columns");
+  }
+  if (!header)
+    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: the file has no header, expected its number, from 1");
+  const auto at = std::find(names.begin(), names.end(), entry.name);
+  if (at == names.end())
+    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: the header has no such name" + suggest(entry.name, names));
+  if (std::find(at + 1, names.end(), entry.name) != names.end())
+    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: this name stands twice in the header, expected its number, from 1");
+  return static_cast<size_t>(at - names.begin());
+}
+
+// Each column is the signal that its name says.
+void take_header(const std::vector<std::string>& names, int line, CsvLayout* layout, Table* table) {
+  if (!layout->header)
+    refuse_input({table->file, "", line, 1}, "'" + names[0] + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
+  check_names(names, line, *table);
+  for (size_t i = 0; i < names.size(); ++i) {
+    layout->signals.emplace_back().signal = names[i];
+    layout->source.push_back(i);
+  }
+}
+
+}  // namespace
+
+std::string trim_cell(Cell cell) {
+  auto [begin, end] = cell;
+  while (begin < end && (*begin == ' ' || *begin == '\t' || *begin == '"')) ++begin;
+  while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r' || end[-1] == '"')) --end;
+  return std::string(begin, end);
+}
+
+bool is_blank(const std::string& line) { return line.empty() || line == "\r" || line[0] == '#' || line[0] == '%'; }
+
+void split_cells(const CsvLayout& layout, const std::string& line, std::vector<Cell>* cells) {
+  cells->clear();
+  const char *begin = line.data(), *end = begin + line.size();
+  if (end > begin && end[-1] == '\r') --end;
+  if (layout.separator == ' ') {
+    for (const char* at = begin; at < end;) {
+      while (at < end && *at == ' ') ++at;
+      const char* stop = std::find(at, end, ' ');
+      if (stop > at) cells->emplace_back(at, stop);
+      at = stop;
+    }
+    return;
+  }
+  for (const char* at = begin;;) {
+    const char* stop = static_cast<const char*>(std::memchr(at, layout.separator, static_cast<size_t>(end - at)));
+    cells->emplace_back(at, stop ? stop : end);
+    if (!stop) return;
+    at = stop + 1;
+  }
+}
+
+CsvLayout read_layout(const std::string& text, int number, const std::vector<SignalColumn>& signals, Table* table) {
+  CsvLayout layout;
+  const std::string line = text.rfind("\xEF\xBB\xBF", 0) == 0 ? text.substr(3) : text;  // byte order mark
+  check_text(line, *table);
+  layout.separator = find_separator(line);
+  std::vector<Cell> cells;
+  split_cells(layout, line, &cells);
+  std::vector<std::string> names;
+  for (const Cell& cell : cells) names.push_back(trim_cell(cell));
+  layout.cells = cells.size();
+  layout.header = !are_numbers(cells, layout.separator);
+  if (signals.empty()) take_header(names, number, &layout, table);
+  for (const SignalColumn& entry : signals) {
+    layout.source.push_back(find_source(entry, names, cells.size(), layout.header, number, *table));
+    layout.signals.push_back(entry);
+  }
+  for (const SignalColumn& entry : layout.signals) table->names.push_back(entry.signal);
+  table->columns.resize(table->names.size());
+  return layout;
+}
+
+bool parse_cell(Cell cell, char separator, double* value) {
+  auto [begin, end] = cell;
+  while (begin < end && (*begin == ' ' || *begin == '\t')) ++begin;
+  while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
+  if (begin < end && *begin == '+') ++begin;
+  auto result = std::from_chars(begin, end, *value);
+  std::string text;
+  if (separator != ',' && result.ptr < end && *result.ptr == ',') {
+    text.assign(begin, end);
+    text[static_cast<size_t>(result.ptr - begin)] = '.';
+    begin = text.data(), end = begin + text.size();
+    result = std::from_chars(begin, end, *value);
+  }
+  if (result.ec == std::errc() && result.ptr == end && std::isfinite(*value)) return true;
+  if (!equals_nan(cell)) return false;
+  *value = kMissing;
+  return true;
+}
+
+bool parse_stamp(Cell cell, double* value) {
+  const std::string text = trim_cell(cell);
+  std::tm date{};
+  date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
+  int read = 0, seconds_at = 0;
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2d%*1[T ]%n", &date.tm_year, &date.tm_mon, &date.tm_mday, &read) == 3 && read > 0) {
+    date.tm_year -= 1900;
+  } else {
+    read = 0, date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
+  }
+  date.tm_mon -= 1;
+  if (std::sscanf(text.c_str() + read, "%2d:%2d:%n", &date.tm_hour, &date.tm_min, &seconds_at) != 2 || seconds_at == 0) return false;
+  const char *begin = text.c_str() + read + seconds_at, *end = text.c_str() + text.size();
+  double seconds = 0.0;
+  const auto result = std::from_chars(begin, end, seconds);
+  // What may follow is a zone, the same in all rows: only differences of stamps count.
+  const bool zone = result.ptr == end || *result.ptr == 'Z' || *result.ptr == '+' || *result.ptr == '-';
+  if (result.ec != std::errc() || !zone || !(seconds >= 0.0 && seconds < 61.0)) return false;
+  *value = static_cast<double>(timegm(&date)) + seconds;
+  return true;
+}
+
+}  // namespace hrp::diagnosis
