@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: BSD-3-Clause
 # scripts/diagnose.sh [EXPERIMENT.yaml] [--out DIR] [options]
+# scripts/diagnose.sh --draft ROBOT LOG... [--out EXPERIMENT.yaml] [--force]
 #
 # Finds the physics that a simulation leaves out. Installs missing packages, builds the tool, compares the recordings of
 # the experiment with its model, and writes DIR/report.html (default DIR: logs/diagnosis/NAME). Without an experiment, it
@@ -20,11 +21,16 @@
 #   --rounds N --against REALITY   runs N rounds without a person: diagnose, propose, play, add the recordings, diagnose
 #                                  again. REALITY is a SCENARIO.yaml with `effects` (simulated in process), or a program
 #                                  that is called as PROGRAM COMMANDS.csv RECORDING.csv
+#   --draft ROBOT LOG...           writes a first experiment file for a robot's model and its logs, and says what is missing
 #   --check                        only checks the recordings: rates, gaps, clocks, motion, and which effects it can show
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
+if [ "${1:-}" = --draft ]; then
+  "$ROOT/scripts/build.sh" hrp-draft-experiment >&2
+  exec "$BUILD/bin/hrp-draft-experiment" "${@:2}"
+fi
 experiment="" out="" again="" previous="" controller="" patience=30 rounds="" against=""
 options=()
 for word in "$@"; do

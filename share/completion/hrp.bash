@@ -30,6 +30,6 @@ _hrp() {
   fi
 }
 
-complete -o default -F _hrp hrp-simulate hrp-run hrp-topic hrp-doctor hrp-log hrp-plot hrp-trial hrp-viewer hrp-diagnose hrp-identify-foot \
+complete -o default -F _hrp hrp-simulate hrp-run hrp-topic hrp-doctor hrp-log hrp-plot hrp-trial hrp-viewer hrp-diagnose hrp-draft-experiment hrp-identify-foot \
   hrp-model-parser hrp-scheduler hrp-logger hrp-dynamics hrp-dynamics-mujoco hrp-collision-checker hrp-vision hrp-controller hrp-controller-ros hrp-make-cases \
   my-controller simulate.sh view.sh diagnose.sh experiments.sh identify_foot.sh build.sh test.sh install_deps.sh prove_concealed.sh secure.sh sanitize.sh fuzz.sh tidy.sh nightly.sh

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/draft/column_names.h"
+
+#include <algorithm>
+#include <cctype>
+#include <map>
+#include <set>
+
+namespace hrp::diagnosis {
+namespace {
+
+struct Word {
+  ColumnKind kind = ColumnKind::kNone;
+  bool command = false, useless = false;  // useless: a derivative or mean of what is recorded, or another quantity
+  double scale = 0.0;
+};
+
+const std::map<std::string, Word>& list_words() {
+  using Q = ColumnKind;
+  static const std::map<std::string, Word> words = [] {
+    std::map<std::string, Word> all;
+    const auto add = [&](std::initializer_list<const char*> names, Word word) {
+      for (const char* name : names) all[name] = word;
+    };
+    add({"t", "time", "times", "timestamp", "stamp", "clock", "epoch"}, {Q::kTime, false, false, 0.0});
+    add({"sec", "secs", "second", "seconds"}, {Q::kTime, false, false, 1.0});
+    add({"msec", "millis", "milliseconds"}, {Q::kTime, false, false, 1e-3});
+    add({"usec", "micros", "microseconds"}, {Q::kTime, false, false, 1e-6});
+    add({"nsec", "nanos", "nanoseconds"}, {Q::kTime, false, false, 1e-9});
+    add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"}, {Q::kPosition, false, false, 0.0});
+    add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"}, {Q::kVelocity, false, false, 0.0});
+    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force", "current", "currents", "cur", "amp", "load"},
+        {Q::kEffort, false, false, 0.0});
+    add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint", "action"}, {Q::kNone, true, false, 0.0});
+    add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "voltage", "error", "err", "jerk", "gyro", "imu", "quat"},
+        {Q::kNone, false, true, 0.0});
+    add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295});
+    add({"rpm"}, {Q::kNone, false, false, 0.10471975511965977});
+    add({"ms"}, {Q::kNone, false, false, 1e-3});
+    add({"us"}, {Q::kNone, false, false, 1e-6});
+    add({"ns"}, {Q::kNone, false, false, 1e-9});
+    add({"mnm", "mm"}, {Q::kNone, false, false, 1e-3});
+    return all;
+  }();
+  return words;
+}
+
+// Runs of letters, and runs of digits; an upper-case letter after a lower-case one begins a word: "motorTorque_3".
+std::vector<std::string> split_words(const std::string& text) {
+  std::vector<std::string> words;
+  char before = ' ';
+  for (const char c : text) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)), letter = std::isalpha(static_cast<unsigned char>(c));
+    const bool digit_before = std::isdigit(static_cast<unsigned char>(before)), letter_before = std::isalpha(static_cast<unsigned char>(before));
+    const bool camel = std::isupper(static_cast<unsigned char>(c)) && std::islower(static_cast<unsigned char>(before));
+    if ((digit && !digit_before) || (letter && (!letter_before || camel))) words.emplace_back();
+    if (digit || letter) words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    before = c;
+  }
+  return words;
+}
+
+std::string drop_digits(std::string text) {
+  text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); }), text.end());
+  return text;
+}
+
+bool is_number(const std::string& word) { return std::isdigit(static_cast<unsigned char>(word[0])); }
+
+// Takes the words of the joint's name out of `words`; false if they are not there in a row.
+bool take_out(const std::vector<std::string>& name, std::vector<std::string>* words) {
+  const auto at = std::search(words->begin(), words->end(), name.begin(), name.end());
+  if (name.empty() || at == words->end()) return false;
+  words->erase(at, at + static_cast<long>(name.size()));
+  return true;
+}
+
+// The joint with the longest name that the words have: "left_hip_yaw" before "hip_yaw". Words that all URDFs have tell none apart.
+int take_joint(const std::vector<std::string>& joints, std::vector<std::string>* words) {
+  int best = -1;
+  size_t longest = 0;
+  std::vector<std::string> left = *words;
+  for (size_t i = 0; i < joints.size(); ++i) {
+    std::vector<std::string> name = split_words(joints[i]);
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      std::vector<std::string> rest = *words;
+      if (name.size() > longest && take_out(name, &rest)) best = static_cast<int>(i), longest = name.size(), left = rest;
+      if (name.size() < 2 || name.back() != "joint") break;
+      name.pop_back();
+    }
+  }
+  *words = left;
+  return best;
+}
+
+}  // namespace
+
+ColumnMeaning find_meaning(const std::string& column, const std::vector<std::string>& joints) {
+  ColumnMeaning meaning;
+  std::vector<std::string> words = split_words(column);
+  meaning.joint = take_joint(joints, &words);
+  bool useless = false;
+  for (size_t i = 0; i < words.size(); ++i) {
+    if (is_number(words[i])) {
+      if (words[i].size() < 4) meaning.index = std::stoi(words[i]);
+      continue;
+    }
+    // "q_d", "dq_d" are what libfranka calls desired ones.
+    if (words[i] == "d" && i > 0 && meaning.kind != ColumnKind::kNone) meaning.command = true;
+    const auto word = list_words().find(words[i]);
+    if (word == list_words().end()) continue;
+    // "target_pos_rate" is a velocity, "time_error" none: the later word tells more.
+    if (word->second.kind != ColumnKind::kNone) meaning.kind = word->second.kind;
+    if (word->second.scale > 0.0) meaning.scale = word->second.scale;
+    meaning.command = meaning.command || word->second.command;
+    useless = useless || word->second.useless;
+  }
+  if (useless) meaning.kind = ColumnKind::kNone;
+  if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;
+  return meaning;
+}
+
+std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns, const std::vector<std::string>& joints) {
+  std::vector<ColumnMeaning> meanings;
+  std::map<std::string, std::vector<size_t>> numbered;  // by the name without its digits: one group of columns each
+  bool timed = false;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    ColumnMeaning meaning = find_meaning(columns[i], joints);
+    if (meaning.kind == ColumnKind::kTime && timed) meaning.kind = ColumnKind::kNone;  // the first one counts
+    timed = timed || meaning.kind == ColumnKind::kTime;
+    const bool of_joint = meaning.kind != ColumnKind::kNone && meaning.kind != ColumnKind::kTime;
+    if (of_joint && meaning.joint < 0) numbered[drop_digits(columns[i])].push_back(i);
+    meanings.push_back(meaning);
+  }
+  // Columns of a group count the joints from 0 or 1; where there is one joint, they need no number.
+  for (const auto& [name, list] : numbered) {
+    std::set<int> indices;
+    for (size_t i : list) indices.insert(meanings[i].index);
+    const int first = *indices.begin();
+    const bool counts = indices.size() == list.size() && list.size() == joints.size() && first >= 0 && first <= 1 &&
+                        *indices.rbegin() == first + static_cast<int>(joints.size()) - 1;
+    const bool alone = joints.size() == 1 && list.size() == 1;
+    for (size_t i : list) {
+      if (counts) meanings[i].joint = meanings[i].index - first;
+      if (alone) meanings[i].joint = 0;
+    }
+  }
+  return meanings;
+}
+
+}  // namespace hrp::diagnosis

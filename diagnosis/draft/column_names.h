@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the names of columns in other people's logs mean: "tau_J3", "left_knee_vel", "target_q_0", "Timestamp [ms]".
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace hrp::diagnosis {
+
+enum class ColumnKind { kNone, kTime, kPosition, kVelocity, kEffort };
+
+struct ColumnMeaning {
+  ColumnKind kind = ColumnKind::kNone;
+  bool command = false;  // asked for, not measured
+  int joint = -1;        // in the order of the names that were given; -1: none
+  int index = -1;        // a number in the name where no joint is named: "q3"
+  double scale = 0.0;    // to SI, as the name says: "deg", "ms"; 0: it says nothing
+};
+
+// Of one column. `joints`: names of the model's joints.
+ColumnMeaning find_meaning(const std::string& column, const std::vector<std::string>& joints);
+
+// Of all columns of a file: numbers in names become joints where a group of columns has one for each joint.
+std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns, const std::vector<std::string>& joints);
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/draft/draft.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
+#include "diagnosis/data/csv_layout.h"
+#include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/quantile.h"
+#include "diagnosis/draft/column_names.h"
+#include "servers/model_parser/robot_loader.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLongestPeriod = 0.2;  // [s] between samples: slower logs are in a finer unit of time
+
+struct LogColumns {
+  std::vector<std::string> names;  // of the header; empty when there is none
+  size_t count = 0;
+  Table table;                     // all columns, by number
+};
+
+bool is_text(const std::string& path) { return !fs::is_directory(path) && fs::path(path).extension() != ".mcap" && fs::path(path).extension() != ".db3"; }
+
+// The names in the first line, whatever they are.
+LogColumns read_names(const std::string& path) {
+  std::ifstream file = open_input(path);
+  LogColumns log;
+  for (std::string line; std::getline(file, line);) {
+    if (is_blank(line)) continue;
+    log.table.file = path;
+    const CsvLayout layout = read_layout(line, 1, {SignalColumn{"first", "", 1}}, &log.table);
+    std::vector<Cell> cells;
+    split_cells(layout, line, &cells);
+    log.count = cells.size();
+    for (const Cell& cell : cells) {
+      if (layout.header) log.names.push_back(trim_cell(cell));
+    }
+    return log;
+  }
+  refuse_input(path, "is empty: expected a table of samples");
+}
+
+LogColumns read_log_columns(const std::string& path) {
+  LogColumns log = read_names(path);
+  ColumnMap all;
+  for (size_t i = 0; i < log.count; ++i) all.columns.push_back({"column " + std::to_string(i + 1), "", static_cast<int>(i) + 1});
+  std::vector<std::string> ignored;
+  log.table = read_csv_averaged(path, 1, &ignored, all);
+  return log;
+}
+
+std::vector<double> find_values(const std::vector<double>& column) {
+  std::vector<double> values;
+  std::copy_if(column.begin(), column.end(), std::back_inserter(values), [](double v) { return std::isfinite(v); });
+  return values;
+}
+
+// Median difference from row to row; 0 when the column goes back.
+double find_period(const std::vector<double>& column) {
+  std::vector<double> steps;
+  for (size_t i = 1; i < column.size(); ++i) {
+    if (column[i] < column[i - 1]) return 0.0;
+    if (column[i] > column[i - 1]) steps.push_back(column[i] - column[i - 1]);
+  }
+  return steps.size() < column.size() / 2 ? 0.0 : find_median(steps);
+}
+
+// Of a column of stamps: seconds, or the coarsest unit in which a period is short enough.
+double find_time_scale(double period) {
+  for (const double scale : {1.0, 1e-3, 1e-6, 1e-9}) {
+    if (period * scale <= kLongestPeriod) return scale;
+  }
+  return 1.0;
+}
+
+// For YAML.
+std::string quote(std::string text) {
+  for (size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, "'");
+  return "'" + text + "'";
+}
+
+std::string format(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+std::string format_short(double value) {
+  std::ostringstream text;
+  text.precision(3);
+  text << value;
+  return text.str();
+}
+
+class DraftWriter {
+ public:
+  DraftWriter(const std::string& robot, const std::vector<std::string>& logs, const std::string& folder)
+      : robot_(robot), logs_(logs), folder_(fs::absolute(folder.empty() ? "." : folder)) {
+    Scenario scenario;
+    scenario.robot = fs::absolute(robot).string();
+    scenario.floating_base = false;
+    const RobotDescription description = load_robot(scenario);
+    for (int i = 0; i < description.tree.num_joints(); ++i) joints_.push_back(description.tree.joint(i).name);
+  }
+
+  Draft write() {
+    write_head();
+    write_recordings();
+    const auto text = std::find_if(logs_.begin(), logs_.end(), is_text);
+    if (text != logs_.end()) write_columns(*text);
+    else write_drive(true, true);
+    draft_.text = out_.str();
+    return draft_;
+  }
+
+ private:
+  std::string name_from_folder(const std::string& path) const { return fs::absolute(path).lexically_normal().lexically_relative(folder_.lexically_normal()).string(); }
+
+  void ask(const std::string& what) { draft_.asked.push_back(what); }
+
+  void write_head() {
+    out_ << "# A draft: look at every line. Lines with (?) ask for what only you know.\n"
+         << "robot: " << name_from_folder(robot_) << "\nbase: fixed        # (?) or floating, for a robot on its feet\n";
+  }
+
+  void write_recordings() {
+    out_ << "recordings:\n";
+    for (size_t i = 0; i < logs_.size(); ++i) {
+      const bool held_out = logs_.size() > 1 && i + 1 == logs_.size();
+      out_ << "  - {file: " << name_from_folder(logs_[i]) << ", role: " << (held_out ? "validate" : "train") << "}\n";
+    }
+    if (logs_.size() == 1) ask("a second log of another motion, with 'role: validate': values of one recording alone are hardly certain");
+  }
+
+  // Of the first log; others are expected to look alike.
+  void write_columns(const std::string& path) {
+    log_ = read_log_columns(path);
+    meanings_ = find_meanings(log_.names, joints_);
+    if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") != log_.names.end()) {
+      draft_.found.push_back("the header names the signals itself: no columns are needed");
+      write_drive(true, true);
+      return;
+    }
+    std::ostringstream columns;
+    columns << "columns:            # docs/text_recordings.md\n";
+    write_time(&columns);
+    used_.resize(log_.count, false);
+    const size_t commands = write_signals(ColumnKind::kPosition, true, "position", &columns);
+    const size_t positions = write_signals(ColumnKind::kPosition, false, "position", &columns);
+    const size_t velocities = write_signals(ColumnKind::kVelocity, false, "velocity", &columns);
+    write_signals(ColumnKind::kVelocity, true, "velocity", &columns);
+    const size_t efforts = write_signals(ColumnKind::kEffort, false, "effort", &columns);
+    write_signals(ColumnKind::kEffort, true, "effort", &columns);
+    if (positions == 0) ask("which columns are the joints' positions");
+    write_drive(commands > 0, efforts > 0);
+    out_ << columns.str();
+    write_unused();
+    if (std::any_of(meanings_.begin(), meanings_.end(), [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) && joints_.size() > 1)
+      ask("whether the numbers in the columns' names count the joints in the model's order: " + list_joints());
+    const std::string of = " of " + std::to_string(joints_.size()) + " joints: ";
+    draft_.found.push_back("positions" + of + std::to_string(positions) + "; velocities: " + std::to_string(velocities) +
+                           "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
+  }
+
+  std::string list_joints() const {
+    std::string text;
+    for (const std::string& joint : joints_) text += (text.empty() ? "" : ", ") + joint;
+    return text;
+  }
+
+  std::string find_place(size_t column) const {
+    return log_.names.empty() ? std::to_string(column + 1) : quote(log_.names[column]);
+  }
+
+  void write_time(std::ostringstream* columns) {
+    for (size_t i = 0; i < log_.count; ++i) {
+      const double period = find_period(log_.table.columns[i]);
+      const bool named = i < meanings_.size() && meanings_[i].kind == ColumnKind::kTime;
+      if (period <= 0.0 || !(named || log_.names.empty())) continue;
+      const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
+      *columns << "  time: {column: " << find_place(i) << ", scale: " << format(scale) << "}   # " << format_short(1.0 / (period * scale)) << " Hz\n";
+      draft_.found.push_back("time: column " + find_place(i) + ", " + format_short(1.0 / (period * scale)) + " samples a second");
+      time_ = static_cast<int>(i);
+      return;
+    }
+    out_ << "sample_rate: 100    # (?) [Hz]: no column of time was found\n";
+    ask("the rate of the samples, or the column of time");
+  }
+
+  // One line a joint. Returns how many joints have one.
+  size_t write_signals(ColumnKind kind, bool command, const std::string& name, std::ostringstream* columns) {
+    size_t count = 0;
+    for (size_t joint = 0; joint < joints_.size(); ++joint) {
+      for (size_t i = 0; i < meanings_.size(); ++i) {
+        const ColumnMeaning& m = meanings_[i];
+        if (m.kind != kind || m.command != command || m.joint != static_cast<int>(joint) || used_[i]) continue;
+        *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name << ": ";
+        if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format(m.scale) << "}\n";
+        else *columns << find_place(i) << "\n";
+        used_[i] = true, ++count;
+        break;
+      }
+    }
+    return count;
+  }
+
+  void write_drive(bool commands, bool efforts) {
+    if (!commands) {
+      out_ << "drive: effort\n";
+      if (!efforts) ask("the columns of the efforts or of the commands: without either, nothing tells what moved the robot");
+      return;
+    }
+    out_ << "servo:              # (?) gains of the position loops: kp [N m/rad], kd [N m s/rad]; or 'drive: effort' instead of this\n"
+         << "  default: {kp: 100, kd: 1}\n";
+    ask("the gains of the servos (servo.default), or 'drive: effort' where the log has the drives' efforts");
+  }
+
+  // What the other columns look like, so that a person can name them.
+  void write_unused() {
+    bool any = false;
+    for (size_t i = 0; i < log_.count; ++i) {
+      if (used_[i] || static_cast<int>(i) == time_) continue;
+      const std::vector<double> values = find_values(log_.table.columns[i]);
+      if (!any) out_ << "# Columns that are not used yet:\n";
+      any = true;
+      out_ << "#   " << find_place(i) << ": ";
+      if (values.empty()) {
+        out_ << "no numbers\n";
+        continue;
+      }
+      const auto [low, high] = std::minmax_element(values.begin(), values.end());
+      out_ << format_short(*low) << " to " << format_short(*high) << find_relation(i) << "\n";
+    }
+    if (any && log_.names.empty()) ask("which column is which signal: the file has no header. The comments at the end of the draft describe each column");
+  }
+
+  // "; the rate of column 3": both ends of each derivative.
+  std::string find_relation(size_t column) const {
+    for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
+      if (other == column || static_cast<int>(other) == time_) continue;
+      if (calc_rate_correlation(other, column) > 0.9) return "; the rate of column " + find_place(other);
+    }
+    return "";
+  }
+
+  // Of the central differences of one column with another one.
+  double calc_rate_correlation(size_t position, size_t velocity) const {
+    const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
+    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, syy = 0.0, sxy = 0.0;
+    for (size_t i = 1; i + 1 < q.size(); ++i) {
+      const double x = (q[i + 1] - q[i - 1]) / (t[i + 1] - t[i - 1]), y = v[i];
+      if (!std::isfinite(x) || !std::isfinite(y)) continue;
+      n += 1.0, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+    }
+    const double spread = (n * sxx - sx * sx) * (n * syy - sy * sy);
+    return spread > 0.0 ? (n * sxy - sx * sy) / std::sqrt(spread) : 0.0;
+  }
+
+  std::string robot_;
+  std::vector<std::string> logs_;
+  fs::path folder_;
+  std::vector<std::string> joints_;
+  LogColumns log_;
+  std::vector<ColumnMeaning> meanings_;
+  std::vector<bool> used_;
+  int time_ = -1;
+  std::ostringstream out_;
+  Draft draft_;
+};
+
+}  // namespace
+
+Draft make_draft(const std::string& robot, const std::vector<std::string>& logs, const std::string& folder) {
+  return DraftWriter(robot, logs, folder).write();
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which columns of other people's logs are which signals, by their names and numbers.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "common/base/diagnostics.h"
+#include "diagnosis/data/recording.h"
+#include "diagnosis/draft/column_names.h"
+#include "diagnosis/draft/draft.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const std::vector<std::string> kLeg{"hip_joint", "knee_joint"};
+
+struct Reading {
+  const char* name;
+  ColumnKind kind;
+  bool command;
+  int joint, index;
+  double scale;
+};
+
+TEST(ColumnNames, AreReadAsPeopleWriteThem) {
+  using Q = ColumnKind;
+  for (const Reading& r : {
+           Reading{"hip_pos", Q::kPosition, false, 0, -1, 0.0}, {"knee_joint/velocity", Q::kVelocity, false, 1, -1, 0.0},
+           {"tau_J[1]", Q::kEffort, false, -1, 1, 0.0}, {"q_d3", Q::kPosition, true, -1, 3, 0.0}, {"dq_0", Q::kVelocity, false, -1, 0, 0.0},
+           {"motorTorque_2", Q::kEffort, false, -1, 2, 0.0}, {"target_q_4", Q::kPosition, true, -1, 4, 0.0}, {"qDot1", Q::kVelocity, false, -1, 1, 0.0},
+           {"Knee Angle (deg)", Q::kPosition, false, 1, -1, M_PI / 180}, {"timestamp_ms", Q::kTime, false, -1, -1, 1e-3}, {"Time", Q::kTime, false, -1, -1, 0.0},
+           {"nsecs", Q::kNone, false, -1, -1, 0.0}, {"qdd_1", Q::kNone, false, -1, 1, 0.0}, {"hip_temperature", Q::kNone, false, 0, -1, 0.0},
+           {"position_error_1", Q::kNone, false, -1, 1, 0.0}}) {
+    const ColumnMeaning m = find_meaning(r.name, kLeg);
+    EXPECT_EQ(m.kind, r.kind) << r.name;
+    EXPECT_EQ(m.command, r.command) << r.name;
+    EXPECT_EQ(m.joint, r.joint) << r.name;
+    EXPECT_EQ(m.index, r.index) << r.name;
+    EXPECT_NEAR(m.scale, r.scale, 1e-12) << r.name;
+  }
+}
+
+TEST(ColumnNames, NumbersCountTheJointsFromZeroOrOne) {
+  for (const std::vector<std::string>& names : {std::vector<std::string>{"q0", "q1"}, {"q1", "q2"}}) {
+    const auto meanings = find_meanings(names, kLeg);
+    EXPECT_EQ(meanings[0].joint, 0) << names[0];
+    EXPECT_EQ(meanings[1].joint, 1) << names[0];
+  }
+  // Of three columns for two joints nobody knows which ones are meant.
+  for (const ColumnMeaning& m : find_meanings({"q0", "q1", "q2"}, kLeg)) EXPECT_EQ(m.joint, -1);
+  EXPECT_EQ(find_meanings({"angle"}, {"pendulum"})[0].joint, 0);
+}
+
+TEST(ColumnNames, TheLongestNameOfAJointCounts) {
+  const std::vector<std::string> joints{"hip_yaw", "left_hip_yaw"};
+  EXPECT_EQ(find_meaning("left_hip_yaw_pos", joints).joint, 1);
+  EXPECT_EQ(find_meaning("hip_yaw_pos", joints).joint, 0);
+}
+
+class Drafts : public ::testing::Test {
+ protected:
+  Drafts() : folder_(std::filesystem::temp_directory_path() / ("draft_" + std::to_string(::getpid()))) {
+    std::filesystem::create_directories(folder_);
+    write("arm.urdf",
+          "<robot name=\"arm\"><link name=\"base\"/>"
+          "<link name=\"upper\"><inertial><origin xyz=\"0 0 -0.1\"/><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+          "<joint name=\"shoulder\" type=\"revolute\"><parent link=\"base\"/><child link=\"upper\"/><axis xyz=\"0 1 0\"/>"
+          "<limit lower=\"-3\" upper=\"3\" effort=\"10\" velocity=\"10\"/></joint></robot>");
+  }
+  ~Drafts() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(path(name)) << text; }
+
+  // Rows of time, position, velocity, torque at 100 Hz; stamps in milliseconds.
+  std::string make_rows(const std::string& separator) const {
+    std::string rows;
+    for (int k = 0; k < 300; ++k) {
+      const double t = 0.01 * k, q = std::sin(3 * t) + 0.3 * std::sin(7 * t), v = 3 * std::cos(3 * t) + 2.1 * std::cos(7 * t);
+      rows += std::to_string(1e4 + 10.0 * k) + separator + std::to_string(q) + separator + std::to_string(v) + separator + std::to_string(0.98 * std::sin(q)) + "\n";
+    }
+    return rows;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Drafts, AreExperimentsThatTheToolReads) {
+  for (const char* name : {"one.csv", "two.csv"}) write(name, "stamp;shoulder angle;shoulder velocity;shoulder current\n" + make_rows(";"));
+  const Draft draft = make_draft(path("arm.urdf"), {path("one.csv"), path("two.csv")}, folder_.string());
+  write("experiment.yaml", draft.text);
+  EXPECT_THAT(draft.asked, ::testing::IsEmpty()) << draft.text;
+  const Experiment experiment = load_experiment(path("experiment.yaml"));
+  ASSERT_EQ(experiment.recordings.size(), 2u);
+  EXPECT_NEAR(experiment.recordings[0].time.back() - experiment.recordings[0].time.front(), 2.99, 1e-9) << draft.text;
+}
+
+TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
+  write("log.txt", make_rows(" "));
+  const Draft draft = make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("time: {column: 1, scale: 0.001}"));
+  EXPECT_THAT(draft.text, HasSubstr("3: -4.18 to 5.1; the rate of column 2")) << draft.text;
+  EXPECT_EQ(draft.asked.size(), 4u);  // a second log, positions, efforts or commands, the columns
+}
+
+TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
+  write("log.csv", "shoulder_q,shoulder_tau\n0.1,0.2\n0.2,0.1\n0.1,0.3\n");
+  const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("sample_rate: 100    # (?)"));
+  EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder_tau'"));
+}
+
+TEST_F(Drafts, OfAFileThatIsNotThereAreRefused) {
+  EXPECT_THROW(make_draft(path("arm.urdf"), {path("none.csv")}, folder_.string()), InputError);
+  EXPECT_THROW(make_draft(path("none.urdf"), {path("none.csv")}, folder_.string()), InputError);
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis
