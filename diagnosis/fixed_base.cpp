@@ -18,6 +18,7 @@
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/hum.h"
+#include "diagnosis/search/outcome.h"
 #include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
@@ -173,6 +174,14 @@ void add_gear(const Finding& gear, std::vector<Finding>* findings) {
   else if (same->grade == Grade::kAmbiguous) *same = gear;
 }
 
+// The best model where nothing is named. Recordings that are too short for the torque along the motion may still be
+// simulated.
+Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque, const Progress& progress) {
+  const Trial* closest = problem.validate.empty() || is_effort_driven(*problem.experiment) ? nullptr : find_closest(outcome);
+  const Hypothesis searched = closest ? closest->hypothesis : Hypothesis{};
+  return torque.judged ? choose_best_model(problem, whole, torque.model, searched, progress) : simulate_trial(whole, searched);
+}
+
 }  // namespace
 
 Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
@@ -199,10 +208,10 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
     const bool confirmed = outcome.explained && !problem.validate.empty();
     if (!torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
-      // Nothing is named. The best model all the same, without that of the search: many effects that fit their own recordings.
-      if (torque.judged && outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
-        outcome.chosen = choose_best_model(problem, whole, torque.model, {}, progress);
-        outcome.modelled = !(outcome.chosen.rms > outcome.nominal.rms);
+      // Nothing is named. The best model all the same, of the search only one effect: many fit their own recordings.
+      if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
+        outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
+        outcome.modelled = (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
       }
       Reports reports = make_reports(whole, outcome);
       if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);

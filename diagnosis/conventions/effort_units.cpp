@@ -133,13 +133,16 @@ bool are_bounds(const std::vector<EffortUnit>& units) {
   return std::all_of(units.begin(), units.end(), [](const EffortUnit& u) { return u.at_least; });
 }
 
-// Mean scale (of logarithms) of the joints with narrow brackets, of lower bounds only if there is nothing else, in bounds
-// that contain all of theirs: drives of one robot differ as much. Empty if there are none or if they disagree.
+bool are_wide(const std::vector<EffortUnit>& units) { return std::all_of(units.begin(), units.end(), is_wide); }
+
+// Mean scale (of logarithms) of the joints with narrow brackets, of wide ones and of lower bounds only if there is nothing
+// else, in bounds that contain all of theirs: drives of one robot differ as much. Empty if they disagree.
 std::optional<EffortUnit> find_common_unit(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
+  const bool wide = are_wide(units);
   EffortUnit common{-1, 1.0, 1e300, 0.0, true, units.front().of_gains, are_bounds(units), units.front().of_load};
   for (const EffortUnit& u : units) {
-    if (is_wide(u) || u.at_least != common.at_least) continue;
+    if (is_wide(u) != wide || u.at_least != common.at_least) continue;
     const double log = std::log(u.scale);
     sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
     common.low = std::min(common.low, u.low), common.high = std::max(common.high, u.high);
@@ -153,15 +156,16 @@ bool is_known(const std::vector<EffortUnit>& units, int joint) {
   return std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; });
 }
 
-// Joints without a result, or with a wide bracket or a lower bound that admits it, get the scale of the others if those
-// agree.
+// Joints without a result, or with a wide bracket or a lower bound that admits a sharp one, get the scale of the others if
+// those agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   std::optional<EffortUnit> common = find_common_unit(*units);
   if (!common) return;
+  const bool sharp = !are_wide(*units);
   for (EffortUnit& u : *units) {
     const double above = std::log(common->scale / u.low), below = std::log(u.high / common->scale);
     const bool bounded = !common->at_least && u.at_least && above > 0.0;
-    if (bounded || (is_wide(u) && std::min(above, below) > -kDetail)) common->joint = u.joint, u = *common;
+    if (bounded || (sharp && is_wide(u) && std::min(above, below) > -kDetail)) common->joint = u.joint, u = *common;
   }
   const EffortSource source = data.source[static_cast<size_t>(units->front().joint)];
   for (size_t j = 0; j < data.source.size(); ++j) {

@@ -61,26 +61,26 @@ void check_names(const std::vector<std::string>& names, int line, const Table& t
   }
 }
 
-size_t find_source(const SignalColumn& entry, const std::vector<std::string>& names, size_t cells, bool header, int line, const Table& table) {
+// Which cell of a line has the signal. `names` are those of the header; empty without one.
+size_t find_source(const SignalColumn& entry, const std::vector<std::string>& names, size_t cells, const InputPlace& place) {
+  const std::string by = entry.name.empty() ? std::to_string(entry.number) : "'" + entry.name + "'";
+  const auto refuse = [&](const std::string& why) { refuse_input(place, "is column " + by + " by 'columns' of the experiment: " + why); };
   if (entry.name.empty()) {
-    if (static_cast<size_t>(entry.number) <= cells) return static_cast<size_t>(entry.number) - 1;
-    refuse_input({table.file, entry.signal, line, 0}, "is column " + std::to_string(entry.number) + " by 'columns' of the experiment: expected at most " +
-                                                      std::to_string(cells) + ", the number of the file's columns");
+    if (static_cast<size_t>(entry.number) > cells) refuse("expected at most " + std::to_string(cells) + ", the number of the file's columns");
+    return static_cast<size_t>(entry.number) - 1;
   }
-  if (!header)
-    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: the file has no header, expected its number, from 1");
+  if (names.empty()) refuse("the file has no header, expected its number, from 1");
   const auto at = std::find(names.begin(), names.end(), entry.name);
-  if (at == names.end())
-    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: the header has no such name" + suggest(entry.name, names));
-  if (std::find(at + 1, names.end(), entry.name) != names.end())
-    refuse_input({table.file, entry.signal, line, 0}, "is column '" + entry.name + "' by 'columns' of the experiment: this name stands twice in the header, expected its number, from 1");
+  if (at == names.end()) refuse("the header has no such name" + suggest(entry.name, names));
+  if (std::find(at + 1, names.end(), entry.name) != names.end()) refuse("this name stands twice in the header, expected its number, from 1");
   return static_cast<size_t>(at - names.begin());
 }
 
 // Each column is the signal that its name says.
 void take_header(const std::vector<std::string>& names, int line, CsvLayout* layout, Table* table) {
   if (!layout->header)
-    refuse_input({table->file, "", line, 1}, "'" + names[0] + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
+    refuse_input({table->file, "", line, 1},
+                 "'" + names[0] + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
   check_names(names, line, *table);
   for (size_t i = 0; i < names.size(); ++i) {
     layout->signals.emplace_back().signal = names[i];
@@ -104,9 +104,10 @@ void split_cells(const CsvLayout& layout, const std::string& line, std::vector<C
   const char *begin = line.data(), *end = begin + line.size();
   if (end > begin && end[-1] == '\r') --end;
   if (layout.separator == ' ') {
+    const auto is_space = [](char c) { return c == ' ' || c == '\t'; };
     for (const char* at = begin; at < end;) {
-      while (at < end && *at == ' ') ++at;
-      const char* stop = std::find(at, end, ' ');
+      at = std::find_if_not(at, end, is_space);
+      const char* stop = std::find_if(at, end, is_space);
       if (stop > at) cells->emplace_back(at, stop);
       at = stop;
     }
@@ -127,13 +128,20 @@ CsvLayout read_layout(const std::string& text, int number, const std::vector<Sig
   layout.separator = find_separator(line);
   std::vector<Cell> cells;
   split_cells(layout, line, &cells);
+  if (layout.separator == '\t' && !are_numbers(cells, '\t')) {  // tabs between lines of numbers with spaces, as of `paste`
+    CsvLayout spaces = layout;
+    spaces.separator = ' ';
+    split_cells(spaces, line, &cells);
+    if (are_numbers(cells, ' ')) layout = spaces;
+    else split_cells(layout, line, &cells);
+  }
   std::vector<std::string> names;
   for (const Cell& cell : cells) names.push_back(trim_cell(cell));
   layout.cells = cells.size();
   layout.header = !are_numbers(cells, layout.separator);
   if (signals.empty()) take_header(names, number, &layout, table);
   for (const SignalColumn& entry : signals) {
-    layout.source.push_back(find_source(entry, names, cells.size(), layout.header, number, *table));
+    layout.source.push_back(find_source(entry, layout.header ? names : std::vector<std::string>{}, cells.size(), {table->file, entry.signal, number}));
     layout.signals.push_back(entry);
   }
   for (const SignalColumn& entry : layout.signals) table->names.push_back(entry.signal);

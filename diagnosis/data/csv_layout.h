@@ -14,7 +14,7 @@ namespace hrp::diagnosis {
 using Cell = std::pair<const char*, const char*>;  // its begin and end in a line
 
 struct CsvLayout {
-  char separator = ',';               // ',', ';', '\t', or ' ' for any number of spaces
+  char separator = ',';               // ',', ';', '\t', or ' ' for any number of spaces and tabs
   bool header = true;                 // the first line has names
   size_t cells = 0;                   // in a line
   std::vector<SignalColumn> signals;  // of the table's columns, in its order

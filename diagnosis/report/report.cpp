@@ -14,6 +14,7 @@
 #include "diagnosis/report/effect_shares.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
+#include "diagnosis/search/outcome.h"
 #include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
@@ -199,6 +200,15 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
+// What the effect that comes closest leaves, where nothing is explained: "" if none comes close. A simulation from recorded
+// efforts drifts, and is no judge of that.
+std::string describe_closest(const Problem& problem, const Outcome& outcome) {
+  const Trial* closest = problem.validate.empty() || outcome.partly || is_effort_driven(*problem.experiment) ? nullptr : find_closest(outcome);
+  if (!closest) return "";
+  return " Of the list, " + get_label(*problem.experiment, closest->hypothesis) + " comes closest: with it, the held-out error falls from " +
+         number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause, so it is no finding.";
+}
+
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {
   Json list = Json::array();
   if (!outcome.mismatch || outcome.explained) return list;
@@ -213,6 +223,7 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
                          " (root mean square) are missing that no effect of the list explains; they follow " +
                          (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
   }
+  if (!list.empty()) list.back()["statement"] = list.back()["statement"].get<std::string>() + describe_closest(problem, outcome);
   if (outcome.spent && !list.empty()) {
     const std::string statement = list.back()["statement"];
     list.back()["statement"] = statement +

@@ -96,4 +96,19 @@ void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) 
   normalise(&outcome->chosen.hypothesis);
 }
 
+const Trial* find_closest(const Outcome& outcome) {
+  std::vector<const Trial*> list;
+  double least = kMinor * outcome.nominal.rms;
+  for (const Trial& t : outcome.rivals) {
+    if (t.hypothesis.size() == 1 && t.rms < least) least = t.rms;
+  }
+  for (const Trial& t : outcome.rivals) {
+    if (t.hypothesis.size() == 1 && t.rms < kMinor * outcome.nominal.rms && t.rms < (1.0 + kDetail) * least) list.push_back(&t);
+  }
+  const auto simplest = std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
+    return count_parameters(a->hypothesis) < count_parameters(b->hypothesis);
+  });
+  return simplest == list.end() ? nullptr : *simplest;
+}
+
 }  // namespace hrp::diagnosis

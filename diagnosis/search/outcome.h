@@ -17,4 +17,8 @@ struct Searched {
 // are not significant.
 void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome);
 
+// Where nothing is explained: the one effect that comes closest. It takes all but a twentieth of the held-out error, and
+// more than noise is left. Of several that do as well, the one with fewest parameters. Null if there is none.
+const Trial* find_closest(const Outcome& outcome);
+
 }  // namespace hrp::diagnosis

@@ -54,6 +54,7 @@ TEST(TextRecording, ColumnsByNumberNeedNoHeader) {
 TEST(TextRecording, SemicolonsTabsAndSpacesSeparateCellsAndCommasDecimals) {
   expect_hip(read("semicolons.csv", "10,0;7,5;2,0\n20;;4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
   expect_hip(read("tabs.txt", "% a note\n1,0e1\t7\t2\t\r\n20\t7\t4\t\r\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("pasted.txt", "10 7\t2\n20 7\t4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
   expect_hip(read("spaces.txt", "# a note\n  1.0e1   7 2\n  20 7   4 \n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
 
