@@ -84,6 +84,21 @@ TEST(NextExperiment, ALargerDifferenceIsMoreLikelyToDecide) {
 }
 
 // A rival that is as dearer as the decision needs has just the probability up to which reports list it.
+// A report needs 6 in chi2, or about 90: noise alone gives neither.
+TEST(NextExperiment, ADifferenceFarBelowTheNoiseDecidesNothing) {
+  for (double needed : {6.0, 90.0}) {
+    double before = 0.0;
+    for (double left : {1e-9, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4}) {
+      const double now = calc_decision_probability(left, needed, 1.0);
+      EXPECT_GE(now, before) << left;
+      EXPECT_TRUE(left > 0.2 || now < 0.01) << left;
+      before = now;
+    }
+    EXPECT_GT(before, 0.99);
+    EXPECT_NEAR(calc_decision_probability(needed, needed, 1.0), 0.5, 0.05);  // as likely more as less
+  }
+}
+
 TEST(NextExperiment, ADecisionNeedsWhatTheReportNeedsToGiveUpARival) {
   const double odds = calc_odds(calc_dearer(kDetail), 0.0);
   EXPECT_NEAR(odds / (1.0 + odds), kDetail, 1e-12);
