@@ -5,6 +5,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/trial_motion.h"
+#include "diagnosis/report/report.h"
 #include "diagnosis/search/fit.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 #include "test_places.h"
@@ -53,7 +54,8 @@ TEST(NextRound, AHeavyLinkIsToldFromATorqueConstantAndKnownBetterThanBefore) {
   const Experiment before = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/lifter/experiment.yaml");
   const Experiment after = play_round();
   ASSERT_EQ(after.recordings.size(), 4u);
-  const Outcome outcome = search(make_problem(after, 2), kQuietly);
+  const Problem problem = make_problem(after, 2);
+  const Outcome outcome = search(problem, kQuietly);
   ASSERT_EQ(outcome.chosen.hypothesis.size(), 1u);
   EXPECT_EQ(outcome.chosen.hypothesis[0].id, EffectId::kMassError);
   EXPECT_EQ(outcome.chosen.hypothesis[0].place.index, kUpperArm);
@@ -62,6 +64,9 @@ TEST(NextRound, AHeavyLinkIsToldFromATorqueConstantAndKnownBetterThanBefore) {
   FitOptions options;
   options.intervals = true;
   EXPECT_LT(outcome.chosen.std[0][0], fit(first, make_heavy(), first.train, options).std[0][0]);
+  // The torque constant leaves 4 % more than the mass: that is the nearest one, not what leaves a third more.
+  const std::string statement = make_reports(problem, outcome).report["findings"][0]["statement"];
+  EXPECT_NE(statement.find("@shoulder, leaves 1.0"), std::string::npos) << statement;
 }
 
 }  // namespace
