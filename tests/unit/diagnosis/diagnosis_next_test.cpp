@@ -352,7 +352,20 @@ TEST(NextExperiment, LimitsOnlyTighten) {
   const Limits usual = make_limits(e, {}), wide = make_limits(e, {"speed=1000", "effort=1000", "reach=50"});
   EXPECT_DOUBLE_EQ(wide.joints[0].speed, usual.joints[0].speed);
   EXPECT_DOUBLE_EQ(wide.joints[0].effort, usual.joints[0].effort);
-  EXPECT_DOUBLE_EQ(wide.joints[0].upper, usual.joints[0].upper);
+  EXPECT_DOUBLE_EQ(wide.joints[0].hard_upper, usual.joints[0].hard_upper);
+}
+
+// The description ends at 3 rad, and commands keep a twentieth of the range from both ends.
+TEST(NextExperiment, AStatedReachGoesAsFarAsTheDescriptionAndOtherLimitsDo) {
+  const Experiment e = simulate_arm("next_reach", {});
+  const double start = make_limits(e, {}).joints[0].start;
+  EXPECT_DOUBLE_EQ(make_limits(e, {}).joints[0].upper, start + 1.0);
+  EXPECT_DOUBLE_EQ(make_limits(e, {"reach=2"}).joints[0].upper, start + 2.0);
+  EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].upper, 2.7, 1e-12);
+  EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].lower, -2.7, 1e-12);
+  for (const auto& words : {std::vector<std::string>{"reach=50", "shoulder.upper=0.5"}, std::vector<std::string>{"shoulder.upper=0.5", "reach=50"}})
+    EXPECT_LT(make_limits(e, words).joints[0].upper, 0.5);
+  EXPECT_DOUBLE_EQ(make_limits(e, {"shoulder.reach=0.2", "reach=2"}).joints[0].upper, make_limits(e, {"shoulder.reach=0.2"}).joints[0].upper);
 }
 
 }  // namespace
