@@ -49,7 +49,7 @@ void add_options(CLI::App* app, Options* o) {
                "also proposes motions that decide between the remaining explanations, and are safe under all of them.\n"
                "For fixed bases and standing robots. Writes DIR/next/*.csv, next.json, next.html");
   app->add_option("--limit", o->motions.limits,
-                 "tightens a limit of these motions (SI units): speed=0.5, effort=20, reach=0.6, elbow.upper=1, or a YAML file")
+                 "limits of these motions (SI units): speed=0.5, effort=20, elbow.upper=1, reach=2.5 (usually 1 rad), or a YAML file")
       ->needs("--next");
   app->add_option("--seconds", o->motions.seconds, "[s] length of each of these motions")
       ->check(hrp::refuse_nan)

@@ -16,7 +16,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose
+constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose, if none is stated: nothing is known of what stands around
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
 constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings if nothing states a limit: the next step
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
@@ -97,11 +97,13 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   limits.start = find_start(e, j);
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
     const double margin = kMinor * (joint.upper - joint.lower);
-    limits.lower = std::max(joint.lower + margin, limits.start - kReach);
-    limits.upper = std::min(joint.upper - margin, limits.start + kReach);
+    limits.widest_lower = joint.lower + margin, limits.widest_upper = joint.upper - margin;
+    limits.lower = std::max(limits.widest_lower, limits.start - kReach);
+    limits.upper = std::min(limits.widest_upper, limits.start + kReach);
     limits.hard_lower = joint.lower, limits.hard_upper = joint.upper;
   } else {
     take_seen_range(e, j, &limits);
+    limits.widest_lower = limits.lower, limits.widest_upper = limits.upper;
     limits.hard_lower = limits.lower - kTolerance, limits.hard_upper = limits.upper + kTolerance;
     remarks->push_back(joint.name + " has no position limits in its URDF: motions stay within what the recordings show, " +
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));
@@ -130,13 +132,16 @@ void tighten(const std::string& what, const std::string& key, double value, Join
   if (key == "speed" && value > 0.0) joint->speed = std::min(joint->speed, value);
   else if (key == "effort" && value > 0.0) joint->effort = std::min(joint->effort, value);
   else if (key == "reach" && value >= 0.0) {
-    joint->lower = std::max(joint->lower, joint->start - value), joint->upper = std::min(joint->upper, joint->start + value);
+    joint->lower = std::max(joint->widest_lower, joint->start - value), joint->upper = std::min(joint->widest_upper, joint->start + value);
   } else if (key == "lower") joint->lower = std::max(joint->lower, value);
   else if (key == "upper") joint->upper = std::min(joint->upper, value);
   else refuse(what);
   // Commands keep a distance from the limits that a joint needs to follow them.
   if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMinor * (joint->upper - joint->lower);
   if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMinor * (joint->upper - joint->lower);
+  // What is stated later, for all joints, widens none of these.
+  if (joint->lower > before_lower) joint->widest_lower = joint->lower;
+  if (joint->upper < before_upper) joint->widest_upper = joint->upper;
   joint->lower = std::min(joint->lower, std::max(joint->start, joint->hard_lower));
   joint->upper = std::max(joint->upper, std::min(joint->start, joint->hard_upper));
 }

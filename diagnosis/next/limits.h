@@ -19,6 +19,7 @@ constexpr double kStopFactor = 1.5, kStopMore = 0.05;
 
 struct JointLimits {
   double lower = 0.0, upper = 0.0;            // [rad or m] for commands
+  double widest_lower = 0.0, widest_upper = 0.0;  // [rad or m] for commands, whatever reach is stated
   double hard_lower = 0.0, hard_upper = 0.0;  // [rad or m] for the joint itself, under every explanation
   double speed = 0.0;               // [rad/s or m/s] for commands; the joint itself may be a ninth faster
   double effort = 0.0;              // [N m or N] of the drive
@@ -34,7 +35,8 @@ struct Limits {
 
 // Limits from the robot's description and from `stated`: "speed=0.5", "effort=20", "reach=0.6" (all joints),
 // "elbow.speed=0.3", "elbow.lower=-1", "load=1". Or the name of a YAML file with the same words: speed: 0.5, joints:
-// {elbow: {speed: 0.3}}. Stated limits only tighten the description's. Throws InputError if they cannot be read.
+// {elbow: {speed: 0.3}}. Stated limits only tighten the description's; a stated reach stands for
+// the usual 1 rad. Throws InputError if they cannot be read.
 Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated);
 
 // [rad or m] range of a joint's recorded commands, or of its positions without commands. Below kStill the joint has shown

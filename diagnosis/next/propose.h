@@ -65,6 +65,7 @@ struct Next {
   std::string scale = "times the noise";  // unit of Expected::difference
   bool unseen = false;
   int tried = 0;                        // number of simulated motions
+  int simulated = 0;                    // number of simulations on the feet
 };
 
 // Proposes motions for the explanations that a report leaves open. Does not write files.

@@ -2,6 +2,7 @@
 #include "diagnosis/next/stance.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "common/base/parallel_for.h"
@@ -61,6 +62,7 @@ class StanceProposer {
     }
     try_motions();
     choose();
+    next_.simulated = simulated_;
     if (next_.proposals.empty()) next_.nothing = "No motion keeps the robot safely on its feet under every explanation.";
     return next_;
   }
@@ -110,20 +112,34 @@ class StanceProposer {
     return readings;
   }
 
-  StanceRun play(const Scenario& scenario, const StanceCandidate& c) const { return run_stance(e_, scenario, c.commands, limits_, c.plan.family == Family::kWalk); }
+  StanceRun play(const Scenario& scenario, const StanceCandidate& c) const {
+    ++simulated_;
+    return run_stance(e_, scenario, c.commands, limits_, c.plan.family == Family::kWalk);
+  }
 
-  // Simulates a motion with the largest size that is safe under all explanations.
+  // Plays a motion in all worlds until it is not safe in one; returns what is wrong there. `first`: the world to begin with, then
+  // the one that failed.
+  std::string play_all(StanceCandidate* c, size_t* first) const {
+    c->runs.assign(worlds_.list.size(), {});
+    for (size_t i = 0; i < c->runs.size(); ++i) {
+      const size_t w = i == 0 ? *first : i - (i <= *first ? 1 : 0);
+      c->runs[w] = play(worlds_.list[w].scenario, *c);
+      if (c->runs[w].fault.empty()) continue;
+      *first = w;
+      return c->runs[w].fault + " if it is " + worlds_.list[w].label;
+    }
+    return "";
+  }
+
+  // Simulates a motion with the largest size that is safe under all explanations. A smaller size is first tried where the larger
+  // one failed.
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
+    size_t first = 0;
     for (; plan.size >= kLeastStance; plan.size *= kSmallerStance) {
       c->plan = plan, c->fault = "a leg does not reach, or a joint would pass its limits";
       c->commands = make_stance_motion(e_, plan, limits_);
       if (c->commands.time.empty()) continue;
-      c->runs.clear();
-      for (const StanceWorld& world : worlds_.list) {
-        c->runs.push_back(play(world.scenario, *c));
-        c->fault = c->runs.back().fault.empty() ? "" : c->runs.back().fault + " if it is " + world.label;
-        if (!c->fault.empty()) break;
-      }
+      c->fault = play_all(c, &first);
       if (c->fault.empty()) break;
     }
     if (!c->fault.empty()) return;
@@ -216,20 +232,25 @@ class StanceProposer {
     return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c))) * (c.plan.family == Family::kWalk ? kDrawback : 1.0);
   }
 
-  // Checks the motion under the nominal model and with values at the ends of their intervals.
+  // Checks the motion under the nominal model and with values at the ends of their intervals, up to the first one in which it
+  // is not safe.
   std::string find_fault(const StanceCandidate& c, std::vector<double>* leave) const {
     std::vector<StanceRun> runs(worlds_.ends.size());
-    parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) { runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c); });
-    std::string fault;
-    for (size_t i = 0; i < runs.size(); ++i) {
-      if (fault.empty() && !runs[i].fault.empty()) fault = runs[i].fault + " with " + worlds_.ends[i].label;
-    }
+    std::atomic<int> failed{static_cast<int>(runs.size())};  // the first one
+    parallel_for(options_.jobs, static_cast<int>(runs.size()), [&](int i) {
+      if (i > failed.load()) return;
+      StanceRun& run = runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c);
+      int before = failed.load();
+      while (!run.fault.empty() && i < before && !failed.compare_exchange_weak(before, i)) {}
+    });
+    const auto first = static_cast<size_t>(failed.load());
+    if (first < runs.size()) return runs[first].fault + " with " + worlds_.ends[first].label;
     runs.insert(runs.end(), c.runs.begin(), c.runs.end());
     leave->assign(limits_.joints.size(), 0.0);
     for (const StanceRun& run : runs) {
       for (size_t j = 0; j < leave->size(); ++j) (*leave)[j] = std::max((*leave)[j], run.leave[j]);
     }
-    return fault;
+    return "";
   }
 
   // Where joints stood still, a motion that moves all of them comes first if it is safe: whatever the report says of the
@@ -324,6 +345,7 @@ class StanceProposer {
   double discrepancy_ = 1.0;
   bool complete_ = false;  // the report leaves nothing unexplained
   std::vector<StanceCandidate> candidates_;
+  mutable std::atomic<int> simulated_{0};
   Next next_;
 };
 

@@ -182,13 +182,24 @@ class Maker {
     return std::any_of(best_.begin(), best_.end(), [&](const Json& one) { return one["effect"] == effect["effect"] && one["where"] == effect["where"]; });
   }
 
+  // The least certain values one by one, the rest together: in a dirty world every joint has several, each of them well known.
   void add_ends(const Json& model) {
+    Json together[2] = {model, model};
+    bool more = false;
     for_each_value(model, [&](size_t i, const std::string& name, const Json& parameter) {
-      for (double side : {-1.0, 1.0}) {
-        const auto end = make_world(move(model, i, name, side * kNinetyFive * find_step(parameter)));
-        if (end) out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
+      const std::string label = make_label(Json::array({model[i]}));
+      const bool alone = std::any_of(out_.values.begin(), out_.values.end(), [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
+      for (int side : {0, 1}) {
+        const double by = (2.0 * side - 1.0) * kNinetyFive * find_step(parameter);
+        const auto end = make_world(move(model, i, name, by));
+        if (end && alone) out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
+        else if (end) together[side] = move(together[side], i, name, by), more = true;
       }
     });
+    for (int side : {0, 1}) {
+      const auto end = more ? make_world(together[side]) : std::nullopt;
+      if (end) out_.ends.push_back({std::string("all other values at the ") + (side ? "upper" : "lower") + " ends of their intervals", end->scenario, {}, {}});
+    }
   }
 
   void add_alternatives(const Json& model, const Json& finding) {

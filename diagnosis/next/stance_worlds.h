@@ -37,7 +37,7 @@ struct StanceValue {
 struct StanceWorlds {
   std::vector<StanceWorld> list;     // the report's model first, then with each alternative in its finding's place
   std::vector<StanceValue> values;   // by list[0].moves: the least certain ones
-  std::vector<StanceWorld> ends;     // further cases for safety: nominal; every value at either end of its interval
+  std::vector<StanceWorld> ends;     // further cases for safety: nominal; values at either end of their intervals
   std::vector<std::string> remarks;  // alternatives that no simulator knows
   bool unseen = false;               // no mismatch: the others are what joints that hardly moved may hide
   bool still = false;                // a joint that carries no foot hardly moved

@@ -136,8 +136,9 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
   text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
           " times the noise.";
   for (const Trial& rival : outcome.rivals) {
-    if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms < 1.05 * outcome.chosen.rms) continue;
-    if (get_label(e, rival.hypothesis) == get_label(e, outcome.chosen.hypothesis)) continue;  // before it was finished
+    if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms <= outcome.chosen.rms) continue;
+    const auto is_same = [&](const Trial& t) { return make_set(t.hypothesis) == make_set(rival.hypothesis); };
+    if (is_same(outcome.chosen) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), is_same)) continue;
     text += " The next best explanation, " + get_label(e, rival.hypothesis) + ", leaves " + number(rival.rms, 3) + ".";
     break;
   }

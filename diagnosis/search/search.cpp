@@ -321,8 +321,9 @@ class Search {
     return asked;
   }
 
-  // Simulates the first sets. Once one leaves only noise, sets with more parameters, or clearly worse ones along the
-  // paths, are skipped.
+  // Simulates the first sets. Once one leaves only noise, sets with more parameters are skipped, and those of as many that are
+  // not similar along the paths. Errors of the recorded paths may order similar ones wrongly: only the simulation tells them
+  // apart.
   void simulate_best(std::vector<Lead> beam) {
     // Among similar sets along the paths, the simple ones first: a richer one may only contain a simple one.
     const double alike = kAlike * beam.front().cost;
@@ -343,7 +344,7 @@ class Search {
       if (!done && i >= kSimulated) break;  // a simpler set may explain as much
       if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
-      if (done && (more > least || (more == least && beam[i].cost > (1.0 + kKnown) * best_cost))) continue;
+      if (done && (more > least || (more == least && beam[i].cost > alike))) continue;
       trials_.add(beam[i].hypothesis);
     }
   }

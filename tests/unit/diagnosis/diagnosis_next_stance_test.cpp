@@ -32,6 +32,12 @@ Json make_load(double mass, double forward) {
   return {{"effect", "payload"}, {"where", {{"link", "trunk"}}}, {"parameters", {{"mass", mass}, {"com", {forward, 0.0, 0.1}}}}};
 }
 
+Json make_finding(const char* effect, const Json& where, const Json& values) {
+  Json parameters = Json::object();
+  for (const auto& [name, value] : values.items()) parameters[name] = {{"value", value}};
+  return {{"effect", effect}, {"where", where}, {"parameters", parameters}};
+}
+
 // "The left sole gives, or there is a load on the trunk"; the right one gives as well.
 Json make_open_report(const Json& load) {
   Json left = make_sole("left_sole_link", 420.0), right = make_sole("right_sole_link", 390.0);
@@ -77,6 +83,29 @@ TEST(NextStance, NothingIsProposedThatAnAlternativeWouldFallIn) {
   EXPECT_TRUE(next.proposals.empty());
   EXPECT_NE(next.nothing, "");
   EXPECT_FALSE(next.rejected.empty());
+}
+
+// Ten motions of up to four sizes. The report's model may be safe at all of them, the alternative never: only the first size
+// of a motion is simulated under both.
+TEST(NextStance, ASmallerSizeIsFirstTriedWhereTheLargerOneFailed) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Next next = propose(e, make_open_report(make_load(20.0, 0.6)), make_options(), kQuietly);
+  EXPECT_LE(next.simulated, next.tried * (4 + 1));
+}
+
+// Two numbers at each of 13 joints: in a dirty world no one could wait for each at either end.
+TEST(NextStance, OfManyValuesTheLeastCertainGoToTheirEndsAloneAndTheRestTogether) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  Json findings = Json::array();
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const Json where{{"joint", e.robot.tree.joint(j).name}};
+    findings.push_back(make_finding("viscous_friction", where, {{"coefficient", 1.0}}));
+    findings.push_back(make_finding("coulomb_friction", where, {{"level", 1.0}}));
+  }
+  const StanceWorlds worlds = make_stance_worlds(e, {{"verdict", "explained"}, {"findings", findings}});
+  ASSERT_GT(findings.size(), 12u);
+  EXPECT_EQ(worlds.values.size(), 12u);
+  EXPECT_EQ(worlds.ends.size(), 2u * 12u + 2u + 1u);  // and the nominal model
 }
 
 TEST(NextStance, TheBodyMovesAndTheSolesStay) {
@@ -159,12 +188,6 @@ TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   const StanceWorlds worlds = make_stance_worlds(e, make_open_report(bare));
   EXPECT_EQ(worlds.list.size(), 1u);
   EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
-}
-
-Json make_finding(const char* effect, const Json& where, const Json& values) {
-  Json parameters = Json::object();
-  for (const auto& [name, value] : values.items()) parameters[name] = {{"value", value}};
-  return {{"effect", effect}, {"where", where}, {"parameters", parameters}};
 }
 
 Json make_log_bias(double bias) { return make_finding("sensor_bias", {{"sensor", "/joint_states/left_knee/effort"}}, {{"value", bias}}); }

@@ -84,6 +84,21 @@ TEST(NextExperiment, ALargerDifferenceIsMoreLikelyToDecide) {
 }
 
 // A rival that is as dearer as the decision needs has just the probability up to which reports list it.
+// A report needs 6 in chi2, or about 90: noise alone gives neither.
+TEST(NextExperiment, ADifferenceFarBelowTheNoiseDecidesNothing) {
+  for (double needed : {6.0, 90.0}) {
+    double before = 0.0;
+    for (double left : {1e-9, 1e-3, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4}) {
+      const double now = calc_decision_probability(left, needed, 1.0);
+      EXPECT_GE(now, before) << left;
+      EXPECT_TRUE(left > 0.2 || now < 0.01) << left;
+      before = now;
+    }
+    EXPECT_GT(before, 0.99);
+    EXPECT_NEAR(calc_decision_probability(needed, needed, 1.0), 0.5, 0.05);  // as likely more as less
+  }
+}
+
 TEST(NextExperiment, ADecisionNeedsWhatTheReportNeedsToGiveUpARival) {
   const double odds = calc_odds(calc_dearer(kDetail), 0.0);
   EXPECT_NEAR(odds / (1.0 + odds), kDetail, 1e-12);
@@ -337,7 +352,20 @@ TEST(NextExperiment, LimitsOnlyTighten) {
   const Limits usual = make_limits(e, {}), wide = make_limits(e, {"speed=1000", "effort=1000", "reach=50"});
   EXPECT_DOUBLE_EQ(wide.joints[0].speed, usual.joints[0].speed);
   EXPECT_DOUBLE_EQ(wide.joints[0].effort, usual.joints[0].effort);
-  EXPECT_DOUBLE_EQ(wide.joints[0].upper, usual.joints[0].upper);
+  EXPECT_DOUBLE_EQ(wide.joints[0].hard_upper, usual.joints[0].hard_upper);
+}
+
+// The description ends at 3 rad, and commands keep a twentieth of the range from both ends.
+TEST(NextExperiment, AStatedReachGoesAsFarAsTheDescriptionAndOtherLimitsDo) {
+  const Experiment e = simulate_arm("next_reach", {});
+  const double start = make_limits(e, {}).joints[0].start;
+  EXPECT_DOUBLE_EQ(make_limits(e, {}).joints[0].upper, start + 1.0);
+  EXPECT_DOUBLE_EQ(make_limits(e, {"reach=2"}).joints[0].upper, start + 2.0);
+  EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].upper, 2.7, 1e-12);
+  EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].lower, -2.7, 1e-12);
+  for (const auto& words : {std::vector<std::string>{"reach=50", "shoulder.upper=0.5"}, std::vector<std::string>{"shoulder.upper=0.5", "reach=50"}})
+    EXPECT_LT(make_limits(e, words).joints[0].upper, 0.5);
+  EXPECT_DOUBLE_EQ(make_limits(e, {"shoulder.reach=0.2", "reach=2"}).joints[0].upper, make_limits(e, {"shoulder.reach=0.2"}).joints[0].upper);
 }
 
 }  // namespace

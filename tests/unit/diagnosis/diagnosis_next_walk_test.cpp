@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/propose.h"
@@ -87,6 +88,35 @@ int count_tried(const Experiment& e, const char* verdict) {
   options.seconds = 4.0, options.count = 0;
   const Json friction{{"effect", "viscous_friction"}, {"where", {{"joint", "left_knee"}}}, {"parameters", {{"coefficient", {{"value", 3.0}}}}}};
   return propose(e, {{"verdict", verdict}, {"findings", Json::array({friction})}}, options, [](const std::string&) {}).tried;
+}
+
+Json make_foot_load(const char* foot) {
+  return {{"effect", "payload"}, {"where", {{"link", foot}}}, {"parameters", {{"mass", {{"value", 0.05}}}, {"com", {{"value", {0.0, 0.0, 0.0}}}}}}};
+}
+
+// A waist that stood still would be asked to move first, whatever else is open.
+Experiment move_waist(Experiment e) {
+  const size_t waist = static_cast<size_t>(e.robot.tree.find_joint("waist"));
+  for (Recording& r : e.recordings) {
+    for (size_t k = 0; k < r.size(); ++k) r.joints[waist].command[k] += 0.2 * std::sin(r.time[k]);
+  }
+  return e;
+}
+
+// Fifty grams. The ground carries them, below the sensor, while the foot stands; legs that swing carry them.
+TEST(NextWalk, WhichFootCarriesALoadIsAskedByAWalk) {
+  const Experiment e = move_waist(lift_left_foot(load_experiment(kFile)));
+  NextOptions options;
+  options.seconds = 10.0, options.count = 1, options.jobs = 2;
+  Json finding = make_foot_load("left_sole_link");
+  finding["alternatives"] = Json::array({make_foot_load("right_sole_link")});
+  const Next next = propose(e, {{"verdict", "explained"}, {"findings", Json::array({finding})}}, options, [](const std::string&) {});
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  const Proposal& p = next.proposals[0];
+  EXPECT_EQ(p.plan.family, Family::kWalk) << get_family_word(p.plan.family);
+  EXPECT_GT(p.expected[0].probability, 0.9);
+  const Scenario loaded = parse_scenario(make_scenario_text(e, nlohmann::json::array({nlohmann::json::parse(finding.dump())})), e.scenario.path);
+  EXPECT_EQ(run_stance(e, loaded, p.commands, make_limits(e, {}), true).fault, "");
 }
 
 // Nothing corrects a walk that is played: what the report cannot explain may make the robot fall. Two gaits.

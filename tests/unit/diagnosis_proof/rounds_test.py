@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """rounds_test.py SOURCE: a dialogue with a reality refuses what it cannot use before it diagnoses, and deletes nobody's
-recordings."""
+recordings; and plays each motion as a robot would."""
 import pathlib
 import shutil
 import subprocess
@@ -10,6 +10,8 @@ import tempfile
 import unittest
 
 SOURCE = pathlib.Path(sys.argv.pop(1)).resolve()
+sys.path.insert(0, str(SOURCE / 'scripts/diagnosis'))
+import next_rounds  # noqa: E402
 EXPERIMENT = 'robot: r.urdf\nrecordings:\n  - {file: a.csv}\n'
 
 
@@ -55,6 +57,20 @@ class Rounds(unittest.TestCase):
                             ('no program nowhere', ['--rounds', '1', '--against', 'nowhere --at all']), ('no file none.yaml', ['--rounds', '1', '--against', 'none.yaml']),
                             ("--wait is 'nan'", ['--resimulate', 'servers', '--controller', 'c', '--wait', 'nan']), ('--out needs a value', ['--out'])):
             self.refuse(said, 'bash', script, experiment, *words)
+
+    def play(self, motion):
+        text = next_rounds.make_scenario('robot: r.urdf\nseed: 7\n', self.top, self.top / f'{motion}.commands.csv', 6.0)
+        return dict(line.split(': ', 1) for line in text.strip().splitlines())
+
+    def test_each_played_motion_has_noise_of_its_own(self):
+        first, second = self.play('round_1_train_1')['seed'], self.play('round_1_validate_1')['seed']
+        self.assertNotEqual(first, second)
+        self.assertEqual(first, self.play('round_1_train_1')['seed'])
+
+    def test_a_simulated_drive_is_late_by_less_than_two_implementations_differ(self):
+        # Half a step, at the speed of 1 rad/s, against the noise of a good encoder (3e-4 rad): a fifth of it in quadrature is 2 %.
+        step = float(self.play('round_1_train_1')['steps'].split('time_step: ')[1].split(',')[0])
+        self.assertLess(0.5 * step * 1.0, 0.2 * 3e-4)
 
 
 if __name__ == '__main__':
