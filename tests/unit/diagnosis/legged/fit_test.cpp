@@ -261,5 +261,31 @@ TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
   EXPECT_EQ(count_masses(0.1), 1u);
 }
 
+Finding make_turned(double pitch, double roll_std) {
+  return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}}, {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
+}
+
+// The search looks at recordings without what was corrected before: it sees the rest of a fault alone.
+TEST(LeggedChecks, AFaultThatWasCorrectedBeforeTheSearchIsReportedWithAllOfItsSize) {
+  RowHalves rows(1, 100, {{kWeight, {0}}});
+  rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
+  const LeggedFitter fitter(rows.merge(), 1);
+  const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const Contacts contacts = find_contacts(log);
+  const std::vector<SoleLaw> soles;
+  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
+  state.evidence.findings = {make_turned(0.005, 0.001)};
+  state.evidence.findings[0].grade = Grade::kAmbiguous;
+  CheckResult checks;
+  checks.corrected = {make_turned(0.035, 0.001)};
+  add_check_findings(checks, &state);
+  ASSERT_EQ(state.evidence.findings.size(), 1u);
+  const Finding& f = state.evidence.findings[0];
+  EXPECT_NEAR(f.parameters[0].value[1], 0.04, 1e-9);
+  EXPECT_NEAR(f.parameters[0].std[0], 0.001 * std::sqrt(2), 1e-9);
+  EXPECT_EQ(f.grade, Grade::kSupported);  // as the larger part is
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
