@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/measurement/floating/search/gain.h"
+#include "diagnosis/measurement/floating/search/rivals.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/rows.h"
 
@@ -242,6 +244,33 @@ bool is_spring_named(double play) {
 TEST(LeggedSearch, ASpringAcrossATransmissionWithPlayIsWhatItsLawLeaves) {
   EXPECT_TRUE(is_spring_named(0));
   EXPECT_FALSE(is_spring_named(0.02));
+}
+
+// Two joints whose causes have nothing in common and gain about the same. A third effect explains what the first one does.
+TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
+  std::mt19937 random(67);
+  std::normal_distribution<double> normal;
+  RowHalves rows(3, 900, {{make_joint_channel("A"), {0, 2}}, {make_joint_channel("B"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double a = normal(random), b = normal(random), like_a = a + 0.01 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 10 * a + normal(random), 20), half->add(0, 0, a), half->add(0, 2, like_a);
+      half->begin_row(1, 10 * b + normal(random), 20), half->add(1, 1, b);
+    });
+  }
+  const Candidate a = make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), b = make_candidate(EffectId::kViscous, "B", {{{1, 1.0}}}),
+                  like_a = make_candidate(EffectId::kCoulomb, "A", {{{2, 1.0}}});
+  const std::vector<Candidate> candidates{a, b, like_a};
+  LeggedFitter fitter(rows.merge(), 3);
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  const LeggedFit nominal = fitter.fit({}), chosen = fitter.fit({a});
+  const Say silent;
+  const SearchState state{fitter, candidates, layout, 1.0, silent, nullptr, nominal, chosen, {}, {}};
+  FoundEffect found;
+  found.effect = a, found.gain = calc_total_gain(state, nominal, chosen), found.channel = 0;
+  const std::vector<Rival> rivals = list_rivals(state, nominal, found);
+  ASSERT_EQ(rivals.size(), 1u);
+  EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
 }
 
 TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
