@@ -273,6 +273,26 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
 }
 
+// A foot in the air hardly loads its ankle: friction is the effort, and the effort times 1 is the friction.
+TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
+  std::mt19937 random(71);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{make_joint_channel("A"), {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double direction = i % 30 < 15 ? 1 : -1, load = 0.5 * normal(random), effort = 10 * direction + load;
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 10 * direction + 0.1 * load + 0.1 * normal(random), 10);
+      half->add(0, 0, direction), half->add(0, 1, direction * std::abs(effort));
+    });
+  }
+  Candidate plain = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}), loaded = make_candidate(EffectId::kLoadFriction, "A", {{{1, 1.0}}});
+  plain.law = &get_laws().coulomb, loaded.law = &get_laws().load_friction;
+  EXPECT_TRUE(search(rows.merge(), 2, {loaded}).effects.empty());
+  const LeggedOutcome out = search(rows.merge(), 2, {plain, loaded});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_EQ(out.effects[0].effect.law, plain.law);
+}
+
 TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
   Recorded recorded;
   recorded.six_axes = false;
