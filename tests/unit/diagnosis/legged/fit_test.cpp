@@ -261,6 +261,11 @@ TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
   EXPECT_EQ(count_masses(0.1), 1u);
 }
 
+TEST(LeggedWords, AnAxisThatNothingShowsIsUnknown) {
+  const Estimate force{"force", "N", {10, 0, -20}, {1, 0, 2}, true};
+  EXPECT_EQ(describe({force}), "force 10 +- 2, unknown, -20 +- 3.9 N");
+}
+
 Finding make_turned(double pitch, double roll_std) {
   return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}}, {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
 }
