@@ -111,6 +111,28 @@ bool is_weight_pulled(const ReportState& state) {
   return get_mean_square(state.fitter, state.outcome.chosen, c) < kHalf * get_mean_square(state.fitter, state.model, c);
 }
 
+// Whether anything tells where a mass sits: moments about the feet, or joints that carry it. The sum of the feet's forces does not.
+bool are_places_told(const ReportState& state) {
+  const std::vector<ChannelRows>& channels = state.fitter.channels();
+  return std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) {
+    return c.rows() > 0 && (c.info.equation.is_balance() || c.info.equation.is(EquationKind::kJoint));
+  });
+}
+
+// What the search named in the place of a weight's one number: a link among many, or a sensor that masses stand in for. The
+// check says all of it. What was named stays as an alternative.
+void take_weight(const ReportState& state, Finding check, std::vector<Finding>* findings) {
+  const auto is_mass = [](const auto& f) { return f.family == get_family_name(EffectFamily::kMass); };
+  for (Finding& found : *findings) {
+    const bool among_masses = std::any_of(found.alternatives.begin(), found.alternatives.end(), is_mass);
+    if (found.grade != Grade::kAmbiguous || !among_masses || !explains_weight(state.log, found, check)) continue;
+    check.share = found.share, check.weight = found.weight;
+    check.alternatives.push_back({found.effect, found.family, found.where, found.parameters, check.alternatives.empty() ? "" : check.alternatives[0].motion});
+    found = std::move(check);
+    return;
+  }
+}
+
 }  // namespace
 
 void add_check_findings(const CheckResult& checks, ReportState* state) {
@@ -120,7 +142,11 @@ void add_check_findings(const CheckResult& checks, ReportState* state) {
     return std::any_of(findings.begin(), findings.end(), [&](const Finding& found) { return explains(state->log, checks.raw_counts, found, f); });
   };
   for (const Finding& f : checks.findings) {
-    if ((pulled && is_of_mass(f)) || is_known(f)) continue;
+    if (pulled && is_of_mass(f)) continue;
+    if (is_known(f)) {
+      if (is_of_mass(f) && !are_places_told(*state)) take_weight(*state, f, &findings);
+      continue;
+    }
     findings.push_back(f);
     if (!checks.weight.empty() && is_of_mass(f)) add_weight(checks.weight[0], &findings.back(), state);
   }
