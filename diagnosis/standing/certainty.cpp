@@ -128,6 +128,27 @@ std::optional<Effect> StandSearcher::find_load(size_t effect) const {
   return load < kNinetyFive * std::sqrt(covariance(at, at)) ? std::optional<Effect>(none) : std::nullopt;
 }
 
+// Checks whether a force that pulls a link down may be its weight. What a mass leaves depends on the noise of the acceleration
+// that it multiplies, so that residuals do not decide between the two. Products of even with odd samples do. Returns the
+// mass, unless beside it something of the force is beyond chance.
+std::optional<Effect> StandSearcher::find_weight(size_t effect) const {
+  Hypothesis h = out_.chosen.hypothesis;
+  const Effect force = h[effect];
+  const bool pulls = is_link(force) && is_vector(force) && get_effect(force.id).family == EffectFamily::kZero;
+  if (!pulls || force.p[2] >= 0) return std::nullopt;
+  const double mass = p_.tree.links[static_cast<size_t>(force.place.index)].inertia.mass;
+  const Effect heavier{EffectId::kMassError, force.place, {1 - force.p[2] / (mass * p_.experiment->scenario.gravity_W.norm())}};
+  h[effect].p = {0, 0, 0};
+  h.push_back(heavier);
+  Eigen::MatrixXd covariance;
+  if (!polish(problems_, judge_.select(out_.chosen), 3, &h, &covariance)) return heavier;
+  long at = 0;
+  for (size_t i = 0; i < effect; ++i) at += static_cast<long>(h[i].p.size());
+  const Eigen::Vector3d left = Eigen::Map<const Eigen::Vector3d>(h[effect].p.data());
+  const bool needed = calc_deviations(left, covariance.block<3, 3>(at, at)) > find_deviations(find_length(kNinetyFive, 3));
+  return needed ? std::nullopt : std::optional<Effect>(heavier);
+}
+
 // True if the equations that need an effect are noise with it. A stand-in hardly ever explains its equations
 // completely. Equations at one place count together. An unknown force on the body appears in its balance as a force or
 // a moment, and a displaced mass may remove only one of them.

@@ -252,8 +252,9 @@ void StandSearcher::find_indistinguishable() {
       const std::vector<Effect>& others = out_.indistinguishable.back();
       return std::any_of(others.begin(), others.end(), [&](const Effect& e) { return e.id == id; });
     };
-    const std::optional<Effect> load = find_load(i);
-    if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
+    for (const std::optional<Effect>& load : {find_load(i), find_weight(i)}) {
+      if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
+    }
     if (!get_effect(found.id).felt_elsewhere) continue;
     const auto joint = static_cast<size_t>(found.place.index);
     if (!may_be_play(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;

@@ -73,6 +73,7 @@ class StandSearcher {
   StandFit find_significant(const std::vector<StandTrial>& trials) const;
   bool exceeds_ground(const StandFit& fit) const;
   std::optional<Effect> find_load(size_t effect) const;
+  std::optional<Effect> find_weight(size_t effect) const;
   void exchange_effects(bool all);
   void look_below_noise();
   void find_indistinguishable();

@@ -12,6 +12,9 @@ namespace {
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
 constexpr double kLatest = 0.2;                     // [s] up to which delays are linear in their columns
+// Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most of the
+// effort, that share of the effort predicts it, whatever its law.
+constexpr double kSelfLocking = 0.5;
 
 CandidateLaw make_plain_law(EffectId effect) {
   CandidateLaw law{&make_plain};
@@ -61,7 +64,7 @@ void add_joint_laws(LawTable* t) {
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->elasticity.is_sensible = &is_stiff_enough;
   t->viscous = make_positive(EffectId::kViscous), t->coulomb = make_positive(EffectId::kCoulomb);
-  t->load_friction = make_positive(EffectId::kLoadFriction), t->rotor_inertia = make_positive(EffectId::kRotorInertia);
+  t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kSelfLocking, t->rotor_inertia = make_positive(EffectId::kRotorInertia);
   t->torque_constant = make_scale(EffectId::kTorqueConstant, kKnown);
   t->spring = make_positive(EffectId::kSpring), t->spring.make_estimates = &make_spring, t->spring.worth = kKnown;
   t->lag = make_late(EffectId::kLag), t->delay = make_late(EffectId::kDelay);

@@ -20,6 +20,7 @@ struct UnitFit {
 
 struct CheckResult {
   std::vector<Finding> findings;
+  std::vector<Finding> corrected;    // faults that the recordings are rid of before the search: what it finds adds to them
   std::vector<Remaining> remaining;  // what is seen and has no one cause
   std::vector<std::string> notes;  // what agrees, and what a comparison could not use
   std::vector<Candidate> weight;   // what the feet carry too much or too little, as a mass: to fit beside what is chosen

@@ -217,10 +217,10 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
 }
 
 void add_fault_findings(const LeggedLog& log, const SensorFaults& faults, CheckResult* checks) {
-  for (const ImuFault& f : faults.imus) add_imu_findings(log, f, &checks->findings);
-  for (const AirZero& z : faults.zeros) checks->findings.push_back(make_zero_finding(log, z));
-  if (faults.late.sensor >= 0) checks->findings.push_back(make_late_finding(log, faults.late));
-  if (faults.clock.found) checks->findings.push_back(make_clock_finding(log, faults.clock));
+  for (const ImuFault& f : faults.imus) add_imu_findings(log, f, &checks->corrected);
+  for (const AirZero& z : faults.zeros) checks->corrected.push_back(make_zero_finding(log, z));
+  if (faults.late.sensor >= 0) checks->corrected.push_back(make_late_finding(log, faults.late));
+  if (faults.clock.found) checks->corrected.push_back(make_clock_finding(log, faults.clock));
 }
 
 std::string join(const std::vector<std::string>& texts) {

@@ -309,6 +309,19 @@ TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeAL
   EXPECT_TRUE(told);
 }
 
+// An arm that is 1 kg too heavy and hardly accelerates, beside an accelerometer that is shaken by 1 m/s^2: a heavier arm makes more
+// of that noise, so that a force leaves less.
+TEST(StandingSearch, AForceThatMayBeTheWeightOfItsLinkIsListedBesideItsMass) {
+  Body body;
+  body.hidden = {{EffectId::kMassError, at_link(2), {1.5}}};
+  body.nod = 0.1, body.jolt = 1.0;
+  const StandOutcome o = Stander({{{0.05, 0.05, 0.05}, lacks_nothing}}, body).search();
+  ASSERT_EQ(o.chosen.hypothesis.size(), 1u);
+  const auto is_mass = [](const Effect& e) { return e.id == EffectId::kMassError && e.place == at_link(2); };
+  const std::vector<Effect>& others = o.indistinguishable[0];
+  EXPECT_TRUE(is_mass(o.chosen.hypothesis[0]) || std::any_of(others.begin(), others.end(), is_mass));
+}
+
 // Friction of 0.03 N m under a log that errs by 1 N m: command and encoder tell the same effort to 0.01 N m.
 TEST(StandingSearch, TakesTheServosLawWhereItAgreesWithANoisyLog) {
   const auto dry = [](double, double v, double, size_t) { return 0.03 * (v > 0 ? 1.0 : -1.0); };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/report/check_findings.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -50,6 +51,36 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
   return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;
 }
 
+double calc_size(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size())).norm();
+}
+
+// What a recording was rid of, and what the search then finds of the same fault: their sum, or the product of scales. The
+// larger part tells what else it may be.
+Finding join_parts(const Finding& corrected, const Finding& found) {
+  const bool scales = is(corrected, get_laws().sensor_scale);
+  const auto distance = [&](const Finding& f) { return scales ? std::abs(f.parameters[0].value[0] - 1) : calc_size(f.parameters[0].value); };
+  Finding out = distance(corrected) < distance(found) ? found : corrected;
+  Estimate& sum = out.parameters[0];
+  for (size_t i = 0; i < sum.value.size(); ++i) {
+    const Estimate &a = corrected.parameters[0], &b = found.parameters[0];
+    sum.value[i] = scales ? a.value[i] * b.value[i] : a.value[i] + b.value[i];
+    sum.std[i] = std::hypot(a.std[i], b.std[i]);
+  }
+  out.statement = corrected.statement + " Beside it, the other equations move the value to the one given here.";
+  return out;
+}
+
+// Whether the search has found more of a fault that the recordings were rid of. Then the whole of it is the finding.
+bool join_corrected(const Finding& corrected, std::vector<Finding>* findings) {
+  for (Finding& found : *findings) {
+    if (found.effect != corrected.effect || found.where != corrected.where) continue;
+    found = join_parts(corrected, found);
+    return true;
+  }
+  return false;
+}
+
 // Puts a mass into the model, where it explains something. What the feet carry too much is one number, so that the fit
 // says what a mass takes away, whatever the cause is.
 void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
@@ -80,19 +111,47 @@ bool is_weight_pulled(const ReportState& state) {
   return get_mean_square(state.fitter, state.outcome.chosen, c) < kHalf * get_mean_square(state.fitter, state.model, c);
 }
 
+// Whether anything tells where a mass sits: moments about the feet, or joints that carry it. The sum of the feet's forces does not.
+bool are_places_told(const ReportState& state) {
+  const std::vector<ChannelRows>& channels = state.fitter.channels();
+  return std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) {
+    return c.rows() > 0 && (c.info.equation.is_balance() || c.info.equation.is(EquationKind::kJoint));
+  });
+}
+
+// What the search named in the place of a weight's one number: a link among many, or a sensor that masses stand in for. The
+// check says all of it. What was named stays as an alternative.
+void take_weight(const ReportState& state, Finding check, std::vector<Finding>* findings) {
+  const auto is_mass = [](const auto& f) { return f.family == get_family_name(EffectFamily::kMass); };
+  for (Finding& found : *findings) {
+    const bool among_masses = std::any_of(found.alternatives.begin(), found.alternatives.end(), is_mass);
+    if (found.grade != Grade::kAmbiguous || !among_masses || !explains_weight(state.log, found, check)) continue;
+    check.share = found.share, check.weight = found.weight;
+    check.alternatives.push_back({found.effect, found.family, found.where, found.parameters, check.alternatives.empty() ? "" : check.alternatives[0].motion});
+    found = std::move(check);
+    return;
+  }
+}
+
 }  // namespace
 
 void add_check_findings(const CheckResult& checks, ReportState* state) {
   std::vector<Finding>& findings = state->evidence.findings;
   const bool pulled = is_weight_pulled(*state);
+  const auto is_known = [&](const Finding& f) {
+    return std::any_of(findings.begin(), findings.end(), [&](const Finding& found) { return explains(state->log, checks.raw_counts, found, f); });
+  };
   for (const Finding& f : checks.findings) {
     if (pulled && is_of_mass(f)) continue;
-    const bool known = std::any_of(findings.begin(), findings.end(), [&](const Finding& found) {
-      return explains(state->log, checks.raw_counts, found, f);
-    });
-    if (known) continue;
+    if (is_known(f)) {
+      if (is_of_mass(f) && !are_places_told(*state)) take_weight(*state, f, &findings);
+      continue;
+    }
     findings.push_back(f);
     if (!checks.weight.empty() && is_of_mass(f)) add_weight(checks.weight[0], &findings.back(), state);
+  }
+  for (const Finding& f : checks.corrected) {
+    if (!join_corrected(f, &findings)) findings.push_back(f);
   }
 }
 

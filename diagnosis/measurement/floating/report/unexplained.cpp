@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/remaining.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -13,13 +14,24 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+// Of a force that is known to less than the robot's weight, an axis shows nothing.
+void forget_unseen(double weight, std::vector<Estimate>* values) {
+  for (Estimate& e : *values) {
+    for (size_t i = 0; i < e.value.size() && e.unit == "N" && e.value.size() == 3; ++i) {
+      if (!(kNinetyFive * e.std[i] < weight)) e.value[i] = e.std[i] = 0;
+    }
+  }
+}
+
 Remaining make_free_law(const ReportState& state, const FoundEffect& f) {
   Remaining r;
   const ChannelInfo& info = state.fitter.channels()[f.channel].info;
+  std::vector<Estimate> values = make_estimates(f.effect, f.x, f.std);
+  forget_unseen(state.log.mass * state.log.experiment->scenario.gravity_W.norm(), &values);
   r.where = f.effect.where, r.unit = info.unit;
   r.before = r.after = std::sqrt(get_mean_square(state.fitter, state.model, f.channel));
   r.statement = get_place(r.where) + ": " + f.effect.law->unlisted + " (" +
-                describe(make_estimates(f.effect, f.x, f.std)) + "). It takes " +
+                describe(values) + "). It takes " +
                 format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + get_text(info.equation) +
                 "' away. No scenario can hold it.";
   return r;

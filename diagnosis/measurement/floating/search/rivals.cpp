@@ -26,6 +26,11 @@ bool is_strong(const SearchState& state, const LeggedFit& rest, const LeggedTria
   return calc_share(state, rest, t.fit, channel) > kDetail && is_significant(state, t.fit, t.at());
 }
 
+// Whether a candidate explains what was found, and not as much of another equation.
+bool explains_same(const SearchState& state, const LeggedFit& rest, const LeggedFit& with, const FoundEffect& found) {
+  return calc_share(state, rest, with, found.channel) > kHalf * calc_share(state, rest, state.chosen, found.channel);
+}
+
 // How far a link is from where its encoder says: by a constant, by the sign of the torque, or in proportion to it.
 bool leaves_encoder(const ColumnLayout& layout, const Candidate& c) {
   const int at = c.terms[0].empty() ? -1 : c.terms[0][0].first - layout.joint(0, 0), kind = at % kJointColumns;
@@ -65,7 +70,7 @@ std::vector<Rival> list_rivals(const SearchState& state, const LeggedFit& rest, 
   const auto is_kept = [&](const LeggedTrial& t) { return is_confirmed(t) || is_strong(state, rest, t, found.gain); };
   for (const LeggedTrial& t : list_trials(state, rest, Pool::kListed, is_kept)) {
     const double gain = t.gain + t.held + calc_cost(t.added());
-    if (gain < least || is_same_finding(t.added(), found.effect)) continue;
+    if (gain < least || is_same_finding(t.added(), found.effect) || !explains_same(state, rest, t.fit, found)) continue;
     // Links that move alike share a load in many places. These must not crowd out effects of other kinds.
     const auto alike =
         std::count_if(out.begin(), out.end(), [&](const Rival& r) { return is_same_effect(r.effect, t.added()); });

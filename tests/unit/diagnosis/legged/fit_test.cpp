@@ -261,5 +261,59 @@ TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
   EXPECT_EQ(count_masses(0.1), 1u);
 }
 
+TEST(LeggedWords, AnAxisThatNothingShowsIsUnknown) {
+  const Estimate force{"force", "N", {10, 0, -20}, {1, 0, 2}, true};
+  EXPECT_EQ(describe({force}), "force 10 +- 2, unknown, -20 +- 3.9 N");
+}
+
+// Vertical forces say where a weight is missing, and nothing of which link has it.
+TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
+  RowHalves rows(1, 100, {{kWeight, {0}}});
+  for (int i = 0; i < rows.cells(); ++i) rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
+  const LeggedFitter fitter(rows.merge(), 1);
+  const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const Contacts contacts = find_contacts(log);
+  const std::vector<SoleLaw> soles;
+  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
+  Finding shin = make_finding(get_laws().mass_error.info(), {{"link", "l_shin"}}, {make_one("scale", "1", 2, 0.1)});
+  shin.grade = Grade::kAmbiguous;
+  shin.alternatives = {make_alternative(get_laws().mass_error.info(), {{"link", "r_shin"}}, {}, "")};
+  state.evidence.findings = {shin};
+  CheckResult checks;
+  checks.findings = {make_finding(get_laws().payload.info(), {{"link", "pelvis"}}, {make_one("mass", "kg", 1, 0.1)})};
+  add_check_findings(checks, &state);
+  ASSERT_EQ(state.evidence.findings.size(), 1u);
+  EXPECT_EQ(state.evidence.findings[0].where.at("link"), "pelvis");
+  ASSERT_FALSE(state.evidence.findings[0].alternatives.empty());
+  EXPECT_EQ(state.evidence.findings[0].alternatives.back().where.at("link"), "l_shin") << "what the search named is kept";
+}
+
+Finding make_turned(double pitch, double roll_std) {
+  return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}}, {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
+}
+
+// The search looks at recordings without what was corrected before: it sees the rest of a fault alone.
+TEST(LeggedChecks, AFaultThatWasCorrectedBeforeTheSearchIsReportedWithAllOfItsSize) {
+  RowHalves rows(1, 100, {{kWeight, {0}}});
+  rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
+  const LeggedFitter fitter(rows.merge(), 1);
+  const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const Contacts contacts = find_contacts(log);
+  const std::vector<SoleLaw> soles;
+  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
+  state.evidence.findings = {make_turned(0.005, 0.001)};
+  state.evidence.findings[0].grade = Grade::kAmbiguous;
+  CheckResult checks;
+  checks.corrected = {make_turned(0.035, 0.001)};
+  add_check_findings(checks, &state);
+  ASSERT_EQ(state.evidence.findings.size(), 1u);
+  const Finding& f = state.evidence.findings[0];
+  EXPECT_NEAR(f.parameters[0].value[1], 0.04, 1e-9);
+  EXPECT_NEAR(f.parameters[0].std[0], 0.001 * std::sqrt(2), 1e-9);
+  EXPECT_EQ(f.grade, Grade::kSupported);  // as the larger part is
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating

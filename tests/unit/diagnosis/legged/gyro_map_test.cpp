@@ -58,6 +58,22 @@ TEST(GyroMap, NoiseAsLargeAsTheMotionMakesNoScale) {
   EXPECT_FALSE(find_gyro_map(make_moments(Vector3d::Zero(), 1.1, 0.3)).is_scaled);
 }
 
+// Of two feet that stand still and tell noise alone, the nearest one's noise is like the sensor's.
+TEST(GyroMap, FeetThatStandStillMakeNoScale) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](double size) { return Vector3d(size * normal(random), size * normal(random), size * normal(random)); };
+  std::vector<RateMoment> moments;
+  for (const int recording : {0, 1}) {
+    for (int i = 0; i < 2000; ++i) {
+      moments.push_back({recording, i / 25, draw(0.001), {{Matrix3d::Identity(), draw(0.00001)}, {Matrix3d::Identity(), draw(0.0006)}}});
+    }
+  }
+  const GyroMap map = find_gyro_map(moments);
+  EXPECT_FALSE(map.is_scaled) << map.scale;
+  EXPECT_FALSE(map.is_turned);
+}
+
 // A mounting that differs from recording to recording is none.
 TEST(GyroMap, RecordingsThatDisagreeAreNotTurned) {
   std::vector<RateMoment> moments = make_moments(Vector3d(0, 0.15, 0), 1, 0.03);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/measurement/floating/search/gain.h"
+#include "diagnosis/measurement/floating/search/rivals.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/rows.h"
 
@@ -242,6 +244,53 @@ bool is_spring_named(double play) {
 TEST(LeggedSearch, ASpringAcrossATransmissionWithPlayIsWhatItsLawLeaves) {
   EXPECT_TRUE(is_spring_named(0));
   EXPECT_FALSE(is_spring_named(0.02));
+}
+
+// Two joints whose causes have nothing in common and gain about the same. A third effect explains what the first one does.
+TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
+  std::mt19937 random(67);
+  std::normal_distribution<double> normal;
+  RowHalves rows(3, 900, {{make_joint_channel("A"), {0, 2}}, {make_joint_channel("B"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double a = normal(random), b = normal(random), like_a = a + 0.01 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 10 * a + normal(random), 20), half->add(0, 0, a), half->add(0, 2, like_a);
+      half->begin_row(1, 10 * b + normal(random), 20), half->add(1, 1, b);
+    });
+  }
+  const Candidate a = make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), b = make_candidate(EffectId::kViscous, "B", {{{1, 1.0}}}),
+                  like_a = make_candidate(EffectId::kCoulomb, "A", {{{2, 1.0}}});
+  const std::vector<Candidate> candidates{a, b, like_a};
+  LeggedFitter fitter(rows.merge(), 3);
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  const LeggedFit nominal = fitter.fit({}), chosen = fitter.fit({a});
+  const Say silent;
+  const SearchState state{fitter, candidates, layout, 1.0, silent, nullptr, nominal, chosen, {}, {}};
+  FoundEffect found;
+  found.effect = a, found.gain = calc_total_gain(state, nominal, chosen), found.channel = 0;
+  const std::vector<Rival> rivals = list_rivals(state, nominal, found);
+  ASSERT_EQ(rivals.size(), 1u);
+  EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
+}
+
+// A foot in the air hardly loads its ankle: friction is the effort, and the effort times 1 is the friction.
+TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
+  std::mt19937 random(71);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{make_joint_channel("A"), {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double direction = i % 30 < 15 ? 1 : -1, load = 0.5 * normal(random), effort = 10 * direction + load;
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 10 * direction + 0.1 * load + 0.1 * normal(random), 10);
+      half->add(0, 0, direction), half->add(0, 1, direction * std::abs(effort));
+    });
+  }
+  Candidate plain = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}), loaded = make_candidate(EffectId::kLoadFriction, "A", {{{1, 1.0}}});
+  plain.law = &get_laws().coulomb, loaded.law = &get_laws().load_friction;
+  EXPECT_TRUE(search(rows.merge(), 2, {loaded}).effects.empty());
+  const LeggedOutcome out = search(rows.merge(), 2, {plain, loaded});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_EQ(out.effects[0].effect.law, plain.law);
 }
 
 TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
