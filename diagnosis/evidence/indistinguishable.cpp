@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/findings/surest.h"
+#include "diagnosis/measurement/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -174,7 +175,8 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
         velocity + " is " + number(log.bias, 3) + " rad/s off the rate of the position");
   if (log.is_late())
     add(EffectId::kSensorDelay, Quantity::kVelocity, {"delay", "s", {log.late}, {log.late_std}, false},
-        velocity + " is " + number(1e3 * log.late, 3) + " ms later than the rate of the position");
+        velocity + (log.late > kLongest ? " is the rate of the position behind a filter with a time constant of " + number(1e3 * log.late, 3) + " ms"
+                                        : " is " + number(1e3 * log.late, 3) + " ms later than the rate of the position"));
   if (log.is_position_late())
     add(EffectId::kSensorDelay, Quantity::kPosition, {"delay", "s", {-log.late}, {log.late_std}, false},
         position + " is " + number(-1e3 * log.late, 3) + " ms later than the velocity");

@@ -170,6 +170,7 @@ class Grader {
       between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, static_cast<size_t>(i));
       curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
     });
+    const Eigen::VectorXd considered = choice_.model.whole.empty() ? Eigen::VectorXd() : calc_considered_std(design_, choice_.model, fit_);
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
       if (g.term.row->level) g.curve = curves[i];
@@ -180,6 +181,7 @@ class Grader {
         // Not further for terms of the whole robot: parts of one joint say little.
         const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
+        if (g.term.whole()) g.width[c] = std::hypot(g.width[c], considered[slots_.whole[g.place.at] + c]);
       }
     }
   }

@@ -93,6 +93,14 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
   return out;
 }
 
+// True if the term is a link's mass that the model takes as known.
+bool is_known_mass(const TorqueDesign& design, const TorqueModel& model, size_t term) {
+  const Term& mass = design.whole[term];
+  return mass.row->factor && std::none_of(model.whole.begin(), model.whole.end(), [&](size_t t) {
+    return design.whole[t].row == mass.row && design.whole[t].place == mass.place;
+  });
+}
+
 }  // namespace
 
 ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate) {
@@ -105,6 +113,29 @@ Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double samp
   Eigen::MatrixXd moved = sums.moved;
   moved.col(0) *= kKnown, moved.col(1) *= kInstant * sample_time;
   return (invert_sums(sums.xx) * moved).rowwise().squaredNorm();
+}
+
+Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit) {
+  const Slots slots = list_slots(design, model);
+  const size_t joints = design.joints.size();
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(slots.size, slots.size);
+  // By slot: each joint's rows times its effort; then all rows times the columns of each link's mass.
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(slots.size, static_cast<long>(joints + design.whole.size()));
+  for (size_t i = 0; i < joints; ++i) {
+    const JointDesign& joint = design.joints[i];
+    const UsedColumns use = list_used_columns(design, model, slots, i);
+    const double weight = 1.0 / std::max({fit.cross[i], kFloor * joint.spread * joint.spread, 1e-300});
+    for (size_t a = 0; a < use.columns.size(); ++a) {
+      for (size_t b = 0; b < use.columns.size(); ++b) sums(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
+      for (size_t t = 0; t < joint.terms.size(); ++t) {
+        if (joint.terms[t].row->scales_effort) moved(use.slots[a], static_cast<long>(i)) += weight * joint.total.get(use.columns[a], joint.first[t]);
+      }
+      for (size_t t = 0; t < design.whole.size(); ++t) {
+        if (is_known_mass(design, model, t)) moved(use.slots[a], static_cast<long>(joints + t)) += weight * joint.total.get(use.columns[a], list_whole_columns(design, joint, t)[0]);
+      }
+    }
+  }
+  return kKnown * (invert_sums(sums) * moved).rowwise().norm();
 }
 
 // Dry friction varies by kDetail over a turn.

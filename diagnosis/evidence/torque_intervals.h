@@ -31,6 +31,10 @@ ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& e
 // Variance by column if the torque constant is wrong by 2 % and the effort is late by half a sample. `sample_time` [s].
 Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time);
 
+// Standard deviation by slot of `fit`, of a model with terms of the whole robot: each joint's torque constant and each other
+// link's mass is known to 2 %. Unlike what parts of one joint say, this concerns the rows of all joints.
+Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
+
 // Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
 double calc_unseen_std(double level, double travel);
 

@@ -9,25 +9,6 @@ namespace {
 
 constexpr double kFactorSpread = 0.15;  // standard deviation of ln(factor) for torque constants and masses
 
-// Columns of a model in one joint's Gram matrix, and their indices in theta.
-struct Use {
-  Columns columns, slots;
-};
-
-Use list_use(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t i) {
-  const JointDesign& joint = design.joints[i];
-  Use use;
-  for (size_t t = 0; t < model.own[i].size(); ++t) {
-    long slot = slots.own[i][t];
-    for (long c : list_columns(joint, model.own[i][t])) use.columns.push_back(c), use.slots.push_back(slot++);
-  }
-  for (size_t t = 0; t < model.whole.size(); ++t) {
-    long slot = slots.whole[t];
-    for (long c : list_whole_columns(design, joint, model.whole[t])) use.columns.push_back(c), use.slots.push_back(slot++);
-  }
-  return use;
-}
-
 // Factor of the joint's torque constant in the model, from the effort column or from the torque column; 1 without one.
 double find_gain(const JointDesign& joint, const std::vector<size_t>& terms, const Eigen::VectorXd& theta) {
   long at = 0;
@@ -43,13 +24,13 @@ bool scales_effort(const JointDesign& joint, const std::vector<size_t>& terms) {
   return std::any_of(terms.begin(), terms.end(), [&](size_t t) { return joint.terms[t].row->scales_effort; });
 }
 
-Eigen::VectorXd pick_slots(const Eigen::VectorXd& theta, const Use& use) {
+Eigen::VectorXd pick_slots(const Eigen::VectorXd& theta, const UsedColumns& use) {
   Eigen::VectorXd own(static_cast<long>(use.slots.size()));
   for (long i = 0; i < own.size(); ++i) own[i] = theta[use.slots[static_cast<size_t>(i)]];
   return own;
 }
 
-void add_joined(const Gram& gram, const Use& use, double weight, Gram* out) {
+void add_joined(const Gram& gram, const UsedColumns& use, double weight, Gram* out) {
   for (size_t a = 0; a < use.columns.size(); ++a) {
     out->b[use.slots[a]] += weight * gram.b[use.columns[a]];
     for (size_t b = 0; b < use.columns.size(); ++b) {
@@ -64,7 +45,7 @@ class Fitter {
  public:
   Fitter(const TorqueDesign& design, const TorqueModel& model)
       : design_(design), model_(model), slots_(list_slots(design, model)) {
-    for (size_t i = 0; i < design.joints.size(); ++i) uses_.push_back(list_use(design, model, slots_, i));
+    for (size_t i = 0; i < design.joints.size(); ++i) uses_.push_back(list_used_columns(design, model, slots_, i));
     for (long c = 0; c < slots_.size; ++c) all_.push_back(c);
   }
 
@@ -155,7 +136,7 @@ class Fitter {
   const TorqueDesign& design_;
   const TorqueModel& model_;
   const Slots slots_;
-  std::vector<Use> uses_;
+  std::vector<UsedColumns> uses_;
   Columns all_;
 };
 
@@ -210,6 +191,20 @@ Slots list_slots(const TorqueDesign& design, const TorqueModel& model) {
     slots.size += design.whole[term].columns();
   }
   return slots;
+}
+
+UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t i) {
+  const JointDesign& joint = design.joints[i];
+  UsedColumns use;
+  for (size_t t = 0; t < model.own[i].size(); ++t) {
+    long slot = slots.own[i][t];
+    for (long c : list_columns(joint, model.own[i][t])) use.columns.push_back(c), use.slots.push_back(slot++);
+  }
+  for (size_t t = 0; t < model.whole.size(); ++t) {
+    long slot = slots.whole[t];
+    for (long c : list_whole_columns(design, joint, model.whole[t])) use.columns.push_back(c), use.slots.push_back(slot++);
+  }
+  return use;
 }
 
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance) {

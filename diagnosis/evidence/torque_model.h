@@ -34,6 +34,12 @@ struct Slots {
 };
 Slots list_slots(const TorqueDesign& design, const TorqueModel& model);
 
+// Columns of a model in one joint's sums, and their slots in theta.
+struct UsedColumns {
+  Columns columns, slots;
+};
+UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t joint);
+
 // Fits a model by least squares: each joint alone, or all joints together if the model has terms of the whole robot.
 // Evidence and errors are cross-validated over the folds.
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);

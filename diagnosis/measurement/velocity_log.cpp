@@ -20,6 +20,7 @@ constexpr double kTrim = 0.3;           // [s] left out at both ends, where deri
 constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
 constexpr double kExactTime = 0.05;     // [sampling times] agreement of a delay
 constexpr int kRounds = 3;              // of linear steps towards the delay
+constexpr int kFilterRounds = 8;        // the same towards a filter's time constant, which is further away
 
 // Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
 // delay. A filter that attenuates fast motion has its c, so it does not look like a scale.
@@ -58,44 +59,88 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   return list;
 }
 
-// Sums over stretches of all motions, with velocities read `late` [s] after the positions.
-std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late) {
+// Sums over stretches of all motions, with velocities read `late` [s] after the positions. What a filter begins with shows for
+// as long as `begun` [s].
+std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late, double begun = 0.0) {
   long samples = 0;
-  for (const Motion& motion : motions) samples += motion.count(late);
+  for (const Motion& motion : motions) samples += motion.count(std::abs(late) + begun);
   std::vector<Gram> folds(kFolds, Gram(kColumns));
   long k = 0;
   for (const Motion& motion : motions) {
     const Eigen::VectorXd velocity = read(motion, motion.recording->joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)], late);
-    const long trim = motion.count_trimmed(late);
-    for (long row = trim; row < trim + motion.count(late); ++row, ++k)
+    const long trim = motion.count_trimmed(std::abs(late) + begun);
+    for (long row = trim; row < trim + motion.count(std::abs(late) + begun); ++row, ++k)
       folds[static_cast<size_t>(k * kFolds / samples)].add_row(motion.columns.row(row).transpose(), velocity[row]);
   }
   return folds;
 }
 
+// The velocity by the sums of these columns: the rate, its change by a delay, and a constant last. `late` is how much longer than
+// in the columns the delay is. Neutral if the velocity does not follow.
+VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& columns, double sample_time) {
+  VelocityReading out;
+  const Gram total = sum(folds, kColumns);
+  if (!(total.c > 0.0)) return out;
+  const Eigen::VectorXd theta = solve(total, columns);
+  const double left = calc_rest(total, columns, theta) / total.c, spread = std::sqrt(total.c / total.n);
+  if (!(left < kDetail * kDetail) || !(theta[0] > 0.0)) return out;
+  const Eigen::VectorXd std = calc_covariance(folds, total, columns, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
+  const long last = theta.size() - 1;
+  // Noise of the rate reduces the slope by at most the relative squared residual.
+  out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kAgreement);
+  out.ratio = out.scale, out.ratio_std = out.scale_std;
+  out.late = -theta[1] / theta[0], out.late_std = std::hypot(std[1] / theta[0], kExactTime * sample_time);
+  out.bias = theta[last], out.bias_std = std::hypot(std[last], kAgreement * spread);
+  if (std::abs(out.bias) < std::max(kKnown * spread, kSignificantInJoint * out.bias_std)) out.bias = 0.0;
+  out.after = std::sqrt(left) * spread;
+  return out;
+}
+
+// A velocity that is late by up to kLongest.
+VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, double sample_time) {
+  VelocityReading out;
+  double late = 0.0;
+  for (int round = 0; round < kRounds; ++round) {
+    out = read_columns(add_stretches(motions, joint, late), kAll, sample_time);
+    late += out.late, out.late = late;
+    if (out.ratio == 0.0 || !(std::abs(late) < kLongest)) return {};
+  }
+  return out;
+}
+
+// The rate behind a filter 1 / (T s + 1); exact for a rate that is linear between samples.
+Eigen::VectorXd pass_filter(const Eigen::VectorXd& rate, double step, double time) {
+  Eigen::VectorXd out = rate;
+  const double keep = std::exp(-step / time), slope = time * (1.0 - keep) / step;
+  for (long k = 1; k < rate.size(); ++k) out[k] = keep * out[k - 1] + (slope - keep) * rate[k - 1] + (1.0 - slope) * rate[k];
+  return out;
+}
+
+// A velocity that is later than any delay came through a slow filter. By the rate behind a filter of T, and its derivative with
+// respect to T: that of the rate behind two of them. `late` is the time constant.
+VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, double sample_time) {
+  VelocityReading out;
+  double time = kLongest;
+  for (int round = 0; round < kFilterRounds; ++round) {
+    std::vector<Motion> filtered = motions;
+    for (Motion& m : filtered) {
+      m.columns.col(0) = pass_filter(m.columns.col(0), m.step, time);
+      m.columns.col(1) = pass_filter(pass_filter(m.columns.col(1), m.step, time), m.step, time);
+    }
+    out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), {0, 1, kRates}, sample_time);
+    time += out.late, out.late = time;
+    if (!(time > kHalf * kLongest)) return {};
+  }
+  return out.ratio > 0.0 && out.late > kLongest ? out : VelocityReading{};
+}
+
 VelocityReading read_velocity(const Experiment& e, size_t joint) {
   const std::vector<Motion> motions = list_motions(e, joint);
-  VelocityReading out;
-  double late = 0.0, before = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
-    const std::vector<Gram> folds = add_stretches(motions, joint, late);
-    const Gram total = sum(folds, kColumns);
-    if (!(total.c > 0.0)) return {};
-    if (round == 0) before = calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n;
-    const Eigen::VectorXd theta = solve(total, kAll);
-    const double left = calc_rest(total, kAll, theta) / total.c;
-    if (!(left < kDetail * kDetail) || !(theta[0] > 0.0)) return {};
-    late -= theta[1] / theta[0];
-    if (!(std::abs(late) < kLongest)) return {};
-    const Eigen::VectorXd std = calc_covariance(folds, total, kAll, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
-    // Noise of the rate reduces the slope by at most the relative squared residual.
-    out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kAgreement);
-    out.ratio = out.scale, out.ratio_std = out.scale_std;
-    out.late = late, out.late_std = std::hypot(std[1] / theta[0], kExactTime * e.sample_time);
-    out.bias = theta[kRates], out.bias_std = std::hypot(std[kRates], kAgreement * std::sqrt(total.c / total.n));
-    if (std::abs(out.bias) < std::max(kKnown * std::sqrt(total.c / total.n), kSignificantInJoint * out.bias_std)) out.bias = 0.0;
-    out.before = std::sqrt(before), out.after = std::sqrt(left * total.c / total.n);
-  }
+  VelocityReading out = read_delayed(motions, joint, e.sample_time);
+  if (out.ratio == 0.0) out = read_filtered(motions, joint, e.sample_time);
+  if (out.ratio == 0.0) return {};
+  const Gram total = sum(add_stretches(motions, joint, 0.0), kColumns);
+  out.before = std::sqrt(calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n);
   if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kSignificantInJoint * out.scale_std)) out.scale = 1.0;
   const double least = std::max({e.sample_time, kSignificantInJoint * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
   if (std::abs(out.late) < least) out.late = 0.0;
@@ -129,6 +174,10 @@ Experiment correct_joint_logs(const Experiment& e, const std::vector<VelocityRea
       const VelocityReading& log = readings[j];
       JointColumns& c = r.joints[j];
       if (!c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity)) continue;
+      if (log.late > kLongest) {  // of a filter, which leaves nothing sharp: the position's rate is better
+        c.signal[1].clear();
+        continue;
+      }
       for (double& v : c.signal[1]) v = (v - log.bias) / log.scale;
       if (log.is_late()) move_series(r.time, log.late, &c.signal[1]);
       if (log.is_position_late()) move_series(r.time, -log.late, &c.signal[0]);

@@ -13,7 +13,8 @@ namespace hrp::diagnosis {
 // follow the position or no fault is significant.
 struct VelocityReading {
   double scale = 1.0, scale_std = 0.0;
-  double late = 0.0, late_std = 0.0;  // [s] negative: the position is late, because no filter looks ahead
+  // [s] negative: the position is late, because no filter looks ahead. Above kLongest: time constant of a slow filter.
+  double late = 0.0, late_std = 0.0;
   double bias = 0.0, bias_std = 0.0;  // [rad/s]
   double ratio = 0.0, ratio_std = 0.0;  // velocity over rate, even if not significant; 0: unknown
   double before = 0.0, after = 0.0;   // [rad/s] rms residual of the rate, without and with these corrections
@@ -31,7 +32,7 @@ std::vector<VelocityReading> find_velocity_readings(const Experiment& experiment
 bool may_be_clock(const std::vector<VelocityReading>& readings, const VelocityReading& scaled);
 
 // Corrects velocities for bias and scale, and shifts velocities and positions by their delays: linear between samples,
-// constant at the ends.
+// constant at the ends. Velocities behind a slow filter are left out: the rate of the position is sharper.
 Experiment correct_joint_logs(const Experiment& experiment, const std::vector<VelocityReading>& readings);
 
 }  // namespace hrp::diagnosis

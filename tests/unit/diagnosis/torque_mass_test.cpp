@@ -80,6 +80,20 @@ TEST(TorqueMass, GainsOfAnArmThatCarriesALoadHaveTheLoadAsTheirAlternative) {
   }
 }
 
+// Drives that give 2 % less than their data sheets say make every mass look 2 % larger: that much no mass is known better.
+TEST(TorqueMass, AMassIsKnownNoBetterThanTheTorqueConstantsOfTheDrivesThatCarryIt) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kMassError, kFore, {0.65}});
+  Experiment e = simulate_currents("torque_known", hidden, {0.98, 0.98});
+  for (Recording& r : e.recordings) forget_commands(&r);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* f = find(verdict, "mass_error", "fore");
+  ASSERT_NE(f, nullptr);
+  const Estimate& scale = f->parameters[0];
+  EXPECT_GT(scale.value[0], 0.655) << f->statement;  // so that the next line says something
+  EXPECT_LT(std::abs(scale.value[0] - 0.65), 1.96 * scale.std[0]) << f->statement;
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueMass, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});

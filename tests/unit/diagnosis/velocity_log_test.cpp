@@ -74,6 +74,22 @@ TEST(VelocityLog, AFilterThatDampsFastMotionIsNoScale) {
   EXPECT_NEAR(log.late, kTime, 0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
 }
 
+// No bus is late by 0.2 s. The rate of the position serves as the velocity then.
+TEST(VelocityLog, ASlowFilterOfAVelocityIsReadWithItsTimeConstantAndLeftOut) {
+  constexpr double kTime = 0.2;  // [s] of a first-order filter
+  Experiment e = make_simulated_experiment("velocity_slow_filter", kArm, {"shoulder", "elbow"}, {});
+  for (Recording& r : e.recordings) {
+    std::vector<double>& rate = r.joints[kElbow].signal[1];
+    for (size_t k = 1; k < r.size(); ++k) rate[k] = rate[k - 1] + (1.0 - std::exp(-0.005 / kTime)) * (rate[k] - rate[k - 1]);
+  }
+  const std::vector<VelocityReading> readings = find_velocity_readings(e);
+  EXPECT_NEAR(readings[kElbow].late, kTime, 0.005);  // a sample: the filter's own rule holds a value for as long
+  EXPECT_EQ(readings[kShoulder].late, 0.0);
+  const Experiment corrected = correct_joint_logs(e, readings);
+  EXPECT_FALSE(corrected.recordings[0].joints[kElbow].has(Quantity::kVelocity));
+  EXPECT_TRUE(corrected.recordings[0].joints[kShoulder].has(Quantity::kVelocity));
+}
+
 // Losses and rotors act on both alike.
 TEST(VelocityLog, PhysicsOfTheJointIsNoFaultOfItsLog) {
   const VelocityReading log = read_elbow("velocity_right", {{EffectId::kCoulomb, kElbow, {0.8}}, {EffectId::kRotorInertia, kElbow, {0.02}}});
