@@ -271,9 +271,10 @@ TEST(TorqueEvidence, InertiaOfALevelCartIsAmbiguousWhateverItIsCalled) {
     if (f.effect == "viscous_friction") continue;
     EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
     EXPECT_FALSE(f.alternatives.empty()) << f.statement;
-    // Alternatives are as well known as the finding: the recordings have no noise to speak of.
+    // The recordings have no noise to speak of. What counts is that torque constants, and masses of links, are known to 2 %:
+    // of 2 kg beside a cart of 5 kg, hypot(0.02 * 7, 0.02 * 5) = 0.172 kg.
     for (const Alternative& a : f.alternatives) {
-      for (const Estimate& p : a.parameters) EXPECT_LE(p.std[0], 0.05 * std::abs(p.value[0])) << a.effect << " " << p.name;
+      for (const Estimate& p : a.parameters) EXPECT_LE(p.std[0], 0.09 * std::abs(p.value[0])) << a.effect << " " << p.name;
     }
   }
 }
