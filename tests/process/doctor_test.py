@@ -167,7 +167,8 @@ class Doctor(OwnSurroundings):
                 each.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * place))
             except OSError as error:  # another test's socket has the port: it is as taken as this test wants it
                 self.assertEqual(error.errno, errno.EADDRINUSE)
-        self.expect("domain", "39 of 40 places")
+        # 39, or 40 when the system has given the last port to somebody's socket: it lies among those for anybody.
+        self.assertRegex(self.expect("domain", "of 40 places"), "(39|40) of 40 places")
 
     @unittest.skipUnless(os.access("/dev/shm", os.W_OK), "NOT TESTED: /dev/shm cannot be written")
     def test_shared_memory_of_a_program_that_is_gone(self):
