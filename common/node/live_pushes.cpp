@@ -9,6 +9,7 @@
 namespace hrp {
 namespace {
 
+constexpr double kHardestPush = 1e5;      // [N] nobody pushes a robot with more
 constexpr uint64_t kMostSteps = 1000000;  // of one push, as of RunControl.steps
 
 bool has_begun(const msg::Push& push, uint64_t step) { return push.number() > 0 && step > push.from_step(); }
@@ -18,7 +19,7 @@ bool has_begun(const msg::Push& push, uint64_t step) { return push.number() > 0 
 std::string find_push_fault(const msg::Push& push) {
   const Vector3d force = from_message(push.force()), point = from_message(push.p_LQ());
   if (!force.allFinite() || !point.allFinite()) return "a push needs a force [N] and a point [m] of finite numbers";
-  if (force.norm() > kHardestPush) return "a push of " + std::to_string(force.norm()) + " N is more than the 100000 N that are allowed";
+  if (force.norm() > kHardestPush) return "a push of " + std::to_string(force.norm()) + " N is more than the " + std::to_string(static_cast<long>(kHardestPush)) + " N that are allowed";
   if (push.steps() > kMostSteps) return "a push lasts at most " + std::to_string(kMostSteps) + " steps, not " + std::to_string(push.steps());
   return "";
 }
@@ -50,6 +51,12 @@ void LivePushes::add(const msg::Push& push) {
   if (push.number() <= last_number_) return;
   last_number_ = push.number();
   pushes_.push_back(push);
+}
+
+void LivePushes::add_from(uint64_t step, msg::Push push) {
+  push.number(last_number_ + 1);
+  push.from_step(step);
+  add(push);
 }
 
 PushForces LivePushes::find(uint64_t step) {

@@ -13,8 +13,6 @@
 
 namespace hrp {
 
-constexpr double kHardestPush = 1e5;  // [N] nobody pushes a robot with more
-
 // Why nobody can push like this; empty when one can. The robot's links are not looked at.
 std::string find_push_fault(const msg::Push& push);
 // The same with the robot: its links, lumped ones too.
@@ -39,6 +37,7 @@ class LivePushes {
  public:
   void reset() { pushes_.clear(), last_number_ = 0; }
   void add(const msg::Push& push);  // ignored when it was added before
+  void add_from(uint64_t step, msg::Push push);  // the next one, without a scheduler: acts from this state on
   bool empty() const { return pushes_.empty(); }
   // What acts in the step that begins at state `step`. Steps come in order: what is over is forgotten.
   PushForces find(uint64_t step);

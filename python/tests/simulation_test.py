@@ -85,6 +85,18 @@ class Pushed(unittest.TestCase):
         simulation.step(200)
         self.assertEqual(simulation.state_hash, end)
 
+    def test_another_simulation_is_pushed_on_and_pushed_again(self):
+        one, other = openhrp_dds.Simulation(SQUAT), openhrp_dds.Simulation(SQUAT)
+        for force in (8, 5):
+            one.push("R_HAND_LINK", [force, 0, 0], 100)
+        one.step(30)
+        other.restore(one.save())
+        for simulation in (one, other):
+            simulation.push("R_HAND_LINK", [0, 4, 0], 50)
+            simulation.step(20)
+            np.testing.assert_array_equal(simulation.pushes[0]["force"], [0, 4, 0])
+        self.assertEqual(one.state_hash, other.state_hash)
+
     def test_what_nobody_can_push_is_refused(self):
         simulation = openhrp_dds.Simulation(SQUAT)
         with self.assertRaisesRegex(ValueError, "no link 'tail'"):

@@ -116,7 +116,7 @@ void Pushes::set_live(const PushForces& forces) {
     Transform X_LF;
     const int link = find_link(model_.spec(), force.link, &X_LF);
     HRP_CHECK(link >= 0, "no link " << force.link);
-    live_.push_back({link, X_LF * force.p_LQ, force.force_W});
+    live_.push_back({link, {"", force.link, X_LF * force.p_LQ, force.force_W}});
   }
 }
 
@@ -139,9 +139,9 @@ const ExternalWrenches& Pushes::find(double time, const State& state) {
   };
   for (const Push& push : pushes_) {
     if (!acts(time, push.spec.start, push.spec.duration)) continue;
-    add(push.spec.name, push.link, push.spec.p_LQ, pose(push.link).R * push.spec.p_LQ, push.spec.force_W);
+    add(push, pose(push.link));
   }
-  for (const LivePush& push : live_) add("", push.link, push.p_LQ, pose(push.link).R * push.p_LQ, push.force_W);
+  for (const Push& push : live_) add(push, pose(push.link));
   for (const Hand& hand : hands_) {
     const HandSpec& spec = hand.spec;
     const double never = std::numeric_limits<double>::infinity();

@@ -24,6 +24,7 @@ class Pushes {
   const ExternalWrenches& find(double time, const State& state);
   // Live pushes that act from now on, instead of those before. Their links must be the robot's.
   void set_live(const PushForces& forces);
+  void let_go() { live_.clear(), acting_.clear(); }
   // What the last find() told of, with the scenario's names and moving links.
   const PushForces& acting() const { return acting_; }
 
@@ -37,16 +38,12 @@ class Pushes {
     HandSpec spec;
     Vector3d p_WH0 = Vector3d::Zero();  // [m] where it takes hold
   };
-  // One that a person holds.
-  struct LivePush {
-    int link = 0;
-    Vector3d p_LQ, force_W;
-  };
   void add_hands(const Scenario& scenario, const State& start);
   void add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W, const Vector3d& force_W);
+  void add(const Push& push, const Transform& X_WL) { add(push.spec.name, push.link, push.spec.p_LQ, X_WL.R * push.spec.p_LQ, push.spec.force_W); }
 
   std::vector<Push> pushes_;
-  std::vector<LivePush> live_;
+  std::vector<Push> live_;  // act until they are replaced
   std::vector<Hand> hands_;
   Model model_;
   Data data_;

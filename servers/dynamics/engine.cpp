@@ -55,7 +55,6 @@ SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& 
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const ExternalWrenches& pushes = pushes_.find(simulator_.time(), simulator_.state());
-  acted_ = pushes_.acting();
   if (others_.empty()) return describe(simulator_.step(contacts, command, pushes), command);
   std::string fault;
   const ExternalWrenches& all = others_.start(contacts, simulator_.state(), pushes, &fault);

@@ -15,8 +15,7 @@ class SimulatorEngine : public DynamicsEngine {
   void reset() override {
     simulator_.reset();
     others_.reset();
-    pushes_.set_live({});
-    acted_.clear();
+    pushes_.let_go();
   }
   std::string step(const ContactSet& contacts, const JointCommand& command) override;
   const State& state() const override { return simulator_.state(); }
@@ -38,18 +37,19 @@ class SimulatorEngine : public DynamicsEngine {
     pushes_.set_live(forces);
     return true;
   }
-  const PushForces& pushes() const override { return acted_; }
+  const PushForces& pushes() const override { return pushes_.acting(); }
   // Everything that decides the future: kept to go back to it. Pushes and hands depend on time and state alone.
   const Simulator& simulator() const { return simulator_; }
   const OtherBodies& other_bodies() const { return others_; }
   void restore(const Simulator& kept, const OtherBodies& others) {
     simulator_ = kept;
     others_ = others;
+    pushes_.let_go();
   }
   // Step 0 at this state. False when it does not fit the robot.
   [[nodiscard]] bool reset_to(const State& state) {
     others_.reset();
-    pushes_.set_live({});
+    pushes_.let_go();
     return simulator_.reset(state);
   }
 
@@ -61,7 +61,6 @@ class SimulatorEngine : public DynamicsEngine {
   Simulator simulator_;
   OtherBodies others_;
   Pushes pushes_;
-  PushForces acted_;  // over the last step
 };
 
 // For DynamicsLoop.

@@ -43,7 +43,6 @@ void Trial::start_controllers() {
 void Trial::reset() {
   engine_->reset();
   pushes_.reset();
-  push_queue_.reset();
   step_ = 0;
   fault_.clear();
   start_controllers();
@@ -52,7 +51,6 @@ void Trial::reset() {
 bool Trial::reset_to(const State& state) {
   if (!engine_->reset_to(state)) return false;
   pushes_.reset();
-  push_queue_.reset();
   step_ = 0;
   fault_.clear();
   start_controllers();
@@ -72,7 +70,6 @@ void Trial::restore(const TrialState& kept) {
   }
   command_ = kept.command;
   pushes_ = kept.pushes;
-  engine_->push({});  // as pushes_ says, from the next step on
   step_ = kept.step;
   fault_.clear();
 }
@@ -102,9 +99,7 @@ void Trial::push(const std::string& link, const Vector3d& p_LQ, const Vector3d& 
   push.steps(steps);
   const std::string fault = find_push_fault(push, robot_.tree);
   if (!fault.empty()) refuse_input({""}, fault);
-  push_queue_.add(push);
-  const auto now = static_cast<uint64_t>(step_);
-  for (const msg::Push& numbered : push_queue_.give_out(now, now)) pushes_.add(numbered);
+  pushes_.add_from(static_cast<uint64_t>(step_), push);
 }
 
 bool Trial::step() {

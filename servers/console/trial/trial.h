@@ -89,7 +89,6 @@ class Trial {
   std::unique_ptr<SimulatorEngine> engine_;
   std::vector<Driver> drivers_;  // one a robot, the first one before the scenario's others
   JointCommand command_;
-  PushQueue push_queue_;
   LivePushes pushes_;
   long step_ = 0;
   std::string fault_;
