@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/messages/convert.h"
 
 namespace hrp {
 namespace {
@@ -48,9 +49,7 @@ msg::Vector3 get_vector(const Json& request, const char* key) {
   const bool good = list != request.end() && list->is_array() && list->size() == 3 &&
                     std::all_of(list->begin(), list->end(), [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); });
   if (!good) throw ProtocolError(std::string("expected three numbers as ") + key);
-  msg::Vector3 out;
-  out.x((*list)[0].get<double>()), out.y((*list)[1].get<double>()), out.z((*list)[2].get<double>());
-  return out;
+  return to_message(Vector3d((*list)[0].get<double>(), (*list)[1].get<double>(), (*list)[2].get<double>()));
 }
 
 std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }

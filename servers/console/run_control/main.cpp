@@ -7,6 +7,7 @@
 
 #include "common/base/command_line.h"
 #include "common/base/version.h"
+#include "common/messages/convert.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/console/run_control/run_control.h"
@@ -37,11 +38,7 @@ CLI::App* add_push(CLI::App& app, PushWords* words, hrp::msg::RunControl* contro
   return command;
 }
 
-hrp::msg::Vector3 make_vector(const std::vector<double>& v) {
-  hrp::msg::Vector3 out;
-  out.x(v[0]), out.y(v[1]), out.z(v[2]);
-  return out;
-}
+hrp::msg::Vector3 make_vector(const std::vector<double>& v) { return hrp::to_message(hrp::Vector3d(v[0], v[1], v[2])); }
 
 }  // namespace
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pushing the robot of a live run with the mouse. The force is as long as the drag, on the scale of the other arrows.
 import * as THREE from "three";
+import { isShown } from "./robot.js";
 
 const repeatPeriod = 100;     // [ms] between messages while the button is held
 const holdTime = 0.5;         // [s] of wall clock that a push lasts when no message follows
-const usualScale = 200;       // [N] for 1 m, as long as no contact force has set a scale
 
 // The link that an object of the model belongs to.
 function findLink(object) {
@@ -26,10 +26,7 @@ export class Pusher {
   pick(event) {
     const robot = this.stage.robots[0];
     if (!robot) return null;
-    const hits = this.aim(event).intersectObject(robot.model, true).filter(({ object }) => {
-      for (let at = object; at; at = at.parent) if (!at.visible) return false;
-      return true;
-    });
+    const hits = this.aim(event).intersectObject(robot.model, true).filter(({ object }) => isShown(object));
     const link = hits.length > 0 ? findLink(hits[0].object) : null;
     return link && { link, point: link.worldToLocal(hits[0].point.clone()) };
   }
@@ -59,7 +56,7 @@ export class Pusher {
     const at = this.held.link.localToWorld(this.held.point.clone());
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(this.stage.camera.getWorldDirection(new THREE.Vector3()), at);
     const target = this.aim(event).ray.intersectPlane(plane, new THREE.Vector3());
-    if (target) this.held.force = target.sub(at).multiplyScalar(this.stage.forceScale || usualScale);
+    if (target) this.held.force = target.sub(at).multiplyScalar(this.stage.findForceScale());
     this.stage.setDrag(this.held);
   }
 

@@ -18,6 +18,12 @@ function readMesh(name, data) {
 // Exporters that put all colour into textures, which are not fetched, leave black behind.
 const visibleColor = (color) => (color.r + color.g + color.b < 0.1 ? new THREE.Color(0x9fb0c4) : color);
 
+// Neither it nor what it is part of is hidden.
+export function isShown(object) {
+  for (let at = object; at; at = at.parent) if (!at.visible) return false;
+  return true;
+}
+
 function hasGeometry(object) {
   let found = false;
   object.traverse((child) => { found = found || child.isMesh === true; });
@@ -141,9 +147,7 @@ export class Robot {
   findBox() {
     const box = this.findFrameBox();
     this.model.traverse((child) => {
-      let shown = child.isMesh === true;
-      for (let at = child; shown && at; at = at.parent) shown = at.visible;
-      if (shown) box.expandByObject(child);
+      if (child.isMesh && isShown(child)) box.expandByObject(child);
     });
     return box;
   }
