@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/run_main.h"
 #include "common/base/version.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/measurement/torque_residual.h"
@@ -129,14 +130,8 @@ int main(int argc, char** argv) {
   if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
   std::vector<std::pair<std::string, std::string>> models;
   if (!read_models(argc, argv, &models)) return std::fprintf(stderr, "%s\n", usage), 2;
-  try {
+  return hrp::run_main("hrp-diagnose-baseline", [&] {
     std::printf("%s\n", identify(argv[1], models).dump(1).c_str());
     return 0;
-  } catch (const hrp::InputError& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hrp-diagnose-baseline: %s\n", error.what());
-    return 1;
-  }
+  });
 }

@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "common/base/command_line.h"
-#include "common/base/diagnostics.h"
 #include "common/base/number_option.h"
+#include "common/base/run_main.h"
 #include "common/base/version.h"
 #include "common/base/write_file.h"
 #include "diagnosis/diagnose_recordings.h"
@@ -107,13 +107,5 @@ int main(int argc, char** argv) {
   hrp::diagnosis::Options options;
   hrp::diagnosis::add_options(&app, &options);
   if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
-  try {
-    return hrp::diagnosis::run(options);
-  } catch (const hrp::InputError& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hrp-diagnose: %s\n", error.what());
-    return 1;
-  }
+  return hrp::run_main("hrp-diagnose", [&] { return hrp::diagnosis::run(options); });
 }

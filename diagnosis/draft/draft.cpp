@@ -2,13 +2,13 @@
 #include "diagnosis/draft/draft.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/exact_number.h"
 #include "common/base/read_file.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
@@ -87,11 +87,6 @@ double find_time_scale(double period) {
 std::string quote(std::string text) {
   for (size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, "'");
   return "'" + text + "'";
-}
-
-std::string format(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
 std::string format_short(double value) {
@@ -187,7 +182,7 @@ class DraftWriter {
       const bool named = i < meanings_.size() && meanings_[i].kind == ColumnKind::kTime;
       if (period <= 0.0 || !(named || log_.names.empty())) continue;
       const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
-      *columns << "  time: {column: " << find_place(i) << ", scale: " << format(scale) << "}   # " << format_short(1.0 / (period * scale)) << " Hz\n";
+      *columns << "  time: {column: " << find_place(i) << ", scale: " << format_exact(scale) << "}   # " << format_short(1.0 / (period * scale)) << " Hz\n";
       draft_.found.push_back("time: column " + find_place(i) + ", " + format_short(1.0 / (period * scale)) + " samples a second");
       time_ = static_cast<int>(i);
       return;
@@ -204,7 +199,7 @@ class DraftWriter {
         const ColumnMeaning& m = meanings_[i];
         if (m.kind != kind || m.command != command || m.joint != static_cast<int>(joint) || used_[i]) continue;
         *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name << ": ";
-        if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format(m.scale) << "}\n";
+        if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
         else *columns << find_place(i) << "\n";
         used_[i] = true, ++count;
         break;

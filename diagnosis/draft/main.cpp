@@ -8,6 +8,7 @@
 
 #include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
+#include "common/base/run_main.h"
 #include "common/base/version.h"
 #include "common/base/write_file.h"
 #include "diagnosis/draft/draft.h"
@@ -49,13 +50,5 @@ int main(int argc, char** argv) {
   app.add_option("--out", options.out, "experiment file to write")->capture_default_str();
   app.add_flag("--force", options.force, "overwrite OUT");
   if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
-  try {
-    return hrp::diagnosis::run(options);
-  } catch (const hrp::InputError& error) {
-    std::fprintf(stderr, "%s\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "hrp-draft-experiment: %s\n", error.what());
-    return 1;
-  }
+  return hrp::run_main("hrp-draft-experiment", [&] { return hrp::diagnosis::run(options); });
 }

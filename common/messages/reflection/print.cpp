@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Samples as JSON and as text for people.
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
 #include "common/base/bit_hash.h"
+#include "common/base/exact_number.h"
 #include "common/messages/reflection/sample.h"
 
 namespace hrp {
 namespace {
-
-// The shortest digits that read back as the same number.
-std::string find_digits(double value) {
-  char digits[32];
-  const auto end = std::to_chars(digits, digits + sizeof(digits), value).ptr;
-  return std::string(digits, end);
-}
 
 std::string find_special(double value) {
   return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
@@ -77,7 +70,7 @@ class JsonPrinter : public SampleVisitor {
   void on_unsigned(uint64_t value) override { add(std::to_string(value)); }
   void on_hash(uint64_t value) override { add(quote(format_hash(value))); }
   void on_float(double value) override {
-    add(std::isfinite(value) ? find_digits(value) : "\"" + find_special(value) + "\"");
+    add(std::isfinite(value) ? format_exact(value) : "\"" + find_special(value) + "\"");
   }
   void on_string(const std::string& value) override { add(quote(value)); }
   void on_enum(const EnumType& type, uint32_t value) override { add(quote(find_enum_name(type, value))); }
@@ -154,7 +147,7 @@ class TextPrinter : public SampleVisitor {
   void on_signed(int64_t value) override { add(std::to_string(value)); }
   void on_unsigned(uint64_t value) override { add(std::to_string(value)); }
   void on_hash(uint64_t value) override { add(format_hash(value)); }
-  void on_float(double value) override { add(std::isfinite(value) ? find_digits(value) : find_special(value)); }
+  void on_float(double value) override { add(std::isfinite(value) ? format_exact(value) : find_special(value)); }
   void on_string(const std::string& value) override {
     constexpr size_t kMost = 160;
     add(value.size() <= kMost ? quote(value)

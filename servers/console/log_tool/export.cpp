@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <stdexcept>
 
 #include "common/base/diagnostics.h"
+#include "common/base/exact_number.h"
 #include "common/base/suggest.h"
 #include "common/plot/svg_plot.h"
 #include "common/log/log_table.h"
@@ -15,13 +15,6 @@
 
 namespace hrp {
 namespace {
-
-// Shortest text that reads back the same number.
-void append_number(double value, std::string* line) {
-  char text[32];
-  const auto end = std::to_chars(text, text + sizeof text, value).ptr;
-  line->append(text, end);
-}
 
 PlotSeries find_column(const LogTable& table, const std::string& name, const std::string& file) {
   const auto found = std::find(table.names.begin(), table.names.end(), name);
@@ -67,7 +60,7 @@ int write_csv(const std::string& file, const std::string& out) {
     line.clear();
     for (size_t i = 0; i < row.size(); ++i) {
       if (i > 0) line += ',';
-      if (!std::isnan(row[i])) append_number(row[i], &line);
+      if (!std::isnan(row[i])) line += format_exact(row[i]);
     }
     csv << line << "\n";
   }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <array>
-#include <charconv>
 #include <cstdio>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "common/base/exact_number.h"
 #include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "servers/console/log_tool/commands.h"
@@ -58,13 +58,9 @@ class StretchFinder {
   double time_step_ = 0.0;
 };
 
-// Shortest text that reads back the same number.
-std::string format(double value) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+std::string format_vector(const msg::Vector3& v) {
+  return "[" + format_exact(v.x()) + ", " + format_exact(v.y()) + ", " + format_exact(v.z()) + "]";
 }
-
-std::string format(const msg::Vector3& v) { return "[" + format(v.x()) + ", " + format(v.y()) + ", " + format(v.z()) + "]"; }
 
 }  // namespace
 
@@ -88,8 +84,8 @@ int show_pushes(const std::string& file) {
   for (const Stretch& stretch : finder.stretches()) {
     const double dt = finder.time_step();
     std::printf("  live_%zu: {link: %s, xyz: %s, force: %s, start: %s, duration: %s}\n", ++number, stretch.push.link().c_str(),
-                format(stretch.push.p_LQ()).c_str(), format(stretch.push.force()).c_str(), format(static_cast<double>(stretch.first) * dt).c_str(),
-                format(static_cast<double>(stretch.last - stretch.first) * dt).c_str());
+                format_vector(stretch.push.p_LQ()).c_str(), format_vector(stretch.push.force()).c_str(), format_exact(static_cast<double>(stretch.first) * dt).c_str(),
+                format_exact(static_cast<double>(stretch.last - stretch.first) * dt).c_str());
   }
   return 0;
 }
