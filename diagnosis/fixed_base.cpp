@@ -177,7 +177,7 @@ void add_gear(const Finding& gear, std::vector<Finding>* findings) {
 // The best model where nothing is named. Recordings that are too short for the torque along the motion may still be
 // simulated.
 Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque, const Progress& progress) {
-  const Trial* closest = problem.validate.empty() || is_effort_driven(*problem.experiment) ? nullptr : find_closest(outcome);
+  const Trial* closest = find_told_closest(problem, outcome);
   const Hypothesis searched = closest ? closest->hypothesis : Hypothesis{};
   return torque.judged ? choose_best_model(problem, whole, torque.model, searched, progress) : simulate_trial(whole, searched);
 }

@@ -124,7 +124,7 @@ Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueMode
   for (size_t i = 0; i < joints; ++i) {
     const JointDesign& joint = design.joints[i];
     const UsedColumns use = list_used_columns(design, model, slots, i);
-    const double weight = 1.0 / std::max({fit.cross[i], kFloor * joint.spread * joint.spread, 1e-300});
+    const double weight = calc_row_weight(joint, fit.cross[i]);
     for (size_t a = 0; a < use.columns.size(); ++a) {
       for (size_t b = 0; b < use.columns.size(); ++b) sums(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
       for (size_t t = 0; t < joint.terms.size(); ++t) {

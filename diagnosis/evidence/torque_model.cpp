@@ -85,7 +85,7 @@ class Fitter {
     for (size_t i = 0; i < design_.joints.size(); ++i) {
       const JointDesign& joint = design_.joints[i];
       const double cross = cross_validate(joint.train, joint.total, uses_[i].columns);
-      weights.push_back(1.0 / std::max({cross, kFloor * joint.spread * joint.spread, 1e-300}));
+      weights.push_back(calc_row_weight(joint, cross));
     }
     const size_t count = design_.joints[0].train.size();
     std::vector<Gram> folds(count, Gram(slots_.size));
@@ -206,6 +206,8 @@ UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& mod
   }
   return use;
 }
+
+double calc_row_weight(const JointDesign& joint, double left) { return 1.0 / std::max({left, kFloor * joint.spread * joint.spread, 1e-300}); }
 
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance) {
   return Fitter(design, model).fit(with_covariance);

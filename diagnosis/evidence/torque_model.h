@@ -40,6 +40,9 @@ struct UsedColumns {
 };
 UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t joint);
 
+// Weight of a joint's rows where all joints are fitted together: the inverse of what a model leaves, but for what nobody fits.
+double calc_row_weight(const JointDesign& joint, double left);
+
 // Fits a model by least squares: each joint alone, or all joints together if the model has terms of the whole robot.
 // Evidence and errors are cross-validated over the folds.
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance = false);

@@ -201,10 +201,9 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
-// What the effect that comes closest leaves, where nothing is explained: "" if none comes close. A simulation from recorded
-// efforts drifts, and is no judge of that.
+// What the effect that comes closest leaves, where nothing is explained: "" if none comes close.
 std::string describe_closest(const Problem& problem, const Outcome& outcome) {
-  const Trial* closest = problem.validate.empty() || outcome.partly || is_effort_driven(*problem.experiment) ? nullptr : find_closest(outcome);
+  const Trial* closest = outcome.partly ? nullptr : find_told_closest(problem, outcome);
   if (!closest) return "";
   return " Of the list, " + get_label(*problem.experiment, closest->hypothesis) + " comes closest: with it, the held-out error falls from " +
          number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause, so it is no finding.";

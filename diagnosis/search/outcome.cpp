@@ -7,6 +7,7 @@
 #include "common/base/format.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/starts.h"
@@ -98,17 +99,19 @@ void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) 
 
 const Trial* find_closest(const Outcome& outcome) {
   std::vector<const Trial*> list;
-  double least = kMinor * outcome.nominal.rms;
   for (const Trial& t : outcome.rivals) {
-    if (t.hypothesis.size() == 1 && t.rms < least) least = t.rms;
+    if (t.hypothesis.size() == 1 && t.rms < kMinor * outcome.nominal.rms) list.push_back(&t);
   }
-  for (const Trial& t : outcome.rivals) {
-    if (t.hypothesis.size() == 1 && t.rms < kMinor * outcome.nominal.rms && t.rms < (1.0 + kDetail) * least) list.push_back(&t);
-  }
-  const auto simplest = std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
+  if (list.empty()) return nullptr;
+  const double least = (*std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) { return a->rms < b->rms; }))->rms;
+  list.erase(std::remove_if(list.begin(), list.end(), [&](const Trial* t) { return !(t->rms < (1.0 + kDetail) * least); }), list.end());
+  return *std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
     return count_parameters(a->hypothesis) < count_parameters(b->hypothesis);
   });
-  return simplest == list.end() ? nullptr : *simplest;
+}
+
+const Trial* find_told_closest(const Problem& problem, const Outcome& outcome) {
+  return problem.validate.empty() || is_effort_driven(*problem.experiment) ? nullptr : find_closest(outcome);
 }
 
 }  // namespace hrp::diagnosis

@@ -231,6 +231,17 @@ TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoi
   EXPECT_DOUBLE_EQ(left[0].share(), 1);
 }
 
+// What a report says when a search of a biped's log has ended with `found`, after checks.
+std::vector<Finding> report_checks(const LeggedFitter& fitter, const LeggedOutcome& outcome, const CheckResult& checks, const std::vector<Finding>& found) {
+  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
+  const Contacts contacts = find_contacts(log);
+  const std::vector<SoleLaw> soles;
+  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
+  state.evidence.findings = found;
+  add_check_findings(checks, &state);
+  return state.evidence.findings;
+}
+
 // Feet carry 100 N too much half of the time, of which a free law predicts `share`. How many findings say it is a mass.
 size_t count_masses(double share) {
   RowHalves rows(1, 900, {{kWeight, {0}}});
@@ -246,14 +257,9 @@ size_t count_masses(double share) {
   for (auto& part : outcome.chosen.mean_square) part[0] = std::pow(100 * (1 - share), 2) / 2;
   outcome.effects.emplace_back();
   outcome.effects[0].effect = hold;
-  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
   CheckResult checks;
   checks.findings = {make_finding(get_laws().payload.info(), {{"link", "pelvis"}}, {})};
-  const Contacts contacts = find_contacts(log);
-  const std::vector<SoleLaw> soles;
-  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
-  add_check_findings(checks, &state);
-  return state.evidence.findings.size();
+  return report_checks(fitter, outcome, checks, {}).size();
 }
 
 TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
@@ -272,21 +278,16 @@ TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
   for (int i = 0; i < rows.cells(); ++i) rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
-  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
-  const Contacts contacts = find_contacts(log);
-  const std::vector<SoleLaw> soles;
-  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
   Finding shin = make_finding(get_laws().mass_error.info(), {{"link", "l_shin"}}, {make_one("scale", "1", 2, 0.1)});
   shin.grade = Grade::kAmbiguous;
   shin.alternatives = {make_alternative(get_laws().mass_error.info(), {{"link", "r_shin"}}, {}, "")};
-  state.evidence.findings = {shin};
   CheckResult checks;
   checks.findings = {make_finding(get_laws().payload.info(), {{"link", "pelvis"}}, {make_one("mass", "kg", 1, 0.1)})};
-  add_check_findings(checks, &state);
-  ASSERT_EQ(state.evidence.findings.size(), 1u);
-  EXPECT_EQ(state.evidence.findings[0].where.at("link"), "pelvis");
-  ASSERT_FALSE(state.evidence.findings[0].alternatives.empty());
-  EXPECT_EQ(state.evidence.findings[0].alternatives.back().where.at("link"), "l_shin") << "what the search named is kept";
+  const std::vector<Finding> findings = report_checks(fitter, outcome, checks, {shin});
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].where.at("link"), "pelvis");
+  ASSERT_FALSE(findings[0].alternatives.empty());
+  EXPECT_EQ(findings[0].alternatives.back().where.at("link"), "l_shin") << "what the search named is kept";
 }
 
 Finding make_turned(double pitch, double roll_std) {
@@ -299,17 +300,13 @@ TEST(LeggedChecks, AFaultThatWasCorrectedBeforeTheSearchIsReportedWithAllOfItsSi
   rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
-  const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
-  const Contacts contacts = find_contacts(log);
-  const std::vector<SoleLaw> soles;
-  ReportState state{log, contacts, fitter, outcome, soles, fitter.fit({}), {}};
-  state.evidence.findings = {make_turned(0.005, 0.001)};
-  state.evidence.findings[0].grade = Grade::kAmbiguous;
+  Finding rest = make_turned(0.005, 0.001);
+  rest.grade = Grade::kAmbiguous;
   CheckResult checks;
   checks.corrected = {make_turned(0.035, 0.001)};
-  add_check_findings(checks, &state);
-  ASSERT_EQ(state.evidence.findings.size(), 1u);
-  const Finding& f = state.evidence.findings[0];
+  const std::vector<Finding> findings = report_checks(fitter, outcome, checks, {rest});
+  ASSERT_EQ(findings.size(), 1u);
+  const Finding& f = findings[0];
   EXPECT_NEAR(f.parameters[0].value[1], 0.04, 1e-9);
   EXPECT_NEAR(f.parameters[0].std[0], 0.001 * std::sqrt(2), 1e-9);
   EXPECT_EQ(f.grade, Grade::kSupported);  // as the larger part is
