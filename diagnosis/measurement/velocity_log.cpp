@@ -96,12 +96,12 @@ VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& colu
   return out;
 }
 
-// A velocity that is late by up to kLongest.
-VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, double sample_time) {
+// A velocity that is late by up to kLongest. `as_logged`: the sums without a delay.
+VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, const std::vector<Gram>& as_logged, double sample_time) {
   VelocityReading out;
   double late = 0.0;
   for (int round = 0; round < kRounds; ++round) {
-    out = read_columns(add_stretches(motions, joint, late), kAll, sample_time);
+    out = read_columns(round == 0 ? as_logged : add_stretches(motions, joint, late), kAll, sample_time);
     late += out.late, out.late = late;
     if (out.ratio == 0.0 || !(std::abs(late) < kLongest)) return {};
   }
@@ -129,17 +129,18 @@ VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, 
     }
     out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), {0, 1, kRates}, sample_time);
     time += out.late, out.late = time;
-    if (!(time > kHalf * kLongest)) return {};
+    if (out.ratio == 0.0 || !(time > kHalf * kLongest)) return {};
   }
-  return out.ratio > 0.0 && out.late > kLongest ? out : VelocityReading{};
+  return out.late > kLongest ? out : VelocityReading{};
 }
 
 VelocityReading read_velocity(const Experiment& e, size_t joint) {
   const std::vector<Motion> motions = list_motions(e, joint);
-  VelocityReading out = read_delayed(motions, joint, e.sample_time);
+  const std::vector<Gram> as_logged = add_stretches(motions, joint, 0.0);
+  VelocityReading out = read_delayed(motions, joint, as_logged, e.sample_time);
   if (out.ratio == 0.0) out = read_filtered(motions, joint, e.sample_time);
   if (out.ratio == 0.0) return {};
-  const Gram total = sum(add_stretches(motions, joint, 0.0), kColumns);
+  const Gram total = sum(as_logged, kColumns);
   out.before = std::sqrt(calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n);
   if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kSignificantInJoint * out.scale_std)) out.scale = 1.0;
   const double least = std::max({e.sample_time, kSignificantInJoint * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
