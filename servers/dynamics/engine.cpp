@@ -3,6 +3,8 @@
 
 #include <cstdio>
 
+#include "servers/dynamics/disturbance.h"
+
 namespace hrp {
 namespace {
 
@@ -51,7 +53,7 @@ std::string SimulatorEngine::describe_blow_up(const JointCommand& command) const
 
 SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& scenario)
     : scenario_(scenario), simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
-      others_(robot, scenario), pushes_(robot, vary_scenario(robot, scenario)) {}
+      others_(robot, scenario), pushes_(robot, scenario, simulator_.state()) {}
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const ExternalWrenches& pushes = pushes_.find(simulator_.time(), simulator_.state());

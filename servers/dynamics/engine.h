@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/node/dynamics_loop.h"
-#include "servers/dynamics/disturbance.h"
+#include "common/robot/pushes.h"
 #include "servers/dynamics/other_bodies.h"
 #include "servers/dynamics/simulator.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "common/robot/movers.h"
-#include "servers/dynamics/disturbance.h"
+#include "common/robot/pushes.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/dynamics/spring_contact.h"
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "common/multibody/state.h"
+#include "common/robot/external_wrench.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
 #include "common/robot/signals.h"
@@ -31,14 +32,6 @@ enum class [[nodiscard]] StepStatus {
 };
 
 const char* get_step_status_text(StepStatus status);
-
-// A push on one link, in addition to everything the simulator computes.
-struct ExternalWrench {
-  int link = 0;
-  Vector6d F_W = Vector6d::Zero();  // [N m; N] moment about the link frame's origin, force; world axes
-};
-
-using ExternalWrenches = std::vector<ExternalWrench>;
 
 class Simulator {
  public:

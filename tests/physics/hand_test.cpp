@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A hand that holds a robot: a spring and a damper to a place that moves.
-#include "servers/dynamics/hand.h"
+#include "common/robot/hand.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

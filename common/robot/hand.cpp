@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "servers/dynamics/hand.h"
+#include "common/robot/hand.h"
 
 #include <cmath>
 
