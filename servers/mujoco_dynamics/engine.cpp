@@ -77,6 +77,7 @@ MujocoDynamicsEngine::MujocoDynamicsEngine(const RobotDescription& robot, const 
   const auto n = static_cast<Eigen::Index>(positions_.size());
   state_.q = state_.qd = efforts_ = Eigen::VectorXd::Zero(n);
   reset();
+  pushes_ = std::make_unique<Pushes>(robot, scenario, state_);
 }
 
 MujocoDynamicsEngine::~MujocoDynamicsEngine() {
@@ -89,6 +90,7 @@ void MujocoDynamicsEngine::reset() {
   set_initial_state();
   read_state();
   step_ = 0;
+  if (pushes_) pushes_->let_go();
   reference_.reset(state_.q);
   set_controls();
   mj_forward(model_, data_);
@@ -151,8 +153,21 @@ void MujocoDynamicsEngine::set_controls() {
   }
 }
 
+// Of the step that begins. MuJoCo takes the force on a body's centre of mass C, the moment about C, world axes.
+void MujocoDynamicsEngine::set_pushes() {
+  std::fill_n(data_->xfrc_applied, 6 * model_->nbody, 0.0);
+  for (const ExternalWrench& push : pushes_->find(static_cast<double>(step_) * scenario_.time_step, state_)) {
+    const int body = mj_name2id(model_, mjOBJ_BODY, ("b" + std::to_string(push.link)).c_str());
+    const Vector3d p_LC_W = ConstVector(data_->xipos + 3 * body) - ConstVector(data_->xpos + 3 * body), force_W = push.F_W.tail<3>();
+    Eigen::Map<Vector6d> applied(data_->xfrc_applied + 6 * body);
+    applied.head<3>() += force_W;
+    applied.tail<3>() += push.F_W.head<3>() - p_LC_W.cross(force_W);
+  }
+}
+
 std::string MujocoDynamicsEngine::step(const ContactSet&, const JointCommand& command) {
   if (command.q.size() != static_cast<Eigen::Index>(positions_.size())) return "wrong number of joint commands";
+  set_pushes();
   reference_.start_step(step_++, command);
   set_controls();
   mj_step(model_, data_);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "common/node/dynamics_loop.h"
+#include "common/robot/pushes.h"
 #include "common/robot/reference.h"
 
 struct mjModel_;
@@ -33,11 +34,17 @@ class MujocoDynamicsEngine : public DynamicsEngine {
   const ContactForces& contact_forces() const override { return forces_; }
   const SensorSample& sensors() const override { return sensors_; }
   const std::vector<double>& foot_forces() const override { return foot_forces_; }
+  bool push(const PushForces& forces) override {
+    pushes_->set_live(forces);
+    return true;
+  }
+  const PushForces& pushes() const override { return pushes_->acting(); }
 
  private:
   void set_initial_state();
   double find_lowest_sole() const;
   void set_controls();
+  void set_pushes();
   void read_state();
   void read_sensors();
   void read_contacts();
@@ -47,6 +54,7 @@ class MujocoDynamicsEngine : public DynamicsEngine {
   RobotDescription robot_;
   Scenario scenario_;
   Reference reference_;  // as of our dynamics: a command that is held gives the robot a kick in every control period
+  std::unique_ptr<Pushes> pushes_;
   long step_ = 0;
   mjModel_* model_ = nullptr;
   mjData_* data_ = nullptr;

@@ -20,14 +20,12 @@ void check_supported(const Scenario& scenario) {
   if (!scenario.foot_bush.empty()) refuse(scenario, "foot_bush", std::string("a foot bush") + hint);
   if (!scenario.joint_laws.empty()) refuse(scenario, "joint_laws", std::string("an extra joint law") + hint);
   if (!scenario.link_laws.empty()) refuse(scenario, "link_laws", std::string("an effect of a link") + hint);
-  if (!scenario.pushes.empty()) refuse(scenario, "pushes", std::string("a push") + hint);
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     if (obstacle.is_surface()) refuse(scenario, "obstacles." + obstacle.name, std::string("a surface of triangles") + hint);
   }
   if (!scenario.robots.empty()) refuse(scenario, "robots." + scenario.robots[0].name, std::string("another robot") + hint);
   if (!scenario.objects.empty()) refuse(scenario, "objects." + scenario.objects[0].name, std::string("a movable object") + hint);
   if (!scenario.no_contact.empty()) refuse(scenario, "no_contact", std::string("a filter of contacts") + hint);
-  if (!scenario.hands.empty()) refuse(scenario, "hands", std::string("a hand") + hint);
   if (!scenario.loops.empty()) refuse(scenario, "loops", std::string("a closed chain ('loops', or <loop> in the URDF)") + hint);
 }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "common/multibody/tree_mass.h"
 #include "common/spatial/gravity.h"
+#include "servers/dynamics/engine.h"
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/engine.h"
 #include "servers/mujoco_dynamics/ground_law.h"
@@ -134,6 +136,51 @@ TEST_F(MujocoDynamicsTest, ReferencesAreInterpolatedSoThatASquatDoesNotRippleThe
   }
   // A straight line between references still turns by a small angle at each of them.
   EXPECT_LT(std::sqrt(square), 2.0) << "[N] rms about the mean over two control periods";
+}
+
+// The robot floats without weight: a push and a hand at the ends of two limbs move and turn all of it.
+TEST_F(MujocoDynamicsTest, PushesAndHandsMoveTheRobotAsInOurDynamics) {
+  scenario_.gravity_W.setZero();
+  scenario_.initial_position.z() = 3.0;
+  scenario_.initial_height_given = true;
+  scenario_.pushes.push_back({"shove", "L_ANKLE_R_LINK", {0.05, 0.02, -0.01}, {10.0, -20.0, 5.0}, 0.1, 0.2});
+  HandSpec hand;
+  hand.name = "grip", hand.link = "R_ANKLE_R_LINK", hand.p_LQ = {0.1, 0.0, 0.0};
+  hand.stiffness_W.setConstant(100.0), hand.damping_W.setConstant(10.0);
+  hand.path = {{0.4, {0.1, 0.0, 0.05}}};
+  scenario_.hands.push_back(hand);
+  engine_ = make_mujoco_engine(robot_, scenario_);
+  const std::unique_ptr<DynamicsEngine> ours = make_simulator_engine(robot_, scenario_);
+  const State start = ours->state();
+  double largest = 0.0;
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_EQ(engine_->step({}, command_) + ours->step({}, command_), "") << "step " << i;
+    ASSERT_EQ(engine_->pushes().size(), ours->pushes().size()) << "step " << i;
+    for (size_t k = 0; k < ours->pushes().size(); ++k) {
+      EXPECT_EQ(engine_->pushes()[k].name, ours->pushes()[k].name);
+      largest = std::max(largest, (engine_->pushes()[k].force_W - ours->pushes()[k].force_W).norm());
+    }
+  }
+  const State& mujoco = engine_->state();
+  const State& our = ours->state();
+  const double way = (our.p_WB - start.p_WB).norm(), turn = our.R_WB.angularDistance(start.R_WB);
+  EXPECT_GT(way, 0.03);
+  EXPECT_GT(turn, 0.1);
+  // Two integrators of first order at 1 ms: over 0.5 s they may differ by some thousandths of the motion.
+  EXPECT_LT((mujoco.p_WB - our.p_WB).norm(), 2e-3 * way);
+  EXPECT_LT(mujoco.R_WB.angularDistance(our.R_WB), 2e-3 * turn);
+  EXPECT_LT(largest, 0.1) << "[N] the hand pulls with about 10 N, and its damper feels the servos shake";
+}
+
+TEST_F(MujocoDynamicsTest, ALivePushLastsUntilTheNext) {
+  ASSERT_TRUE(engine_->push({{"", "base_link", {0, 0, 0}, {20.0, 0, 0}}}));
+  run(2000);
+  Vector3d sum = Vector3d::Zero();
+  for (const PairForce& pair : engine_->contact_forces()) sum += pair.total.tail<3>();
+  EXPECT_NEAR(sum.x(), -20.0, 2.0) << "[N] the feet hold against it; the robot still sways";
+  ASSERT_TRUE(engine_->push({}));
+  run(1);
+  EXPECT_TRUE(engine_->pushes().empty());
 }
 
 TEST_F(MujocoDynamicsTest, WhatItCannotDoIsRefusedByName) {
