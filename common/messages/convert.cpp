@@ -199,6 +199,11 @@ void to_message(const PushForces& pushes, msg::RobotState* message) {
   }
 }
 
+void from_message(const msg::RobotState& message, PushForces* pushes) {
+  pushes->clear();
+  for (const msg::PushForce& m : message.pushes()) pushes->push_back({m.name(), m.link(), from_message(m.p_LQ()), from_message(m.force())});
+}
+
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {
   message->pairs().resize(contacts.size());
   for (size_t i = 0; i < contacts.size(); ++i) {

@@ -47,6 +47,7 @@ void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& 
 void from_message(const msg::RobotState& message, ObjectStates* states);
 
 void to_message(const PushForces& pushes, msg::RobotState* message);
+void from_message(const msg::RobotState& message, PushForces* pushes);
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message);
 void from_message(const msg::ContactSet& message, ContactSet* contacts);

@@ -2,9 +2,10 @@
 #include "common/scene/foxglove.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "common/base/diagnostics.h"
-#include "common/multibody/model.h"
+#include "common/multibody/kinematics.h"
 #include "common/robot/mesh.h"
 #include "common/scene/json_text.h"
 #include "common/spatial/gravity.h"
@@ -17,7 +18,8 @@ struct Colour {
 };
 
 constexpr Colour kBody{0.75, 0.78, 0.82, 1.0}, kSole{0.35, 0.38, 0.45, 1.0}, kFloor{0.55, 0.55, 0.52, 0.35},
-    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
+    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPush{0.45, 0.35, 0.85, 1.0},
+    kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
 constexpr double kFloorSize = 20.0, kFloorThickness = 0.01;                      // [m]
 constexpr double kShaft = 0.012, kHead = 0.03, kLine = 0.004, kZmpDiameter = 0.03;  // [m]
 constexpr double kWeightLength = 0.5;                                            // [m]
@@ -147,6 +149,10 @@ std::string format_newtons(double value) {
   return text;
 }
 
+std::string format_vector(const Vector3d& v) {
+  return format_newtons(v.x()) + " " + format_newtons(v.y()) + " " + format_newtons(v.z());
+}
+
 void put_force(const LinkForce& force, const FrameTree& frames, double metres_per_newton, double time, JsonText* json) {
   Entity entity;
   entity.add_arrow(force.p_WC, metres_per_newton * force.force, kForce);
@@ -220,7 +226,7 @@ double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::m
 
 Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
     : robots_(hrp::make_robots(robot, scenario)), frames_(make_frame_trees(robots_)), scenario_(scenario),
-      ground_(make_ground_plane(scenario.ground)), metres_per_newton_(calc_arrow_scale(Model(robot.tree).mass())) {}
+      ground_(make_ground_plane(scenario.ground)), model_(robot.tree), metres_per_newton_(calc_arrow_scale(model_.mass())) {}
 
 std::string Scene::make_fixed_transforms(double time) const {
   return write_transforms(make_fixed_frames(frames_, robots_), time);
@@ -264,6 +270,24 @@ std::string Scene::make_contacts(const ContactForces& forces, double time) const
   for (size_t k = 0; k < robots_.size(); ++k) {
     put_contacts(find_own_forces(forces, robots_[k]), frames_[k], ground_, metres_per_newton_, time, &json);
   }
+  return json.end(']').end('}').text();
+}
+
+std::string Scene::make_pushes(const State& first, const PushForces& pushes, double time) const {
+  if (first.q.size() != model_.num_joints()) throw std::invalid_argument("a state of another robot");
+  Data data(model_);
+  update_kinematics(model_, first, &data);
+  Entity all;
+  for (const PushForce& push : pushes) {
+    const int link = model_.spec().find_link(push.link);
+    if (link < 0) throw std::invalid_argument("a push on a link that is not there: " + push.link);
+    all.add_arrow(get_pose(data, link) * push.p_LQ, metres_per_newton_ * push.force_W, kPush);
+    all.add_metadata((push.link + " [N]").c_str(), format_vector(push.force_W));
+  }
+  JsonText json;
+  put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
+  json.end(']').key("entities").begin('[');
+  if (!pushes.empty()) all.put("pushes", frames_[0].world(), time, &json);
   return json.end(']').end('}').text();
 }
 

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "common/multibody/model.h"
 #include "common/robot/movers.h"
+#include "common/robot/signals.h"
 #include "common/scene/frames.h"
 #include "common/scene/ground_contact.h"
 
@@ -39,12 +41,16 @@ class Scene {
   // first robot's weight is 0.5 m long), of each robot the support polygon ("support_polygon") and the zero-moment point ("zmp").
   // What is not there is deleted.
   std::string make_contacts(const ContactForces& forces, double time) const;
+  // What pushes the first robot from outside, in this state: an arrow for each, of the same scale, in one entity "pushes", whose
+  // metadata has the numbers. Throws std::exception for a link or a state that the robot does not have.
+  std::string make_pushes(const State& first, const PushForces& pushes, double time) const;
 
  private:
   std::vector<Mover> robots_;
   std::vector<FrameTree> frames_;
   Scenario scenario_;
   GroundPlane ground_;
+  Model model_;  // of the first robot
   double metres_per_newton_;
 };
 

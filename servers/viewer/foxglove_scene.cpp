@@ -37,7 +37,8 @@ const std::vector<FoxgloveScene::Channel>& FoxgloveScene::channels() {
       {"/scene/robot", foxglove::kSceneUpdate, topics::kRobotDescription.name},
       {"/scene/world", foxglove::kSceneUpdate, topics::kRobotDescription.name},
       {"/transforms", foxglove::kFrameTransforms, topics::kRobotState.name},
-      {"/scene/contacts", foxglove::kSceneUpdate, topics::kContactForces.name}};
+      {"/scene/contacts", foxglove::kSceneUpdate, topics::kContactForces.name},
+      {"/scene/pushes", foxglove::kSceneUpdate, topics::kRobotState.name}};
   return all;
 }
 
@@ -70,6 +71,11 @@ std::string FoxgloveScene::make(const Channel& channel, double time, Bytes sourc
     State state;
     ObjectStates others;
     from_message(message, &state);
+    if (channel.topic == "/scene/pushes") {
+      PushForces pushes;
+      from_message(message, &pushes);
+      return robot_->scene->make_pushes(state, pushes, time);
+    }
     from_message(message, &others);
     return robot_->scene->make_transforms(state, others, time);
   } catch (const std::exception&) {

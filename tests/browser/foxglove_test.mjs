@@ -6,7 +6,7 @@ import { Reader } from "./foxglove_reader.mjs";
 import { check, readLog, run, startRun, startViewer, waitFor } from "./lib.mjs";
 
 const topics = ["hrp/robot_state", "hrp/contact_forces", "hrp/sensor_data", "hrp/joint_commands"];
-const scene = ["/transforms", "/transforms/fixed", "/scene/robot", "/scene/world", "/scene/contacts"];
+const scene = ["/transforms", "/transforms/fixed", "/scene/robot", "/scene/world", "/scene/contacts", "/scene/pushes"];
 const text = (message) => JSON.stringify(message, (_, value) => (typeof value === "bigint" ? Number(value) : value));
 
 // What the 3D panel is sent is the run: the base where it was, an arrow for each foot that was pressed.

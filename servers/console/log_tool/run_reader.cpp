@@ -90,6 +90,7 @@ class Pass {
     decode_logged(sample, &robot_state_);
     from_message(robot_state_, &run_step_.state);
     from_message(robot_state_, &run_step_.others);
+    from_message(robot_state_, &run_step_.pushes);
     step_ = robot_state_.header().step();
     if (forces_step_ == step_ || step_ == 0) hand_out();
   }

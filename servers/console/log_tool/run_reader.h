@@ -26,6 +26,7 @@ struct RunStep {
   State state;  // of the first robot
   ObjectStates others;
   ContactForces forces;
+  PushForces pushes;  // on the first robot, from outside
 };
 
 class RunListener {

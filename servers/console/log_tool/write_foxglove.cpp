@@ -25,6 +25,7 @@ class FoxgloveFile final : public RunListener {
     robot_ = writer_.add_channel("/scene/robot", scene, "json");
     world_ = writer_.add_channel("/scene/world", scene, "json");
     contacts_ = writer_.add_channel("/scene/contacts", scene, "json");
+    pushes_ = writer_.add_channel("/scene/pushes", scene, "json");
   }
 
   void on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) override {
@@ -38,6 +39,7 @@ class FoxgloveFile final : public RunListener {
   void on_step(const RunStep& step, const LogPlace& place) override {
     write(moving_, scene_->make_transforms(step.state, step.others, place.time), place);
     write(contacts_, scene_->make_contacts(step.forces, place.time), place);
+    write(pushes_, scene_->make_pushes(step.state, step.pushes, place.time), place);
     ros_.on_step(step, place);
   }
   void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(robot, sensors, place); }
@@ -86,7 +88,7 @@ class FoxgloveFile final : public RunListener {
   mcap::Writer& writer_;
   RosTopics ros_;
   std::map<uint16_t, uint16_t> channels_;  // of the log -> of the file
-  uint16_t fixed_, moving_, robot_, world_, contacts_;
+  uint16_t fixed_, moving_, robot_, world_, contacts_, pushes_;
   std::unique_ptr<foxglove::Scene> scene_;
   bool has_pictures_ = false;
   std::string scenario_;

@@ -166,6 +166,22 @@ class FoxgloveTest(LoggedRun):
         self.assertTrue(is_inside(polygon, zmp))
         self.assertLess(abs(zmp[2]), 1e-3)  # [m] the field is level at the start; soles sink in by less
 
+    def test_pushes_and_hands_are_arrows_at_their_points(self):
+        scenario, log, out = (self.folder / name for name in ("pushed.yaml", "pushed.mcap", "pushed_foxglove.mcap"))
+        scenario.write_text(
+            f"robot: {SOURCE}/models/test_robots/box.urdf\nfeet: [box]\ninitial: {{position: [1, 2, 3], rpy: [0, 0, 1.5707963267948966]}}\n"
+            "pushes:\n  shove: {link: box, force: [0, 3, 4], xyz: [0.1, 0, 0.05], start: 0, duration: 0.01}\n")
+        run(BIN / "hrp-simulate", scenario, "--in-process", "--duration", 0.02, "--quiet", "--no-plot", "--log", log)
+        run(BIN / "hrp-log", "foxglove", log, "--out", out, "--rate", 0)
+        pictures = [json.loads(data)["entities"] for _, data in plain_mcap.File(out).topic("/scene/pushes")]
+        self.assertEqual([len(entities) for entities in pictures], [0] + 10 * [1] + 10 * [0])  # of state k: over the step that ended there
+        arrow, metadata = pictures[1][0]["arrows"][0], pictures[1][0]["metadata"]
+        X = pose_of(arrow["pose"]["position"], arrow["pose"]["orientation"])
+        # [m] the box has fallen by g dt^2 and turned a little in one step of 1 ms.
+        self.assertLess(np.abs(X[:3, 3] - [1, 2.1, 3.05]).max(), 1e-4)
+        self.assertLess(np.abs(X[:3, 0] - [0, 0.6, 0.8]).max(), 1e-6)
+        self.assertEqual(metadata, [{"key": "box [N]", "value": "0 3 4"}])
+
     def test_surfaces_stand_where_the_scenario_puts_them(self):
         scenario, log, out = (self.folder / name for name in ("world.yaml", "world.mcap", "world_foxglove.mcap"))
         terrain = SOURCE / "models/terrain"
