@@ -106,7 +106,8 @@ class PackedBag : public BagFile {
 std::unique_ptr<BagFile> open_plain(const std::string& name, const std::string& path) {
   if (ends_with(name, ".db3")) return open_sqlite_bag(path);
   if (ends_with(name, ".mcap")) return std::make_unique<McapBag>(path);
-  throw std::runtime_error("is no bag file: expected .mcap, .db3, .mcap.zstd or .db3.zstd");
+  if (ends_with(name, ".bag")) return open_ros1_bag(path);
+  throw std::runtime_error("is no bag file: expected .bag, .mcap, .db3, .mcap.zstd or .db3.zstd");
 }
 
 std::unique_ptr<BagFile> open_file(const std::string& path) {
@@ -199,7 +200,7 @@ std::string RosBag::read(const std::set<std::string>& topics, const std::functio
 bool is_ros_bag(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) return true;
-  for (const char* end : {".db3", ".db3.zstd", ".mcap.zstd", "metadata.yaml"}) {
+  for (const char* end : {".bag", ".db3", ".db3.zstd", ".mcap.zstd", "metadata.yaml"}) {
     if (ends_with(path, end)) return true;
   }
   if (!ends_with(path, ".mcap")) return false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bags of ROS 2 (rosbag2): a folder with metadata.yaml and its files, or one file. Storage MCAP or sqlite3; chunks,
-// messages or whole files may be compressed.
+// Bags of ROS. ROS 2 (rosbag2): a folder with metadata.yaml and its files, or one file. Storage MCAP or sqlite3; chunks,
+// messages or whole files may be compressed. ROS 1: one file.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace hrp {
 struct BagTopic {
   std::string name;        // "/joint_states"
   std::string type;        // "sensor_msgs/msg/JointState"
-  std::string encoding;    // of the definition: "ros2msg", "ros2idl"; empty: the bag has none
+  std::string encoding;    // of the definition: "ros2msg", "ros2idl", "ros1msg"; empty: the bag has none
   std::string definition;
   uint64_t count = 0;      // messages; 0: not known before they are read
 };
@@ -40,7 +40,7 @@ class BagFile {
 
 class RosBag {
  public:
-  // `path`: folder, metadata.yaml, or one file (.mcap, .db3, either with .zstd behind). Throws InputError naming the
+  // `path`: folder, metadata.yaml, or one file (.bag; .mcap, .db3, either with .zstd behind). Throws InputError naming the
   // file.
   explicit RosBag(const std::string& path);
   const std::string& path() const { return path_; }
@@ -60,5 +60,7 @@ bool is_ros_bag(const std::string& path);
 
 // sqlite3; in ros_bag_sqlite.cpp. Throws std::runtime_error.
 std::unique_ptr<BagFile> open_sqlite_bag(const std::string& path);
+// ROS 1; in ros1_bag.cpp. Throws std::runtime_error.
+std::unique_ptr<BagFile> open_ros1_bag(const std::string& path);
 
 }  // namespace hrp

@@ -12,7 +12,7 @@
 namespace hrp {
 namespace {
 
-// "ros2msg": the type's own lines, then a line of '=' and "MSG: package/Type" before the lines of each type it needs.
+// "ros2msg", "ros1msg": the type's own lines, then a line of '=' and "MSG: package/Type" before the lines of each type it needs.
 std::map<std::string, std::string> split_definitions(const std::string& name, const std::string& text) {
   std::map<std::string, std::string> parts;
   std::string current = name, line;
@@ -161,9 +161,9 @@ class PathVisitor : public SampleVisitor {
 };
 
 RosType::RosType(const std::string& name, const std::string& encoding, const std::string& definition)
-    : name_(find_ros_name(name)) {
+    : name_(find_ros_name(name)), wire_(encoding == "ros1msg" ? Wire::kRos1 : Wire::kCdr) {
   std::map<std::string, std::string> parts;
-  if (encoding == "ros2msg") parts = split_definitions(name_, definition);
+  if (encoding == "ros2msg" || encoding == "ros1msg") parts = split_definitions(name_, definition);
   const std::string idl = IdlWriter(std::move(parts)).write(name_);
   try {
     schema_ = std::make_shared<Schema>(parse_idl({{name_, idl}}));
@@ -183,7 +183,7 @@ RosValues::RosValues(const std::vector<std::string>& paths) {
 void RosValues::read(const RosType& type, Bytes message) {
   for (auto& [path, slot] : slots_) slot.numbers.clear(), slot.texts.clear();
   PathVisitor visitor(&slots_);
-  visit_sample(type.structure(), message, &visitor);
+  visit_sample(type.structure(), message, &visitor, type.wire());
 }
 
 const std::vector<double>& RosValues::numbers(const std::string& path) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Messages of ROS 2 by the definitions that bags carry, or by those that are built in. Bytes are read by the one
+// Messages of ROS by the definitions that bags carry, or by those that are built in. Bytes are read by the one
 // reflection of common/messages; here are only the types.
 #pragma once
 
@@ -13,14 +13,15 @@
 
 namespace hrp {
 
-// A type of ROS 2 ("sensor_msgs/msg/JointState") with all that it needs.
+// A type of ROS ("sensor_msgs/msg/JointState") with all that it needs.
 class RosType {
  public:
-  // `definition`: text of the bag in the format `encoding` ("ros2msg"); empty or another format: the built-in one.
-  // Throws std::runtime_error when the type is known by neither.
+  // `definition`: text of the bag in the format `encoding` ("ros2msg", "ros1msg"); empty or another format: the built-in one of
+  // ROS 2. Throws std::runtime_error when the type is known by neither.
   RosType(const std::string& name, const std::string& encoding, const std::string& definition);
   const std::string& name() const { return name_; }
   const StructType& structure() const { return *structure_; }
+  Wire wire() const { return wire_; }
   // Paths of all numbers and texts: "header.stamp.sec", "position" (a list), "motor_state[].q".
   bool has(const std::string& path) const;
 
@@ -28,6 +29,7 @@ class RosType {
   std::string name_;
   std::shared_ptr<const Schema> schema_;
   const StructType* structure_ = nullptr;
+  Wire wire_ = Wire::kCdr;
 };
 
 // Values of one message at the paths that were asked for. Elements of lists, and of lists of structs, one after the

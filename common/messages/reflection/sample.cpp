@@ -11,10 +11,11 @@
 namespace hrp {
 namespace {
 
-// Reads plain CDR (XCDR1): values aligned to their size, counted from behind the 4-byte header.
+// Reads plain CDR (XCDR1): values aligned to their size, counted from behind the 4-byte header. Or what ROS 1 writes.
 class CdrReader {
  public:
-  explicit CdrReader(Bytes sample) : data_(sample.data), size_(sample.size) {
+  explicit CdrReader(Bytes sample, Wire wire = Wire::kCdr) : data_(sample.data), size_(sample.size), is_cdr_(wire == Wire::kCdr) {
+    if (!is_cdr_) return;
     if (size_ < 4 || data_[0] != 0 || data_[1] > 1) throw DecodeError("no header of plain CDR in front of the sample");
     swap_ = data_[1] == 0;
     position_ = 4;
@@ -22,7 +23,7 @@ class CdrReader {
 
   template <typename Value>
   Value read() {
-    position_ = 4 + (position_ - 4 + sizeof(Value) - 1) / sizeof(Value) * sizeof(Value);
+    if (is_cdr_) position_ = 4 + (position_ - 4 + sizeof(Value) - 1) / sizeof(Value) * sizeof(Value);
     need(sizeof(Value));
     unsigned char bytes[sizeof(Value)];
     for (size_t i = 0; i < sizeof(Value); ++i) bytes[i] = data_[position_ + (swap_ ? sizeof(Value) - 1 - i : i)];
@@ -37,8 +38,8 @@ class CdrReader {
     need(size);
     const char* text = reinterpret_cast<const char*>(data_ + position_);
     position_ += size;
-    // The length counts the closing zero.
-    return size == 0 ? std::string() : std::string(text, size - 1);
+    // The length of CDR counts the closing zero.
+    return size == 0 ? std::string() : std::string(text, is_cdr_ ? size - 1 : size);
   }
 
   // Every element takes a byte at least: a count that cannot be is found before anything is done with it.
@@ -58,6 +59,7 @@ class CdrReader {
   const uint8_t* data_;
   size_t size_;
   size_t position_ = 0;
+  bool is_cdr_ = true;
   bool swap_ = false;
 };
 
@@ -132,8 +134,8 @@ bool enter_list(const FieldPath::Step& step, CdrReader* cdr) {
 
 }  // namespace
 
-void visit_sample(const StructType& type, Bytes sample, SampleVisitor* visitor) {
-  CdrReader cdr(sample);
+void visit_sample(const StructType& type, Bytes sample, SampleVisitor* visitor, Wire wire) {
+  CdrReader cdr(sample, wire);
   visit_struct(type, &cdr, visitor);
 }
 

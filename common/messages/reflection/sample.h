@@ -55,8 +55,11 @@ class FieldPath {
   std::vector<Step> steps_;
 };
 
+// kRos1: as ROS 1 serializes: no header, no gaps, texts without a closing zero, little endian.
+enum class Wire { kCdr, kRos1 };
+
 // All of these throw DecodeError when the bytes are no sample of `type`.
-void visit_sample(const StructType& type, Bytes sample, SampleVisitor* visitor);
+void visit_sample(const StructType& type, Bytes sample, SampleVisitor* visitor, Wire wire = Wire::kCdr);
 // False: the path's index is beyond a sequence's end in this sample.
 bool visit_field(const StructType& type, Bytes sample, const FieldPath& path, SampleVisitor* visitor);
 
