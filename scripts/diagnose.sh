@@ -21,16 +21,36 @@
 #   --rounds N --against REALITY   runs N rounds without a person: diagnose, propose, play, add the recordings, diagnose
 #                                  again. REALITY is a SCENARIO.yaml with `effects` (simulated in process), or a program
 #                                  that is called as PROGRAM COMMANDS.csv RECORDING.csv
-#   --draft ROBOT LOG...           writes a first experiment file for a robot's model and its logs, and says what is missing
+#   --draft ROBOT LOG...           writes a first experiment file for a robot's model and its logs, and says what is missing.
+#                                  LOG: text, a bag of ROS 1 or 2, MCAP, NumPy (.npz, .npy), MATLAB (.mat), HDF5 (.h5)
 #   --check                        only checks the recordings: rates, gaps, clocks, motion, and which effects it can show
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-if [ "${1:-}" = --draft ]; then
+# Of NumPy, MATLAB and HDF5 it takes the text that is written beside the draft.
+draft() {
+  local words=() word previous="" folder=. force=()
+  for word in "$@"; do
+    [ "$previous" != --out ] || folder="$(dirname "$word")"
+    [ "$word" != --force ] || force=(--force)
+    previous="$word"
+  done
+  for word in "$@"; do
+    case "$word" in
+      *.npz | *.npy | *.mat | *.h5 | *.hdf5)
+        local text="$folder/$(basename "${word%.*}").csv"
+        "$ROOT/scripts/diagnosis/to_text.py" "$word" --out "$text" "${force[@]}"
+        words+=("$text")
+        ;;
+      *) words+=("$word") ;;
+    esac
+  done
   "$ROOT/scripts/build.sh" hrp-draft-experiment >&2
-  exec "$BUILD/bin/hrp-draft-experiment" "${@:2}"
-fi
+  exec "$BUILD/bin/hrp-draft-experiment" "${words[@]}"
+}
+
+if [ "${1:-}" = --draft ]; then draft "${@:2}"; fi
 experiment="" out="" again="" previous="" controller="" patience=30 rounds="" against=""
 options=()
 for word in "$@"; do

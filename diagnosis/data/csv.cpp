@@ -149,7 +149,7 @@ class Averager {
 }  // namespace
 
 CsvShape probe_csv(const std::string& path, const ColumnMap& columns) {
-  std::ifstream file = open_input(path);
+  std::ifstream file = open_text(path);
   Table head;
   head.file = path;
   RowReader rows(columns, &head);
@@ -176,7 +176,7 @@ Table read_csv(const std::string& path, std::vector<std::string>* warnings) { re
 
 // Reads line by line, because a recording of twenty minutes may not fit into memory.
 Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings, const ColumnMap& columns) {
-  std::ifstream file = open_input(path);
+  std::ifstream file = open_text(path);
   Table table;
   table.file = path;
   RowReader rows(columns, &table);

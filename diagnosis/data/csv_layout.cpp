@@ -10,6 +10,7 @@
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
 #include "common/base/suggest.h"
 
 namespace hrp::diagnosis {
@@ -29,6 +30,28 @@ char find_separator(const std::string& line) {
     if (line.find(c) != std::string::npos) return c;
   }
   return line.find_first_of(' ', line.find_first_not_of(' ')) == std::string::npos ? ',' : ' ';
+}
+
+struct Format {
+  std::string start, is, remedy;
+};
+
+// What people have in place of text.
+const std::vector<Format>& list_formats() {
+  static const std::string convert = "scripts/diagnosis/to_text.py FILE writes it as text";
+  static const std::vector<Format> formats{
+      {"\x93NUMPY", "is a NumPy array", convert},
+      {"PK\x03\x04", "is a zip archive, as NumPy's .npz", convert + " if it is one; export a spreadsheet as CSV"},
+      {"\x89HDF", "is HDF5", convert},
+      {"MATLAB ", "is a MATLAB file", convert},
+      {"#ROSBAG", "is a bag of ROS 1", "its name must end with .bag"},
+      {"SQLite format 3", "is an sqlite3 database", "the name of a bag must end with .db3"},
+      {"\x89MCAP", "is MCAP", "its name must end with .mcap"},
+      {"\x1f\x8b", "is packed with gzip", "gunzip it"},
+      {"BZh", "is packed with bzip2", "bunzip2 it"},
+      {"\xfd" "7zXZ", "is packed with xz", "unxz it"},
+      {"PAR1", "is Parquet", "write it as CSV"}};
+  return formats;
 }
 
 // Throws for files that are no text, such as compressed files and UTF-16.
@@ -89,6 +112,19 @@ void take_header(const std::vector<std::string>& names, int line, CsvLayout* lay
 }
 
 }  // namespace
+
+std::ifstream open_text(const std::string& path) {
+  std::ifstream file = open_input(path);
+  char start[16] = {};
+  file.read(start, sizeof start);
+  for (const Format& format : list_formats()) {
+    if (std::memcmp(start, format.start.data(), format.start.size()) == 0)
+      refuse_input(path, format.is + ", expected comma-separated values: " + format.remedy);
+  }
+  file.clear();
+  file.seekg(0);
+  return file;
+}
 
 std::string trim_cell(Cell cell) {
   auto [begin, end] = cell;

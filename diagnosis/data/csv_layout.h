@@ -2,6 +2,7 @@
 // How a text recording is written: separators, decimal marks, a header or none, and which cells hold which signals.
 #pragma once
 
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,6 +21,9 @@ struct CsvLayout {
   std::vector<SignalColumn> signals;  // of the table's columns, in its order
   std::vector<size_t> source;         // by column: its cell
 };
+
+// A text file, from its beginning. Throws InputError for what cannot be opened, and for other kinds of files, with what to do.
+std::ifstream open_text(const std::string& path);
 
 // True for lines that say nothing: empty ones, and comments that begin with # or %.
 bool is_blank(const std::string& line);

@@ -9,7 +9,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/exact_number.h"
-#include "common/base/read_file.h"
+#include "common/log/ros_bag.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/quantile.h"
@@ -29,11 +29,11 @@ struct LogColumns {
   Table table;                     // all columns, by number
 };
 
-bool is_text(const std::string& path) { return !fs::is_directory(path) && fs::path(path).extension() != ".mcap" && fs::path(path).extension() != ".db3"; }
+bool is_text(const std::string& path) { return !is_ros_bag(path) && fs::path(path).extension() != ".mcap"; }
 
 // The names in the first line, whatever they are.
 LogColumns read_names(const std::string& path) {
-  std::ifstream file = open_input(path);
+  std::ifstream file = open_text(path);
   LogColumns log;
   for (std::string line; std::getline(file, line);) {
     if (is_blank(line)) continue;
@@ -105,6 +105,7 @@ class DraftWriter {
     scenario.floating_base = false;
     const RobotDescription description = load_robot(scenario);
     for (int i = 0; i < description.tree.num_joints(); ++i) joints_.push_back(description.tree.joint(i).name);
+    if (joints_.empty()) refuse_input(robot, "has no joint that moves: write the experiment by hand (docs/diagnosis.md)");
   }
 
   Draft write() {

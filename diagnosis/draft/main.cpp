@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", hrp::get_version_text("hrp-draft-experiment"));
   hrp::diagnosis::Options options;
   app.add_option("robot", options.robot, "the robot's model: URDF, MJCF or SDF")->required();
-  app.add_option("logs", options.logs, "logs: text files, MCAP logs or ROS bags; with several, the last one is held out")->required();
+  app.add_option("logs", options.logs, "logs: text files, MCAP logs, bags of ROS 1 or 2; with several, the last one is held out")->required();
   app.add_option("--out", options.out, "experiment file to write")->capture_default_str();
   app.add_flag("--force", options.force, "overwrite OUT");
   if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;

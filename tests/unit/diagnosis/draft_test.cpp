@@ -11,6 +11,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/draft/column_names.h"
 #include "diagnosis/draft/draft.h"
+#include "tests/catch_complaint.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -114,6 +115,14 @@ TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
   const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("sample_rate: 100    # (?)"));
   EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder_tau'"));
+}
+
+TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
+  write("box.urdf", "<robot name=\"box\"><link name=\"box\"/></robot>");
+  write("log.txt", make_rows(" "));
+  const std::string said = catch_complaint([&] { make_draft(path("box.urdf"), {path("log.txt")}, folder_.string()); });
+  EXPECT_THAT(said, HasSubstr("box.urdf"));
+  EXPECT_THAT(said, HasSubstr("no joint that moves"));
 }
 
 TEST_F(Drafts, OfAFileThatIsNotThereAreRefused) {

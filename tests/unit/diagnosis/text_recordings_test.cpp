@@ -58,6 +58,15 @@ TEST(TextRecording, SemicolonsTabsAndSpacesSeparateCellsAndCommasDecimals) {
   expect_hip(read("spaces.txt", "# a note\n  1.0e1   7 2\n  20 7   4 \n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
 
+TEST(TextRecording, OtherKindsOfFilesAreCalledByTheirNames) {
+  for (const auto& [content, name] : std::vector<std::pair<std::string, std::string>>{
+           {"\x93NUMPY", "NumPy"}, {"PK\x03\x04 and more", "npz"}, {"\x89HDF\r\n\x1a\n", "HDF5"}, {"MATLAB 5.0 MAT-file", "MATLAB"},
+           {"#ROSBAG V2.0\n", "ROS 1"}, {"SQLite format 3", "db3"}, {"\x89MCAP0", "mcap"}, {"\x1f\x8b\x08", "gunzip"}, {"BZh9", "bunzip2"},
+           {"\xfd" "7zXZ", "unxz"}, {"PAR1", "Parquet"}}) {
+    EXPECT_THAT(catch_complaint([&, text = content] { read("other.txt", text, kNumbered); }), HasSubstr(name));
+  }
+}
+
 TEST(TextRecording, ColumnsByNameLeaveOthersAlone) {
   const std::string text = "t;mode;q;q\n0;walk;1;9\n0.5;run;2;9\n";
   expect_hip(read("names.csv", text, "{time: t, /joint_states/hip/position: 3}"), {0.0, 0.5}, {1.0, 2.0});
