@@ -13,19 +13,6 @@ namespace {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-std::string list_topics(const RosBag& bag) {
-  const std::string list = join_words(bag.topics(), [](const BagTopic& t) { return t.name + " (" + t.type + ")"; });
-  return list.empty() ? "no topic" : list;
-}
-
-// Commands differ from states by their names only, as their messages have the same types.
-bool is_command_name(const std::string& name) {
-  for (const char* word : {"command", "cmd", "desired", "target", "setpoint", "goal", "reference"}) {
-    if (contains(name, word)) return true;
-  }
-  return false;
-}
-
 // Chooses topics if the experiment has no section `topics`.
 class Guess {
  public:
@@ -205,6 +192,18 @@ class Binder {
 };
 
 }  // namespace
+
+std::string list_topics(const RosBag& bag) {
+  const std::string list = join_words(bag.topics(), [](const BagTopic& t) { return t.name + " (" + t.type + ")"; });
+  return list.empty() ? "no topic" : list;
+}
+
+bool is_command_name(const std::string& name) {
+  for (const char* word : {"command", "cmd", "desired", "target", "setpoint", "goal", "reference"}) {
+    if (contains(name, word)) return true;
+  }
+  return false;
+}
 
 std::vector<BoundTopic> bind_topics(const RosBag& bag, const TopicMap& map, const BagRobot& robot,
                                     const std::string& experiment, std::vector<std::string>* notes) {

@@ -28,6 +28,12 @@ struct BoundTopic {
   std::vector<std::string> columns;  // by_joint "position", ..., else complete column names
 };
 
+// For messages: "/joint_states (sensor_msgs/msg/JointState), ...".
+std::string list_topics(const RosBag& bag);
+
+// Commands differ from states by the names of their topics only, as their messages have the same types.
+bool is_command_name(const std::string& name);
+
 // Topics as the experiment maps them. Without a section `topics`, they are chosen by name and type, which `notes` says.
 // Throws InputError that names bag, topic, field and the expected value.
 std::vector<BoundTopic> bind_topics(const RosBag& bag, const TopicMap& map, const BagRobot& robot,

@@ -13,6 +13,7 @@
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -103,8 +104,8 @@ class DraftWriter {
     Scenario scenario;
     scenario.robot = fs::absolute(robot).string();
     scenario.floating_base = false;
-    const RobotDescription description = load_robot(scenario);
-    for (int i = 0; i < description.tree.num_joints(); ++i) joints_.push_back(description.tree.joint(i).name);
+    tree_ = load_robot(scenario).tree;
+    for (int i = 0; i < tree_.num_joints(); ++i) joints_.push_back(tree_.joint(i).name);
     if (joints_.empty()) refuse_input(robot, "has no joint that moves: write the experiment by hand (docs/diagnosis.md)");
   }
 
@@ -113,6 +114,7 @@ class DraftWriter {
     write_recordings();
     const auto text = std::find_if(logs_.begin(), logs_.end(), is_text);
     if (text != logs_.end()) write_columns(*text);
+    else if (is_ros_bag(logs_[0])) write_topics(logs_[0]);
     else write_drive(true, true);
     draft_.text = out_.str();
     return draft_;
@@ -135,6 +137,14 @@ class DraftWriter {
       out_ << "  - {file: " << name_from_folder(logs_[i]) << ", role: " << (held_out ? "validate" : "train") << "}\n";
     }
     if (logs_.size() == 1) ask("a second log of another motion, with 'role: validate': values of one recording alone are hardly certain");
+  }
+
+  void write_topics(const std::string& path) {
+    const BagDraft bag = draft_bag(path, tree_);
+    write_drive(bag.commands, bag.efforts);
+    out_ << bag.text;
+    draft_.found.insert(draft_.found.end(), bag.found.begin(), bag.found.end());
+    draft_.asked.insert(draft_.asked.end(), bag.asked.begin(), bag.asked.end());
   }
 
   // Of the first log; others are expected to look alike.
@@ -264,7 +274,8 @@ class DraftWriter {
   std::string robot_;
   std::vector<std::string> logs_;
   fs::path folder_;
-  std::vector<std::string> joints_;
+  TreeSpec tree_;
+  std::vector<std::string> joints_;  // its names
   LogColumns log_;
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;

@@ -12,6 +12,7 @@
 #include "diagnosis/draft/column_names.h"
 #include "diagnosis/draft/draft.h"
 #include "tests/catch_complaint.h"
+#include "tests/unit/diagnosis/bag_writer.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -115,6 +116,32 @@ TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
   const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("sample_rate: 100    # (?)"));
   EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder_tau'"));
+}
+
+TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
+  using namespace testing_bags;
+  std::vector<Message> messages;
+  for (int k = 0; k < 400; ++k) {
+    const int64_t stamp = int64_t{5'000'000} * k;
+    messages.push_back({"/states", stamp, make_joint_state(stamp, {"shoulder"}, {std::sin(0.02 * k)}, {}, {1.0})});
+    messages.push_back({"/imu/data", stamp, CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("upper")).zeros(37).bytes()});
+    messages.push_back({"/tool", stamp, CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("flange")).zeros(6).bytes()});
+    messages.push_back({"/controller/commands", stamp, CdrWriter().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{0.1}).bytes()});
+  }
+  write_bag(folder_ / "motion", Storage::kMcap,
+            {{"/states", "sensor_msgs/msg/JointState", kJointStateDefinition}, {"/imu/data", "sensor_msgs/msg/Imu", ""},
+             {"/tool", "geometry_msgs/msg/WrenchStamped", ""}, {"/controller/commands", "std_msgs/msg/Float64MultiArray", ""}},
+            messages);
+  const Draft draft = make_draft(path("arm.urdf"), {path("motion")}, folder_.string());
+  write("experiment.yaml", draft.text);
+  EXPECT_THAT(draft.found, ::testing::Contains("topic /states: 1 of 1 joints; positions: yes, velocities: no, efforts: yes"));
+  EXPECT_THAT(draft.text, HasSubstr("imu_data: {link: upper}"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("the model has no 'flange'"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("the numbers of /controller/commands"));
+  const Experiment experiment = load_experiment(path("experiment.yaml"));
+  ASSERT_EQ(experiment.recordings.size(), 1u) << draft.text;
+  EXPECT_TRUE(experiment.recordings[0].has("/imu/imu_data/linear_acceleration/x"));
+  EXPECT_TRUE(experiment.recordings[0].has("/wrench/tool/force/z"));
 }
 
 TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
