@@ -131,6 +131,8 @@ VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, 
     time += out.late, out.late = time;
     if (out.ratio == 0.0 || !(time > kHalf * kLongest)) return {};
   }
+  // A filter that runs once a sample holds the rate before it, or the new one: either is half a sample off.
+  out.late_std = std::hypot(out.late_std, kHalf * sample_time);
   return out.late > kLongest ? out : VelocityReading{};
 }
 
