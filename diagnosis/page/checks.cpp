@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "common/base/join_words.h"
 #include "diagnosis/page/lead.h"
@@ -163,6 +164,10 @@ std::string make_per_recording(const json& report) {
 std::string make_waterfall(const json& report) {
   const std::vector<Step> steps = find_steps(report);
   if (steps.empty()) return "";
+  constexpr double kOverlap = 0.1;  // of findings that act on the same readings; with more, the weights only rank the findings
+  const double all = std::accumulate(steps.begin(), steps.end(), 0.0, [](double sum, const Step& s) { return sum + s.share; });
+  const double explained = get_number(report, "explained", all), details = explained - all;
+  if (details < -kOverlap) return "";
   const double height = 20.0 * static_cast<double>(steps.size() + 3) + 6;
   std::string out = "<div class='wide' tabindex='0'><svg viewBox='0 0 900 " + format_number(height) +
                     "' style='min-width:640px;width:100%' role='img' aria-label='What each finding takes away of the mismatch'>";
@@ -173,10 +178,10 @@ std::string make_waterfall(const json& report) {
     out += bar(y, std::max(0.0, left - s.share), left, "bar after", s.label, "-" + percent(s.share));
     left -= s.share;
   }
-  const double explained = get_number(report, "explained", 1.0 - left), details = left - (1.0 - explained);
-  if (details > 0.01) {
+  if (std::abs(details) > 0.01) {
     y += 20.0;
-    out += bar(y, 1.0 - explained, left, "bar after", "details of the model that are no findings", "-" + percent(details));
+    out += details > 0.0 ? bar(y, 1.0 - explained, left, "bar after", "details of the model that are no findings", "-" + percent(details))
+                         : bar(y, left, 1.0 - explained, "bar before", "what findings share, and was counted twice", "+" + percent(-details));
   }
   return out + bar(y + 20.0, 0.0, 1.0 - explained, "bar before", "left on held-out recordings", percent(1.0 - explained)) + "</svg></div>";
 }

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <vector>
 
+#include "diagnosis/page/checks.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -138,6 +140,19 @@ TEST(HtmlReport, NamesTheFileThatCannotBeWritten) {
   } catch (const std::runtime_error& error) {
     EXPECT_THAT(error.what(), HasSubstr("/nonexistent/report.html"));
   }
+}
+
+// Weights of findings that fall in steps from all of the mismatch to what is left of it.
+TEST(HtmlReport, StepsOfTheMismatchAreDrawnOnlyWhereTheyAddUp) {
+  const auto draw = [](double first, double second, double explained) {
+    json report = {{"explained", explained}, {"findings", json::array()}};
+    for (const double weight : {first, second}) report["findings"].push_back({{"effect", "coulomb_friction"}, {"where", {{"joint", "elbow"}}}, {"weight", weight}});
+    return html::make_waterfall(report);
+  };
+  EXPECT_THAT(draw(0.4, 0.2, 0.6), HasSubstr("40 %"));
+  EXPECT_THAT(draw(0.4, 0.2, 0.6), Not(HasSubstr("twice")));
+  EXPECT_THAT(draw(0.4, 0.25, 0.6), HasSubstr("counted twice"));
+  EXPECT_EQ(draw(1.0, 1.0, 0.4), "");  // ranks, no shares
 }
 
 }  // namespace
