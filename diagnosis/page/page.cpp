@@ -250,7 +250,7 @@ std::string make_prediction_note(const json& report, const json& series) {
   if (method.empty()) return "";
   const double horizon = get_number(p, "horizon");
   return "<p class='small'>Predicted: " + escape(method) +
-         (std::isfinite(horizon) ? ", horizon " + format_number(horizon) + " s" : "") + ".</p>";
+         (horizon > 0.0 ? ", horizon " + format_number(horizon) + " s" : "") + ".</p>";
 }
 
 std::string make_traces(const json& series, const char* role) {

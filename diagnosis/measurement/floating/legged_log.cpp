@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/join_words.h"
 #include "common/multibody/tree_mass.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/measurement/floating/clip_maker.h"
@@ -48,13 +49,14 @@ void find_sensors(const Experiment& e, LeggedLog* log) {
     s.name = spec.name, s.link = f.link, s.X_LS = f.X_LF;
     const auto world = e.keys.wrench_frame.find(spec.name);
     s.world = world != e.keys.wrench_frame.end() && world->second == "world";
-    bool any = false;
+    std::vector<std::string> lacking;
     for (int i = 0; i < 6; ++i) {
-      s.axis[i] = has_in_all(e, get_force_column(s, i));
-      any = any || s.axis[i];
-      if (!s.axis[i]) log->missing.push_back("no column " + get_force_column(s, i) + " in every recording");
+      const std::string column = get_force_column(s, i);
+      s.axis[i] = has_in_all(e, column);
+      if (!s.axis[i]) lacking.push_back(lacking.empty() ? column : column.substr(std::string("/wrench/" + s.name + "/").size()));
     }
-    if (!any) continue;
+    if (!lacking.empty()) log->missing.push_back("no column " + join_words(lacking));
+    if (lacking.size() == 6) continue;
     if (!s.world && f.below.mass > 0) s.below = f.below;
     log->sensors.push_back(s);
   }
