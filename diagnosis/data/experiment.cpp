@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "common/log/ros_bag.h"
 #include "common/robot/closed_chains.h"
@@ -171,6 +172,15 @@ void take_between_gaps(Experiment* e) {
   e->recordings = std::move(parts);
 }
 
+// Without feet, nothing says where the ground carries a robot.
+void note_missing_feet(Experiment* e) {
+  const Scenario& scenario = e->scenario;
+  if (!scenario.floating_base || !scenario.feet.empty() || e->num_joints() == 0) return;
+  const std::string carriers = join_words(scenario.sensors.wrenches, [](const WrenchSpec& s) { return s.link; });
+  e->warnings.push_back(e->path + ": feet: is missing, so the forces of the ground are compared with nothing; expected the links that carry the robot" +
+                        (carriers.empty() ? "" : ", such as those with force sensors: " + carriers));
+}
+
 }  // namespace
 
 const char* get_quantity_name(Quantity quantity) {
@@ -203,6 +213,7 @@ Experiment load_experiment(const std::string& path) {
     throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
   }
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
+  note_missing_feet(&e);
   const std::vector<std::string> before = e.warnings;
   std::optional<Loader> loader(&e);
   loader->load();

@@ -65,6 +65,7 @@ std::vector<char> find_by_force(const LeggedLog& log, const Clip& clip, size_t s
 // Feet near the height of the lowest one.
 std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
   std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
+  if (out.empty()) return out;
   BodyMotion motion(log, clip);
   std::vector<double> height(log.feet.size());
   for (size_t k = 0; k < clip.size(); ++k) {

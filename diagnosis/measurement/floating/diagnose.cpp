@@ -252,7 +252,8 @@ std::string find_obstacle(const Experiment& e) {
   std::vector<std::string> texts{few};
   for (const std::vector<std::string>* list : {&logs.even.too_short, &logs.even.missing}) texts.insert(texts.end(), list->begin(), list->end());
   const bool flat = std::any_of(logs.even.feet.begin(), logs.even.feet.end(), [](const Foot& f) { return f.flat; });
-  if (!flat) texts.emplace_back("no foot has a flat sole, over which encoders would tell how the body turns");
+  if (logs.even.feet.empty()) texts.emplace_back("'feet' names no link that carries the robot");
+  else if (!flat) texts.emplace_back("no foot has a flat sole, over which encoders would tell how the body turns");
   return join(texts);
 }
 

@@ -180,5 +180,15 @@ TEST(LeggedObstacle, OfAnImuAloneIsWhatWouldTellTheSame) {
   EXPECT_NE(text.find("no column /base/pose/position/x"), std::string::npos) << text;
 }
 
+// What tells the same without the ground is compared; the rest is not, and nothing is claimed of it.
+TEST(LeggedObstacle, WithoutFeetTheImuIsStillComparedWithTheMotion) {
+  Experiment e = make_biped({});
+  e.scenario.feet.clear();
+  const LeggedReport report = diagnose_legged(e, [](const std::string&) {});
+  EXPECT_TRUE(report.evidence.findings.empty());
+  e.scenario.sensors.imus.clear();
+  EXPECT_NE(find_obstacle(e).find("'feet' names no link that carries the robot"), std::string::npos) << find_obstacle(e);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
