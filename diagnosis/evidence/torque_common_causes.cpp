@@ -44,13 +44,6 @@ class Search {
     return sum;
   }
 
-  // Prior costs [nats] of a model.
-  double sum_costs(const TorqueFit& fit) const {
-    double likelihood = 0.0;
-    for (size_t i = 0; i < design_.joints.size(); ++i) likelihood += calc_evidence(design_.joints[i], fit.cross[i]);
-    return likelihood - fit.evidence;
-  }
-
   // Without prior costs: one log of currents is as likely as one wrong mass.
   std::vector<Rival> list_gains(TorqueModel model) const {
     const std::vector<Terms> usual = list_usual_terms(design_);
@@ -119,7 +112,7 @@ class Search {
     double more = 0.0;  // [nats] prior cost of what is counted as a part of the load
     if (at + 1 < model.whole.size()) sum.block(1, slots.whole[at + 1], 3, 3) = link * Matrix3d::Identity(), more = design_.whole[model.whole[at + 1]].row->cost;
     const Eigen::VectorXd p = drop_unseen(design_, term, sum * fit.theta);
-    const double gain = sum_likelihood(fit) - sum_costs(fit) + more - sum_likelihood(gap_.fit) + sum_costs(gap_.fit);
+    const double gain = calc_blurred_evidence(design_, fit) + more - calc_blurred_evidence(design_, gap_.fit);
     if (gain < -kSame || !is_whole_physical(design_, term, p)) return std::nullopt;
     const Eigen::VectorXd variance = (sum * fit.covariance * sum.transpose()).diagonal().cwiseMax(0.0) + known.segment(slots.whole[at], 4).cwiseAbs2();
     return Rival{term, p, (p.array() != 0.0).select(variance.cwiseSqrt(), 0.0), model, {-1, at}};

@@ -157,6 +157,10 @@ class RivalSearch {
     return costs;
   }
 
+  // Evidence [nats] by which rivals of the term are compared. A spring is torque over position. So is what masses and zeros leave
+  // that nobody knows to more than a share: no error counts below that.
+  double weigh(const TorqueFit& fit) const { return g_.term.row->constant > 0 ? calc_blurred_evidence(design_, fit) : fit.evidence; }
+
   // True if `other` fits nearly as well in the place of the term: it recovers most of the term's gain, or has nearly
   // the same likelihood, such as a cart's mass and the rotor that drives it. `p`: parameters of `other`.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
@@ -165,12 +169,12 @@ class RivalSearch {
     const double costs = beside_ + (of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost);
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
-    if (here && with.evidence + costs > fit_.evidence - kSame) return true;
+    if (here && weigh(with) + costs > weigh(fit_) - kSame) return true;
     if (here && judges_held(other, with)) return true;
     // A term that not every drive has and that the recordings hardly need: others do nearly as well, prior costs aside.
     const double weak = g_.term.row->usual ? 0.0 : kWholeGain - g_.gain;
-    if (weak > 0.0 && with.evidence + costs > fit_.evidence - kSame - weak) return true;
-    return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
+    if (weak > 0.0 && weigh(with) + costs > weigh(fit_) - kSame - weak) return true;
+    return weigh(with) > weigh(fit_) - kOdds && weigh(with) - weigh(alone_) > 0.5 * (weigh(fit_) - weigh(alone_));
   }
 
   // Two laws of one family, whatever their odds in training: recordings that were not fitted are the independent judge. Where
@@ -271,7 +275,7 @@ class RivalSearch {
     if (g_.place.joint < 0) return false;
     TorqueModel both = model_;
     both.whole.push_back(whole_term);
-    return fit_torque(design_, both).evidence - without.evidence > kOdds;
+    return weigh(fit_torque(design_, both)) - weigh(without) > kOdds;
   }
 
   // Fast filter: true if a term of the whole robot fills most of the gap in the joint's own rows. Most do not.
