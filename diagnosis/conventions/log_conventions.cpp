@@ -21,6 +21,7 @@
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/floating/exchanged_legs.h"
 #include "diagnosis/measurement/floating/signed_axes.h"
+#include "diagnosis/model/last_link.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 
@@ -183,6 +184,18 @@ bool is_first_and_level(const Experiment& e, int joint) {
   return axis_W.normalized().cross(down_W).norm() > kRoot;
 }
 
+// Another zero turns the last link's centre of mass about the joint's axis, which is the same motion of the same weight. A centre
+// of mass that is off by more than half its distance from the axis is none that anybody stated.
+void add_turned_centre(const Experiment& e, const JointZero& zero, Json* f) {
+  const std::optional<LastLink> last = find_last_link(e.robot.tree, zero.joint);
+  if (!last || zero.turned || 2.0 * std::sin(0.5 * std::min(std::abs(zero.offset), M_PI)) > kHalf) return;
+  const Vector3d turned = std::cos(zero.offset) * last->out - std::sin(zero.offset) * last->turn;
+  const Vector3d moved = last->length * (turned - last->out), width = zero.std * last->length * last->turn.cwiseAbs();
+  const Json offset = make_vector({moved.x(), moved.y(), moved.z()}, {width.x(), width.y(), width.z()}, "m");
+  (*f)["alternatives"].push_back(make_alternative("com_error", {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
+  (*f)["grade"] = get_grade_name(Grade::kAmbiguous), (*f)["probability"] = kHalf;
+}
+
 Json make_zero_finding(const Experiment& e, const JointZero& zero, double share) {
   const std::string joint = e.robot.tree.joint(zero.joint).name;
   const Json value = make_value(round_to(zero.offset, 5), round_to(zero.std, 3), "rad");
@@ -191,6 +204,7 @@ Json make_zero_finding(const Experiment& e, const JointZero& zero, double share)
                    number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
   if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative("base_tilt", {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  add_turned_centre(e, zero, &f);
   return f;
 }
 

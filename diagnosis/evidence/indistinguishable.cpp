@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/model/most_play.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -22,6 +24,7 @@ constexpr double kBeyondRipple = 2.0;
 constexpr double kManyPeriods = 0.5;
 const char* const kMotion = "constant speeds from the slowest on, in both directions";
 const char* const kWarmth = "the same motion cold and warm: an asymmetry changes with the friction, a constant torque does not";
+const char* const kSides = "postures whose weight pulls the joint to the other side";
 const char* const kCommands = "record the commands and the servo's gains, or weigh the effort at rest with a known mass";
 
 Where make_log_place(const Experiment& e, int joint, Quantity quantity = Quantity::kEffort) { return {{"sensor", e.signal_name(joint, quantity)}}; }
@@ -69,6 +72,29 @@ Finding make_column_finding(const Experiment& e, int joint, Quantity column, Eff
   return f;
 }
 
+// True if the load of a joint hardly ever changes sides.
+bool is_one_sided(const TorqueData& data, int joint) {
+  double up = 0.0, all = 0.0;
+  for (const TorqueRecording& r : data.recordings) {
+    for (long k = 0; k < r.kept(); ++k) {
+      if (r.use(k, joint)) up += r.tau(r.full_row(k), joint) > 0.0 ? 1.0 : 0.0, all += 1.0;
+    }
+  }
+  return std::min(up, all - up) < kMinority * all;
+}
+
+// Under a load that keeps its side the teeth touch on one side: the link is half a gap from where its encoder says.
+void add_play(const TorqueData& data, const GradedTerm& g, std::vector<Alternative>* list) {
+  const auto add = [&](const Term& zero, const Eigen::VectorXd& offset, const Eigen::VectorXd& width) {
+    const JointSpec& joint = data.experiment->robot.tree.joint(zero.place);
+    const bool turns = joint.actuated && joint.kind == JointKind::kRevolute;
+    if (zero.effect().id != EffectId::kJointOffset || !turns || 2.0 * std::abs(offset[0]) > kMostPlay || !is_one_sided(data, zero.place)) return;
+    list->push_back(make_alternative(EffectId::kBacklash, {{"joint", joint.name}}, {{"gap", "rad", {2.0 * std::abs(offset[0])}, {2.0 * width[0]}, false}}, kSides));
+  };
+  add(g.term, g.parameters, g.width);
+  for (const Rival& r : g.rivals) add(r.term, r.parameters, r.width);
+}
+
 // Gear and gain: see the header.
 Alternative make_loaded_friction(const Where& joint, const GradedTerm& gear) {
   const double r = gear.parameters[0], mu = calc_loaded_friction(r), slope = calc_loaded_friction_slope(r);
@@ -107,6 +133,7 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
     alternatives.push_back(make_alternative(EffectId::kSpring, {{"joint", e.robot.tree.joint(g.balanced).name}}, {}, "a look at the joint: what balances its weight?"));
   if (g.term.row->backwards && g.parameters[0] > 0.0) alternatives.push_back(make_loaded_friction(joint, g));
   if (g.term.row->is_constant() && level) add_asymmetry(joint, g, *level, &alternatives);
+  add_play(data, g, &alternatives);
   if (g.term.row->level && excess && excess->grade == Grade::kAmbiguous)
     alternatives.push_back(make_alternative(EffectId::kCoulomb, joint, {{"level", "N m", {g.parameters[0]}, {g.width[0]}, false}}, kMotion));
   if (g.term.row->level && !excess && g.curve.there && g.curve.level.value > 0.0 &&

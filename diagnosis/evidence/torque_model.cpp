@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -145,6 +147,15 @@ class Fitter {
 double calc_evidence(const JointDesign& joint, double cross) {
   const double floor = kFloor * joint.spread * joint.spread;
   return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
+}
+
+double calc_blurred_evidence(const TorqueDesign& design, const TorqueFit& fit) {
+  double evidence = fit.evidence;
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    evidence += calc_evidence(joint, fit.cross[i] + std::pow(kKnown * joint.spread, 2)) - calc_evidence(joint, fit.cross[i]);
+  }
+  return evidence;
 }
 
 double calc_factor_cost(double factor) { return 0.5 * std::pow(std::log(std::max(1e-3, factor)) / kFactorSpread, 2); }

@@ -66,6 +66,9 @@ constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole 
 // Log-likelihood [nats] of a joint's cross-validated mean square [(N m)^2], but for a constant.
 double calc_evidence(const JointDesign& joint, double cross);
 
+// Evidence of a fit in which no joint's error counts below the share to which efforts and masses are known.
+double calc_blurred_evidence(const TorqueDesign& design, const TorqueFit& fit);
+
 // Smallest mean square as a share of the squared effort spread: errors of filters and rounding.
 constexpr double kFloor = 1e-6;
 

@@ -7,29 +7,12 @@
 
 #include "common/base/has.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque_common_causes.h"
+#include "diagnosis/model/last_link.h"
 #include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kLeastLever = 0.001;     // [m] of a centre of mass from its axis: nearer, no turn moves it
-constexpr double kSame = 1.0;             // [nats] of likelihood within which two terms are indistinguishable
-
-// A link that carries no other, on a turning joint: the direction from the axis to its centre of mass, and that in which
-// the centre moves as the joint turns.
-struct LastLink {
-  Vector3d out, turn;   // in the link's axes
-  double length = 0.0;  // [m] from the axis to the centre of mass
-};
-
-// Empty if the joint carries more than its link, or if the link's centre of mass lies on the axis.
-std::optional<LastLink> find_last_link(const TreeSpec& tree, int joint) {
-  const LinkSpec& link = tree.links[static_cast<size_t>(joint) + 1];
-  const Vector3d axis = link.joint.axis_F.normalized(), lever = link.inertia.p_LLcm_L - axis * axis.dot(link.inertia.p_LLcm_L);
-  if (!is_last(tree, joint + 1) || link.joint.kind != JointKind::kRevolute || lever.norm() < kLeastLever) return std::nullopt;
-  const Vector3d out = lever.normalized();
-  return LastLink{out, axis.cross(out), lever.norm()};
-}
 
 class RivalSearch {
  public:
@@ -38,10 +21,10 @@ class RivalSearch {
 
   std::vector<Rival> run() {
     compare_own();
+    if (g_.term.whole() && (g_.term.row->needs_drive || g_.term.row->load)) add_common_causes();
     compare_whole();
     if (add_constant()) compare_own(), compare_whole(), add_less_inertia();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
-    if (g_.term.whole() && g_.term.row->needs_drive) compare_gains();
     add_turned_link();
     return rivals_;
   }
@@ -146,39 +129,9 @@ class RivalSearch {
     }
   }
 
-  // The gain of joint i by the model's torque, or nothing if it is in the model already.
-  std::optional<size_t> find_gain(size_t i) const {
-    const std::vector<Term>& terms = design_.joints[i].terms;
-    for (size_t term : rest_.own[i]) {
-      if (terms[term].row->scales_model || terms[term].row->scales_effort) return std::nullopt;
-    }
-    for (size_t term = 0; term < terms.size(); ++term) {
-      if (terms[term].row->scales_model) return term;
-    }
-    return std::nullopt;
-  }
-
-  // Drives that give less than they say leave a share of the weight that they carry, as a force that lifts a link does. The
-  // gains of all joints that the term loads therefore compete with it together.
-  void compare_gains() {
-    TorqueModel model = rest_;
-    std::vector<std::pair<size_t, size_t>> gains;  // joint of the design, term
-    for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const std::optional<size_t> gain = shows(g_.term, design_.joints[i]) ? find_gain(i) : std::nullopt;
-      if (!gain) continue;
-      std::vector<size_t>& own = model.own[i];
-      own.insert(std::upper_bound(own.begin(), own.end(), *gain), *gain);
-      gains.emplace_back(i, *gain);
-    }
-    const TorqueFit fit = fit_torque(design_, model);
-    if (gains.empty() || fit.evidence <= fit_.evidence - kSame) return;
-    const Slots slots = list_slots(design_, model);
-    for (const auto& [i, gain] : gains) {
-      const std::vector<size_t>& own = model.own[i];
-      const Eigen::VectorXd values = fit.theta.segment(slots.own[i][0], count_columns(i, own));
-      const size_t at = static_cast<size_t>(std::find(own.begin(), own.end(), gain) - own.begin());
-      if (!is_physical(design_, i, own, values)) continue;
-      rivals_.push_back({design_.joints[i].terms[gain], fit.theta.segment(slots.own[i][at], 1), {}, model, {static_cast<int>(i), at}});
+  void add_common_causes() {
+    for (Rival& cause : list_common_causes(design_, {model_, fit_, rest_, alone_}, g_)) {
+      if (!is_listed(cause.term)) rivals_.push_back(std::move(cause));
     }
   }
 
@@ -204,6 +157,10 @@ class RivalSearch {
     return costs;
   }
 
+  // Evidence [nats] by which rivals of the term are compared. A spring is torque over position. So is what masses and zeros leave
+  // that nobody knows to more than a share: no error counts below that.
+  double weigh(const TorqueFit& fit) const { return g_.term.row->constant > 0 ? calc_blurred_evidence(design_, fit) : fit.evidence; }
+
   // True if `other` fits nearly as well in the place of the term: it recovers most of the term's gain, or has nearly
   // the same likelihood, such as a cart's mass and the rotor that drives it. `p`: parameters of `other`.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
@@ -212,12 +169,12 @@ class RivalSearch {
     const double costs = beside_ + (of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost);
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
-    if (here && with.evidence + costs > fit_.evidence - kSame) return true;
+    if (here && weigh(with) + costs > weigh(fit_) - kSame) return true;
     if (here && judges_held(other, with)) return true;
     // A term that not every drive has and that the recordings hardly need: others do nearly as well, prior costs aside.
     const double weak = g_.term.row->usual ? 0.0 : kWholeGain - g_.gain;
-    if (weak > 0.0 && with.evidence + costs > fit_.evidence - kSame - weak) return true;
-    return with.evidence > fit_.evidence - kOdds && with.evidence - alone_.evidence > 0.5 * g_.gain;
+    if (weak > 0.0 && weigh(with) + costs > weigh(fit_) - kSame - weak) return true;
+    return weigh(with) > weigh(fit_) - kOdds && weigh(with) - weigh(alone_) > 0.5 * (weigh(fit_) - weigh(alone_));
   }
 
   // Two laws of one family, whatever their odds in training: recordings that were not fitted are the independent judge. Where
@@ -227,22 +184,11 @@ class RivalSearch {
            with.evidence - alone_.evidence > kOdds;
   }
 
-  // True if a term of the whole robot has a nonzero column in the joint's rows.
-  bool shows(const Term& whole, const JointDesign& joint) const {
-    for (size_t t = 0; t < design_.whole.size(); ++t) {
-      if (design_.whole[t].row != whole.row || design_.whole[t].place != whole.place) continue;
-      for (long c : list_whole_columns(design_, joint, t)) {
-        if (joint.total.get(c, c) > 0.0) return true;
-      }
-    }
-    return false;
-  }
-
   // True if the place of a term moves with the joint, so that its effect appears there.
   bool is_beyond(const Term& other, size_t i) const {
     const TermRow& row = *other.row;
     if (row.place == PlaceKind::kNone || row.late) return true;
-    if (row.place == PlaceKind::kJoint) return shows(other, design_.joints[i]);
+    if (row.place == PlaceKind::kJoint) return is_shown(design_, other, design_.joints[i]);
     return is_above(design_.data->experiment->robot.tree, design_.joints[i].joint + 1, other.place);
   }
 
@@ -329,7 +275,7 @@ class RivalSearch {
     if (g_.place.joint < 0) return false;
     TorqueModel both = model_;
     both.whole.push_back(whole_term);
-    return fit_torque(design_, both).evidence - without.evidence > kOdds;
+    return weigh(fit_torque(design_, both)) - weigh(without) > kOdds;
   }
 
   // Fast filter: true if a term of the whole robot fills most of the gap in the joint's own rows. Most do not.

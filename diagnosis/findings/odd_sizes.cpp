@@ -25,6 +25,7 @@ constexpr double kSink = 1e-3;      // [m] compression of a sole under half the 
 constexpr double kTilt = 5e-3;      // [rad] tilt of a sole when half the weight moves by kMove
 constexpr double kMove = 0.05;      // [m]
 constexpr double kIdle = 0.25;      // standard deviations from neutral
+constexpr double kWound = 2.0 * M_PI;  // [rad] beyond the joint's range: a spring that is wound up by more than a turn
 
 std::vector<double> list_numbers(const Json& value) {
   if (value.is_number()) return {value.get<double>()};
@@ -68,6 +69,18 @@ void doubt(const std::string& why, Json* finding) {
                    "): the law fits, but something else is likely to be the cause.";
 }
 
+// Angle [rad] of a spring's rest beyond the joint's range.
+double calc_wound(const TreeSpec& tree, const Json& spring) {
+  const Json& where = spring["where"];
+  const Json& rest = spring["parameters"].contains("rest") ? spring["parameters"]["rest"] : Json();
+  for (const LinkSpec& link : tree.links) {
+    if (!rest.is_object() || !where.contains("joint") || where["joint"] != link.joint.name || link.joint.kind != JointKind::kRevolute) continue;
+    const double value = list_numbers(rest["value"]).at(0);
+    return std::max(link.joint.lower - value, value - link.joint.upper);
+  }
+  return 0.0;
+}
+
 bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
 
 // Value of a stiffness; infinite if it is not stated, so nothing is compliant.
@@ -101,6 +114,17 @@ bool is_idle(const Json& finding) {
   return any;
 }
 
+// What is hardly possible says nothing to whoever looks for the cause.
+void drop_odd_alternatives(const TreeSpec& tree, Json* finding) {
+  if (!finding->contains("alternatives")) return;
+  Json& list = (*finding)["alternatives"];
+  Json kept = Json::array();
+  for (const Json& a : list) {
+    if (find_odd_size(tree, a).empty()) kept.push_back(a);
+  }
+  list = kept;
+}
+
 }  // namespace
 
 std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
@@ -117,7 +141,8 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
     std::string why = find_odd_value(p, list_numbers(stated["value"]), reach, mass);
     if (!why.empty()) return why;
   }
-  return "";
+  const double wound = effect->id == EffectId::kSpring ? calc_wound(tree, finding) : 0.0;
+  return wound > kWound ? "a spring that rests " + number(wound, 3) + " rad beyond the joint's range" : "";
 }
 
 void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
@@ -125,6 +150,7 @@ void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
   for (Json& f : findings) {
     const std::string why = find_odd_size(tree, f);
     if (!why.empty() && !has_odd_size(f)) doubt(why, &f);
+    drop_odd_alternatives(tree, &f);
   }
   if (std::none_of(findings.begin(), findings.end(), has_odd_size)) return;
   for (Json& f : findings) {

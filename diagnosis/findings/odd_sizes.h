@@ -13,11 +13,13 @@ namespace hrp::diagnosis {
 // - a mass, inertia or torque constant that is wrong by more than a factor of e (sensors may log in any unit);
 // - a centre of mass beyond the link's reach (calc_link_reach), or a load more than half a metre beyond it;
 // - a constant force of more than three times the weight of the moving links;
-// - a load of more than twice the mass of the moving links.
+// - a load of more than twice the mass of the moving links;
+// - a spring that rests more than a turn beyond the joint's range.
 std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& finding);
 
 // Makes findings of an implausible size `ambiguous` and says why. Other `certain` findings become `ambiguous` as well,
-// because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`.
+// because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`. Alternatives of an
+// implausible size are not listed.
 void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 
 // Makes findings of very stiff soles `ambiguous`: less than 1 mm compression under half the robot's weight, and less

@@ -189,6 +189,26 @@ TEST(OddSizes, ATorqueConstantMayBeHalfButNotAFifthAndASensorMayCount) {
   EXPECT_EQ(find_odd_size(tree, make_finding("sensor_scale", "sensor", "/wrench/foot", "scale", 11.8)), "");
 }
 
+// A pendulum that turns by half a turn either way.
+TEST(OddSizes, ASpringThatIsWoundUpByMoreThanATurnIsOdd) {
+  TreeSpec tree = make_pendulum();
+  LinkSpec& bob = tree.links[0];
+  bob.joint.name = "elbow", bob.joint.kind = JointKind::kRevolute, bob.joint.lower = -M_PI, bob.joint.upper = M_PI;
+  EXPECT_EQ(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", -9.0)), "");
+  EXPECT_NE(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", -13.0)), "");
+  EXPECT_NE(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", 9.5)), "");
+}
+
+// A load of 152 kg less than a millimetre from an axis has the weight of what is missing.
+TEST(OddSizes, WhatIsHardlyPossibleIsNoAlternative) {
+  Json finding = make_finding("com_error", "link", "bob", "offset", {0.0, 0.0, 0.1});
+  finding["alternatives"] = {make_finding("payload", "link", "bob", "mass", 152.0), make_finding("payload", "link", "bob", "mass", 0.2)};
+  Json report{{"verdict", "mostly_explained"}, {"findings", {finding}}};
+  doubt_odd_sizes(make_pendulum(), &report);
+  ASSERT_EQ(report["findings"][0]["alternatives"].size(), 1u);
+  EXPECT_EQ(report["findings"][0]["alternatives"][0]["parameters"]["mass"]["value"], 0.2);
+}
+
 TEST(OddSizes, WhatIsCertainBesideAnOddSizeIsNotCertain) {
   Json report{{"verdict", "explained"},
               {"findings", {make_finding("parallel_spring", "joint", "elbow", "stiffness", 80.0),

@@ -41,6 +41,31 @@ TEST(LogConventions, AZeroThatIsOffIsNamedWithItsSizeAndNoForceIs) {
   }
 }
 
+// What the report says of a zero of the elbow.
+Json report_zero(double offset) {
+  LogConventions found;
+  found.zeros = {{kElbow, offset, 0.01, false}};
+  Reports reports;
+  reports.report = {{"findings", Json::array()}, {"warnings", Json::array()}, {"model", Json::array()}};
+  add_conventions(make_logged("zero_or_centre", kElbow, offset, 1.0), found, &reports);
+  return reports.report["findings"][0];
+}
+
+// The elbow carries the forearm alone: with another zero, and with its centre of mass turned about the axis, it moves the same
+// weight by the same torque. By a quarter turn nobody misplaces a centre of mass.
+TEST(LogConventions, AZeroOfTheLastJointHasItsLinksTurnedCentreOfMassAsAlternative) {
+  const Json small = report_zero(0.25), large = report_zero(M_PI / 2);
+  EXPECT_EQ(small["grade"], "ambiguous");
+  ASSERT_EQ(small["alternatives"].size(), 1u) << small.dump(1);
+  EXPECT_EQ(small["alternatives"][0]["effect"], "com_error");
+  EXPECT_EQ(small["alternatives"][0]["where"]["link"], "fore");
+  const Json offset = small["alternatives"][0]["parameters"]["offset"]["value"];
+  EXPECT_NEAR(offset[0].get<double>(), 0.15 * (std::cos(0.25) - 1.0), 1e-9);
+  EXPECT_NEAR(offset[2].get<double>(), 0.15 * std::sin(0.25), 1e-9);  // turned back by what it reads too much
+  EXPECT_EQ(large["grade"], "supported");
+  EXPECT_TRUE(large["alternatives"].empty());
+}
+
 // At half a turn, the weight's torque has the other sign; the sign of the effort is right.
 TEST(LogConventions, AZeroThatIsOffByHalfATurnIsNoEffortOfTheWrongSign) {
   const LogConventions found = find_conventions(make_logged("half_a_turn", kShoulder, M_PI, 1.0), 1);

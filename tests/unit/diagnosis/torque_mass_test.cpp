@@ -94,6 +94,66 @@ TEST(TorqueMass, AMassIsKnownNoBetterThanTheTorqueConstantsOfTheDrivesThatCarryI
   EXPECT_LT(std::abs(scale.value[0] - 0.65), 1.96 * scale.std[0]) << f->statement;
 }
 
+// kArm on a plumb first axis. All that gravity pulls on is the forearm.
+std::string make_turning_arm() {
+  std::string arm = kArm;
+  const std::string axis = "<axis xyz=\"0 1 0\"/>";
+  return arm.replace(arm.find(axis), axis.size(), "<axis xyz=\"0 0 1\"/>");
+}
+
+// Efforts that are currents of drives with 1.3 N m/A: to a plumb first axis and the joint behind it, a light forearm and a rotor
+// say the same.
+TEST(TorqueMass, ALinkThatLooksLightHasTheGainsOfAllDrivesThatMoveItAsAlternatives) {
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.2}}, {EffectId::kCoulomb, kShoulder, {0.3, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {0.05}}, {EffectId::kCoulomb, kElbow, {0.1, 0.0, 5e-4}}};
+  Experiment e = make_simulated_experiment("torque_all_gains", make_turning_arm(), kArmJoints, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    forget_commands(&r);
+    for (JointColumns& joint : r.joints) {
+      for (double& y : joint.signal[2]) y /= 1.3;
+    }
+  }
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  const auto mass = std::find_if(design.whole.begin(), design.whole.end(), [](const Term& t) { return t.row->factor && t.place == kFore; });
+  ASSERT_NE(mass, design.whole.end());
+  choice.model = {list_usual_terms(design), {static_cast<size_t>(mass - design.whole.begin())}};
+  choice.fit = fit_torque(design, choice.model);
+  const GradedTerm g = grade_term(design, choice, {-1, 0});
+  EXPECT_EQ(g.grade, Grade::kAmbiguous);
+  std::vector<int> joints;
+  for (const Rival& r : g.rivals) {
+    if (!r.term.row->scales_model) continue;
+    joints.push_back(r.term.place);
+    EXPECT_NEAR(1.0 / (1.0 + r.parameters[0]), 1.3, 0.13);  // a tenth: what a plumb axis takes its rotor may take, too
+  }
+  EXPECT_THAT(joints, testing::UnorderedElementsAre(kShoulder, kElbow));
+}
+
+// A load in the hand moves the centres of mass of the hand's link and, by its weight on the elbow, of the one before.
+TEST(TorqueMass, TwoWrongCentresOfMassHaveTheOneLoadThatMovesBothAsAlternative) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.5, 0.25, 0.0, 0.0, 0.0}});
+  Experiment e = make_simulated_experiment("torque_two_centres", kArm, kArmJoints, hidden);
+  add_texture(0.1, &e);
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  choice.model = {list_usual_terms(design), {}};
+  for (size_t t = 0; t < design.whole.size(); ++t) {
+    if (design.whole[t].row->effect->id == EffectId::kComError) choice.model.whole.push_back(t);
+  }
+  choice.fit = fit_torque(design, choice.model);
+  for (const GradedTerm& g : grade_terms(design, choice, 1)) {
+    if (!g.term.whole()) continue;
+    const auto load = std::find_if(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
+    ASSERT_NE(load, g.rivals.end()) << "link " << g.term.place;
+    const double mass = load->parameters[0];
+    EXPECT_NEAR(mass, 0.5, 0.05);  // a tenth: texture, and inertia to first order
+    EXPECT_NEAR(load->parameters[1] / mass, 0.25, 0.03);
+  }
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueMass, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_findings.h"
@@ -116,6 +117,42 @@ TEST(TorqueRivals, AZeroThatIsAConstantTorqueAtEachJointIsOneCause) {
     zero = zero || is_zero(f);
   }
   EXPECT_TRUE(zero);
+}
+
+// A pendulum that is held out level and swings by 0.8 rad: its weight pulls at it from the one side.
+TEST(TorqueRivals, PlayUnderALoadOfOneSideIsListedAndNoSpringIsSupported) {
+  constexpr double kGap = 0.05, kTurn = 0.8;  // [rad]
+  Experiment e = make_simulated_experiment("rivals_play", kPendulum, {"hinge"}, {});
+  e.scenario.drive = "effort";
+  const Plant plant = make_plant(e, {});
+  TestNoise noise;
+  for (Recording& r : e.recordings) {
+    const auto n = static_cast<long>(r.size());
+    const double w = 2.0 + 0.7 * static_cast<double>(&r - e.recordings.data());
+    Eigen::MatrixXd q(n, 1), v(n, 1), a(n, 1);
+    for (long k = 0; k < n; ++k) {
+      const double t = r.time[static_cast<size_t>(k)];
+      q(k, 0) = kTurn * std::sin(w * t), v(k, 0) = kTurn * w * std::cos(w * t), a(k, 0) = -w * w * q(k, 0);
+    }
+    const Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
+    for (long k = 0; k < n; ++k) {
+      JointColumns& hinge = r.joints[0];
+      const auto at = static_cast<size_t>(k);
+      hinge.signal[0][at] = q(k, 0) + std::copysign(0.5 * kGap, tau(k, 0)), hinge.signal[1][at] = v(k, 0);
+      hinge.signal[2][at] = tau(k, 0) + 0.2 * std::tanh(v(k, 0) / 0.02) + 0.05 * v(k, 0) + 0.01 * std::sin(9.0 * q(k, 0)) + 0.003 * noise.draw();
+    }
+    forget_commands(&r);
+  }
+  std::optional<Alternative> play;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings) {
+    const bool spring = f.effect == get_effect(EffectId::kSpring).name;
+    EXPECT_FALSE(spring && f.grade == Grade::kSupported) << f.statement;
+    for (const Alternative& a : f.alternatives) {
+      if (a.effect == get_effect(EffectId::kBacklash).name) play = a;
+    }
+  }
+  ASSERT_TRUE(play);
+  EXPECT_NEAR(play->parameters[0].value[0], kGap, 0.25 * kGap);  // a ripple of a hundredth of the weight moves it by a fifth
 }
 
 // The shoulder swings near its lowest point in training, and over the top in the held-out recording. Its zero is 0.1 rad off.
