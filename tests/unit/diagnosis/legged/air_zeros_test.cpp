@@ -44,5 +44,19 @@ TEST(AirZeros, AreFoundThoughTheFootTouchesTheGround) {
   EXPECT_NEAR(found[0].value, 12, 0.6);  // what a fifth of touched samples moves a median of readings that vary by 1 N
 }
 
+// A peak of ten times the weight in one sample: nothing says what was between samples, so rows around it weigh less. There is
+// no IMU that would feel it.
+TEST(Impacts, ThatVerticalForcesAloneSeeMakeTheirRowsRough) {
+  Recorded recorded = kLeans;
+  recorded.six_axes = false;
+  Experiment e = make_biped({}, recorded);
+  constexpr size_t kAt = 1000;
+  e.recordings[0].other.at("/wrench/l/force/z")[kAt] = 3500;
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  const Clip& clip = log.clips[0];
+  EXPECT_GT(clip.roughness[kAt], 100);
+  EXPECT_LT(clip.roughness[kAt / 2], 10);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis::floating
