@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -47,31 +48,32 @@ class ZeroFinder {
     return sensor.below.mass <= 0 || BodyMotion::find_force_source(log_) != MotionSource::kNone;
   }
 
-  // [N] The mean reading of each swing, as far from landing and lifting as the kernel reaches.
+  // [N] The median reading of each swing, as far from landing and lifting as the kernel reaches. A foot that touches the
+  // ground on its way reads more for some samples.
   std::vector<double> list_swings(size_t sensor) const {
     std::vector<double> out;
     for (const Contact& spell : contacts_.spells) {
       const Clip& clip = log_.clips[spell.clip];
       if (spell.loaded || log_.feet[spell.foot].sensor != static_cast<int>(sensor)) continue;
       if (spell.end - spell.begin < 2 * clip.edge + kFewestSamples) continue;
-      out.push_back(calc_mean(sensor, clip, spell.begin + clip.edge, spell.end - clip.edge));
+      out.push_back(find_reading(sensor, clip, spell.begin + clip.edge, spell.end - clip.edge));
     }
     return out;
   }
 
-  double calc_mean(size_t s, const Clip& clip, size_t begin, size_t end) const {
+  double find_reading(size_t s, const Clip& clip, size_t begin, size_t end) const {
     const ForceSensor& sensor = log_.sensors[s];
     BodyMotion motion(log_, clip);
-    double sum = 0;
+    std::vector<double> readings;
     for (size_t k = begin; k < end; ++k) {
-      sum += calc_vertical_force(log_, clip, s, k);
+      readings.push_back(calc_vertical_force(log_, clip, s, k));
       if (sensor.below.mass <= 0) continue;
       motion.update(k);
       const Transform X = get_pose(motion.data(), sensor.link);
       const Vector3d a = calc_point_acceleration(motion.data(), sensor.link, X * sensor.below.p_LLcm_L).tail<3>();
-      sum += sensor.below.mass * (X.R.transpose() * a).z();
+      readings.back() += sensor.below.mass * (X.R.transpose() * a).z();
     }
-    return sum / static_cast<double>(end - begin);
+    return find_median(std::move(readings));
   }
 
   const LeggedLog& log_;

@@ -166,6 +166,7 @@ bool BodyMotion::update(size_t k) {
     return true;
   }
   if (is_felt_over_joints()) update_kinematics(*now_, state_, &data_);
+  if (over_feet_) attitude_[k] = find_foot_attitude(k);
   find_rate(k);
   state_.V_WB.head<3>() = w_;
   if (!is_felt_over_joints()) update_kinematics(*now_, state_, &data_);
@@ -244,15 +245,20 @@ Vector3d BodyMotion::calc_feet_mean(size_t k, const std::function<Vector3d(const
   return total > 0 ? Vector3d(sum / total) : Vector3d(plain / std::max(1.0, count));
 }
 
-// Nothing else tells it: flat feet lie on level ground.
-void BodyMotion::find_foot_attitudes() {
+// Nothing else tells it: flat feet lie on level ground. `data_` has the pose of the joints.
+Eigen::Quaterniond BodyMotion::find_foot_attitude(size_t k) const {
   const Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
+  const Vector3d normal = calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
+  return Eigen::Quaterniond::FromTwoVectors(normal, up);
+}
+
+void BodyMotion::find_foot_attitudes() {
+  over_feet_ = true;
   for (size_t k = 0; k < clip_.size(); ++k) {
     state_.R_WB.setIdentity();
     read_joints(k);
     update_kinematics(*now_, state_, &data_);
-    const Vector3d normal = calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
-    attitude_.push_back(Eigen::Quaterniond::FromTwoVectors(normal, up));
+    attitude_.push_back(find_foot_attitude(k));
   }
 }
 

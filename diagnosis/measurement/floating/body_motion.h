@@ -55,6 +55,7 @@ class BodyMotion {
   void find_attitudes();
   void find_slow_attitudes();
   void find_foot_attitudes();
+  Eigen::Quaterniond find_foot_attitude(size_t k) const;
   double find_load(size_t foot, size_t k) const;
   Vector3d calc_feet_mean(size_t k, const std::function<Vector3d(const Foot&)>& of) const;
 
@@ -67,6 +68,7 @@ class BodyMotion {
   MotionSource rate_source_, force_source_;
   int imu_ = -1, accelerometer_ = -1;
   bool has_attitude_ = false;
+  bool over_feet_ = false;  // the attitude follows from flat feet, so that a joint that is turned turns it
   int turned_ = -1;
   double turn_ = 0;
   const Model* now_ = &model_;  // with the joint that is turned

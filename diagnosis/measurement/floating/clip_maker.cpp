@@ -197,8 +197,10 @@ class ClipMaker {
                       clip->imus[i].accelerometer[a], clip);
       }
     }
+    // An IMU feels every impact. Without one, vertical forces alone have to say where impacts are.
+    const bool felt = !log_.imus.empty();
     for (size_t s = 0; s < log_.sensors.size(); ++s) {
-      if (log_.sensors[s].has_force()) add_roughness(resampler, get_force_column(log_.sensors[s], 2), clip->force[6 * s + 2], clip);
+      if (log_.sensors[s].has_force() || (!felt && log_.sensors[s].axis[2])) add_roughness(resampler, get_force_column(log_.sensors[s], 2), clip->force[6 * s + 2], clip);
     }
   }
 

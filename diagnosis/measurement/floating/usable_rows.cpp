@@ -51,11 +51,19 @@ void drop_moving_feet(std::vector<ChannelRows>* channels) {
   }
 }
 
+// What is zero whatever the robot does is no measurement: soles of legs that bend about one axis never roll against each
+// other.
+void drop_identities(std::vector<ChannelRows>* channels) {
+  for (ChannelRows& c : *channels) {
+    if (c.scale == 0 && std::all_of(c.y.begin(), c.y.end(), [](double y) { return y == 0; })) empty(&c);
+  }
+}
+
 }  // namespace
 
 std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) {
   std::vector<ChannelRows> out = merge_halves(even, odd);
-  drop_moving_feet(&out);
+  drop_identities(&out), drop_moving_feet(&out);
   return out;
 }
 

@@ -8,9 +8,11 @@
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
+#include "diagnosis/measurement/floating/foot_scales.h"
 #include "diagnosis/measurement/floating/foot_sensors.h"
 #include "diagnosis/measurement/floating/whole_readings.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -22,7 +24,7 @@ constexpr double kUnits = 1.7;       // factor of the weight beyond which forces
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
 constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
 constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
-constexpr size_t kQuarters = 4;
+constexpr size_t kQuarters = 4, kFewestParts = 3;  // of one recording, to say how well they agree
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
 // What rows have, by phase, by block: sum, count.
@@ -48,9 +50,9 @@ class WeightChecker {
     const double weight = get_weight();
     const std::vector<double> ratios = list_ratios(*c);
     if (is_in_other_unit(ratios)) return find_units(*c);
-    const Consensus k = find_consensus(ratios, kKnownWeight);
+    const Consensus k = weigh_parts(*c, ratios);
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
-    const std::string carry = format("weight: the feet carry %.4f +- %.4f of what the model weighs", k.mean, 2 * k.std);
+    const std::string carry = format("weight: the feet carry %.4f", k.mean) + (k.kept > 1 ? format(" +- %.4f", 2 * k.std) : "") + " of what the model weighs";
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
       out_.notes.push_back(carry + ", but not the same in all phases: no mass does that." + odd);
       return add_differing(*c, phases);
@@ -76,6 +78,13 @@ class WeightChecker {
     return out;
   }
 
+  // Parts of one recording are few, and know their own scatter badly.
+  static Consensus weigh_parts(const ChannelRows& c, const std::vector<double>& ratios) {
+    Consensus k = find_consensus(ratios, kKnownWeight);
+    if (count_recordings(c) == 1 && k.kept > 1) k.std *= find_widening(k.kept);
+    return k;
+  }
+
   static bool is_in_other_unit(const std::vector<double>& ratios) {
     const double middle = find_median(ratios);
     return middle > kUnits || middle < 1 / kUnits;
@@ -92,7 +101,7 @@ class WeightChecker {
   // A sentence, or nothing.
   static std::string describe_odd(const ChannelRows& c, const Consensus& k) {
     if (k.odd == 0) return "";
-    const std::string part = count_recordings(c) > 1 ? "recording" : "quarter";
+    const std::string part = count_recordings(c) > 1 ? "recording" : "part";
     return format(" %.0f ", static_cast<double>(k.odd)) + part + (k.odd == 1 ? " differs" : "s differ") +
            " by more than chance: the sensors changed in between, or something pushed the robot.";
   }
@@ -163,16 +172,16 @@ class WeightChecker {
   }
 
   static size_t count_recordings(const ChannelRows& c) { return split_by_recording(c).size(); }
-
-  // An equation's rows by recording; of one recording alone by quarters, which have to agree as recordings do.
+  // An equation's rows by recording; of one alone by quarters of half a second at least, which have to agree as recordings do.
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
     for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
-    if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
+    const size_t count = parts.size() == 1 ? std::min(kQuarters, parts[0].size() / static_cast<size_t>(kRowsOfBlock)) : 0;
+    if (count < kFewestParts) return parts;
     const std::vector<double> whole = std::move(parts[0]);
     parts.clear();
-    for (size_t q = 0; q < kQuarters; ++q) {
-      const auto at = [&](size_t i) { return whole.begin() + static_cast<long>(i * whole.size() / kQuarters); };
+    for (size_t q = 0; q < count; ++q) {
+      const auto at = [&](size_t i) { return whole.begin() + static_cast<long>(i * whole.size() / count); };
       parts.emplace_back(at(q), at(q + 1));
     }
     return parts;
@@ -213,7 +222,10 @@ class WeightChecker {
                   format(more > 0 ? "The model is too light by %.1f %% (%.2f kg, %.1f N)" : "The model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
                   ", or the scale or zero of the force sensors is off. Standing and walking alone cannot tell which." + more_words;
     add_sensors(k, more, error, &f);
+    const std::vector<FootScale> scales = list_foot_scales(weigh_phases(*find_weight_equation(channels_), weight), log_.feet.size());
+    const bool scaled = take_foot_scale(log_, scales, kMotion, &f);
     out_.findings.push_back(std::move(f));
+    if (scaled) return;
     Candidate mass;
     mass.law = &laws_.payload, mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
     for (int a = 0; a < 3; ++a) mass.terms[0].emplace_back(at_.link(0, 1 + a), root.p_LLcm_L(a));

@@ -48,33 +48,50 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       if (log.imus[i].link == log.feet[f].link && log.imus[i].accelerometer) imu_[f] = static_cast<int>(i);
     }
   }
-  const auto whole = [&](size_t f) {
-    return log.feet[f].sensor >= 0 && log.sensors[static_cast<size_t>(log.feet[f].sensor)].has_wrench();
-  };
+  if (!upright) find_ground();
+  const auto is_told = [&](size_t f) { return upright || imu_[f] >= 0 || (ground_ >= 0 && static_cast<int>(f) != ground_); };
   for (size_t f = 0; f < log.feet.size(); ++f) {
-    for (int a = 0; log.feet[f].flat && (upright || imu_[f] >= 0) && a < 2; ++a) {
+    for (int a = 0; log.feet[f].flat && is_told(f) && a < 2; ++a) {
       std::vector<int> columns = joints;
       add_accelerometer(imu_[f] >= 0 ? imu_[f] : plumb_, &columns);
-      columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
-      for (int c = 0; whole(f) && c < 2; ++c) {
-        columns.push_back(layout.foot(static_cast<int>(f), 2 * a + c));
-        columns.push_back(layout.foot(static_cast<int>(f), (a == 0 ? kRollShiftColumn : kPitchShiftColumn) + c));
-      }
+      if (ground_ < 0) columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      add_sole_columns(f, a, &columns);
+      for (int b = 0; ground_ >= 0 && b < 2; ++b) add_sole_columns(static_cast<size_t>(ground_), b, &columns);
       tilt_[2 * f + static_cast<size_t>(a)] =
           table->add_channel({{EquationKind::kTilt, a}, "/joint_states", "rad", "foot", log.feet[f].name}, columns);
     }
   }
-  for (size_t a = 0; upright && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
+  for (size_t a = 0; (upright || ground_ >= 0) && a < log.feet.size() && log.feet.size() <= kMostPairs; ++a) {
     for (size_t b = a + 1; b < log.feet.size(); ++b) {
+      if (ground_ >= 0 && static_cast<int>(a) != ground_) continue;
       std::vector<int> columns = joints;
       add_accelerometer(plumb_, &columns);
-      columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      if (ground_ < 0) columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkDampColumn));
       pairs_.push_back({a, b, table->add_channel({EquationKind::kHeight, "/joint_states", "m", "foot", log.feet[b].name, find_height_error(a, b)}, columns)});
     }
+  }
+}
+
+// Nothing tells the vertical: the first of several flat feet lies on the ground that the others lie on, too. In a walk, only
+// forces tell when both do.
+void FootRows::find_ground() {
+  if (contacts_.walks && !contacts_.from_forces) return;
+  const auto flat = std::count_if(log_.feet.begin(), log_.feet.end(), [](const Foot& f) { return f.flat; });
+  const bool felt = std::any_of(imu_.begin(), imu_.end(), [](int i) { return i >= 0; });
+  for (size_t f = 0; flat > 1 && !felt && ground_ < 0 && f < log_.feet.size(); ++f) ground_ = log_.feet[f].flat ? static_cast<int>(f) : -1;
+}
+
+// Of a sole whose moment is recorded: how it gives about roll or pitch.
+void FootRows::add_sole_columns(size_t f, int axis, std::vector<int>* columns) const {
+  const int sensor = log_.feet[f].sensor;
+  if (sensor < 0 || !log_.sensors[static_cast<size_t>(sensor)].has_wrench()) return;
+  for (int c = 0; c < 2; ++c) {
+    columns->push_back(layout_.foot(static_cast<int>(f), 2 * axis + c));
+    columns->push_back(layout_.foot(static_cast<int>(f), (axis == 0 ? kRollShiftColumn : kPitchShiftColumn) + c));
   }
 }
 
@@ -116,7 +133,8 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
 // Tilts of all feet, then heights of all pairs, at the pose that `motion` has.
 Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const {
   Eigen::VectorXd out(static_cast<long>(tilt_.size() + pairs_.size()));
-  const Vector3d up = motion->find_up(k) + turn;
+  const auto find_normal = [&](size_t f) -> Vector3d { return get_pose(motion->data(), log_.feet[f].link).R.col(2); };
+  const Vector3d up = ground_ >= 0 ? find_normal(static_cast<size_t>(ground_)) : Vector3d(motion->find_up(k) + turn);
   const auto place = [&](size_t f) -> Vector3d {
     return get_pose(motion->data(), log_.feet[f].link) * log_.feet[f].p_LC - log_.feet[f].radius * up;
   };
@@ -178,6 +196,17 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
   }
 }
 
+// What a sole that gives adds to a tilt, times `factor`.
+void FootRows::add_sole(int channel, size_t f, int axis, double factor, const Load& load, BodyMotion* motion) {
+  const Vector3d w = get_pose(motion->data(), log_.feet[f].link).R.transpose() * get_velocity(motion->data(), log_.feet[f].link).head<3>();
+  const auto foot = static_cast<int>(f);
+  table_.add(channel, layout_.foot(foot, 2 * axis), factor * load.moment(axis));
+  table_.add(channel, layout_.foot(foot, 2 * axis + 1), factor * w(axis));
+  const int shift = axis == 0 ? kRollShiftColumn : kPitchShiftColumn;
+  table_.add(channel, layout_.foot(foot, shift), -factor * load.whole.z());
+  table_.add(channel, layout_.foot(foot, shift + 1), -factor * load.whole(axis == 0 ? 1 : 0));
+}
+
 void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
   at_ = {};
   if (pairs_.empty() && std::all_of(tilt_.begin(), tilt_.end(), [](int c) { return c < 0; })) return;
@@ -189,18 +218,18 @@ void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
   std::vector<int> open(static_cast<size_t>(y.size()), -1);
   for (size_t f = 0; f < log_.feet.size(); ++f) {
     const Transform X = get_pose(motion->data(), log_.feet[f].link);
-    const Vector3d w = X.R.transpose() * get_velocity(motion->data(), log_.feet[f].link).head<3>();
     for (int a = 0; a < 2; ++a) {
       const int channel = tilt_[2 * f + static_cast<size_t>(a)];
-      if (channel < 0 || !loads[f].flat) continue;
+      if (channel < 0 || !loads[f].flat || (ground_ >= 0 && !loads[static_cast<size_t>(ground_)].flat)) continue;
       open[2 * f + static_cast<size_t>(a)] = channel;
       table_.begin_row(channel, y(static_cast<long>(2 * f) + a), y(static_cast<long>(2 * f) + a));
-      table_.add(channel, layout_.foot(static_cast<int>(f), 2 * a), -loads[f].moment(a));
-      table_.add(channel, layout_.foot(static_cast<int>(f), 2 * a + 1), -w(a));
-      const int shift = a == 0 ? kRollShiftColumn : kPitchShiftColumn;
-      table_.add(channel, layout_.foot(static_cast<int>(f), shift), loads[f].whole.z());
-      table_.add(channel, layout_.foot(static_cast<int>(f), shift + 1), loads[f].whole(a == 0 ? 1 : 0));
-      for (int axis = 0; axis < 2; ++axis) {
+      add_sole(channel, f, a, -1, loads[f], motion);
+      for (int b = 0; ground_ >= 0 && b < 2; ++b) {
+        const auto g = static_cast<size_t>(ground_);
+        const double along = X.R.col(a).dot(get_pose(motion->data(), log_.feet[g].link).R.col(b));
+        add_sole(channel, g, b, along, loads[g], motion);
+      }
+      for (int axis = 0; ground_ < 0 && axis < 2; ++axis) {
         const Vector3d change = X.R.transpose() * turned[axis];
         table_.add(channel, layout_.slope(axis), a == 0 ? -change.y() : change.x());
       }
@@ -217,7 +246,7 @@ void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
     table_.add(p.channel, layout_.foot(static_cast<int>(p.b), kSinkDampColumn), loads[p.b].rate);
     const Vector3d apart = get_pose(motion->data(), log_.feet[p.b].link) * log_.feet[p.b].p_LC -
                            get_pose(motion->data(), log_.feet[p.a].link) * log_.feet[p.a].p_LC;
-    for (int axis = 0; axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
+    for (int axis = 0; ground_ < 0 && axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
   }
   if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
   add_plumb(clip, k, y, open, motion);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Equations of feet that stand: tilt of flat soles against the level ground, and heights of feet against each other.
+// Equations of feet that stand: tilt of flat soles against the level ground, and heights of feet against each other. Where
+// nothing tells the vertical, the closed chain of two legs is left: tilt and height of soles against the first one.
 #pragma once
 
 #include "diagnosis/measurement/floating/columns.h"
@@ -28,6 +29,9 @@ class FootRows {
   };
   Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;
   double find_height_error(size_t a, size_t b) const;
+  void find_ground();
+  void add_sole_columns(size_t foot, int axis, std::vector<int>* columns) const;
+  void add_sole(int channel, size_t foot, int axis, double factor, const Load& load, BodyMotion* motion);
   bool stands(size_t clip, size_t foot, size_t k) const;
   // `turn`: what is added to the vertical, base axes.
   Eigen::VectorXd calc_values(size_t clip, size_t k, const Vector3d& turn, BodyMotion* motion) const;
@@ -54,6 +58,7 @@ class FootRows {
   Sample at_;
   int attitude_ = -1;  // IMU whose attitude tells the vertical; -1: none
   int plumb_ = -1;     // IMU whose accelerometer does, as a plumb line; -1: none
+  int ground_ = -1;    // flat foot whose sole tells where the ground is, where nothing tells the vertical; -1: none
 };
 
 }  // namespace hrp::diagnosis::floating

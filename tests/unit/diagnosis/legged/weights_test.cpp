@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the feet carry against what the model weighs: by phase, and in short recordings.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/measurement/floating/foot_scales.h"
+#include "tests/unit/diagnosis/legged/biped.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+// Shares of the weight on the left foot alone, the right one alone, and both.
+std::map<int, Consensus> make_phases(double left, double right, double both) {
+  return {{1, {left, 0.01, 8, 0}}, {2, {right, 0.01, 8, 0}}, {3, {both, 0.002, 8, 0}}};
+}
+
+TEST(FootScales, OfOneFootShowByWhatItBears) {
+  const std::vector<FootScale> scales = list_foot_scales(make_phases(0.894, 1.010, 0.960), 2);
+  ASSERT_FALSE(scales.empty());
+  EXPECT_EQ(scales[0].foot, 0u);
+  EXPECT_NEAR(scales[0].scale, 0.9, 0.01);  // the shares scatter by 1 %
+  EXPECT_LT(scales[0].left, 0.25);
+}
+
+TEST(FootScales, DoNotTakeThePlaceOfAMass) {
+  for (const FootScale& s : list_foot_scales(make_phases(1.030, 1.032, 1.031), 2)) EXPECT_GT(s.left, 0.25);
+  for (const FootScale& s : list_foot_scales(make_phases(0.985, 1.011, 1.033), 2)) EXPECT_GT(s.left, 0.25);
+  EXPECT_TRUE(list_foot_scales({{3, {0.95, 0.002, 8, 0}}}, 2).empty()) << "a robot that stands on both feet";
+}
+
+// Vertical forces of 2.2 s, in one recording.
+Experiment make_short(double heavier) {
+  Recorded recorded = kLeans;
+  recorded.six_axes = false;
+  Hidden hidden;
+  hidden.heavier = heavier;
+  Experiment e = make_biped(hidden, recorded);
+  e.recordings.resize(1);
+  Recording& r = e.recordings[0];
+  r.time.resize(550);
+  for (JointColumns& joint : r.joints) joint.signal[0].resize(550);
+  for (auto& [name, column] : r.other) column.resize(550);
+  return e;
+}
+
+TEST(ShortRecordings, SayAWeightThatIsPlainlyOffAndWhatItMayBe) {
+  const std::vector<Finding> findings = diagnose_legged(make_short(1.2), nullptr).evidence.findings;
+  ASSERT_EQ(findings.size(), 1u);
+  const Finding& f = findings[0];
+  EXPECT_EQ(f.where.at("link"), "pelvis") << "nothing tells which link it is: " << f.statement;
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.effect == "sensor_scale" && a.where.at("sensor") == "/wrench"; }));
+  EXPECT_TRUE(diagnose_legged(make_short(1), nullptr).evidence.findings.empty());
+}
+
+}  // namespace
+}  // namespace hrp::diagnosis::floating
