@@ -116,12 +116,13 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
   return up.maxCoeff() > kNearlyAll;
 }
 
-// A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor.
+// A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor. Both take
+// the same torque along any motion, so the rotor is never sure.
 void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
   if (std::log(u.scale) > -kFactor) return;
   for (Json& f : (*report)["findings"]) {
-    const bool rotor = f["where"].value("joint", "") == joint && f["effect"] == get_effect(EffectId::kRotorInertia).name;
-    if (!rotor || f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
+    if (f["where"].value("joint", "") != joint || f["effect"] != get_effect(EffectId::kRotorInertia).name) continue;
+    make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
     const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
     f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", f["where"]},
