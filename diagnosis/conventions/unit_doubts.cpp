@@ -32,6 +32,17 @@ void mark_findings(const std::string& joint, const char* key, const std::string&
   }
 }
 
+// What no effect explains at this joint is no torque in `unit` either.
+void mark_unexplained(const std::string& joint, const std::string& unit, Json* report) {
+  const std::string words = " " + unit + " (root mean square)";
+  for (Json& u : (*report)["unexplained"]) {
+    std::string text = u.value("statement", "");
+    const size_t at = text.find(words);
+    if (u.value("where", Json::object()).value("joint", "") != joint || at == std::string::npos) continue;
+    u["statement"] = text.replace(at, unit.size() + 1, " in the unit of the log");
+  }
+}
+
 // A value with the relative deviation `blur` of its unit beside its own.
 void widen(double blur, Json* number, Json* std, Json* ends) {
   const double own = std->get<double>(), wide = std::hypot(own, blur * number->get<double>());
@@ -155,6 +166,7 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
     warn(e.signal_name(u.joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
              " is in the unit of the log, and in " + unit + " only if that is " + unit, reports);
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
+    mark_unexplained(name, unit, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
   }
 }

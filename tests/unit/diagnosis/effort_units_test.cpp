@@ -297,6 +297,18 @@ TEST(EffortUnits, ARotorThatTheUnitMayBeIsNotSure) {
   EXPECT_NEAR(rotor["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 1.0 / 40.0, 0.1 / 40.0);  // a tenth, as above
 }
 
+// What no effect explains is told in the unit of the log, too.
+TEST(EffortUnits, WhatIsMissingBesideAnUntoldUnitIsNotInNewtonMetres) {
+  const Experiment e = simulate_heavy_disc("units_missing");
+  Reports reports;
+  reports.report["findings"] = Json::array();
+  reports.report["unexplained"] = {{{"where", {{"joint", "motor"}}}, {"statement", "motor: about 110 N m (root mean square) are missing"}}};
+  EffortUnit untold;
+  untold.joint = 0;
+  doubt_untold_units(e, {untold}, &reports);
+  EXPECT_EQ(reports.report["unexplained"][0]["statement"], "motor: about 110 in the unit of the log (root mean square) are missing");
+}
+
 TEST(EffortUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {
   Experiment e = simulate_arm("units_sure", make_arm_drives());
   e.scenario.drive = "effort";
