@@ -208,7 +208,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
     const bool confirmed = outcome.explained && !problem.validate.empty();
     if (!torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
-      // Nothing is named. The best model all the same, of the search only one effect: many fit their own recordings.
+      // Nothing is named. The best model all the same, of the search only what comes close: many fit their own recordings.
       if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
         outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
         outcome.modelled = (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);

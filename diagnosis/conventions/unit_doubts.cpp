@@ -32,6 +32,17 @@ void mark_findings(const std::string& joint, const char* key, const std::string&
   }
 }
 
+// What no effect explains at this joint is no torque in `unit` either.
+void mark_unexplained(const std::string& joint, const std::string& unit, Json* report) {
+  const std::string words = " " + unit + " (root mean square)";
+  for (Json& u : (*report)["unexplained"]) {
+    std::string text = u.value("statement", "");
+    const size_t at = text.find(words);
+    if (u.value("where", Json::object()).value("joint", "") != joint || at == std::string::npos) continue;
+    u["statement"] = text.replace(at, unit.size() + 1, " in the unit of the log");
+  }
+}
+
 // A value with the relative deviation `blur` of its unit beside its own.
 void widen(double blur, Json* number, Json* std, Json* ends) {
   const double own = std->get<double>(), wide = std::hypot(own, blur * number->get<double>());
@@ -116,12 +127,13 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
   return up.maxCoeff() > kNearlyAll;
 }
 
-// A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor.
+// A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor. Both take
+// the same torque along any motion, so the rotor is never sure.
 void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
   if (std::log(u.scale) > -kFactor) return;
   for (Json& f : (*report)["findings"]) {
-    const bool rotor = f["where"].value("joint", "") == joint && f["effect"] == get_effect(EffectId::kRotorInertia).name;
-    if (!rotor || f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
+    if (f["where"].value("joint", "") != joint || f["effect"] != get_effect(EffectId::kRotorInertia).name) continue;
+    make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
     const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
     f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", f["where"]},
@@ -154,6 +166,7 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
     warn(e.signal_name(u.joint, Quantity::kEffort) + ": this motion does not tell its unit; what is found at " + name +
              " is in the unit of the log, and in " + unit + " only if that is " + unit, reports);
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
+    mark_unexplained(name, unit, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
   }
 }

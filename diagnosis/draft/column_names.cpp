@@ -29,7 +29,8 @@ const std::map<std::string, Word>& list_words() {
     add({"nsec", "nanos", "nanoseconds"}, {Q::kTime, false, false, 1e-9});
     add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"}, {Q::kPosition, false, false, 0.0});
     add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"}, {Q::kVelocity, false, false, 0.0});
-    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force", "current", "currents", "cur", "amp", "load"},
+    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force", "current", "currents", "cur", "iq", "amp", "amps",
+         "load"},
         {Q::kEffort, false, false, 0.0});
     add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint", "action"}, {Q::kNone, true, false, 0.0});
     add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "voltage", "error", "err", "jerk", "gyro", "imu", "quat"},

@@ -19,24 +19,33 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kMostSoft = 3;       // gears of one robot
+constexpr const char* kWithEffort = "the same motion with the drive's effort or current in the log";
 constexpr double kSoftCost = 5.0;  // [nats] a stiffness, and that the joint has it
 constexpr double kLeastRotor = 1e-4;  // [kg m^2] behind which a simulation is stable
 
-Finding make_soft_finding(const Experiment& e, const SoftGear& gear) {
-  const EffectInfo &row = get_effect(EffectId::kElasticity), &other = get_effect(EffectId::kBacklash);
+Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSource source) {
+  const EffectInfo& row = get_effect(EffectId::kElasticity);
   const JointSpec& joint = e.robot.tree.joint(gear.joint);
   // An effort is known to kKnown, and the stiffness with it.
   const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
   Finding f;
   f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", joint.name}};
   f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {stiffness}, {std}, false}};
-  f.grade = gear.applied && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
+  const bool measured = source == EffortSource::kRecorded;
+  f.grade = gear.applied && measured && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest;
   f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
   f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
                 get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
                 " % of that with a rigid gear (squares), on held-out data.";
-  if (!gear.applied) f.alternatives = {{other.name, get_family_name(other.family), f.where, {}, kHeldLink}};
+  const auto add = [&](EffectId id, const char* motion) {
+    const EffectInfo& other = get_effect(id);
+    f.alternatives.push_back({other.name, get_family_name(other.family), f.where, {}, motion});
+  };
+  if (!gear.applied) add(EffectId::kBacklash, kHeldLink);
+  for (EffectId id : {EffectId::kTorqueConstant, EffectId::kLag, EffectId::kDelay}) {
+    if (!measured) add(id, kWithEffort);
+  }
   return f;
 }
 
@@ -69,10 +78,10 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
   }
 }
 
-void add_soft_gear(const Experiment& e, const SoftGear& gear, std::vector<Finding>* findings, Hypothesis* model) {
+void add_soft_gear(const Experiment& e, const SoftGear& gear, EffortSource source, std::vector<Finding>* findings, Hypothesis* model) {
   // Of a gear that was only noted, a compliance that may be zero says nothing.
   if (!gear.applied && gear.give < kNinetyFive * gear.std) return;
-  findings->push_back(make_soft_finding(e, gear));
+  findings->push_back(make_soft_finding(e, gear, source));
   if (!gear.applied) return;
   double rotor = gear.motor[0];
   const auto is_rotor = [&](const Effect& e) { return e.place == at_joint(gear.joint) && is_rigid_rotor(e); };

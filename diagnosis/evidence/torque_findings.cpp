@@ -61,7 +61,7 @@ class Judge {
     explain_by_gears(design_, &graded_);
     doubt_balancers(design_, &graded_);
     add_findings(&out);
-    for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, &out.evidence.findings, &out.model);
+    for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, design_.data->source[static_cast<size_t>(gear.joint)], &out.evidence.findings, &out.model);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);

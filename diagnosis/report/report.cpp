@@ -201,12 +201,17 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
-// What the effect that comes closest leaves, where nothing is explained: "" if none comes close.
+// What the effects that come closest leave, where nothing is explained: "" if none come close.
 std::string describe_closest(const Problem& problem, const Outcome& outcome) {
   const Trial* closest = outcome.partly ? nullptr : find_told_closest(problem, outcome);
   if (!closest) return "";
-  return " Of the list, " + get_label(*problem.experiment, closest->hypothesis) + " comes closest: with it, the held-out error falls from " +
-         number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause, so it is no finding.";
+  const Experiment& e = *problem.experiment;
+  const bool one = closest->hypothesis.size() == 1;
+  std::string others;
+  for (const Trial* other : list_as_close(outcome, *closest)) others += (others.empty() ? "" : "; ") + get_label(e, other->hypothesis);
+  return " Of the list, " + get_label(e, closest->hypothesis) + (one ? " comes" : " together come") + " closest: with " + (one ? "it" : "them") +
+         ", the held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause, so " +
+         (one ? "it is no finding." : "they are no findings.") + (others.empty() ? "" : " About as close: " + others + ".");
 }
 
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {

@@ -15,6 +15,8 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr size_t kLargestToldSet = 3;  // effects
+
 // Adds the systematic parts to the intervals. The residual above the noise may be correlated with a parameter in every
 // stretch. Integrators and details of laws agree to kAgreement at best.
 void widen(size_t recordings, Trial* trial) {
@@ -85,6 +87,16 @@ void decide(const Searched& searched, const Trials& trials, Outcome* outcome) {
   }
 }
 
+// Fitted sets of `size` effects with a smaller held-out error than `limit`, best first.
+std::vector<const Trial*> list_close(const Outcome& outcome, size_t size, double limit) {
+  std::vector<const Trial*> list;
+  for (const Trial& t : outcome.rivals) {
+    if (t.refined && t.hypothesis.size() == size && t.rms < limit) list.push_back(&t);
+  }
+  std::stable_sort(list.begin(), list.end(), [](const Trial* a, const Trial* b) { return a->rms < b->rms; });
+  return list;
+}
+
 }  // namespace
 
 void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) {
@@ -98,16 +110,21 @@ void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) 
 }
 
 const Trial* find_closest(const Outcome& outcome) {
-  std::vector<const Trial*> list;
-  for (const Trial& t : outcome.rivals) {
-    if (t.hypothesis.size() == 1 && t.rms < kMinor * outcome.nominal.rms) list.push_back(&t);
+  for (size_t size = 1; size <= kLargestToldSet; ++size) {
+    const std::vector<const Trial*> close = list_close(outcome, size, (1.0 - kNearlyAll) * outcome.nominal.rms);
+    if (close.empty()) continue;
+    const std::vector<const Trial*> equal = list_close(outcome, size, (1.0 + kDetail) * close.front()->rms);
+    return *std::min_element(equal.begin(), equal.end(), [](const Trial* a, const Trial* b) {
+      return count_parameters(a->hypothesis) < count_parameters(b->hypothesis);
+    });
   }
-  if (list.empty()) return nullptr;
-  const double least = (*std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) { return a->rms < b->rms; }))->rms;
-  list.erase(std::remove_if(list.begin(), list.end(), [&](const Trial* t) { return !(t->rms < (1.0 + kDetail) * least); }), list.end());
-  return *std::min_element(list.begin(), list.end(), [](const Trial* a, const Trial* b) {
-    return count_parameters(a->hypothesis) < count_parameters(b->hypothesis);
-  });
+  return nullptr;
+}
+
+std::vector<const Trial*> list_as_close(const Outcome& outcome, const Trial& closest) {
+  std::vector<const Trial*> list = list_close(outcome, closest.hypothesis.size(), (1.0 + kMinority) * closest.rms);
+  list.erase(std::remove_if(list.begin(), list.end(), [&](const Trial* t) { return make_set(t->hypothesis) == make_set(closest.hypothesis); }), list.end());
+  return list;
 }
 
 const Trial* find_told_closest(const Problem& problem, const Outcome& outcome) {

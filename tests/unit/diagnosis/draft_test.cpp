@@ -38,7 +38,8 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
            {"motorTorque_2", Q::kEffort, false, -1, 2, 0.0}, {"target_q_4", Q::kPosition, true, -1, 4, 0.0}, {"qDot1", Q::kVelocity, false, -1, 1, 0.0},
            {"Knee Angle (deg)", Q::kPosition, false, 1, -1, M_PI / 180}, {"timestamp_ms", Q::kTime, false, -1, -1, 1e-3}, {"Time", Q::kTime, false, -1, -1, 0.0},
            {"nsecs", Q::kNone, false, -1, -1, 0.0}, {"qdd_1", Q::kNone, false, -1, 1, 0.0}, {"hip_temperature", Q::kNone, false, 0, -1, 0.0},
-           {"position_error_1", Q::kNone, false, -1, 1, 0.0}}) {
+           {"position_error_1", Q::kNone, false, -1, 1, 0.0}, {"Iq", Q::kEffort, false, -1, -1, 0.0}, {"hip_iq_ref", Q::kEffort, true, 0, -1, 0.0},
+           {"motor_amps", Q::kEffort, false, -1, -1, 0.0}}) {
     const ColumnMeaning m = find_meaning(r.name, kLeg);
     EXPECT_EQ(m.kind, r.kind) << r.name;
     EXPECT_EQ(m.command, r.command) << r.name;

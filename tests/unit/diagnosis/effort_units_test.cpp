@@ -8,6 +8,7 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/conventions/log_conventions.h"
+#include "diagnosis/conventions/unit_doubts.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -33,6 +34,16 @@ const std::string kDisc = R"(<robot name="disc"><link name="stand"/>
     <link name="disc"><inertial><mass value="0.1"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002"/></inertial></link>
     <joint name="motor" type="revolute"><parent link="stand"/><child link="disc"/><axis xyz="0 0 1"/>
       <limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+// A disc that takes most of its drive's torque, beside dry friction.
+Experiment simulate_heavy_disc(const std::string& name) {
+  std::string disc = kDisc;
+  const std::string light = R"(ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002")";
+  disc.replace(disc.find(light), light.size(), R"(ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2")");
+  Experiment e = make_simulated_experiment(name, disc, {"motor"}, {{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}}});
+  e.scenario.drive = "effort";
+  return e;
+}
+
 TEST(EffortUnits, OfAMotorWithoutALoadTheUnitCannotBeChecked) {
   Experiment e = make_simulated_experiment("units_disc", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
   Experiment arm = simulate_arm("units_told", make_arm_drives());
@@ -159,11 +170,7 @@ TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
 
 // A rotor adds to the disc's inertia and never takes from it: volts that are far below the disc's own torque are no N m.
 TEST(EffortUnits, EffortsBelowWhatTheBodiesAloneTakeAreAnotherUnitWhateverTheRotor) {
-  std::string disc = kDisc;
-  const std::string light = R"(ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002")";
-  disc.replace(disc.find(light), light.size(), R"(ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2")");
-  Experiment e = make_simulated_experiment("units_disc_volts", disc, {"motor"}, {{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}}});
-  e.scenario.drive = "effort";
+  Experiment e = simulate_heavy_disc("units_disc_volts");
   EXPECT_TRUE(find_units(e).empty());
   for (Recording& r : e.recordings) {
     for (double& y : r.joints[0].signal[2]) y /= 35.0;
@@ -272,6 +279,34 @@ TEST(EffortUnits, WhatIsFoundWhereTheUnitIsNotToldIsInTheUnitOfTheLog) {
   EXPECT_NE(report["warnings"].dump().find("/joint_states/motor/effort: this motion does not tell its unit"), std::string::npos);
   EXPECT_NE(report["summary"].get<std::string>().find("the unit of the effort of motor"), std::string::npos) << report["summary"];
   for (const Json& f : report["findings"]) EXPECT_TRUE(f.contains("in_log_unit")) << f["statement"];
+}
+
+// A heavy disc with the current of its motor as effort: it takes a fortieth of what is logged, as a rotor of 39 discs would.
+TEST(EffortUnits, ARotorThatTheUnitMayBeIsNotSure) {
+  Experiment e = simulate_heavy_disc("units_rotor");
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[0].signal[2]) y *= 40.0;
+  }
+  Reports reports;
+  reports.report["findings"] = {{{"effect", "rotor_inertia"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
+                                 {"alternatives", Json::array()}, {"parameters", {{"inertia", {{"value", 7.8}, {"unit", "kg m^2"}}}}}}};
+  doubt_untold_units(e, list_untold_units(make_torque_data(e), {}), &reports);
+  const Json& rotor = reports.report["findings"][0];
+  EXPECT_EQ(rotor["grade"], "ambiguous");
+  ASSERT_EQ(rotor["alternatives"].size(), 1u);
+  EXPECT_NEAR(rotor["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 1.0 / 40.0, 0.1 / 40.0);  // a tenth, as above
+}
+
+// What no effect explains is told in the unit of the log, too.
+TEST(EffortUnits, WhatIsMissingBesideAnUntoldUnitIsNotInNewtonMetres) {
+  const Experiment e = simulate_heavy_disc("units_missing");
+  Reports reports;
+  reports.report["findings"] = Json::array();
+  reports.report["unexplained"] = {{{"where", {{"joint", "motor"}}}, {"statement", "motor: about 110 N m (root mean square) are missing"}}};
+  EffortUnit untold;
+  untold.joint = 0;
+  doubt_untold_units(e, {untold}, &reports);
+  EXPECT_EQ(reports.report["unexplained"][0]["statement"], "motor: about 110 in the unit of the log (root mean square) are missing");
 }
 
 TEST(EffortUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {

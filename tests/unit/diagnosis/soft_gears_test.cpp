@@ -53,8 +53,24 @@ TEST(SoftGears, ANotedGearWhoseComplianceMayBeZeroIsNotListed) {
     gear.joint = kShoulder, gear.give = 0.01, gear.std = told ? 0.004 : 0.006, gear.left = 0.6;
     std::vector<Finding> findings;
     Hypothesis model;
-    add_soft_gear(e, gear, &findings, &model);
+    add_soft_gear(e, gear, EffortSource::kRecorded, &findings, &model);
     EXPECT_EQ(findings.size(), told ? 1u : 0u);
+  }
+}
+
+// The twist by a torque that nobody measured is a part of command and position, as by another law of the servo.
+TEST(SoftGears, WithoutARecordedEffortTheServosLawMayBeAnotherOne) {
+  const Experiment e = simulate_arm("unmeasured_gear", {});
+  for (EffortSource source : {EffortSource::kRecorded, EffortSource::kServoLaw}) {
+    SoftGear gear;
+    gear.joint = kShoulder, gear.give = 0.01, gear.std = 1e-4, gear.left = 0.2, gear.applied = true;
+    std::vector<Finding> findings;
+    Hypothesis model;
+    add_soft_gear(e, gear, source, &findings, &model);
+    ASSERT_EQ(findings.size(), 1u);
+    const bool measured = source == EffortSource::kRecorded;
+    EXPECT_EQ(findings[0].grade, measured ? Grade::kSupported : Grade::kAmbiguous);
+    EXPECT_EQ(findings[0].alternatives.empty(), measured);
   }
 }
 
