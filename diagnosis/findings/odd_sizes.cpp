@@ -9,6 +9,7 @@
 #include "common/multibody/tree_mass.h"
 #include "common/spatial/gravity.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/model/link_reach.h"
@@ -114,13 +115,14 @@ bool is_idle(const Json& finding) {
   return any;
 }
 
-// What is hardly possible says nothing to whoever looks for the cause.
+// What is hardly possible says nothing to whoever looks for the cause. A gain of any size may be the unit of a log.
 void drop_odd_alternatives(const TreeSpec& tree, Json* finding) {
   if (!finding->contains("alternatives")) return;
   Json& list = (*finding)["alternatives"];
   Json kept = Json::array();
   for (const Json& a : list) {
-    if (find_odd_size(tree, a).empty()) kept.push_back(a);
+    const bool unit = a["effect"] == get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).name;
+    if (unit || find_odd_size(tree, a).empty()) kept.push_back(a);
   }
   list = kept;
 }
