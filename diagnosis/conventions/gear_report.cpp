@@ -61,7 +61,7 @@ std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.r
 std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
 
 Json make_scale(const Experiment& e, const GearRatio& ratio) {
-  const EffectInfo& scale = get_effect(EffectId::kSensorScale);
+  const EffectInfo& scale = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
   return {{"effect", scale.name},
           {"family", get_family_name(scale.family)},
           {"where", {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}}},

@@ -153,7 +153,7 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   if (signs != Vector3d::Ones()) {
     const std::string text = ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
     const Json value = make_vector({signs.x(), signs.y(), signs.z()}, {kKnown, kKnown, kKnown}, "1");
-    findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorScale), "scale", value, value, text}));
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), "scale", value, value, text}));
   }
   if (!Q.isIdentity(1e-9)) {
     const Vector3d rpy = calc_rpy(Q);
@@ -165,7 +165,7 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   if (frame.late == 0.0) return;
   const double late = round_to(frame.late, 3);
   const std::string text = ": its clock is " + number(std::abs(late), 3) + " s " + (late > 0.0 ? "behind" : "ahead of") + " that of the encoders. It was moved.";
-  findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorDelay), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
+  findings->push_back(make_frame_finding(frame, {get_late_reading(), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
 }
 
 // What the capture's body has of a turn, and its clock. A world with another axis up and an order of numbers are no effects.

@@ -120,7 +120,7 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
 void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
   if (std::log(u.scale) > -kFactor) return;
   for (Json& f : (*report)["findings"]) {
-    const bool rotor = f["where"].value("joint", "") == joint && f["effect"] == get_effect(EffectId::kRotorInertia).name;
+    const bool rotor = f["where"].value("joint", "") == joint && f["effect"] == get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).name;
     if (!rotor || f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
     f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
     const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
@@ -198,7 +198,7 @@ void doubt_upright_forces(const Experiment& e, Json* report) {
   if (e.scenario.floating_base || e.scenario.drive != "servo" || has_effort(e)) return;
   const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
   for (Json& f : (*report)["findings"]) {
-    const bool force = f["effect"] == get_effect(EffectId::kExternalForce).name && f.value("grade", "") == get_grade_name(Grade::kSupported);
+    const bool force = f["effect"] == get_effect_of(PlaceKind::kLink, EffectFamily::kZero).name && f.value("grade", "") == get_grade_name(Grade::kSupported);
     if (!force || !is_upright(e.scenario.gravity_W, f["parameters"]["force"])) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " It acts along gravity, and no effort was logged: stated gains that are wrong look the same.";
