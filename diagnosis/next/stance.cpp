@@ -214,7 +214,7 @@ class StanceProposer {
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
     if (p == 0) return list;
-    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kUnknownStep));
+    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kMinor));
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
       if (value.std > 0.0)

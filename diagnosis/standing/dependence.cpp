@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr size_t kFew = 12;         // fewest samples of a recording for a relation
-constexpr double kRuns = 0.02;      // [rad/s] speed at which friction certainly slips
 constexpr double kOwnMotion = 1.0;  // [Hz] a robot's own sway is slower
 
 // Quantities that the residual of a joint may depend on, or that of another channel (joint -1).
@@ -156,7 +156,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p,
     for (size_t s = 0; s < n; ++s) {
       const DriveState& state = evaluation[r].states[s * p.effort.size() + joint];
       const double left = evaluation[r].residuals[s * channels + channel], q = state.encoder;
-      if (left != 0 && std::abs(state.velocity) > kRuns) {
+      if (left != 0 && std::abs(state.velocity) > kSlips) {
         rows.emplace_back(1, q, q * q, state.velocity > 0 ? left : -left);
       }
     }

@@ -5,6 +5,7 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/floating/law_values.h"
 #include "diagnosis/measurement/floating/least_squares.h"
+#include "diagnosis/model/made.h"
 #include "diagnosis/model/most_play.h"
 
 namespace hrp::diagnosis::floating {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
-constexpr double kLatest = 0.2;                     // [s] up to which delays are linear in their columns
 // Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most of the
 // effort, that share of the effort predicts it, whatever its law.
 constexpr double kSelfLocking = 0.5;

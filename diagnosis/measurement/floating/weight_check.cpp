@@ -8,6 +8,7 @@
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -157,7 +158,7 @@ class WeightChecker {
     }
     std::vector<double> ratios;
     for (const auto& [r, y] : parts) {
-      if (y.size() >= kQuietRows) ratios.push_back(1 + find_median(y) / weight);
+      if (y.size() >= kFewestToTell) ratios.push_back(1 + find_median(y) / weight);
     }
     return find_consensus(ratios, kKnownWeight);
   }
@@ -168,7 +169,7 @@ class WeightChecker {
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
     for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
-    if (parts.size() != 1 || parts[0].size() < kQuarters * kQuietRows) return parts;
+    if (parts.size() != 1 || parts[0].size() < kQuarters * kFewestToTell) return parts;
     const std::vector<double> whole = std::move(parts[0]);
     parts.clear();
     for (size_t q = 0; q < kQuarters; ++q) {
