@@ -16,6 +16,7 @@ struct MotionCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<Comparison> comparisons;  // by explanation, the best one as truth; the first: its own information
+  std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
 

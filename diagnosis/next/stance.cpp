@@ -8,8 +8,8 @@
 #include "common/base/parallel_for.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/next/candidate.h"
 #include "diagnosis/next/dot.h"
-#include "diagnosis/next/information.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
@@ -27,15 +27,10 @@ constexpr unsigned kSeeds = 2;
 using Readings = std::vector<double>;
 
 // A motion that is safe under every explanation, and its information.
-struct StanceCandidate {
-  MotionPlan plan;
-  Commands commands;
-  std::vector<StanceRun> runs;          // by explanation
-  std::vector<double> weights;          // of readings
-  std::vector<Readings> slopes;         // by value of the report's model
-  std::vector<Comparison> comparisons;  // against the first one as truth
-  std::string fault;                    // of the last size that was tried
-  bool ok = false;
+struct StanceCandidate : MotionCandidate {
+  std::vector<StanceRun> runs;   // by explanation
+  std::vector<double> weights;   // of readings
+  std::vector<Readings> slopes;  // by value of the report's model
 };
 
 class StanceProposer {
