@@ -9,7 +9,6 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
-#include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque_flags.h"

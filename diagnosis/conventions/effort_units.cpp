@@ -6,7 +6,7 @@
 
 #include "diagnosis/conventions/loaded_units.h"
 #include "diagnosis/data/servo_gains.h"
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"

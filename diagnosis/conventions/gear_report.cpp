@@ -5,12 +5,12 @@
 
 #include "common/effects/effect_info.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/json.h"
 

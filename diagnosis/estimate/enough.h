@@ -15,6 +15,10 @@ constexpr size_t kFewestToTell = 20;
 constexpr size_t kFewestOfItsOwn = 30;
 // Of a value that a report states: below, nothing is said.
 constexpr size_t kFewestToSay = 50;
+// For a fit of a servo's law, at least. Neighbours resemble each other: some ten of them are independent.
+constexpr size_t kLeastServoSamples = 100;
+// Samples for each column that is fitted, at least: fewer follow any law by chance.
+constexpr long kRowsPerColumn = 10;
 
 // Robust standard deviations of an outlier: a spike, an impact, a foot in the air. None of some thousand samples of noise is
 // so far off.
@@ -22,6 +26,8 @@ constexpr double kOutlier = 4.0;
 // Standard deviations that chance does not reach, whatever is asked. Of a sum of products: those of two independent errors have
 // either sign, so the probability to exceed it is below 2 exp(-5^2 / 2).
 constexpr double kNoChance = 5.0;
+// Probability that no finding exceeds, however clear it is: laws outside the table exist.
+constexpr double kSurest = 0.99;
 
 // A report says no more than people read, and counts the rest: in a sentence, of curves or names, in a list.
 constexpr size_t kMostInSentence = 3;

@@ -8,11 +8,11 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {

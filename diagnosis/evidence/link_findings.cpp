@@ -12,7 +12,6 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {

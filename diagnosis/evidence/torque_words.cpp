@@ -12,7 +12,6 @@
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {

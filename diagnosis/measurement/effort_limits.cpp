@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
 

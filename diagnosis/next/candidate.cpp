@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/next/dot.h"
 #include "diagnosis/search/starts.h"
 
 namespace hrp::diagnosis {

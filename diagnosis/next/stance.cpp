@@ -9,7 +9,6 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/candidate.h"
-#include "diagnosis/next/dot.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/finding_head.h"
 
-#include "diagnosis/findings/surest.h"
+#include "diagnosis/estimate/enough.h"
 
 namespace hrp::diagnosis {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/findings/surest.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"

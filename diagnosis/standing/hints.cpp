@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/measurement/servo_samples.h"
+#include "diagnosis/estimate/enough.h"
 
 namespace hrp::diagnosis::standing {
 namespace {

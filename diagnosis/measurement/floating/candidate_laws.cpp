@@ -6,7 +6,6 @@
 #include "diagnosis/measurement/floating/law_values.h"
 #include "diagnosis/measurement/floating/least_squares.h"
 #include "diagnosis/model/made.h"
-#include "diagnosis/model/most_play.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

@@ -8,9 +8,7 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/floating/words.h"
-#include "diagnosis/measurement/servo_samples.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
