@@ -48,10 +48,6 @@ double calc_share(const TorqueData& data, const EffortUnit& unit) {
   return before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
 }
 
-Json make_alternative(const char* effect, const Json& where, const Json& parameters) {
-  return {{"effect", effect}, {"family", find_family_name(effect)}, {"where", where}, {"parameters", parameters}};
-}
-
 // A fault of the log with one parameter.
 Json make_finding(const EffectInfo& effect, const Json& where, const char* parameter, const Json& value, double share, Grade grade = Grade::kSupported) {
   Json f = make_finding_head(effect, where, {{parameter, value}}, grade, share);
@@ -81,8 +77,8 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
   if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
-  f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
-  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative("payload", {{"link", e.robot.tree.links.back().name}}, Json::object()));
+  f["alternatives"] = Json::array({make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
+  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative(*find_effect("payload"), {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 
@@ -95,7 +91,8 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   const std::string imu = unit.sensor.substr(0, unit.sensor.rfind('/'));
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
-  f["alternatives"].push_back(make_alternative("sensor_misalignment", {{"sensor", imu}}, {{"rpy", make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad")}}));
+  const Json rpy = make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad");
+  f["alternatives"].push_back(make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), {{"sensor", imu}}, {{"rpy", rpy}}));
   return f;
 }
 
@@ -138,7 +135,7 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
   if (frame.rival.empty()) return f;
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
-  f["alternatives"].push_back(make_alternative(v.effect.name.c_str(), {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
+  f["alternatives"].push_back(make_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
   return f;
 }
 
@@ -190,7 +187,8 @@ Json make_zero_finding(const Experiment& e, const JointZero& zero, double share)
   f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
                    number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
-  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative("base_tilt", {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  const EffectInfo& tilt = get_effect_of(PlaceKind::kNone, EffectFamily::kZero);
+  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
   return f;
 }
 
