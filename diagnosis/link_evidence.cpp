@@ -6,13 +6,13 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_deflection.h"
 #include "diagnosis/evidence/link_findings.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/findings/families.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {

@@ -9,6 +9,7 @@
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/velocity_log.h"
 
@@ -20,10 +21,9 @@ using Json = nlohmann::ordered_json;
 constexpr double kStill = 0.02;    // [rad] travel below which a joint hardly moved
 
 std::string join(const std::vector<std::string>& names) {
-  constexpr size_t kMost = 4;  // names; the others are counted
   std::string text;
-  for (size_t i = 0; i < std::min(kMost, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
-  return names.size() > kMost ? text + " and " + std::to_string(names.size() - kMost) + " more" : text;
+  for (size_t i = 0; i < std::min(kMostNamed, names.size()); ++i) text += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kMostNamed ? text + " and " + std::to_string(names.size() - kMostNamed) + " more" : text;
 }
 
 // Joins warnings that differ by a recording or a joint only: the first one, and their number.

@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -18,7 +19,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kHigh = 0.95;               // quantile that counts as the largest speed and acceleration
-constexpr double kFewestRows = 50;           // below which nothing is said
 
 // Terms that every drive has, its gain and a constant torque; friction first.
 std::vector<const TermRow*> make_columns() {
@@ -88,7 +88,7 @@ long find_most_like(const Eigen::MatrixXd& G, long i) {
 
 Json make_tells(const JointSpec& joint, const Motion& m) {
   Json list = Json::array();
-  if (m.n < kFewestRows) return list;
+  if (m.n < static_cast<double>(kFewestToSay)) return list;
   const auto applies = [&](long column) { return joint.actuated || !list_columns()[static_cast<size_t>(column)]->needs_drive; };
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(count_columns());
   for (long i = 0; i < count_columns(); ++i) {

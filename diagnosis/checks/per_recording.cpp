@@ -7,6 +7,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/checks/found_terms.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -16,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kFewestRows = 30;  // of one recording, below which it has no value of its own
 
 struct Solution {
   Eigen::VectorXd value, std;
@@ -109,7 +109,7 @@ class Fitter {
         cycles += v * last <= 0.0 ? 1.0 : 0.0, last = v;
       }
     }
-    if (n < kFewestRows) return std::nullopt;
+    if (n < static_cast<double>(kFewestOfItsOwn)) return std::nullopt;
     const Eigen::VectorXd scale = G.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
     Eigen::MatrixXd unit = scale.asDiagonal() * G * scale.asDiagonal();
     unit.diagonal().array() += 1e-9;

@@ -8,6 +8,7 @@
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
@@ -16,7 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
-constexpr size_t kMostGaps = 5;   // in a report, the first ones
 
 // Share of samples that repeat the previous one while the joint moves.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
@@ -57,7 +57,7 @@ Json make_sample_check(const Experiment& e, const Recording& r) {
   for (size_t k = 1; k < r.size(); ++k) {
     if (r.time[k] - r.time[k - 1] <= kGapPeriods * period) continue;
     lost += r.time[k] - r.time[k - 1];
-    if (gaps.size() < kMostGaps) gaps.push_back({round_to(r.time[k - 1], 6), round_to(r.time[k], 6)});
+    if (gaps.size() < kMostInList) gaps.push_back({round_to(r.time[k - 1], 6), round_to(r.time[k], 6)});
   }
   const double rate = period > 0.0 ? 1.0 / period : 0.0;
   return {{"file", r.spec.name},

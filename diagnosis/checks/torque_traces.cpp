@@ -7,13 +7,13 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/checks/found_terms.h"
+#include "diagnosis/estimate/enough.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostJoints = 4;  // with the largest mismatch: more curves fit on no screen
 constexpr double kWindow = 10.0;  // [s]
 constexpr long kPoints = 600;
 
@@ -34,7 +34,7 @@ std::vector<long> find_worst(const TorqueData& data, const TorqueRecording& r) {
   }
   std::sort(order.begin(), order.end());
   std::vector<long> out;
-  for (size_t i = 0; i < std::min(kMostJoints, order.size()); ++i) out.push_back(order[i].second);
+  for (size_t i = 0; i < std::min(kMostNamed, order.size()); ++i) out.push_back(order[i].second);
   return out;
 }
 

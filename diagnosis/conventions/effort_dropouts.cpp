@@ -8,7 +8,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque_flags.h"
@@ -21,7 +21,6 @@ constexpr double kTimesUsual = 3.0;
 constexpr double kMoreThanAStep = 1.5;  // of a quantised signal
 constexpr long kColumns = 5;            // tau, a, v, direction, constant
 constexpr long kFewest = kRowsPerColumn * kColumns;  // samples of the law
-constexpr size_t kMostTold = 3;         // stretches in a warning; the others are counted
 
 constexpr size_t kEffort = static_cast<size_t>(Quantity::kEffort);
 
@@ -170,9 +169,9 @@ std::string describe(const Experiment& e, const std::vector<Dropout>& list) {
   double samples = 0.0;
   for (size_t i = 0; i < list.size(); ++i) {
     samples += static_cast<double>(list[i].end - list[i].begin);
-    if (i < kMostTold) stretches += (i > 0 ? ", " : " from ") + number(r.time[list[i].begin], 5) + " to " + number(r.time[list[i].end - 1], 5);
+    if (i < kMostInSentence) stretches += (i > 0 ? ", " : " from ") + number(r.time[list[i].begin], 5) + " to " + number(r.time[list[i].end - 1], 5);
   }
-  if (list.size() > kMostTold) stretches += " and " + std::to_string(list.size() - kMostTold) + " more times";
+  if (list.size() > kMostInSentence) stretches += " and " + std::to_string(list.size() - kMostInSentence) + " more times";
   const bool zero = std::all_of(list.begin(), list.end(), [](const Dropout& d) { return d.value == 0.0; });
   return r.spec.name + ": " + e.signal_name(list[0].joint, Quantity::kEffort) + " is exactly " + (zero ? "0" : "constant") + stretches + " s, " +
          number(100.0 * samples / static_cast<double>(r.size()), 2) +

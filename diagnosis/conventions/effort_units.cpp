@@ -6,7 +6,7 @@
 
 #include "diagnosis/conventions/loaded_units.h"
 #include "diagnosis/data/servo_gains.h"
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -18,9 +18,6 @@ namespace {
 constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
 constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = kRowsPerColumn * (kNuisance + 1);  // samples: tau stands beside them
-// |ln| of a scale that counts as one where a rotor may be part of it. Units differ by factors of up to a hundred either way.
-// One in 23 of these lies as near to one by chance, so a torque has odds of 20 to 1.
-constexpr double kSame = kMinority;
 constexpr long kRotor = 2;        // column of the acceleration in the regressors of collect_efforts()
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
@@ -87,10 +84,11 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   return least && std::log(least->low) > kFactor ? least : std::nullopt;
 }
 
-// True if the effort is what the bodies alone take.
+// True if the effort is what the bodies alone take. The limit of |ln| counts as one where a rotor may be part of it. Units differ
+// by factors of up to a hundred either way. One in 23 of these lies as near to one by chance, so a torque has odds of 20 to 1.
 bool is_torque_of_bodies(const TorqueData& data, int joint) {
   const std::optional<EffortUnit> least = find_unit_without_rotor(data, joint);
-  return least && std::abs(std::log(least->scale)) < kSame;
+  return least && std::abs(std::log(least->scale)) < kMinority;
 }
 
 bool is_wide(const EffortUnit& u) { return std::log(u.high / u.low) > kMuch; }

@@ -5,14 +5,13 @@
 
 #include "common/effects/effect_info.h"
 #include "diagnosis/conventions/list_fit.h"
-#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/joint_zeros.h"
-#include "diagnosis/report/json.h"
+#include "diagnosis/report/finding_head.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -61,11 +60,8 @@ std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.r
 std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
 
 Json make_scale(const Experiment& e, const GearRatio& ratio) {
-  const EffectInfo& scale = get_effect(EffectId::kSensorScale);
-  return {{"effect", scale.name},
-          {"family", get_family_name(scale.family)},
-          {"where", {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}}},
-          {"parameters", {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}}}};
+  return make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}},
+                          {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}});
 }
 
 }  // namespace

@@ -12,11 +12,11 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/measurement/torque_effort.h"
-#include "diagnosis/model/nominal.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -186,7 +186,7 @@ Json make_late_finding(const Experiment& e, const LateCommands& late) {
   // A log that writes values one cycle late is off by a period.
   const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
   const Json delay = make_value(round_to(late.delay, 4), round_to(late.std, 3), "s");
-  Json f = make_finding_head(get_effect(EffectId::kSensorDelay), {{"sensor", "/joint_commands"}}, {{"delay", delay}}, sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
+  Json f = make_finding_head(get_late_reading(), {{"sensor", "/joint_commands"}}, {{"delay", delay}}, sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
   if (late.either) f["probability"] = kHalf;
   f["of_log"] = true;
   f["statement"] = "/joint_commands: " + describe(late) + ".";

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
@@ -22,7 +21,7 @@ constexpr long kSeen = kLoadColumns + 2;  // columns of y, tau, load
 using Seen = Eigen::Matrix<double, kSeen, kSeen>;
 using Load = Eigen::Matrix<double, kLoadColumns, 1>;
 
-bool is_spring(const Term& term) { return term.effect().id == EffectId::kSpring; }
+bool is_spring(const Term& term) { return term.row->constant > 0; }
 
 // Friction, rotor, constant and spring: columns that need no unit. Of laws with a shape, the middle one.
 std::vector<Term> list_beside(const TorqueData& data, int joint) {
@@ -288,7 +287,7 @@ class Search {
   const TorqueData& data_;
   std::vector<Sums> sums_;
   std::vector<int> links_;
-  const double spring_cost_ = std::find_if(list_term_rows().begin(), list_term_rows().end(), [](const TermRow& r) { return r.effect->id == EffectId::kSpring; })->cost;
+  const double spring_cost_ = std::find_if(list_term_rows().begin(), list_term_rows().end(), [](const TermRow& r) { return r.constant > 0; })->cost;
 };
 
 }  // namespace

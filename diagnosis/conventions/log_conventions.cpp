@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "common/effects/units.h"
 #include "common/spatial/rpy.h"
@@ -49,10 +48,6 @@ double calc_share(const TorqueData& data, const EffortUnit& unit) {
   return before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
 }
 
-Json make_alternative(const char* effect, const Json& where, const Json& parameters) {
-  return {{"effect", effect}, {"family", find_family_name(effect)}, {"where", where}, {"parameters", parameters}};
-}
-
 // A fault of the log with one parameter.
 Json make_finding(const EffectInfo& effect, const Json& where, const char* parameter, const Json& value, double share, Grade grade = Grade::kSupported) {
   Json f = make_finding_head(effect, where, {{parameter, value}}, grade, share);
@@ -82,8 +77,8 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
   if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
-  f["alternatives"] = Json::array({make_alternative("sensor_scale", {{"sensor", column}}, {{"scale", inverse}})});
-  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative("payload", {{"link", e.robot.tree.links.back().name}}, Json::object()));
+  f["alternatives"] = Json::array({make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
+  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative(*find_effect("payload"), {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 
@@ -96,7 +91,8 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   const std::string imu = unit.sensor.substr(0, unit.sensor.rfind('/'));
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
-  f["alternatives"].push_back(make_alternative("sensor_misalignment", {{"sensor", imu}}, {{"rpy", make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad")}}));
+  const Json rpy = make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad");
+  f["alternatives"].push_back(make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), {{"sensor", imu}}, {{"rpy", rpy}}));
   return f;
 }
 
@@ -139,7 +135,7 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
   if (frame.rival.empty()) return f;
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
-  f["alternatives"].push_back(make_alternative(v.effect.name.c_str(), {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
+  f["alternatives"].push_back(make_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
   return f;
 }
 
@@ -154,7 +150,7 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   if (signs != Vector3d::Ones()) {
     const std::string text = ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
     const Json value = make_vector({signs.x(), signs.y(), signs.z()}, {kKnown, kKnown, kKnown}, "1");
-    findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorScale), "scale", value, value, text}));
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), "scale", value, value, text}));
   }
   if (!Q.isIdentity(1e-9)) {
     const Vector3d rpy = calc_rpy(Q);
@@ -166,7 +162,7 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   if (frame.late == 0.0) return;
   const double late = round_to(frame.late, 3);
   const std::string text = ": its clock is " + number(std::abs(late), 3) + " s " + (late > 0.0 ? "behind" : "ahead of") + " that of the encoders. It was moved.";
-  findings->push_back(make_frame_finding(frame, {get_effect(EffectId::kSensorDelay), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
+  findings->push_back(make_frame_finding(frame, {get_late_reading(), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
 }
 
 // What the capture's body has of a turn, and its clock. A world with another axis up and an order of numbers are no effects.
@@ -192,7 +188,7 @@ void add_turned_centre(const Experiment& e, const JointZero& zero, Json* f) {
   const Vector3d turned = std::cos(zero.offset) * last->out - std::sin(zero.offset) * last->turn;
   const Vector3d moved = last->length * (turned - last->out), width = zero.std * last->length * last->turn.cwiseAbs();
   const Json offset = make_vector({moved.x(), moved.y(), moved.z()}, {width.x(), width.y(), width.z()}, "m");
-  (*f)["alternatives"].push_back(make_alternative("com_error", {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
+  (*f)["alternatives"].push_back(make_alternative(get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
   (*f)["grade"] = get_grade_name(Grade::kAmbiguous), (*f)["probability"] = kHalf;
 }
 
@@ -203,7 +199,8 @@ Json make_zero_finding(const Experiment& e, const JointZero& zero, double share)
   f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
                    number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
-  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative("base_tilt", {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  const EffectInfo& tilt = get_effect_of(PlaceKind::kNone, EffectFamily::kZero);
+  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
   add_turned_centre(e, zero, &f);
   return f;
 }

@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/has.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/stretches.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
-#include "diagnosis/estimate/rows_per_column.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -19,7 +18,6 @@ namespace {
 constexpr long kCommon = 6;       // v, direction, a, 1, tau, |tau| direction: the same at all times
 constexpr double kCost = 10.0;    // [nats] four parameters, which link and which part
 constexpr long kFewest = kRowsPerColumn * kCommon;  // samples of a joint
-constexpr int kPieces = kFolds;   // of a file, at whose ends something may be taken up or laid down
 constexpr long kBoth = 2 * kLoadColumns;  // a load at all times, and the same for a part
 
 // Pieces [begin, end) of a file.
@@ -62,7 +60,8 @@ class OddLoadSearch {
   struct File {
     std::string name;
     double begin, end;  // [s]
-    double piece() const { return (end - begin) / kPieces; }
+    // At the ends of a piece something may be taken up or laid down.
+    double piece() const { return (end - begin) / kFolds; }
   };
 
   const std::string& get_name(const TorqueRecording& r) const { return data_.experiment->recordings[r.index].spec.file; }
@@ -72,7 +71,7 @@ class OddLoadSearch {
     return file;
   }
   size_t find_piece(const File& f, double time) const {
-    return static_cast<size_t>(std::clamp((time - f.begin) / f.piece(), 0.0, kPieces - 1.0));
+    return static_cast<size_t>(std::clamp((time - f.begin) / f.piece(), 0.0, kFolds - 1.0));
   }
 
   void collect() {
@@ -86,7 +85,7 @@ class OddLoadSearch {
   // Sums over the first pieces of every file, of friction, rotor and gain, and of the loads of all links.
   void add_joint(int joint, const std::vector<std::vector<Eigen::MatrixXd>>& columns) {
     const long width = kCommon + kLoadColumns * static_cast<long>(loads_.size());
-    std::vector<std::vector<Gram>> until(files_.size(), std::vector<Gram>(kPieces + 1, Gram(width)));
+    std::vector<std::vector<Gram>> until(files_.size(), std::vector<Gram>(kFolds + 1, Gram(width)));
     Eigen::VectorXd row(width);
     double n = 0.0;
     for (size_t i = 0; i < data_.recordings.size(); ++i) {
@@ -158,7 +157,7 @@ class OddLoadSearch {
       for (size_t file = 0; file < files_.size(); ++file) {
         if (std::any_of(parts.begin(), parts.end(), [&](const Part& p) { return p.file == file; })) continue;
         Parts with = parts;
-        with.push_back({file, 0, kPieces});
+        with.push_back({file, 0, kFolds});
         double most = 0.0;
         improve(load, &with, &most);
         if (most > nats + kOdds && most > 0.0) best = with, nats = most, better = true;
@@ -175,11 +174,11 @@ class OddLoadSearch {
       other.back().begin = begin, other.back().end = end;
       const Fit f = fit(other, load);
       // In a part of a file it must be told beyond what is chance among its pieces.
-      const double own = f.nats - (end - begin < kPieces ? std::log(static_cast<double>(2 * kPieces)) : 0.0);
+      const double own = f.nats - (end - begin < kFolds ? std::log(static_cast<double>(2 * kFolds)) : 0.0);
       if (own > *nats && f.p[kLoadColumns] > 0.0) *nats = own, *parts = other;
     };
-    try_at(0, kPieces);
-    for (size_t k = 1; k < kPieces; ++k) try_at(k, kPieces), try_at(0, k);
+    try_at(0, kFolds);
+    for (size_t k = 1; k < kFolds; ++k) try_at(k, kFolds), try_at(0, k);
     const Part first = parts->back();
     for (size_t k = first.begin + 1; k < first.end; ++k) try_at(k, first.end), try_at(first.begin, k);
   }
@@ -193,7 +192,7 @@ class OddLoadSearch {
     OddLoad odd{{}, loads_[load].place, mass, std::hypot(f.std[kLoadColumns], calc_blur(parts) * mass), f.p.tail<3>() / mass, f.std.tail<3>() / mass, 1.0 - f.left / f.without, false};
     for (const Part& p : parts) {
       const File& file = files_[p.file];
-      odd.parts.push_back({file.name, p.end - p.begin == kPieces, file.begin + file.piece() * static_cast<double>(p.begin),
+      odd.parts.push_back({file.name, p.end - p.begin == kFolds, file.begin + file.piece() * static_cast<double>(p.begin),
                            file.begin + file.piece() * static_cast<double>(p.end)});
     }
     if (std::all_of(odd.parts.begin(), odd.parts.end(), [](const LoadedPart& p) { return p.whole; }) && parts.size() == files_.size()) return std::nullopt;
@@ -204,7 +203,7 @@ class OddLoadSearch {
   // Relative deviation of the mass, as each end within a file is told to a piece only, evenly over it.
   static double calc_blur(const Parts& parts) {
     double ends = 0.0, pieces = 0.0;
-    for (const Part& p : parts) ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kPieces ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
+    for (const Part& p : parts) ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
     return std::sqrt(ends / 12.0) / pieces;
   }
 
@@ -247,7 +246,7 @@ Experiment leave_out(const Experiment& e, const OddLoad& load) {
   for (const Recording& r : e.recordings) {
     const auto part = std::find_if(load.parts.begin(), load.parts.end(), [&](const LoadedPart& p) { return p.file == r.spec.file; });
     if (part == load.parts.end()) out.recordings.push_back(r);
-    else if (!part->whole) add_rest(r, *part, r.duration() / kPieces, &out.recordings);
+    else if (!part->whole) add_rest(r, *part, r.duration() / kFolds, &out.recordings);
   }
   return out;
 }

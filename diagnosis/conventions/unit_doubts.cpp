@@ -10,8 +10,8 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
-#include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/schema2.h"
+#include "diagnosis/report/finding_head.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -79,8 +79,7 @@ void doubt_beside(const Experiment& e, const std::vector<EffortUnit>& units, con
   make_ambiguous(finding);
   (*finding)["statement"] = (*finding).value("statement", "") + why;
   for (const EffortUnit& u : units)
-    (*finding)["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)},
-                                          {"where", {{"joint", e.robot.tree.joint(u.joint).name}}}, {"parameters", {{"scale", u.scale}}}});
+    (*finding)["alternatives"].push_back(make_alternative(gain, {{"joint", e.robot.tree.joint(u.joint).name}}, {{"scale", u.scale}}));
 }
 
 // True for friction that is a share of the load's torque.
@@ -132,12 +131,12 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
 void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
   if (std::log(u.scale) > -kFactor) return;
   for (Json& f : (*report)["findings"]) {
-    if (f["where"].value("joint", "") != joint || f["effect"] != get_effect(EffectId::kRotorInertia).name) continue;
+    if (f["where"].value("joint", "") != joint || f["effect"] != get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).name) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
     const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
-    f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", f["where"]},
-                                 {"parameters", {{"scale", make_value(round_to(u.scale, 3), round_to(u.scale * std::max(kBlur, find_blur(u)), 2), "1")}}}});
+    const Json scale = make_value(round_to(u.scale, 3), round_to(u.scale * std::max(kBlur, find_blur(u)), 2), "1");
+    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", scale}}));
   }
 }
 
@@ -211,13 +210,13 @@ void doubt_upright_forces(const Experiment& e, Json* report) {
   if (e.scenario.floating_base || e.scenario.drive != "servo" || has_effort(e)) return;
   const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
   for (Json& f : (*report)["findings"]) {
-    const bool force = f["effect"] == get_effect(EffectId::kExternalForce).name && f.value("grade", "") == get_grade_name(Grade::kSupported);
+    const bool force = f["effect"] == get_effect_of(PlaceKind::kLink, EffectFamily::kZero).name && f.value("grade", "") == get_grade_name(Grade::kSupported);
     if (!force || !is_upright(e.scenario.gravity_W, f["parameters"]["force"])) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " It acts along gravity, and no effort was logged: stated gains that are wrong look the same.";
     for (int j = 0; j < e.num_joints(); ++j) {
       if (!e.robot.tree.joint(j).actuated) continue;
-      f["alternatives"].push_back({{"effect", gain.name}, {"family", get_family_name(gain.family)}, {"where", {{"joint", e.robot.tree.joint(j).name}}}, {"parameters", Json::object()}});
+      f["alternatives"].push_back(make_alternative(gain, {{"joint", e.robot.tree.joint(j).name}}, Json::object()));
     }
   }
 }

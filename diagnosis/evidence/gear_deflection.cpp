@@ -8,18 +8,17 @@
 #include "common/effects/units.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
-constexpr double kSides = 0.05;      // share of the torque's spread within which the teeth change sides
 constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
 constexpr double kTwoEngines = 3e-3; // share of a value: differences between laws and filters
 
@@ -86,7 +85,7 @@ class Gear {
 
   Eigen::VectorXd make_row(const Series& s, long k) const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(kWidth);
-    x[kZero] = 1.0, x[kTorque] = s.torque[k], x[kRate] = -s.rate[k], x[kPlay] = 0.5 * std::tanh(s.torque[k] / (kSides * spread_));
+    x[kZero] = 1.0, x[kTorque] = s.torque[k], x[kRate] = -s.rate[k], x[kPlay] = 0.5 * std::tanh(s.torque[k] / (kMinor * spread_));
     return x;
   }
 

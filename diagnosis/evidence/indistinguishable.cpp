@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/model/most_play.h"
 

@@ -7,17 +7,16 @@
 #include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kTwoEngines = 4e-3;  // share of a value: systematic difference of laws and filters
-constexpr size_t kMostRivals = 5;
 
 struct Graded {
   size_t term = 0;             // of the design
@@ -246,7 +245,7 @@ class Judge {
       if (evidence[k] > out_.fit.evidence - kOdds) near.push_back({evidence[k], k});
     }
     std::sort(near.rbegin(), near.rend());
-    for (size_t k = 0; k < near.size() && k < kMostRivals; ++k) {
+    for (size_t k = 0; k < near.size() && k < kMostInList; ++k) {
       const size_t at = near[k].second;
       g->rivals.push_back({other[at], fit_links(*design_, models[at]).theta[i]});
     }

@@ -8,11 +8,11 @@
 #include "common/spatial/turn.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/link_columns.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLongest = 0.2;    // [s] largest delay of a sensor
 constexpr double kMostAngle = 1.0;  // [rad] largest encoder zero or sensor rotation
 constexpr double kNear = 1e-3;      // [m], [rad] smaller moves of the linearisation point do not matter
 
@@ -98,7 +98,7 @@ LinkTermRow make_tilt() {
 // Delay of a sensor's readings, or of the positions of all joints.
 LinkTermRow make_delay(PlaceKind place, void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
   LinkTermRow row = make_row(get_effect(EffectId::kSensorDelay), place, 1, fill);
-  row.low = 0.0, row.high = kLongest;
+  row.low = 0.0, row.high = kLatest;
   row.motion = "short, fast reversals";
   row.move = [](const Eigen::VectorXd& p, Vector3d* near) {
     const bool moved = std::abs(near->x() - p[0]) > kKnown * p[0];

@@ -7,12 +7,12 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/model/made.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kStill = 0.02;  // [rad/s] slower samples have no certain direction of friction
 
 
 // Normal equations of one joint. Columns: velocity, sign of velocity, acceleration, load that drives the joint.
@@ -54,7 +54,7 @@ double find_effort(const JointLaws& laws, const std::vector<double>& effort, con
 
 // By joint: smallest speed [rad/s] of the samples that are used.
 std::vector<double> find_still(const Problem& problem, bool with_gears) {
-  std::vector<double> still(static_cast<size_t>(problem.experiment->num_joints()), kStill);
+  std::vector<double> still(static_cast<size_t>(problem.experiment->num_joints()), kSlips);
   for (int r : problem.train) {
     for (size_t j = 0; with_gears && j < still.size(); ++j) {
       // Slower samples still show static friction, which the gear loss would absorb.

@@ -7,11 +7,11 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_loads.h"
 #include "diagnosis/evidence/loose_gears.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/soft_gears.h"
 #include "diagnosis/search/significance.h"
 

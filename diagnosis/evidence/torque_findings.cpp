@@ -8,6 +8,7 @@
 #include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/free_model.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -25,7 +26,6 @@
 #include "diagnosis/evidence/torque_samples.h"
 #include "diagnosis/evidence/torque_words.h"
 #include "diagnosis/evidence/unlisted_friction.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/search/relation.h"
 
 namespace hrp::diagnosis {

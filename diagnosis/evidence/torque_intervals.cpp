@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -15,7 +16,6 @@ namespace {
 constexpr double kInstant = 0.5;         // [samples] uncertain offset between effort and position
 constexpr double kFewest = 3.0;          // independent samples that a part needs
 constexpr size_t kParts = 4;             // parts by each quantity except recordings
-constexpr size_t kFewestParts = 3;       // two parts hardly determine a variance
 
 using Rows = std::vector<long>;
 
@@ -48,7 +48,7 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
       values.push_back(xy / xx);
       variances.push_back(correlated * yy / static_cast<double>(part.size()) / xx);
     }
-    if (values.size() < kFewestParts) continue;
+    if (values.size() < kFewestToAgree) continue;
     const double another = 1.0 + 1.0 / static_cast<double>(values.size());
     (*most)[c] = std::max((*most)[c], another * calc_variance_between(values, variances));
   }

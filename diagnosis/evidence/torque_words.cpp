@@ -7,16 +7,15 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/torque_rivals.h"
 #include "diagnosis/findings/estimate_words.h"
-#include "diagnosis/findings/surest.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kMostAlternatives = 5;  // of a finding: nobody reads more
 
 std::string get_place_name(const Experiment& e, const Term& term) {
   const PlaceKind place = term.row->place;
@@ -151,7 +150,7 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   f.weight = g.weight + (excess ? excess->weight : 0.0);
   f.alternatives = alternatives;
   for (const Rival& r : g.rivals) {
-    if (f.alternatives.size() < kMostAlternatives) add_rival(e, g, r, &f.alternatives);
+    if (f.alternatives.size() < kMostInList) add_rival(e, g, r, &f.alternatives);
   }
   if (!is_of_link(g.term)) convert_units(e.robot.tree.joint(g.term.place), &f.alternatives);
   f.statement = make_statement(e, g, f, get_phrase(row));

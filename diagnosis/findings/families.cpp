@@ -19,6 +19,11 @@ const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family) {
   return *std::find_if(all.begin(), all.end(), is_it);
 }
 
+const EffectInfo& get_late_reading() {
+  const std::vector<EffectInfo>& all = list_effects();
+  return *std::find_if(all.begin(), all.end(), [](const EffectInfo& row) { return row.change.of_rate != 0.0; });
+}
+
 bool is_effect(const std::string& name, EffectId id) { return name == get_effect(id).name; }
 
 }  // namespace hrp::diagnosis

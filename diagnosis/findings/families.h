@@ -14,6 +14,9 @@ std::string find_family_name(const std::string& effect);
 // The effect of a family at a kind of place, such as the scale of a sensor. There must be exactly one.
 const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 
+// The fault of a reading that comes late: it adds in proportion to the reading's rate.
+const EffectInfo& get_late_reading();
+
 // True if `name` is the report's name of the effect.
 bool is_effect(const std::string& name, EffectId id);
 

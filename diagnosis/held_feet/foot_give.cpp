@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kBlock = 0.1;       // [s] longer than what is left of a height stays alike
 constexpr double kZero = 0.02;       // [rad or m] standard deviation of an encoder's zero
-constexpr double kOutlier = 4.0;     // robust standard deviations: spikes of a distance sensor, a foot in the air
 constexpr int kParts = 4;            // of each recording, compared with the whole
 
 // Samples of a loaded foot. Columns of x: 1 for each recording, -F_z, dz/dq of every joint.

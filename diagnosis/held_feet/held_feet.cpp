@@ -6,11 +6,10 @@
 
 #include "common/effects/units.h"
 #include "diagnosis/data/noise.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/evidence/torque_report.h"
-#include "diagnosis/findings/families.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/held_feet/foot_give.h"
 
 namespace hrp::diagnosis::held_feet {

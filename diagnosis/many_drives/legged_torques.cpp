@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "diagnosis/data/csv.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/many_drives/grid_series.h"
 #include "diagnosis/measurement/floating/equations/residuals.h"
@@ -114,12 +114,10 @@ class ClipTorques {
       const BodySample smooth{logs_.smooth, logs_.smooth.clips[clip_], clip_, gridder_.find_sample(k), motion};
       tau->row(gridder_.begin() + k) = calc_residuals(at, none_, Vector3d::Zero()).load;
       for (int j = 0; j < logs_.raw.num_joints(); ++j) {
-        if (!is_joint_known(smooth, logs_.contacts, j)) (*tau)(gridder_.begin() + k, j) = kUnknown;
+        if (!is_joint_known(smooth, logs_.contacts, j)) (*tau)(gridder_.begin() + k, j) = kMissing;
       }
     }
   }
-
-  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
  private:
   const LeggedLogs& logs_;
@@ -139,7 +137,7 @@ TorqueData make_legged_torques(const LeggedLogs& logs) {
     return nothing;
   }
   return make_torque_data(e, [&](const TorqueRecording& grid, double cutoff) {
-    Eigen::MatrixXd tau = Eigen::MatrixXd::Constant(grid.q.rows(), grid.q.cols(), ClipTorques::kUnknown);
+    Eigen::MatrixXd tau = Eigen::MatrixXd::Constant(grid.q.rows(), grid.q.cols(), kMissing);
     for (size_t c = 0; c < logs.raw.clips.size(); ++c) {
       if (logs.raw.clips[c].recording == grid.index) ClipTorques(logs, c, grid, cutoff).fill(&tau);
     }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/effort_limits.h"
 
-#include <algorithm>
-
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
 

@@ -15,8 +15,7 @@ namespace {
 
 // |ln| of the largest ratio that is tried. Beyond it, angles of a joint that moves leave its limits (data/plausibility.h).
 constexpr double kLargest = 2.4;
-constexpr double kStep = kDetail;  // |ln| between ratios that are tried first
-constexpr int kHalvings = 8;       // of that step: to half a thousandth
+constexpr int kHalvings = 8;       // of the step between ratios that are tried first: to half a thousandth
 
 // Another ratio of one joint.
 struct Trial {
@@ -42,7 +41,7 @@ double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) 
 
 // Moves the ratio by ever smaller steps while less is left.
 double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
-  double least = calc_left(plant, rows, *t), step = kStep;
+  double least = calc_left(plant, rows, *t), step = kDetail;
   for (int i = 0; i < kHalvings; ++i) {
     step *= kHalf;
     for (double sign : {1.0, -1.0}) {
@@ -60,7 +59,7 @@ double find_best(const Plant& plant, const SampledMotion& rows, Trial* best) {
   const int joint = best->joint;
   Trial of[2];  // of the link, of the motor
   double least[2] = {HUGE_VAL, HUGE_VAL};
-  for (double log = -kLargest; log <= kLargest + kStep; log += kStep) {
+  for (double log = -kLargest; log <= kLargest + kDetail; log += kDetail) {
     const Eigen::MatrixXd tau = calc_torques(plant, rows, {joint, log, false});
     for (const int i : {0, 1}) {
       const Trial t{joint, log, i == 1};

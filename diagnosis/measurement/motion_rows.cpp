@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/estimate/rows_per_column.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/measurement/load_or_unit.h"
 
 namespace hrp::diagnosis {

@@ -24,7 +24,6 @@ constexpr long kOfMotor = 4;     // first columns of make_drive_columns: on the 
 constexpr long kUnknown = 1 + kOfMotor;  // the give, then the motor's coefficients
 constexpr int kSteps = 6;        // of Gauss and Newton
 constexpr double kStep = 1e-3;   // of the differences along a twist, relative to the joint's spread of motion
-constexpr double kSettled = 0.01;  // change of the give, relative, at which the steps end
 constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: the linear equations rank them well
 
 // One recording at the kept samples.
@@ -228,7 +227,7 @@ class Search {
         better = true, gear = next, pieces = std::move(at);
         break;
       }
-      if (!better || std::abs(x[0]) < kSettled * gear.give) break;
+      if (!better || std::abs(x[0]) < kTrace * gear.give) break;
     }
     if (!(gear.motor[0] >= 0.0)) return std::nullopt;
     // Errors of the effort are in the regressor, too. The regression the other way gives 1 / (1 - left) times the give; the

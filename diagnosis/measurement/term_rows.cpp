@@ -32,7 +32,6 @@ constexpr double kStribeckShares[] = {0.03, 0.06, 0.12, 0.25};
 // Yield angles [rad] by factors of kYieldStep up to a fifth of the joint's range; the uncertainty is half a step. Below
 // the smallest one, pre-sliding of dry friction looks the same.
 constexpr double kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYieldStd = 0.25;
-constexpr double kFast = 0.9;  // quantile of a joint's speeds
 // [s] Delays near which the torque is linearised. With r'' of 10 rad/s^2 and 200 N m/rad, the quadratic term of 12 ms
 // is 0.14 N m.
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
@@ -174,7 +173,7 @@ double find_fast_speed(const TorqueData& data, int joint) {
       if (r.use(k, joint)) speeds.push_back(std::abs(r.v(r.full_row(k), joint)));
     }
   }
-  return find_quantile(std::move(speeds), kFast);
+  return find_quantile(std::move(speeds), kNearlyAll);
 }
 
 std::vector<double> list_delays() { return {std::begin(kDelays), std::end(kDelays)}; }

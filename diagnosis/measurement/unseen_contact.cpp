@@ -11,10 +11,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of the weight up to which the robot flies: rails and cables rub with a tenth of it (odri_hopper: 1.1 to 2.4 of 21 N).
-constexpr double kFlies = kMinority;
-constexpr double kLeastFlight = kMinor;  // share of the samples in flight: less may be where a spring is at rest
-
 // Share of the weight on joint j that something outside carries, at the kept samples. Empty if gravity does not pull on the
 // joint, or pulls in turn to both sides.
 Eigen::VectorXd calc_carried(const TorqueWork& w, const TorqueRecording& r, long j) {
@@ -38,13 +34,15 @@ std::vector<Eigen::VectorXd> list_carried(const TorqueWork& w, int j) {
   return list;
 }
 
+// Up to a minority of its weight the robot flies: rails and cables rub with a tenth of it (odri_hopper: 1.1 to 2.4 of 21 N). A
+// minor share of samples in flight may be where a spring is at rest.
 bool is_ground(const std::vector<Eigen::VectorXd>& carried) {
   double n = 0.0, sum = 0.0, flies = 0.0, pulls = 0.0;
   for (const Eigen::VectorXd& c : carried) {
     n += static_cast<double>(c.size()), sum += c.sum();
-    flies += static_cast<double>((c.array().abs() < kFlies).count()), pulls += static_cast<double>((c.array() < -kFlies).count());
+    flies += static_cast<double>((c.array().abs() < kMinority).count()), pulls += static_cast<double>((c.array() < -kMinority).count());
   }
-  return sum > kHalf * n && flies > kLeastFlight * n && pulls < kMinor * n;
+  return sum > kHalf * n && flies > kMinor * n && pulls < kMinor * n;
 }
 
 // Clears the use of all joints within the filter's reach of ground. Returns the number of samples that are left.
@@ -54,7 +52,7 @@ double clear_ground(const Eigen::VectorXd& carried, double cutoff, TorqueRecordi
   double left = 0.0;
   for (long k = 0; k < carried.size(); ++k) {
     const long from = std::max(0L, k - reach), to = std::min(carried.size(), k + reach + 1);
-    const bool lands = (carried.segment(from, to - from).array() > kFlies).any();
+    const bool lands = (carried.segment(from, to - from).array() > kMinority).any();
     if (lands) r->use.row(k).setConstant(false);
     else left += 1.0;
   }

@@ -2,9 +2,7 @@
 #include "diagnosis/next/candidate.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "diagnosis/next/dot.h"
 #include "diagnosis/search/starts.h"
 
 namespace hrp::diagnosis {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <numeric>
 #include <vector>
 
 #include "diagnosis/next/explanations.h"
@@ -16,8 +17,12 @@ struct MotionCandidate {
   MotionPlan plan;
   Commands commands;
   std::vector<Comparison> comparisons;  // by explanation, the best one as truth; the first: its own information
+  std::string fault;                    // of the last size that was tried
   bool ok = false;
 };
+
+// Scalar product of two series of the same length.
+inline double dot(const std::vector<double>& a, const std::vector<double>& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
 
 // Fisher information of recordings about the parameters of an explanation, along the recorded paths.
 Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy);

@@ -44,9 +44,29 @@ Eigen::VectorXd calc_rate(const Eigen::VectorXd& y, double step) {
   return Eigen::Map<const Eigen::VectorXd>(rate.data(), y.size());
 }
 
+// What joints have been through in the recordings for training.
+Ranges list_seen(const Experiment& experiment) {
+  Ranges ranges(static_cast<size_t>(experiment.num_joints()), {1e300, -1e300});
+  for (const Recording& r : experiment.recordings) {
+    for (size_t j = 0; j < r.joints.size() && r.spec.train; ++j) widen(r.joints[j].signal[0], &ranges[j]);
+  }
+  return ranges;
+}
+
+double calc_range(const Ranges& ranges, int joint) {
+  const auto& [low, high] = ranges[static_cast<size_t>(joint)];
+  return std::max(0.0, high - low);
+}
+
 Eigen::VectorXd calc_std(const Eigen::MatrixXd& known) { return calc_expected_std(known, Eigen::VectorXd::Constant(known.rows(), kUnknown)); }
 
 }  // namespace
+
+void widen(const std::vector<double>& positions, std::pair<double, double>* range) {
+  for (double q : positions) {
+    if (std::isfinite(q)) range->first = std::min(range->first, q), range->second = std::max(range->second, q);
+  }
+}
 
 ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows)
     : e_(experiment), terms_(terms), rows_(rows), known_(rows.calc_known(terms.best)) {

@@ -2,14 +2,18 @@
 // Intervals to expect of the report's values after one more motion.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "diagnosis/evidence/torque_intervals.h"
 #include "diagnosis/next/propose.h"
-#include "diagnosis/next/ranges.h"
 #include "diagnosis/next/torque_rows.h"
 
 namespace hrp::diagnosis {
+
+// Lowest and highest position of each joint [rad or m].
+using Ranges = std::vector<std::pair<double, double>>;
+void widen(const std::vector<double>& positions, std::pair<double, double>* range);
 
 // What motions add to the recordings.
 struct Gained {

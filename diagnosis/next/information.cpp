@@ -8,9 +8,7 @@ namespace hrp::diagnosis {
 namespace {
 
 // Uncertainty of a predicted difference in its logarithm, about a factor of e: it depends on values that are not known
-// yet.
-constexpr double kForesight = 1.0;
-// It is averaged over: up to deviations beyond which one in 16000 lies, in steps that a normal distribution does not notice.
+// yet. It is averaged over: up to deviations beyond which one in 16000 lies, in steps that a normal distribution does not notice.
 constexpr double kDeviations = 4.0;
 constexpr int kSteps = 20;
 
@@ -34,7 +32,7 @@ double calc_decision_probability(double left, double needed, double discrepancy)
   double share = 0.0, total = 0.0;
   for (int i = -kSteps; i <= kSteps; ++i) {
     const double x = kDeviations * i / kSteps, weight = std::exp(-0.5 * x * x);
-    const double grown = left / (discrepancy * discrepancy) * std::exp(kForesight * x);
+    const double grown = left / (discrepancy * discrepancy) * std::exp(x);
     share += weight * calc_normal_share((grown - needed) / (2.0 * std::sqrt(grown))), total += weight;
   }
   return share / total;

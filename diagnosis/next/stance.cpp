@@ -8,8 +8,7 @@
 #include "common/base/parallel_for.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/next/dot.h"
-#include "diagnosis/next/information.h"
+#include "diagnosis/next/candidate.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
@@ -27,15 +26,10 @@ constexpr unsigned kSeeds = 2;
 using Readings = std::vector<double>;
 
 // A motion that is safe under every explanation, and its information.
-struct StanceCandidate {
-  MotionPlan plan;
-  Commands commands;
-  std::vector<StanceRun> runs;          // by explanation
-  std::vector<double> weights;          // of readings
-  std::vector<Readings> slopes;         // by value of the report's model
-  std::vector<Comparison> comparisons;  // against the first one as truth
-  std::string fault;                    // of the last size that was tried
-  bool ok = false;
+struct StanceCandidate : MotionCandidate {
+  std::vector<StanceRun> runs;   // by explanation
+  std::vector<double> weights;   // of readings
+  std::vector<Readings> slopes;  // by value of the report's model
 };
 
 class StanceProposer {
@@ -214,7 +208,7 @@ class StanceProposer {
     std::vector<ExpectedInterval> list;
     const long p = gained.rows();
     if (p == 0) return list;
-    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kUnknownStep));
+    const Eigen::VectorXd std = calc_expected_std(make_known(0) + gained, Eigen::VectorXd::Constant(p, 1.0 / kMinor));
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
       if (value.std > 0.0)

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/tree.h"
 #include "diagnosis/next/explanations.h"
@@ -52,9 +53,10 @@ double find_std(const Json& parameter) {
   return 0.5 * (parameter["ci95"][1].get<double>() - parameter["ci95"][0].get<double>()) / kNinetyFive;
 }
 
+// A value without an interval moves by a minor part of itself.
 double find_step(const Json& parameter) {
   const double value = get_number(parameter)->get<double>(), std = find_std(parameter);
-  return std > 0.0 ? std : kUnknownStep * std::abs(value);
+  return std > 0.0 ? std : kMinor * std::abs(value);
 }
 
 Json move(Json effects, size_t effect, const std::string& name, double by) {

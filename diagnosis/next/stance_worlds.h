@@ -11,8 +11,6 @@
 
 namespace hrp::diagnosis {
 
-constexpr double kUnknownStep = 0.05;  // relative step of a value without an interval
-
 // One value changed by its step.
 struct StanceMove {
   int shared = -1;    // index of the same move of the report's model, which stands for this one; -1: none

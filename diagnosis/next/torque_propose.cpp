@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
+#include "diagnosis/next/candidate.h"
 #include "diagnosis/next/expected_intervals.h"
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
@@ -26,14 +27,10 @@ constexpr size_t kMostCurves = 8;
 // Rise of chi2 at which the report no longer lists a rival (kOdds, in nats of likelihood).
 constexpr double kNeeded = 2.0 * kOdds;
 
-struct TorqueCandidate {
-  MotionPlan plan;
-  Commands commands;
-  std::vector<Comparison> comparisons;  // by question
-  Eigen::MatrixXd fisher;               // about the report's model
+// `comparisons`: by question; `fault`: of a larger size.
+struct TorqueCandidate : MotionCandidate {
+  Eigen::MatrixXd fisher;  // about the report's model
   std::vector<ConsideredSums> considered;
-  std::string fault;                    // of a larger size
-  bool ok = false;
 };
 
 // A motion with its columns.

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "common/base/join_words.h"
-#include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/findings/surest.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/model/nominal.h"
-#include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/report/effect_shares.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/outcome.h"
@@ -247,10 +247,7 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   for (const Trial& rival : outcome.indistinguishable) {
     for (const Effect& effect : rival.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
-      list.push_back({{"effect", get_effect(effect.id).name},
-                      {"where", make_where(*problem.experiment, effect)},
-                      {"why", why},
-                      {"motion_that_would_tell", kOtherMotion}});
+      list.push_back(make_untold(get_effect(effect.id).name, make_where(*problem.experiment, effect), why, kOtherMotion));
     }
   }
   return list;
@@ -329,10 +326,7 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   Reports reports;
   Json& r = reports.report;
   r["schema"] = 1;
-  r["verdict"] = !outcome.mismatch   ? "no_mismatch"
-                 : outcome.explained ? "explained"
-                 : outcome.partly    ? "partly_explained"
-                                     : "unexplained";
+  r["verdict"] = name_verdict(outcome.mismatch, outcome.explained, outcome.partly);
   r["mismatch"] = make_mismatch(start_as(problem, outcome.nominal), outcome);
   r["findings"] = make_findings(problem, outcome);
   r["unexplained"] = make_unexplained(problem, outcome);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/missing.h"
@@ -96,7 +97,6 @@ double calc_missed(const std::vector<MissingEffort>& recordings, int j) {
 
 // Joints to report, strongest first.
 std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, const Score& left) {
-  constexpr size_t kMost = 3;  // joints: a report says no more than people read
   std::vector<std::pair<double, int>> missed;
   for (int j : list_missed(left)) missed.push_back({calc_missed(recordings, j), j});
   if (missed.empty()) return {};
@@ -107,7 +107,7 @@ std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, con
   std::vector<int> joints;
   for (const auto& [square, j] : missed) {
     const bool speaks = square >= kAboveNoise * kAboveNoise && square >= kDetail * missed.front().first;
-    if (speaks && joints.size() < kMost) joints.push_back(j);
+    if (speaks && joints.size() < kMostInSentence) joints.push_back(j);
   }
   return joints;
 }

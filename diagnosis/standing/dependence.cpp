@@ -3,16 +3,15 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr size_t kFew = 12;         // fewest samples of a recording for a relation
-constexpr double kRuns = 0.02;      // [rad/s] speed at which friction certainly slips
 constexpr double kOwnMotion = 1.0;  // [Hz] a robot's own sway is slower
 
 // Quantities that the residual of a joint may depend on, or that of another channel (joint -1).
@@ -85,62 +84,60 @@ bool follows_time(const StandProblem& p, const Channel& channel, size_t index, c
   return !all.train.empty() && find_oscillation(all.train, all.test, kOwnMotion).share > kLargely;
 }
 
+namespace {
+
+using Row = Eigen::VectorXd;  // regressors, then what they are to explain
+
+// Calls visit(recording, sample, residuals by channel) for every sample.
+template <typename Visit>
+void for_each_sample(const StandProblem& p, const Evaluation& evaluation, const Visit& visit) {
+  for (size_t r = 0; r < evaluation.size(); ++r) {
+    const StandRecording& recording = p.recordings[r];
+    const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
+    for (size_t s = 0; s < recording.samples.size(); ++s) {
+      visit(recording, static_cast<size_t>(recording.samples[s]), &evaluation[r].residuals[s * channels]);
+    }
+  }
+}
+
+// Squares that these regressors leave.
+double calc_left(const std::vector<Row>& rows, const std::vector<long>& columns) {
+  Eigen::MatrixXd A(static_cast<long>(rows.size()), static_cast<long>(columns.size()));
+  Eigen::VectorXd y(A.rows());
+  for (long i = 0; i < A.rows(); ++i) {
+    const Row& row = rows[static_cast<size_t>(i)];
+    for (size_t c = 0; c < columns.size(); ++c) A(i, static_cast<long>(c)) = row(columns[c]);
+    y(i) = row(row.size() - 1);
+  }
+  return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
+}
+
+}  // namespace
+
 bool follows_joint(const StandProblem& p, const Channel& channel, size_t index, const Evaluation& evaluation,
                    int other) {
   const int own = p.tree.find_joint(channel.joint);
   if (own < 0 || own == other) return false;
-  std::vector<Eigen::Vector4d> rows;  // 1, own position, other's position, residual
-  for (size_t r = 0; r < evaluation.size(); ++r) {
-    const StandRecording& recording = p.recordings[r];
-    const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
-    for (size_t s = 0; s < recording.samples.size(); ++s) {
-      const auto k = static_cast<size_t>(recording.samples[s]);
-      rows.emplace_back(1, recording.position[static_cast<size_t>(own)].value[k],
-                        recording.position[static_cast<size_t>(other)].value[k],
-                        evaluation[r].residuals[s * channels + index]);
-    }
-  }
-  const auto left = [&](long columns) {
-    Eigen::MatrixXd A(static_cast<long>(rows.size()), columns);
-    Eigen::VectorXd y(A.rows());
-    for (long i = 0; i < A.rows(); ++i) {
-      A.row(i) = rows[static_cast<size_t>(i)].head(columns).transpose(), y(i) = rows[static_cast<size_t>(i)](3);
-    }
-    return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
-  };
-  return left(3) < 0.5 * left(2);
+  std::vector<Row> rows;  // 1, own position, other's position
+  for_each_sample(p, evaluation, [&](const StandRecording& recording, size_t k, const double* residuals) {
+    const auto get = [&](int joint) { return recording.position[static_cast<size_t>(joint)].value[k]; };
+    rows.push_back(Eigen::Vector4d(1, get(own), get(other), residuals[index]));
+  });
+  return calc_left(rows, {0, 1, 2}) < 0.5 * calc_left(rows, {0, 1});
 }
 
 double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, const SpringPair& pair) {
-  // Rows: both efforts. Columns: their means, one slope each, one slope of the sum, one of the difference, the
-  // residual.
-  std::vector<Eigen::Matrix<double, 7, 1>> rows;
-  for (size_t r = 0; r < evaluation.size(); ++r) {
-    const StandRecording& recording = p.recordings[r];
-    const size_t channels = evaluation[r].residuals.size() / recording.samples.size();
-    for (size_t s = 0; s < recording.samples.size(); ++s) {
-      const auto k = static_cast<size_t>(recording.samples[s]);
-      const auto get = [&](int i) { return recording.position[static_cast<size_t>(pair.joints[i])].value[k]; };
-      for (int i = 0; i < 2; ++i) {
-        const double q = get(i), other = get(1 - i), sign = i == 0 ? 1 : -1;
-        const double left = evaluation[r].residuals[s * channels + pair.channels[i]];
-        Eigen::Matrix<double, 7, 1> row;
-        row << (i == 0), (i == 1), (i == 0 ? q : 0), (i == 1 ? q : 0), q + other, sign * (get(0) - get(1)), left;
-        if (left != 0) rows.push_back(row / pair.noise[i]);
-      }
+  std::vector<Row> rows;  // of both efforts: their means, one slope each, one slope of the sum, one of the difference
+  for_each_sample(p, evaluation, [&](const StandRecording& recording, size_t k, const double* residuals) {
+    const auto get = [&](int i) { return recording.position[static_cast<size_t>(pair.joints[i])].value[k]; };
+    for (int i = 0; i < 2; ++i) {
+      const double q = get(i), other = get(1 - i), sign = i == 0 ? 1 : -1, left = residuals[pair.channels[i]];
+      Row row(7);
+      row << (i == 0), (i == 1), (i == 0 ? q : 0), (i == 1 ? q : 0), q + other, sign * (get(0) - get(1)), left;
+      if (left != 0) rows.push_back(row / pair.noise[i]);
     }
-  }
-  const auto left = [&](const std::vector<long>& columns) {
-    Eigen::MatrixXd A(static_cast<long>(rows.size()), static_cast<long>(columns.size()));
-    Eigen::VectorXd y(A.rows());
-    for (long i = 0; i < A.rows(); ++i) {
-      const auto& row = rows[static_cast<size_t>(i)];
-      for (size_t c = 0; c < columns.size(); ++c) A(i, static_cast<long>(c)) = row(columns[c]);
-      y(i) = row(6);
-    }
-    return (y - A * A.colPivHouseholderQr().solve(y)).squaredNorm();
-  };
-  const double one = std::min(left({0, 1, 4}), left({0, 1, 5})), two = left({0, 1, 2, 3});
+  });
+  const double one = std::min(calc_left(rows, {0, 1, 4}), calc_left(rows, {0, 1, 5})), two = calc_left(rows, {0, 1, 2, 3});
   return static_cast<double>(rows.size()) * std::log(one / std::max(1e-300, two));
 }
 
@@ -156,7 +153,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p,
     for (size_t s = 0; s < n; ++s) {
       const DriveState& state = evaluation[r].states[s * p.effort.size() + joint];
       const double left = evaluation[r].residuals[s * channels + channel], q = state.encoder;
-      if (left != 0 && std::abs(state.velocity) > kRuns) {
+      if (left != 0 && std::abs(state.velocity) > kSlips) {
         rows.emplace_back(1, q, q * q, state.velocity > 0 ? left : -left);
       }
     }

@@ -7,6 +7,7 @@
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/effect_rows.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/standing/layout.h"
 
 namespace hrp::diagnosis::standing {
@@ -262,7 +263,7 @@ StandRow make_com_error() {
 }
 
 StandRow make_force() {
-  StandRow row = make_row(EffectId::kExternalForce, {0, 0, 0}, {1, 1, 1});
+  StandRow row = make_row(get_effect_of(PlaceKind::kLink, EffectFamily::kZero).id, {0, 0, 0}, {1, 1, 1});
   row.all_count = true;
   // A random direction is vertical within an angle with a probability of half its square. A vertical force is therefore
   // more likely to be a weight.
@@ -331,9 +332,9 @@ std::vector<Start> list_at(size_t coefficient, const std::vector<double>& values
 }
 
 std::vector<StandRow> make_rows() {
-  StandRow viscous = make_drive_row(EffectId::kViscous, {0}, {0.1});
-  StandRow rotor = make_drive_row(EffectId::kRotorInertia, {0}, {0.01});
-  StandRow gain = make_drive_row(EffectId::kTorqueConstant, {1}, {0.01});
+  StandRow viscous = make_drive_row(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss).id, {0}, {0.1});
+  StandRow rotor = make_drive_row(get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).id, {0}, {0.01});
+  StandRow gain = make_drive_row(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).id, {1}, {0.01});
   StandRow late = make_drive_row(EffectId::kDelay, {0}, {1e-3}), lag = make_drive_row(EffectId::kLag, {0}, {1e-3});
   viscous.noisy = rotor.noisy = gain.noisy = lag.noisy = true;
   gain.positive = false, late.by_command = true, rotor.of_transmission = true;

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "diagnosis/model/most_play.h"
+#include "diagnosis/model/made.h"
 #include "diagnosis/standing/terms.h"
 
 namespace hrp::diagnosis::standing {

@@ -7,12 +7,12 @@
 
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kSure = 4;  // standard deviations of noise: none of some thousand samples exceeds it by chance
 constexpr int kRounds = 5;   // to find which samples are at an end of the gap
 constexpr double kRidge = 1e-6;
 
@@ -53,7 +53,7 @@ std::vector<double> find_slack(const StandProblem& problem, const std::vector<St
   for (size_t j = 0; j < joints; ++j) {
     std::vector<double> found;
     for (const StandBase& base : nominal) found.push_back(estimate_noise(list_torques(base, j, joints)));
-    out.push_back(kSure * find_median(std::move(found)));
+    out.push_back(kOutlier * find_median(std::move(found)));
   }
   return out;
 }

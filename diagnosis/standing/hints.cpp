@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr double kMostPeriods = 400;   // [1/rad] of sin(p q): 10 periods per motor turn behind a gear of 40
 constexpr size_t kStarts = 2;          // ripples per joint that are tried
-constexpr size_t kLeastSamples = 100;  // of a joint
 
 // A drive's effort residual with the smooth quantities that it may depend on.
 struct DriveRows {
@@ -42,7 +42,7 @@ DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t jo
     }
   }
   const auto n = static_cast<long>(rows.size());
-  if (rows.size() < kLeastSamples) return out;
+  if (rows.size() < kLeastServoSamples) return out;
   out.smooth.resize(n, 5), out.missing.resize(n);
   for (long i = 0; i < n; ++i) {
     const auto& [q, v, a, e] = rows[static_cast<size_t>(i)];

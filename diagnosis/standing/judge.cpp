@@ -8,6 +8,7 @@
 #include "common/spatial/gravity.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit.h"
 
@@ -18,10 +19,7 @@ constexpr double kFew = 8;  // samples of noise that are added to each rms
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
 // Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
 constexpr double kLeadingOrder = 2;
-// Limit on a sum of products over the root of their summed squares. Products of two independent errors have either
-// sign, so the probability to exceed it is below 2 exp(-5^2 / 2). With two lags in 80 equations, this is one robot of a
-// thousand.
-constexpr double kNoChance = 5;
+// Of a sum of products over the root of their summed squares: with two lags in 80 equations, kNoChance is one robot of a thousand.
 // Lags [windows]. Windows two apart do not overlap, and sensor filters forget within that time, while motion does not.
 // An oscillation with a quarter period at one lag appears at the other.
 constexpr size_t kLater[] = {2, 3};

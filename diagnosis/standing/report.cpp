@@ -5,6 +5,7 @@
 #include "common/base/has.h"
 #include "common/base/rounding.h"
 #include "diagnosis/report/effect_shares.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"
 
@@ -244,60 +245,42 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
                    [](const Json& a, const Json& b) { return a["score"].get<double>() > b["score"].get<double>(); });
 }
 
+const char* const kOtherSign = "loads on the joint that change their sign";
+
 void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
   for (const Effect& e : o.chosen.hypothesis) {
     if (!is_foot(e)) continue;
-    out->push_back({{"effect", "foot_compliance.cz"},
-                    {"why", "a standing robot hardly moves up and down on its soles"},
-                    {"motion_that_would_tell", "short vertical bounces above 5 Hz"}});
+    out->push_back(make_untold("foot_compliance.cz", nullptr, "a standing robot hardly moves up and down on its soles", "short vertical bounces above 5 Hz"));
   }
   for (const Effect& e : o.chosen.hypothesis) {
     if (!get_row(e).loose || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
-    out->push_back({{"effect", "backlash.gap"},
-                    {"where", {{kind, name}}},
-                    {"why", "no torque held the teeth on both sides: the gap is at least as wide as what was seen"},
-                    {"motion_that_would_tell", "loads on the joint that change their sign"}});
+    out->push_back(make_untold("backlash.gap", {{kind, name}}, "no torque held the teeth on both sides: the gap is at least as wide as what was seen",
+                               kOtherSign));
   }
   for (size_t i = 0; i < o.indistinguishable.size(); ++i) {
     for (const Effect& e : o.indistinguishable[i]) {
       const auto [kind, name] = find_place(p, e);
       if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
-        out->push_back({{"effect", get_effect(e.id).name},
-                        {"where", {{kind, name}}},
-                        {"why", "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
-                                    " rad apart would look like the offset"},
-                        {"motion_that_would_tell", "loads on the joint that change their sign"}});
+        out->push_back(make_untold(get_effect(e.id).name, {{kind, name}}, "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
+                                   " rad apart would look like the offset", kOtherSign));
         continue;
       }
-      out->push_back({{"effect", get_effect(e.id).name},
-                      {"where", {{kind, name}}},
-                      {"why", "explains the held-out recordings about as well as what is reported"},
-                      {"motion_that_would_tell", "wider and faster sweeps of the joints and of the trunk's lean"}});
+      out->push_back(make_untold(get_effect(e.id).name, {{kind, name}}, "explains the held-out recordings about as well as what is reported",
+                                 "wider and faster sweeps of the joints and of the trunk's lean"));
     }
   }
-  out->push_back({{"effect", "restitution"},
-                  {"where", {{"ground", "ground"}}},
-                  {"why", "feet that stay on the ground do not bounce"},
-                  {"motion_that_would_tell", "hops that land flat"}});
+  out->push_back(make_untold("restitution", {{"ground", "ground"}}, "feet that stay on the ground do not bounce", "hops that land flat"));
   const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
   if (any_effort) return;
-  out->push_back({{"effect", "torque_saturation"},
-                  {"why", "no effort was recorded; the servo law stands in for it"},
-                  {"motion_that_would_tell", "any, with the drives' efforts recorded"}});
-}
-
-std::string find_verdict(const StandOutcome& o) {
-  if (!o.mismatch) return "no_mismatch";
-  if (o.explained) return "explained";
-  return o.chosen.hypothesis.empty() ? "unexplained" : "partly_explained";
+  out->push_back(make_untold("torque_saturation", nullptr, "no effort was recorded; the servo law stands in for it", "any, with the drives' efforts recorded"));
 }
 
 }  // namespace
 
 Json make_stand_report(const StandProblem& p, const StandOutcome& o) {
   Json out{{"schema", 1},
-           {"verdict", find_verdict(o)},
+           {"verdict", name_verdict(o.mismatch, o.explained, !o.chosen.hypothesis.empty())},
            {"mismatch", Json::array()},
            {"findings", Json::array()},
            {"unexplained", Json::array()},

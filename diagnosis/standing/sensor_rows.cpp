@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
+#include "diagnosis/findings/families.h"
 #include "diagnosis/standing/effect_rows.h"
-#include "diagnosis/standing/layout.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -43,8 +43,8 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
                         {Reading::kEffort, 1, 0.1, kScale},          {Reading::kVelocity, 1, 1e-3, kScale},
                         {Reading::kPosition, 1, 1e-3, 1e-3}};
   for (const Size& s : sizes) {
-    rows->push_back(make_sensor_row(EffectId::kSensorBias, s.reading, std::vector<double>(s.axes, 0), s.bias));
-    rows->push_back(make_sensor_row(EffectId::kSensorScale, s.reading, {1}, s.scale));
+    rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id, s.reading, std::vector<double>(s.axes, 0), s.bias));
+    rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, s.reading, {1}, s.scale));
     rows->back().noisy = s.reading != Reading::kPosition;  // positions have too little noise to matter
   }
   const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};
@@ -54,10 +54,10 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
   for (const auto* group : {&of_joint, &of_wrench, &of_imu}) {
     const bool one = group == &of_joint;
     for (Reading reading : *group) {
-      rows->push_back(make_sensor_row(EffectId::kSensorDelay, reading, {0}, 1e-2));
+      rows->push_back(make_sensor_row(get_late_reading().id, reading, {0}, 1e-2));
       rows->back().positive = true, rows->back().refined = one ? 0 : 2;
       if (one) rows->back().is_sensible = &is_late;
-      if (!one) rows->push_back(make_sensor_row(EffectId::kSensorMisalignment, reading, {0, 0, 0}, 1e-3));
+      if (!one) rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, reading, {0, 0, 0}, 1e-3));
     }
     if (one) continue;
     rows->push_back(make_sensor_row(EffectId::kClockSkew, group->front(), {0}, 3e-3));

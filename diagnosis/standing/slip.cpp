@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {
@@ -12,7 +13,6 @@ namespace {
 
 constexpr double kSlide = 0.01;  // [m/s] a faster foot slides
 constexpr double kMoved = 8;     // times the motion of the quietest quarter of samples: not encoder noise
-constexpr size_t kEnough = 20;   // samples
 
 // Distance [m] that the feet moved relative to each other since the previous sample; -1 unless both stand flat.
 std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
@@ -53,7 +53,7 @@ double find_rest(const std::vector<std::vector<double>>& slides) {
   for (const std::vector<double>& one : slides) {
     std::vector<double> sorted;
     std::copy_if(one.begin(), one.end(), std::back_inserter(sorted), [](double s) { return s >= 0; });
-    if (sorted.size() < kEnough) continue;
+    if (sorted.size() < kFewestToTell) continue;
     std::sort(sorted.begin(), sorted.end());
     rest = std::min(rest, sorted[sorted.size() / 4]);
   }
@@ -82,7 +82,7 @@ bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread)
   }
   // Uses the densest half. A foot that turns while it slides, or is about to stop, shows less than the full friction.
   const size_t n = slipping.size(), half = n / 2;
-  if (n < kEnough) return false;
+  if (n < kFewestToTell) return false;
   std::sort(slipping.begin(), slipping.end());
   size_t best = 0;
   for (size_t i = 0; i + half < n; ++i) {

@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "common/effects/effect_target.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/toss/model.h"
 
 namespace hrp::diagnosis::toss {
@@ -84,7 +85,7 @@ TossRow make_payload() {
 }
 
 TossRow make_inertia() {
-  TossRow row = make_row(EffectId::kInertiaError, kBody, {0, 1, 0.01, 0.1, 10});
+  TossRow row = make_row(get_effect_of(PlaceKind::kLink, EffectFamily::kReflectedInertia).id, kBody, {0, 1, 0.01, 0.1, 10});
   row.refused = "only impacts speak of it, and their law is not known well enough";
   row.get_measured = [](const TossProblem& problem) { return problem.inertia; };
   // Another inertia may lead to other contacts in a window, so a small step may show nothing.
@@ -97,7 +98,7 @@ TossRow make_inertia() {
 }
 
 TossRow make_height() {
-  TossRow row = make_row(EffectId::kSensorBias, kPosition, {2, 1, 1e-4, -1, 1});
+  TossRow row = make_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id, kPosition, {2, 1, 1e-4, -1, 1});
   row.unit = "m";
   row.get_measured = [](const TossProblem& problem) { return problem.rest_height; };
   return row;
@@ -105,7 +106,7 @@ TossRow make_height() {
 
 // Positions with a scale that is too large, or a slow clock, make the body seem to fall faster.
 TossRow make_scale() {
-  TossRow row = make_flying(EffectId::kSensorScale, kPosition, {0, 1, 1e-3, 0.5, 2});
+  TossRow row = make_flying(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, kPosition, {0, 1, 1e-3, 0.5, 2});
   row.get_measured = [](const TossProblem& problem) { return problem.fall; };
   return row;
 }
@@ -131,9 +132,9 @@ std::vector<TossRow> make_rows() {
           make_inertia(),
           make_height(),
           make_scale(),
-          make_row(EffectId::kSensorMisalignment, kAttitude, {0, 3, 1e-3, -1, 1}),
+          make_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, kAttitude, {0, 3, 1e-3, -1, 1}),
           // relative to positions, so it may be negative
-          make_flying(EffectId::kSensorDelay, kAttitude, {0, 1, 2e-4, -0.1, 0.1}),
+          make_flying(get_late_reading().id, kAttitude, {0, 1, 2e-4, -0.1, 0.1}),
           make_skew(),
           make_flying(EffectId::kAirDrag, kBody, {0, 1, 0.01, -10, 10})};
 }

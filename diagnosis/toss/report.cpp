@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/finding.h"
-#include "diagnosis/report/json.h"
+#include "diagnosis/report/finding_head.h"
 #include "diagnosis/toss/search.h"
 
 namespace hrp::diagnosis::toss {
@@ -42,20 +40,8 @@ Json make_parameters(const Effect& effect, const std::vector<double>& std) {
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const EffectParameter& parameter = *row.parameters[i].info;
     const std::string unit = get_unit(row, i);
-    const double v = effect.p[i], s = std[i];
-    if (is_scalar(row, i)) {
-      out[parameter.name] = make_value(v, s, unit);
-      continue;
-    }
-    Json& vector = out[parameter.name];
-    if (vector.is_null()) {
-      vector = {{"value", {0.0, 0.0, 0.0}},
-                {"std", {0.0, 0.0, 0.0}},
-                {"ci95", {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}}},
-                {"unit", unit}};
-    }
-    const auto axis = static_cast<size_t>(parameter.axis);
-    vector["value"][axis] = v, vector["std"][axis] = s, vector["ci95"][axis] = {v - kNinetyFive * s, v + kNinetyFive * s};
+    if (is_scalar(row, i)) out[parameter.name] = make_value(effect.p[i], std[i], unit);
+    else if (parameter.axis == 0) out[parameter.name] = make_vector({&effect.p[i], &effect.p[i] + 3}, {&std[i], &std[i] + 3}, unit);
   }
   return out;
 }
@@ -169,11 +155,8 @@ Json make_doubted(const TossProblem& problem, const TossTrial& trial) {
                               std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
   finding["grade"] = get_grade_name(Grade::kAmbiguous);
   const EffectInfo& law = get_effect(EffectId::kRestitution);
-  finding["alternatives"] = {{{"effect", law.name},
-                              {"family", get_family_name(law.family)},
-                              {"where", make_where(problem, law.id)},
-                              {"parameters", Json::object()},
-                              {"motion_that_would_tell", "the body swung as a pendulum, or turned by a known torque"}}};
+  finding["alternatives"] = Json::array({make_alternative(law, make_where(problem, law.id), Json::object())});
+  finding["alternatives"][0]["motion_that_would_tell"] = "the body swung as a pendulum, or turned by a known torque";
   return finding;
 }
 
@@ -232,16 +215,13 @@ Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, co
 
 Json make_not_identifiable(const TossProblem& problem) {
   Json list = Json::array();
-  list.push_back({{"effect", "mass_error"},
-                  {"why",
-                   "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a "
-                   "factor in mass and "
-                   "inertia moves alike."},
-                  {"motion_that_would_tell", "a push of known force, a spring, or a toss onto a force plate"}});
+  list.push_back(make_untold("mass_error", nullptr,
+                             "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a "
+                             "factor in mass and inertia moves alike.",
+                             "a push of known force, a spring, or a toss onto a force plate"));
   if (!problem.has_linear && !problem.has_angular) {
-    list.push_back({{"effect", "sensor_delay"},
-                    {"why", "Without a second, independent sensor a delay of all poses only shifts time."},
-                    {"motion_that_would_tell", "any toss with an inertial sensor on the body"}});
+    list.push_back(make_untold("sensor_delay", nullptr, "Without a second, independent sensor a delay of all poses only shifts time.",
+                               "any toss with an inertial sensor on the body"));
   }
   return list;
 }
@@ -281,10 +261,7 @@ Json make_trace(const Toss& t, const std::vector<double>& before, const std::vec
 Json make_toss_report(const TossProblem& problem, const TossOutcome& outcome) {
   const Left before = calc_left(problem, outcome.nominal), after = calc_left(problem, outcome.chosen);
   Json report{{"schema", 1}};
-  report["verdict"] = !outcome.mismatch   ? "no_mismatch"
-                      : outcome.explained ? "explained"
-                      : outcome.partly    ? "partly_explained"
-                                          : "unexplained";
+  report["verdict"] = name_verdict(outcome.mismatch, outcome.explained, outcome.partly);
   report["mismatch"] = make_mismatch(problem, outcome, before);
   report["findings"] = make_findings(problem, outcome);
   if (outcome.partly && report["findings"].empty()) report["verdict"] = "unexplained";

@@ -30,7 +30,6 @@ struct TossOutcome {
   std::vector<TossTrial> doubted;  // each fitted beside the chosen effects
   std::map<EffectId, double> shares;  // of the nominal cost, by effect, in the order of adding
   bool mismatch = false, explained = false, partly = false;
-  double flight = 0.0;  // final score of windows without contact
 };
 
 using TossProgress = std::function<void(const std::string&)>;

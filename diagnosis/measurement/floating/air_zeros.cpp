@@ -6,6 +6,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -16,7 +17,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kFewestSwings = 3;  // they have to agree
 constexpr size_t kFewestSamples = 5;
 
 double get_sign(const ForceSensor& s) { return std::copysign(1.0, s.X_LS.R(2, 2)); }
@@ -35,7 +35,7 @@ class ZeroFinder {
       const std::vector<double> swings = list_swings(s);
       const Consensus k = find_consensus(swings, known);
       const double std = k.kept > 1 ? k.std * find_widening(k.kept) : 1e9;
-      if (k.kept < kFewestSwings || std::abs(k.mean) < std::max(known, kUnlikely * std)) continue;
+      if (k.kept < kFewestToAgree || std::abs(k.mean) < std::max(known, kUnlikely * std)) continue;
       out.push_back({s, k.kept, get_sign(log_.sensors[s]) * k.mean, std});
     }
     return out;

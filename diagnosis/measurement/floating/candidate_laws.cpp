@@ -2,16 +2,16 @@
 #include "diagnosis/measurement/floating/candidate_laws.h"
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/floating/law_values.h"
 #include "diagnosis/measurement/floating/least_squares.h"
-#include "diagnosis/model/most_play.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
-constexpr double kLatest = 0.2;                     // [s] up to which delays are linear in their columns
 // Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most of the
 // effort, that share of the effort predicts it, whatever its law.
 constexpr double kSelfLocking = 0.5;
@@ -63,18 +63,20 @@ void add_joint_laws(LawTable* t) {
   t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kMostPlay;
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->elasticity.is_sensible = &is_stiff_enough;
-  t->viscous = make_positive(EffectId::kViscous), t->coulomb = make_positive(EffectId::kCoulomb);
-  t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kSelfLocking, t->rotor_inertia = make_positive(EffectId::kRotorInertia);
-  t->torque_constant = make_scale(EffectId::kTorqueConstant, kKnown);
+  t->viscous = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss).id), t->coulomb = make_positive(EffectId::kCoulomb);
+  t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kSelfLocking;
+  t->rotor_inertia = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).id);
+  t->torque_constant = make_scale(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).id, kKnown);
   t->spring = make_positive(EffectId::kSpring), t->spring.make_estimates = &make_spring, t->spring.worth = kKnown;
   t->lag = make_late(EffectId::kLag), t->delay = make_late(EffectId::kDelay);
 }
 
 void add_sensor_laws(LawTable* t) {
-  t->sensor_bias = make_plain_law(EffectId::kSensorBias), t->sensor_bias.vector = true;
-  t->sensor_scale = make_scale(EffectId::kSensorScale, kExactShare);
-  t->sensor_delay = make_late(EffectId::kSensorDelay);
-  t->sensor_misalignment = make_angle(EffectId::kSensorMisalignment), t->sensor_misalignment.linearized = true;
+  t->sensor_bias = make_plain_law(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id), t->sensor_bias.vector = true;
+  t->sensor_scale = make_scale(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, kExactShare);
+  t->sensor_delay = make_late(get_late_reading().id);
+  t->sensor_misalignment = make_angle(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id);
+  t->sensor_misalignment.linearized = true;
 }
 
 void add_ground_laws(LawTable* t) {

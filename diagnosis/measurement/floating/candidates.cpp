@@ -2,23 +2,21 @@
 #include "diagnosis/measurement/floating/candidates.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/least_squares.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kMounting = 0.01;  // [rad] to which force sensors are screwed on
 constexpr double kThick = 0.03;     // [m] of housings about joints, at least
 // A sole that gives, or a joint of a leg: what it does at most under half of the robot's weight, pressed at the sole's edge.
 constexpr double kMostTilt = 0.5;   // [rad]
 constexpr double kMostSink = 0.05;  // [m]
-constexpr double kMostLag = 0.2;    // [s] damping over stiffness
 
 // Coefficients that multiply one column each.
 std::vector<Terms> list_columns(int first, int count) {
@@ -151,7 +149,7 @@ class Lister {
     if (sensor.has_force()) {
       add(laws_.sensor_bias, force, s, list_axes(at_.sensor(s, kForceBiasColumn))).unit = "N";
       Candidate& turn = add(laws_.sensor_misalignment, both, s, list_axes(at_.sensor(s, kWrenchTurnColumn)));
-      turn.least = turn.known = kMounting;
+      turn.least = turn.known = kMountingError;
     } else if (sensor.axis[2]) {
       add(laws_.sensor_bias, force, s, {{{at_.sensor(s, kForceBiasColumn + 2), 1.0}}}).unit = "N";
     }
@@ -236,12 +234,12 @@ class Lister {
     const double force = find_half_weight();
     const auto put = [&](int give, int damp, int shift, double lever) {
       const double most = find_most_turn(lever);
-      out[static_cast<size_t>(give)] = most, out[static_cast<size_t>(damp)] = kMostLag;
+      out[static_cast<size_t>(give)] = most, out[static_cast<size_t>(damp)] = kLatest;
       out[static_cast<size_t>(shift)] = out[static_cast<size_t>(shift) + 1] = most * lever;
     };
     put(kRollGiveColumn, kRollDampColumn, kRollShiftColumn, 0.5 * foot.size.y());
     put(kPitchGiveColumn, kPitchDampColumn, kPitchShiftColumn, 0.5 * foot.size.x());
-    out[kSinkColumn] = kMostSink / force, out[kSinkDampColumn] = kMostLag * kMostSink / force;
+    out[kSinkColumn] = kMostSink / force, out[kSinkDampColumn] = kLatest * kMostSink / force;
     return out;
   }
 

@@ -10,6 +10,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -30,7 +31,6 @@ constexpr double kSlip = 0.02;       // [m/s] a foot that is faster slides
 constexpr double kSettled = 0.1;     // [s] after landing and before lifting, in which feet scrape
 constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
 constexpr double kFalling = 1.0;     // [s] that it has been falling by then
-constexpr size_t kSlips = 20;        // samples of feet that slide, at least
 
 class Checker {
  public:
@@ -302,7 +302,7 @@ std::pair<double, double> find_sliding_friction(const std::vector<Slide>& slides
     if (s.against > kNearlyAll) ratios.push_back(s.ratio);
   }
   // Within 45 degrees of the way back, in half of all samples.
-  if (ratios.size() < kSlips || find_median(std::move(against)) < kLargely) return {0, 0};
+  if (ratios.size() < kFewestToTell || find_median(std::move(against)) < kLargely) return {0, 0};
   return {find_quantile(ratios, 0.5), 0.5 * (find_quantile(ratios, 0.75) - find_quantile(ratios, 0.25))};
 }
 

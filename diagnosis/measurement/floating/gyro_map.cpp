@@ -13,12 +13,12 @@
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr int kRounds = 12;          // of Gauss-Newton
-constexpr double kReach = 1.0;       // of the logarithm of a scale: more is a unit, which has been looked for
 constexpr double kLikelyTurn = 0.5;  // [rad] deviation of turns: larger ones are conventions, which have been looked for
 
 constexpr long kScale = 0, kTurn = 1, kZero = 4, kCount = 7;  // coefficients
@@ -108,7 +108,7 @@ Information sum_squares(const std::vector<RateMoment>& moments, const std::vecto
 }
 
 void step(const Coefficients& x, const Freedom& free, Map* map) {
-  if (free.scale) map->factor = std::clamp(map->factor + x(kScale), -kReach, kReach);
+  if (free.scale) map->factor = std::clamp(map->factor + x(kScale), -kFactor, kFactor);
   if (free.turn) map->R = make_turn(Vector3d(x.segment<3>(kTurn))).toRotationMatrix() * map->R;
   map->zero += x.tail<3>();
 }
@@ -179,7 +179,7 @@ bool is_same(const std::vector<MapFit>& each, double whole, const Value& find) {
 
 void judge_turn(const std::vector<MapFit>& each, GyroMap* out) {
   const double size = out->turn.norm();
-  if (size < kScrewed) return;
+  if (size < kMountingError) return;
   const Vector3d along = out->turn / size;
   const double square = out->turn.dot(out->turn_covariance.ldlt().solve(out->turn));
   out->may_be_turned = square > kSignificantVector * kSignificantVector && is_same(each, size, [&](const MapFit& own) {

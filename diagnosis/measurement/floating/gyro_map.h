@@ -8,8 +8,6 @@
 
 namespace hrp::diagnosis::floating {
 
-constexpr double kScrewed = 0.01;  // [rad] to which IMUs are screwed on
-
 // What somebody says of the sensor's true rate w [rad/s], in the sensor's axes by the model: A w = turn.
 struct RateToldBy {
   Matrix3d A;

@@ -9,6 +9,7 @@
 #include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -46,7 +47,7 @@ class ImuChecker {
       for (const auto& [r, y] : split_by_recording(c)) {
         double sum = 0;
         for (double v : y) sum += v;
-        if (y.size() >= kQuietRows) out.push_back(1 + sum / static_cast<double>(y.size()) / g);
+        if (y.size() >= kFewestToTell) out.push_back(1 + sum / static_cast<double>(y.size()) / g);
       }
     }
     return out;
@@ -110,7 +111,7 @@ class ImuChecker {
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
       const Equation& e = c.info.equation;
       const bool dynamic = e.is_balance() || e.is(EquationKind::kAccelerometer) || (e.is(EquationKind::kWeight) && !out_.raw_counts);
-      return dynamic && c.rows() > kQuietRows && has(c.columns, column);
+      return dynamic && c.rows() > kFewestToTell && has(c.columns, column);
     });
   }
 
@@ -170,7 +171,7 @@ class ImuChecker {
     for (const ChannelRows& c : channels_) {
       if (c.info.signal != signal || !(c.info.equation == equation)) continue;
       for (const auto& [r, y] : split_stands(c)) {
-        if (y.size() >= kQuietRows) out.push_back(find_median(y));
+        if (y.size() >= kFewestToTell) out.push_back(find_median(y));
       }
     }
     return out;
@@ -192,7 +193,7 @@ class ImuChecker {
   }
 
   void check_gyro(const ChannelRows& c) {
-    if (!c.info.equation.is_gyroscope() || c.rows() < kQuietRows || c.scale <= 0) return;
+    if (!c.info.equation.is_gyroscope() || c.rows() < kFewestToTell || c.scale <= 0) return;
     double sum = 0;
     for (double y : c.y) sum += y * y;
     const double left = std::sqrt(sum / static_cast<double>(c.rows())) / c.scale;

@@ -11,12 +11,12 @@
 #include "common/spatial/rpy.h"
 #include "common/spatial/turn.h"
 #include "diagnosis/estimate/blocks.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/flat_feet.h"
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 #include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -130,13 +130,13 @@ bool find_fault(const LeggedLog& log, size_t imu, ImuFault* out) {
 
 // What is smaller than mountings are known is taken as none: gravity over it would be a zero of the accelerometer.
 Vector3d keep_mounted(Vector3d turn) {
-  for (double& angle : turn) angle = std::abs(angle) < kScrewed ? 0.0 : angle;
+  for (double& angle : turn) angle = std::abs(angle) < kMountingError ? 0.0 : angle;
   return turn;
 }
 
 std::vector<Estimate> make_turn_value(const GyroMap& map) {
   const Vector3d rpy = calc_rpy(make_turn(map.turn).toRotationMatrix());
-  const auto std = [&](int a) { return std::hypot(std::sqrt(map.turn_covariance(a, a)), kScrewed / kNinetyFive); };
+  const auto std = [&](int a) { return std::hypot(std::sqrt(map.turn_covariance(a, a)), kMountingError / kNinetyFive); };
   return {{"rpy", "rad", {rpy.x(), rpy.y(), rpy.z()}, {std(0), std(1), std(2)}, true}};
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
@@ -12,9 +13,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSwing = 0.25;      // [s] in the air before a landing, as scripts/diagnosis/walk_figures.py has it
-constexpr double kImpact = 0.25;     // [s] after it
-constexpr size_t kFewestLandings = 3;
+constexpr double kAround = 0.25;     // [s] in the air before a landing, and after it, as scripts/diagnosis/walk_figures.py has it
 constexpr double kRougher = 1.5;     // times what is left otherwise: then landings stand out
 
 struct Landing {
@@ -27,7 +26,7 @@ std::vector<Landing> list_landings(const LeggedLog& log, const Contacts& contact
   std::vector<Landing> out;
   for (const Contact& spell : contacts.spells) {
     const Clip& clip = log.clips[spell.clip];
-    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kSwing || spell.end >= clip.size()) continue;
+    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kAround || spell.end >= clip.size()) continue;
     out.push_back({static_cast<int>(clip.recording), clip.time[spell.end]});
   }
   return out;
@@ -44,7 +43,7 @@ LandingRows split_landings(const ChannelRows& c, const std::vector<Landing>& lan
   for (const Landing& l : landings) {
     double most = -1e300, least = 1e300;
     for (size_t i = 0; i < c.rows(); ++i) {
-      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kImpact) continue;
+      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kAround) continue;
       lands[i] = 1, most = std::max(most, c.y[i]), least = std::min(least, c.y[i]);
     }
     if (most > -1e300) out.most.push_back(most), out.least.push_back(least);
@@ -68,7 +67,7 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   const ChannelRows* c = find_weight_equation(channels);
   if (!c || !contacts.walks || out->raw_counts) return;
   const LandingRows rows = split_landings(*c, list_landings(log, contacts));
-  if (rows.most.size() < kFewestLandings || rows.calm.empty()) return;
+  if (rows.most.size() < kFewestToAgree || rows.calm.empty()) return;
   const double weight = log.mass * log.experiment->scenario.gravity_W.norm(), middle = find_median(rows.calm);
   const double calm = calc_spread(rows.calm), landing = calc_spread(rows.landing);
   const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);

@@ -7,6 +7,8 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/correct_log.h"
@@ -19,13 +21,11 @@ namespace {
 
 constexpr double kBefore = 0.1, kAfter = 0.2;  // [s] of a window, before and after the first force
 constexpr size_t kFewestFlat = 6;              // samples of a landing that tells anything
-constexpr size_t kFewestLandings = 6;
 constexpr double kFirstLags[] = {1e-3, 2e-3, 4e-3, 8e-3, 16e-3};  // [s] of all soles, where a fit starts from
 constexpr double kLeastLag = 2e-4, kMostLag = 0.05;               // [s] that a fit may reach
 constexpr double kChange = 1.5;                // factor of a lag in a round, at most: far off, columns are no tangents
 constexpr double kDifference = 1e-4;           // [s] for the derivative by a lag
 constexpr int kFirstRounds = 3, kRounds = 30;
-constexpr double kTold = 5;                    // deviations of a give from none
 
 // Columns by give and lag of each foot, at a hypothesis [give, lag] by foot; the mean over flat samples is taken out, since
 // how high the ground is under each foot is not known.
@@ -78,7 +78,7 @@ class LandingFitter {
 
   std::vector<SoleLaw> run() {
     std::vector<SoleLaw> out(soft_.size());
-    if (landings_.size() < kFewestLandings) return out;
+    if (landings_.size() < kFewestBlocks) return out;
     start();
     for (int round = 0; round < kRounds; ++round) step(true);
     const Eigen::MatrixXd covariance = calc_covariance();
@@ -154,7 +154,7 @@ class LandingFitter {
 
   SoleLaw make_law(size_t foot, const Eigen::Matrix2d& covariance) const {
     const double give = law_(static_cast<long>(2 * foot)), lag = law_(static_cast<long>(2 * foot + 1));
-    if (!covariance.allFinite() || give < kTold * std::sqrt(covariance(0, 0))) return {};
+    if (!covariance.allFinite() || give < kNoChance * std::sqrt(covariance(0, 0))) return {};
     const Eigen::Vector2d slope(-lag / (give * give), 1 / give);  // of cz = lag / give
     SoleLaw law{1 / give, std::sqrt(covariance(0, 0)) / (give * give), lag / give, std::sqrt(slope.dot(covariance * slope)), 0};
     law.landings = static_cast<size_t>(std::count_if(landings_.begin(), landings_.end(), [&](const Landing& l) { return l.foot == foot || l.other == foot; }));

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -22,7 +23,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kFewestRows = 30;  // of the weight's equation: fewer follow a delay by chance
 constexpr double kFarthest = 1.5;   // [s] by which one foot's force is looked for on either side: two steps
 constexpr double kScanStep = 0.01;  // [s]
 constexpr double kLinear = 0.1;     // [s] a delay beyond is no slope of a force that comes and goes within a step
@@ -176,7 +176,7 @@ LateFoot find_far_foot(const LeggedLog& log) {
 
 LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
   const ChannelRows* c = find_weight_equation(channels);
-  if (!c || !has_two(log) || c->rows() < kFewestRows) return {};
+  if (!c || !has_two(log) || c->rows() < kFewestOfItsOwn) return {};
   std::vector<Transfer> rows = list_transfers(*c, layout);
   if (rows.empty()) return {};
   if (const LateFoot far = find_far_foot(log); far.sensor >= 0) return far;

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/normal_equations.h"
 
@@ -16,7 +17,6 @@ namespace {
 constexpr int kLags = 25;         // rows, the most that errors remember
 constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
 constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
-constexpr double kOddNoise = 4;   // deviations by which halves of a row may differ: beyond is an impact, not noise
 
 // [the unit] What gyroscopes and encoders leave whatever is fitted, or else accelerometers, force sensors and models.
 double find_least(const std::string& unit) { return unit == "rad" || unit == "m" || unit == "rad/s" ? 1e-4 : 1e-3; }
@@ -110,7 +110,7 @@ void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
   const std::vector<double>& noise = channels()[c].noise_y;
   std::vector<double> squares;
   for (size_t i : bin) squares.push_back(noise[i] * noise[i]);
-  const double most = kOddNoise * kOddNoise * std::max(floor_[c], find_median(std::move(squares)) / kMedianOfSquare);
+  const double most = kOutlier * kOutlier * std::max(floor_[c], find_median(std::move(squares)) / kMedianOfSquare);
   for (size_t i : bin) rows_[c][i] *= std::min(1.0, std::pow(most / std::max(most, noise[i] * noise[i]), 2));
 }
 

@@ -14,6 +14,7 @@
 #include "diagnosis/measurement/floating/joint_turns.h"
 #include "diagnosis/measurement/floating/sole_check.h"
 #include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -35,7 +36,7 @@ struct Zero {
   double share = 0;           // of the squares of the tilt about its axis that goes away with it
   Tilt axis{0, 0};            // about which it tilts the sole
   // Several joints of each leg are asked, so at three standard errors.
-  bool is_sure() const { return std::abs(value) > std::max(kAskew, kUnlikely * std); }
+  bool is_sure() const { return std::abs(value) > std::max(kMountingError, kUnlikely * std); }
 };
 
 Sole read_sole(const std::vector<ChannelRows>& channels, const ColumnLayout& layout, const std::string& foot) {

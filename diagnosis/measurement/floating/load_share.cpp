@@ -6,12 +6,12 @@
 
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kFewestSamples = 50;  // below which a median of shares says nothing
 
 struct Pair {
   size_t foot = 0, sensor = 0;
@@ -79,7 +79,7 @@ std::vector<std::string> compare_loads(const LeggedLog& log) {
   if (pair.empty() || !log.tree.floating_base) return notes;
   std::vector<LoadShare> shares;
   for (const Clip& clip : log.clips) add_shares(log, clip, pair, &shares);
-  if (shares.size() >= kFewestSamples) notes.push_back(describe_shares(log, pair, shares));
+  if (shares.size() >= kFewestToSay) notes.push_back(describe_shares(log, pair, shares));
   return notes;
 }
 

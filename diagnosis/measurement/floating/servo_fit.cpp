@@ -5,17 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/surest.h"
 #include "diagnosis/measurement/floating/words.h"
-#include "diagnosis/measurement/servo_samples.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kBlocks = 60;   // stretches whose samples count as one: what a law leaves is correlated
-constexpr double kCertain = 5;   // standard deviations of the stiffness from none
 
 struct Normal {
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();  // sum z x^T
@@ -107,7 +105,7 @@ ServoFit fit_servo(const std::vector<ServoSamples>& train, const std::vector<Ser
   fit.kp = x(0), fit.kd = std::max(0.0, x(1));
   fit.kp_std = std::sqrt(std::max(0.0, C(0, 0))), fit.kd_std = std::sqrt(std::max(0.0, C(1, 1)));
   fit.share = calc_share(held.empty() ? train : held, x);
-  fit.found = x.allFinite() && fit.kp > kCertain * fit.kp_std && fit.share > kNearlyAll;
+  fit.found = x.allFinite() && fit.kp > kNoChance * fit.kp_std && fit.share > kNearlyAll;
   return fit;
 }
 

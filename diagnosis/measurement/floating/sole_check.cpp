@@ -2,12 +2,13 @@
 #include "diagnosis/measurement/floating/sole_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/measurement/floating/weight_check.h"
 #include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 TiltByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::string& foot) {
@@ -19,7 +20,7 @@ TiltByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::
   TiltByRecording out;
   for (const auto& [recording, roll] : angles[0]) {
     const auto pitch = angles[1].find(recording);
-    if (roll.size() < kQuietRows || pitch == angles[1].end() || pitch->second.size() < kQuietRows) continue;
+    if (roll.size() < kFewestToTell || pitch == angles[1].end() || pitch->second.size() < kFewestToTell) continue;
     out[recording] = {find_median(roll), find_median(pitch->second)};
   }
   return out;
@@ -40,11 +41,11 @@ void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std
     const TiltByRecording tilts = list_tilts(channels, foot);
     const auto less = [](const auto& a, const auto& b) { return a.second.norm() < b.second.norm(); };
     const auto [least, most] = std::minmax_element(tilts.begin(), tilts.end(), less);
-    if (tilts.empty() || most->second.norm() < kAskew) continue;
+    if (tilts.empty() || most->second.norm() < kMountingError) continue;
     Remaining r;
     r.where = {{"foot", foot}}, r.unit = "rad", r.before = r.after = most->second.norm();
     const auto name = [&](const auto& tilt) { return " in " + recordings[static_cast<size_t>(tilt->first)]; };
-    const bool differ = (most->second - least->second).norm() > kAskew;
+    const bool differ = (most->second - least->second).norm() > kMountingError;
     r.statement = foot + ": while it stands, the encoders have its sole askew by " + describe(most->second) + name(most) +
                   (differ ? " and by " + describe(least->second) + name(least) : "") +
                   ". The zeros of the leg's encoders, a sole that gives, the ground or the attitude is off" +

@@ -10,8 +10,6 @@
 
 namespace hrp::diagnosis::floating {
 
-constexpr double kAskew = 0.01;  // [rad] half a degree: zeros of encoders are set no better, floors no more level
-
 using TiltByRecording = std::map<int, Eigen::Vector2d>;  // roll, pitch [rad]
 
 // Medians of a foot's tilt while it stands, in recordings where both are known.

@@ -9,6 +9,7 @@
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -166,7 +167,7 @@ class WeightChecker {
     }
     std::vector<double> ratios;
     for (const auto& [r, y] : parts) {
-      if (y.size() >= kQuietRows) ratios.push_back(1 + find_median(y) / weight);
+      if (y.size() >= kFewestToTell) ratios.push_back(1 + find_median(y) / weight);
     }
     return find_consensus(ratios, kKnownWeight);
   }

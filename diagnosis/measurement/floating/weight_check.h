@@ -10,8 +10,6 @@ namespace hrp::diagnosis::floating {
 
 // Share to which scales and models of masses are known.
 constexpr double kKnownWeight = 0.008;
-// Cells at rest that tell what a recording or a part of it weighs, or its gravity.
-constexpr size_t kQuietRows = 20;
 
 // Adds what it finds to `out`.
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,

@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/findings/families.h"
-#include "diagnosis/findings/surest.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/report/lookalikes.h"
 #include "diagnosis/measurement/floating/words.h"

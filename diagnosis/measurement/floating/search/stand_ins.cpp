@@ -14,7 +14,10 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-bool is(const Candidate& c, EffectId effect) { return c.is_listed() && c.law->effect == effect; }
+// Of a joint, and of that family.
+bool is(const Candidate& c, EffectFamily family) {
+  return c.is_listed() && c.law->info().place == PlaceKind::kJoint && c.law->info().family == family;
+}
 
 bool are_sides(const Candidate& a, const Candidate& b) {
   const std::string first = get_place(a.where), second = get_place(b.where);
@@ -31,7 +34,7 @@ bool is_chosen(const SearchState& state, const Candidate& c) {
 bool is_shared(const SearchState& state, size_t zero) {
   const double size = std::abs(state.chosen.get(zero)(0));
   return std::any_of(state.candidates.begin(), state.candidates.end(), [&](const Candidate& other) {
-    if (!is(other, EffectId::kJointOffset) || !are_sides(state.chosen.effects[zero], other) || is_chosen(state, other)) return false;
+    if (!is(other, EffectFamily::kZero) || !are_sides(state.chosen.effects[zero], other) || is_chosen(state, other)) return false;
     std::vector<Candidate> effects = state.chosen.effects;
     effects.push_back(other);
     const LeggedFit with = fit_effects(state, std::move(effects));
@@ -45,7 +48,7 @@ bool is_shared(const SearchState& state, size_t zero) {
 // found one leaves moves the limb's weight with the joint, as a spring does.
 bool is_of_transmission(const std::vector<FoundEffect>& found, const FoundEffect& spring) {
   return std::any_of(found.begin(), found.end(), [&](const FoundEffect& f) {
-    return (is(f.effect, EffectId::kBacklash) || is(f.effect, EffectId::kElasticity)) && f.effect.where == spring.effect.where;
+    return is(f.effect, EffectFamily::kPlay) && f.effect.where == spring.effect.where;
   });
 }
 
@@ -54,8 +57,8 @@ bool is_of_transmission(const std::vector<FoundEffect>& found, const FoundEffect
 StandIn find_stand_in(const std::vector<FoundEffect>& found, const SearchState& state) {
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
-    if (is(f.effect, EffectId::kJointOffset) && is_shared(state, i)) return {i, "the other side asks for it, too:"};
-    if (is(f.effect, EffectId::kSpring) && f.share < kMostly && is_of_transmission(found, f)) return {i, "what the transmission's law leaves:"};
+    if (is(f.effect, EffectFamily::kZero) && is_shared(state, i)) return {i, "the other side asks for it, too:"};
+    if (is(f.effect, EffectFamily::kTorqueOverPosition) && f.share < kMostly && is_of_transmission(found, f)) return {i, "what the transmission's law leaves:"};
   }
   return {found.size(), ""};
 }

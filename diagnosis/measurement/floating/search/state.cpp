@@ -9,8 +9,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr int kPlaceRounds = 4;   // of fits about the place of a mass: each is exact about the last one's place
-constexpr int kWeightRounds = 4;  // of weights: they change by a few percent in the last one
+// Of fits about the place of a mass, each exact about the last one's place; of weights, which change by a few percent in the last.
+constexpr int kRounds = 4;
 
 // Takes the terms of a mass about the place that a fit has found. False: its terms need no place, or none is possible.
 bool place_mass(const SearchState& state, const Eigen::VectorXd& x, Candidate* effect) {
@@ -59,7 +59,7 @@ bool is_banned(const SearchState& state, const Candidate& candidate) {
 
 LeggedFit fit_effects(const SearchState& state, std::vector<Candidate> effects) {
   LeggedFit out = state.fitter.fit(effects);
-  for (int round = 0; round < kPlaceRounds; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     bool any = false;
     for (size_t i = 0; i < effects.size(); ++i) any = place_mass(state, out.get(i), &effects[i]) || any;
     if (!any) break;
@@ -77,8 +77,8 @@ LeggedFit fit_without(const SearchState& state, size_t effect) {
 void settle(const std::vector<Candidate>& effects, SearchState* state) {
   state->chosen = fit_effects(*state, effects);
   const std::vector<int> own = list_columns(state->layout, effects);  // until the last round no other effect is fitted
-  for (int round = 0; round < kWeightRounds; ++round) {
-    state->fitter.update_weights(state->chosen, round + 1 < kWeightRounds ? &own : nullptr);
+  for (int round = 0; round < kRounds; ++round) {
+    state->fitter.update_weights(state->chosen, round + 1 < kRounds ? &own : nullptr);
     state->chosen = fit_effects(*state, state->chosen.effects);
     if (!state->chosen.x.allFinite()) return settle(ban_without_information(state), state);
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/spatial/turn.h"
+#include "diagnosis/model/made.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
@@ -58,7 +59,7 @@ TEST(ImuFaults, AWholeImuIsTurnedWithItsAccelerometer) {
     EXPECT_TRUE(faults[0].map.is_turned);
     EXPECT_EQ(faults[0].what, Turned::kWhole);
     EXPECT_FALSE(faults[0].pose_may_be);
-    EXPECT_LT((faults[0].map.turn - turn).norm(), kScrewed);
+    EXPECT_LT((faults[0].map.turn - turn).norm(), kMountingError);
   }
 }
 
