@@ -10,7 +10,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_gears.h"
 #include "diagnosis/measurement/term_rows.h"
-#include "diagnosis/model/most_play.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis {
 namespace {
