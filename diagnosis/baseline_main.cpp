@@ -14,7 +14,6 @@
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/measurement/torque_residual.h"
 #include "diagnosis/model/nominal.h"
-#include "diagnosis/search/fit.h"
 #include "diagnosis/simulation/windows.h"
 
 namespace {

@@ -10,7 +10,6 @@
 #include "diagnosis/link_evidence.h"
 #include "diagnosis/many_drives/legged.h"
 #include "diagnosis/measurement/floating/diagnose.h"
-#include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/toss/search.h"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnose_recordings.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>

@@ -7,7 +7,6 @@
 #include "common/base/has.h"
 #include "common/base/join_words.h"
 #include "common/effects/units.h"
-#include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"

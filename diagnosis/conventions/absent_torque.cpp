@@ -2,7 +2,6 @@
 #include "diagnosis/conventions/absent_torque.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"

@@ -6,7 +6,6 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/estimate/enough.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"

@@ -17,7 +17,6 @@
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/term_rows.h"
 #include "diagnosis/measurement/torque_effort.h"
-#include "diagnosis/model/nominal.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 

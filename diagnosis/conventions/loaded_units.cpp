@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/series.h"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/base/diagnostics.h"
 #include "common/effects/effect_info.h"
 #include "common/effects/units.h"
 #include "common/spatial/rpy.h"

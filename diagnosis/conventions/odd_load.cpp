@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/has.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/estimate/enough.h"

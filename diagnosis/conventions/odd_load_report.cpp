@@ -2,14 +2,12 @@
 #include "diagnosis/conventions/odd_load_report.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"

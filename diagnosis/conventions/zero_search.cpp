@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/conventions/zero_search.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <algorithm>
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"

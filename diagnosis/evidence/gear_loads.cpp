@@ -2,7 +2,6 @@
 #include "diagnosis/evidence/gear_loads.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace hrp::diagnosis {
 namespace {

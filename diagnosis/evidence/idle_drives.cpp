@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/idle_drives.h"
 
-#include <algorithm>
-
 #include "diagnosis/data/drives.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/blocks.h"

@@ -8,7 +8,6 @@
 
 #include "common/base/has.h"
 #include "diagnosis/estimate/blocks.h"
-#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/link_columns.h"

@@ -11,7 +11,6 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/passive_torque.h"
-#include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {

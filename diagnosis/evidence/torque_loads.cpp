@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/torque_loads.h"
 
-#include <algorithm>
-#include <cmath>
 #include <optional>
 #include <set>
 

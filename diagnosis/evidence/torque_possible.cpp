@@ -2,7 +2,6 @@
 #include "diagnosis/evidence/torque_possible.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "diagnosis/estimate/shares.h"

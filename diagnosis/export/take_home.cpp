@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <sstream>
-#include <stdexcept>
 
 #include "common/base/join_words.h"
 #include "common/base/read_file.h"

@@ -10,7 +10,6 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque_findings.h"
 #include "diagnosis/evidence/torque_report.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/held_feet/foot_give.h"
 
 namespace hrp::diagnosis::held_feet {

@@ -2,13 +2,10 @@
 #include "diagnosis/many_drives/many_drives.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "common/base/rounding.h"
 #include "diagnosis/evidence/torque_report.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/many_drives/joint_torques.h"
-#include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/search.h"
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/effort_limits.h"
 
-#include <algorithm>
-
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"

@@ -5,7 +5,6 @@
 
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/estimate/significance.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {

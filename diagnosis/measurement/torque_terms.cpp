@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/torque_terms.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "diagnosis/data/drives.h"
 #include "diagnosis/measurement/term_rows.h"

@@ -8,7 +8,6 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -2,7 +2,6 @@
 #include "diagnosis/model/effect.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/check.h"
 

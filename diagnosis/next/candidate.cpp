@@ -2,7 +2,6 @@
 #include "diagnosis/next/candidate.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "diagnosis/search/starts.h"
 

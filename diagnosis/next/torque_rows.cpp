@@ -2,7 +2,6 @@
 #include "diagnosis/next/torque_rows.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "diagnosis/estimate/significance.h"

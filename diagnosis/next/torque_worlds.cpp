@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/next/explanations.h"
 
 namespace hrp::diagnosis {
 namespace {

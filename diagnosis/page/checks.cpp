@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "common/base/join_words.h"
-#include "diagnosis/page/lead.h"
 
 namespace hrp::diagnosis::html {
 namespace {

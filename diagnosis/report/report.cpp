@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/model/nominal.h"
-#include "diagnosis/findings/schema2.h"
 #include "diagnosis/report/report.h"
 
 #include <algorithm>

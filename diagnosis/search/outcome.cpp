@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/format.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"

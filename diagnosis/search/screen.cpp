@@ -2,7 +2,6 @@
 #include "diagnosis/search/screen.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "diagnosis/search/regression.h"

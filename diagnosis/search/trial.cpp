@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"

@@ -2,7 +2,6 @@
 #include "diagnosis/simulation/plant.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/effects/effect_target.h"
 #include "diagnosis/model/nominal.h"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/standing/motion.h"
 
-#include <cmath>
-
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/command_reader.h"
 

@@ -3,7 +3,6 @@
 
 #include "diagnosis/findings/families.h"
 #include "diagnosis/standing/effect_rows.h"
-#include "diagnosis/standing/layout.h"
 
 namespace hrp::diagnosis::standing {
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/report/finding_head.h"

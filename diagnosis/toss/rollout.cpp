@@ -2,7 +2,6 @@
 #include "diagnosis/toss/rollout.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/has.h"
 #include "common/multibody/kinematics.h"

@@ -2,7 +2,6 @@
 #include "diagnosis/toss/window.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/spatial/turn.h"
 

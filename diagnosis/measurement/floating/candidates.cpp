@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/candidates.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "diagnosis/estimate/shares.h"

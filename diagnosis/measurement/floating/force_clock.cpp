@@ -7,7 +7,6 @@
 #include <map>
 #include <string>
 
-#include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/series.h"

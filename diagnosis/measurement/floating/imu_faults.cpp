@@ -11,7 +11,6 @@
 #include "common/spatial/rpy.h"
 #include "common/spatial/turn.h"
 #include "diagnosis/estimate/blocks.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/flat_feet.h"

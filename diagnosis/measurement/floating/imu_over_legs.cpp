@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/imu_over_legs.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>

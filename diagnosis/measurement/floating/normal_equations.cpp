@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/normal_equations.h"
 
-#include <cmath>
-
 namespace hrp::diagnosis::floating {
 
 long count_coefficients(const std::vector<Candidate>& effects) {

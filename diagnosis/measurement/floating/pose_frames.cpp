@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/floating/pose_frames.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/shift_columns.h"
 #include "diagnosis/measurement/floating/standing_legs.h"

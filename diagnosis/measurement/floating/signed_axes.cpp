@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/signed_axes.h"
 
 #include <Eigen/Geometry>
-#include <cmath>
 #include <utility>
 
 #include "diagnosis/estimate/shares.h"

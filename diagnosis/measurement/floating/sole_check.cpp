@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/sole_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "diagnosis/data/quantile.h"

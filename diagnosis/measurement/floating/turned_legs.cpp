@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/turned_legs.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 
 #include "common/base/has.h"

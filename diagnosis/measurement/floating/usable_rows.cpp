@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/floating/equations/imu_rows.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

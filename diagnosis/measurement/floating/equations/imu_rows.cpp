@@ -2,7 +2,6 @@
 #include "diagnosis/measurement/floating/equations/imu_rows.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/measurement/floating/flat_feet.h"

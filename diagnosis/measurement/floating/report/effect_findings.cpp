@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "diagnosis/estimate/enough.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
 #include "diagnosis/measurement/floating/report/lookalikes.h"
 #include "diagnosis/measurement/floating/words.h"
