@@ -38,9 +38,9 @@ bool leaves_encoder(const ColumnLayout& layout, const Candidate& c) {
 }
 
 // The last effect of `with` as a rival of what was found.
-Rival make_rival(const SearchState& state, const LeggedFit& with, double gain, const FoundEffect& found) {
+Rival make_rival(const SearchState& state, const LeggedFit& with) {
   const size_t at = with.effects.size() - 1;
-  return {with.effects[at], with.get(at), calc_deviation(state, with, at), found.gain - gain};
+  return {with.effects[at], with.get(at), calc_deviation(state, with, at)};
 }
 
 // Adds the other laws of how far a link is from its encoder. A leg that stands bears a torque of one sign and of about
@@ -58,7 +58,7 @@ void add_other_departures(const SearchState& state, const LeggedFit& rest, const
     const LeggedFit with = fit_effects(state, std::move(effects));
     const size_t at = with.effects.size() - 1;
     if (!is_possible(state, with, at)) continue;
-    rivals->push_back(make_rival(state, with, calc_total_gain(state, rest, with), found));
+    rivals->push_back(make_rival(state, with));
   }
 }
 
@@ -74,7 +74,7 @@ std::vector<Rival> list_rivals(const SearchState& state, const LeggedFit& rest, 
     // Links that move alike share a load in many places. These must not crowd out effects of other kinds.
     const auto alike =
         std::count_if(out.begin(), out.end(), [&](const Rival& r) { return is_same_effect(r.effect, t.added()); });
-    if (alike < kMostPlaces) out.push_back(make_rival(state, t.fit, gain, found));
+    if (alike < kMostPlaces) out.push_back(make_rival(state, t.fit));
   }
   if (leaves_encoder(state.layout, found.effect)) add_other_departures(state, rest, found, &out);
   return out;

@@ -21,7 +21,6 @@ namespace hrp::diagnosis::floating {
 struct Rival {
   Candidate effect;
   Eigen::VectorXd x, std;
-  double behind = 0;  // n log by which its gain is smaller than that of the effect that was found
 };
 
 struct FoundEffect {
