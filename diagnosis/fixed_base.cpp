@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/base/has.h"
 #include "common/base/join_words.h"
@@ -18,6 +19,7 @@
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/hum.h"
 #include "diagnosis/search/outcome.h"
+#include "diagnosis/search/significance.h"
 #include "diagnosis/search/subtrees.h"
 
 namespace hrp::diagnosis {
@@ -181,6 +183,46 @@ Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome
   return torque.judged ? choose_best_model(problem, whole, torque.model, searched, progress) : simulate_trial(whole, searched);
 }
 
+// A set that may be told: each effect is of a possible size and, as far as its interval is known, more than nothing.
+bool is_sound(const Experiment& e, const Trial& t) {
+  if (!find_odd_effect(e, t.hypothesis, {}).empty()) return false;
+  if (t.std.size() < t.hypothesis.size() || t.distance.size() < t.hypothesis.size()) return true;
+  for (size_t i = 0; i < t.hypothesis.size(); ++i) {
+    if (!is_significant(t.hypothesis[i], t.std[i], t.distance[i])) return false;
+  }
+  return true;
+}
+
+bool is_sure(const Finding& f) { return f.grade != Grade::kAmbiguous; }
+
+// Where neither the search nor the missing torque names anything for sure: the effects that come closest, each ambiguous,
+// with the sets that come as close.
+std::optional<Outcome> name_closest(const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque) {
+  const std::vector<Finding>& found = torque.evidence.findings;
+  if (!outcome.mismatch || outcome.explained || outcome.partly || is_exact_world(torque)) return std::nullopt;
+  if (torque.judged && std::any_of(found.begin(), found.end(), is_sure)) return std::nullopt;
+  Outcome named = outcome;
+  const auto end = std::remove_if(named.rivals.begin(), named.rivals.end(), [&](const Trial& t) { return !is_sound(*whole.experiment, t); });
+  named.rivals.erase(end, named.rivals.end());
+  const Trial* closest = find_told_closest(whole, named);
+  if (!closest || closest->std.empty()) return std::nullopt;
+  named.indistinguishable.clear();
+  for (const Trial* other : list_as_close(named, *closest)) named.indistinguishable.push_back(*other);
+  named.chosen = whole.subtrees.empty() ? *closest : simulate_trial(whole, closest->hypothesis);
+  named.chosen.std = closest->std;
+  named.chosen.probability = 1.0 / static_cast<double>(1 + named.indistinguishable.size());  // one of so many
+  named.partly = named.as_set = true;
+  return named;
+}
+
+// Its verdict by what it explains, as for findings along the recorded motion.
+void rate_closest(Json* report) {
+  Evidence evidence;
+  evidence.findings.resize((*report)["findings"].size());
+  evidence.ceiling = (*report)["ceiling"], evidence.explained = (*report)["explained"];
+  (*report)["verdict"] = get_verdict_name(find_verdict(evidence));
+}
+
 }  // namespace
 
 Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
@@ -206,16 +248,19 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     outcome = search_subtrees(whole, progress);
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
     const bool confirmed = outcome.explained && !problem.validate.empty();
-    if (!torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
-      // Nothing is named. The best model all the same, of the search only what comes close: many fit their own recordings.
+    const std::optional<Outcome> closest = name_closest(whole, outcome, torque);
+    if (closest || !torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
+      // Nothing is named for sure. The best model all the same, of the search only what comes close: many fit their own
+      // recordings.
       if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
         outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
         outcome.modelled = (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
       }
-      Reports reports = make_reports(whole, outcome);
+      Reports reports = make_reports(whole, closest ? *closest : outcome);
       if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
       upgrade_report(&reports.report, !problem.validate.empty());
+      if (closest) rate_closest(&reports.report);
       if (torque.judged && outcome.mismatch && !outcome.explained) add_column_findings(torque.evidence.findings, &reports.report);
       if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
       return reports;

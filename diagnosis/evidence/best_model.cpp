@@ -54,17 +54,6 @@ Hypothesis list_other_families(const Hypothesis& model, const Hypothesis& of) {
   return others;
 }
 
-// Why an effect that `named` does not have is hardly possible on this robot; empty if all are possible.
-std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const Hypothesis& named) {
-  for (const Effect& effect : model) {
-    if (contains(named, effect.id, effect.place)) continue;
-    const std::string name = get_effect(effect.id).name;
-    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_parameters(e, effect, {}, true)}});
-    if (!why.empty()) return name + ": " + why;
-  }
-  return "";
-}
-
 // Held-out errors [1]: root mean square over the joints, each relative to the spread of the joint's signal.
 constexpr double kNoError = 1e300;  // nothing was compared
 struct Errors {
@@ -235,6 +224,16 @@ class Chooser {
 };
 
 }  // namespace
+
+std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const Hypothesis& named) {
+  for (const Effect& effect : model) {
+    if (contains(named, effect.id, effect.place)) continue;
+    const std::string name = get_effect(effect.id).name;
+    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_parameters(e, effect, {}, true)}});
+    if (!why.empty()) return name + ": " + why;
+  }
+  return "";
+}
 
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis) {
   Trial trial;

@@ -18,6 +18,9 @@ constexpr double kRest = 0.005;
 // Simulates a hypothesis and scores it on the training and on the held-out recordings.
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);
 
+// Why an effect that `named` does not have is hardly possible on this robot; empty if all are possible.
+std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const Hypothesis& named);
+
 // Errors of free simulations over short windows of held-out recordings. For robots that are driven by recorded efforts.
 WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothesis);
 

@@ -2,6 +2,7 @@
 #include "diagnosis/page/headline.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -165,6 +166,18 @@ std::string list_joints(const json& report, const char* key) {
   return join_values(get_list(report, key));
 }
 
+// "With viscous friction at joint servo (coefficient 0.8 N m s/rad) and command delay at ..., held-out errors fall: ...".
+std::string make_set_sentence(const json& report) {
+  std::string errors = make_errors_sentence(report);
+  if (errors.empty()) return "";
+  std::string effects;
+  for (const json& f : get_list(report, "findings"))
+    effects += (effects.empty() ? "" : " and ") + describe_effect(get_text(f, "effect"), false) + " at " + describe_place(get(f, "where")) + " (" +
+               describe_parameters(f) + ")";
+  errors[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(errors[0])));
+  return "With " + effects + ", " + errors;
+}
+
 std::string make_unit_sentence(const json& report) {
   const std::string untold = list_joints(report, "untold_units"), least = list_joints(report, "least_units");
   std::string text;
@@ -261,12 +274,14 @@ std::vector<std::string> make_headline(const json& report) {
     if (!unit.empty() && out[0].find(unit) == std::string::npos) out.push_back(unit);
     return out;
   }
+  const bool as_set = get(report, "as_set") == json(true);
+  if (as_set) out.push_back(make_set_sentence(report));
   if (findings.size() <= kFew) {
     for (const json& f : findings) out.push_back(tell_alone(f));
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {make_errors_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
+  for (const std::string& sentence : {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
                                       make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }

@@ -159,9 +159,10 @@ constexpr const char* kOtherMotion =
     "slow and fast sweeps of the joint over its whole range with stops in between, in postures of different load";
 
 // Effects that do as well in the place of one, all others as they are; with how they were fitted. A rival of one subtree
-// holds the effects of that subtree only.
+// holds the effects of that subtree only. Of a set that differs by more, those that no set has beside this effect.
 Json make_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
   Json list = Json::array();
+  Hypothesis listed;
   const Hypothesis& chosen = outcome.chosen.hypothesis;
   for (const Trial& rival : outcome.indistinguishable) {
     const auto is_in = [](const Hypothesis& all, const Effect& e) { return contains(all, e.id, e.place); };
@@ -169,12 +170,17 @@ Json make_alternatives(const Problem& problem, const Outcome& outcome, const Eff
     for (size_t i = 0; i < rival.hypothesis.size(); ++i) {
       if (!is_in(chosen, rival.hypothesis[i])) others.push_back(i);
     }
-    if (others.size() != 1 || is_in(rival.hypothesis, effect)) continue;
-    const Effect& other = rival.hypothesis[others[0]];
-    list.push_back({{"effect", get_effect(other.id).name},
-                    {"where", make_where(*problem.experiment, other)},
-                    {"parameters", make_parameters(*problem.experiment, other, get_std(rival, others[0]), true)},
-                    {"motion_that_would_tell", kOtherMotion}});
+    if ((others.size() != 1 && !outcome.as_set) || is_in(rival.hypothesis, effect)) continue;
+    for (size_t i : others) {
+      const Effect& other = rival.hypothesis[i];
+      const auto has_both = [&](const Trial& t) { return is_in(t.hypothesis, other) && is_in(t.hypothesis, effect); };
+      if (outcome.as_set && (is_in(listed, other) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), has_both))) continue;
+      listed.push_back(other);
+      list.push_back({{"effect", get_effect(other.id).name},
+                      {"where", make_where(*problem.experiment, other)},
+                      {"parameters", make_parameters(*problem.experiment, other, get_std(rival, i), true)},
+                      {"motion_that_would_tell", kOtherMotion}});
+    }
   }
   return list;
 }
@@ -197,21 +203,25 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
          {"alternatives", alternatives}});
     const Json also = list_also_fitted(effect);
     if (!also.empty()) list.back()["also_fitted"] = also;
+    if (outcome.as_set) {
+      list.back()["grade"] = get_grade_name(Grade::kAmbiguous);
+      list.back()["statement"] = list.back()["statement"].get<std::string>() + " What is left has another cause, so it is not supported.";
+    }
   }
   return list;
 }
 
 // What the effects that come closest leave, where nothing is explained: "" if none come close.
 std::string describe_closest(const Problem& problem, const Outcome& outcome) {
-  const Trial* closest = outcome.partly ? nullptr : find_told_closest(problem, outcome);
+  const Trial* closest = outcome.as_set ? &outcome.chosen : outcome.partly ? nullptr : find_told_closest(problem, outcome);
   if (!closest) return "";
   const Experiment& e = *problem.experiment;
   const bool one = closest->hypothesis.size() == 1;
   std::string others;
   for (const Trial* other : list_as_close(outcome, *closest)) others += (others.empty() ? "" : "; ") + get_label(e, other->hypothesis);
   return " Of the list, " + get_label(e, closest->hypothesis) + (one ? " comes" : " together come") + " closest: with " + (one ? "it" : "them") +
-         ", the held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause, so " +
-         (one ? "it is no finding." : "they are no findings.") + (others.empty() ? "" : " About as close: " + others + ".");
+         ", the held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause" +
+         (outcome.as_set ? "." : one ? ", so it is no finding." : ", so they are no findings.") + (others.empty() ? "" : " About as close: " + others + ".");
 }
 
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {
@@ -329,6 +339,7 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   r["verdict"] = name_verdict(outcome.mismatch, outcome.explained, outcome.partly);
   r["mismatch"] = make_mismatch(start_as(problem, outcome.nominal), outcome);
   r["findings"] = make_findings(problem, outcome);
+  if (outcome.as_set) r["as_set"] = true;
   r["unexplained"] = make_unexplained(problem, outcome);
   r["not_identifiable"] = make_not_identifiable(problem, outcome);
   r["fit"] = make_fit(calc_simulation_fit(problem, outcome.nominal, after));

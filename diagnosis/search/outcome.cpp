@@ -96,6 +96,18 @@ std::vector<const Trial*> list_close(const Outcome& outcome, size_t size, double
   return list;
 }
 
+// Where nothing is explained, what comes about as close as may be told gets its intervals.
+void add_close_intervals(const Searched& searched, Trials* trials, Outcome* outcome) {
+  if (outcome->explained || !find_told_closest(searched.problem, *outcome)) return;
+  const double limit = (1.0 + kMinority) * (1.0 - kNearlyAll) * outcome->nominal.rms;
+  for (Trial& t : outcome->rivals) {
+    if (!t.refined || t.hypothesis.empty() || t.hypothesis.size() > kLargestToldSet || !(t.rms < limit)) continue;
+    trials->finish(&t);
+    widen(searched.problem.train.size(), &t);
+    normalise(&t.hypothesis);
+  }
+}
+
 }  // namespace
 
 void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) {
@@ -106,6 +118,7 @@ void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) 
   outcome->explained = is_explained(outcome->chosen, trials->nominal());
   widen(searched.problem.train.size(), &outcome->chosen);
   normalise(&outcome->chosen.hypothesis);
+  add_close_intervals(searched, trials, outcome);
 }
 
 const Trial* find_closest(const Outcome& outcome) {

@@ -163,6 +163,7 @@ void add_rivals(const Problem& problem, const Trial& model, size_t subtree, cons
     listed.hypothesis = map_to_robot(rival.hypothesis, problem.subtrees[subtree]);
     listed.rms = std::sqrt((rest + rival.rms * rival.rms * model.validate.count) / count);
     listed.worst = rival.worst, listed.refined = rival.refined, listed.probability = rival.probability;
+    listed.std = rival.std, listed.distance = rival.distance;
     whole->rivals.push_back(std::move(listed));
   }
   for (Trial other : own.indistinguishable) {

@@ -46,6 +46,16 @@ TEST(Headline, FrictionOfManyJointsIsOneSentenceWithItsRangeAndTheWorstJoint) {
                                           "perhaps also at joint ankle: level 0.1 ± 0.05 N m."));
 }
 
+// A servo whose friction and late commands take most of the error only together.
+TEST(Headline, EffectsThatWereJudgedAsASetAreOneSentenceWithTheErrorThatTheyTakeAway) {
+  json report = make_leg();
+  report["as_set"] = true;
+  report["findings"] = {make_finding("viscous_friction", "hip", "ambiguous", "coefficient", 0.85, 0.1, "N m s/rad"),
+                        make_finding("command_delay", "hip", "ambiguous", "delay", 0.097, 0.007, "s")};
+  EXPECT_THAT(join(report), testing::StartsWith("With viscous friction at joint hip (coefficient 0.85 ± 0.1 N m s/rad) and command delay at joint hip "
+                                                "(delay 0.097 ± 0.007 s), held-out errors fall: positions from 0.0354 to 0.00354 rad."));
+}
+
 TEST(Headline, ForcesOfARailAndTorquesOfJointsAreToldApart) {
   json report = make_leg();
   report["findings"].push_back(make_finding("coulomb_friction", "rail", "supported", "level", 178.0, 30.0, "N"));
