@@ -26,8 +26,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Joints times seconds that a search works with: half a minute of one core in torque space, minutes in simulation.
-constexpr double kSearched = 2400.0;
 // The same for the first answer: seconds of one core.
 constexpr double kFirst = 240.0;
 // Of less there is nothing to be gained by a first answer: joint-seconds, or as many samples as these have at 200 Hz, as a
@@ -41,7 +39,16 @@ bool is_in_torque_space(const Experiment& e) {
   return !e.scenario.floating_base && e.scenario.drive != "motion" && e.num_joints() > 0;
 }
 
-bool is_long(const Experiment& e) { return is_in_torque_space(e) && calc_joint_seconds(e) > kSearched; }
+bool is_long(const Experiment& e) { return calc_joint_seconds(e) > calc_searched(e); }
+
+// Of long recordings the stretches that the search works with.
+std::optional<Experiment> cut_long(const Experiment& e) {
+  if (!is_long(e)) return std::nullopt;
+  return make_screened(e, calc_searched(e));
+}
+
+// Enough to see how a log was written. Robots on their feet need both feet and the motion that loads them.
+double calc_for_conventions(const Experiment& e) { return is_in_torque_space(e) ? kFirst : calc_searched(e); }
 
 bool is_worth_first(const Experiment& e) {
   return is_in_torque_space(e) && (calc_joint_seconds(e) > kWorthFirst || calc_joint_samples(e) > kWorthFirstSamples);
@@ -83,15 +90,14 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
   first->report["checks"] = checks;
   write_first(*first);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const double whole = took * kSearched / kFirst * (e.scenario.drive == "servo" ? kWholeOfCommands : kWholeOfEfforts);
+  const double whole = took * calc_searched(e) / kFirst * (e.scenario.drive == "servo" ? kWholeOfCommands : kWholeOfEfforts);
   progress("a first answer is written (report.json, marked preliminary)" +
            (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
 }
 
 Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventions, const DiagnosisOptions& options,
                        const Progress& progress, const std::function<void(const Reports&)>& write_first) {
-  std::optional<Experiment> part;
-  if (is_long(all)) part = make_screened(all, kSearched);
+  const std::optional<Experiment> part = cut_long(all);
   const Experiment& searched = part ? *part : all;
   const Json checks = make_checks(all, searched, conventions);
   for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
@@ -134,7 +140,7 @@ Experiment mend_log(const Experiment& logged) {
 Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
   const Experiment all = mend_log(logged);
-  const LogConventions found = find_conventions(is_long(all) ? make_screened(all, kFirst) : all, options.jobs);
+  const LogConventions found = find_conventions(is_long(all) ? make_screened(all, calc_for_conventions(all)) : all, options.jobs);
   const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
   if (found.any()) converted = convert_recordings(all, found);
@@ -154,8 +160,10 @@ Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& op
 
 std::string check_recordings(const Experiment& logged) {
   const Experiment e = mend_log(logged);
-  if (e.scenario.floating_base) return print_checks(make_checks(e, e, make_remarks(e, find_conventions(e, 1))));  // at once
-  return print_checks(is_long(e) ? make_checks(e, make_screened(e, kSearched)) : make_checks(e, e));
+  const std::optional<Experiment> part = cut_long(e);
+  const Experiment& searched = part ? *part : e;
+  if (e.scenario.floating_base) return print_checks(make_checks(e, searched, make_remarks(e, find_conventions(searched, 1))));  // at once
+  return print_checks(make_checks(e, searched));
 }
 
 }  // namespace hrp::diagnosis

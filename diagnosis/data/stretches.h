@@ -36,6 +36,10 @@ std::vector<Recording> cut_to_stretches(const Recording& recording, double secon
 // warnings of the whole one. For models that are simulated many times.
 Experiment make_screened(const Experiment& experiment, double joint_seconds);
 
+// Joints times seconds that a search works with; longer recordings are cut to that by make_screened(). Infinite for robots
+// whose recordings are not cut.
+double calc_searched(const Experiment& experiment);
+
 // Joints times seconds of all recordings.
 double calc_joint_seconds(const Experiment& experiment);
 // Joints times samples of all recordings.

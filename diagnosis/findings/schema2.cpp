@@ -12,10 +12,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Share of the held-out squares above the noise that the findings remove.
+// Share of the squares above the noise that the findings remove: of held-out recordings, or of all if none is held out.
 double find_explained(const Json& report) {
   if (report["findings"].empty()) return 0.0;
-  const Json& fit = report["fit"]["validate"];
+  const Json& fits = report["fit"];
+  const Json fit = fits.value(fits.contains("validate") ? "validate" : "train", Json::object());
   const double before = fit.value("before", 0.0), after = fit.value("after", 0.0);
   const double above = before * before - 1.0;
   return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;

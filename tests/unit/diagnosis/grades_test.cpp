@@ -46,6 +46,15 @@ TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
   EXPECT_EQ(judge(0.2), "certain");
 }
 
+// A standing robot with one recording ended the program here, behind the search.
+TEST(Grades, WithoutHeldOutRecordingsTheFittedOnesSayWhatIsExplained) {
+  const Json zero{{"effect", "joint_offset"}, {"where", {{"joint", "knee"}}}, {"parameters", Json::object()}};
+  Json report{{"schema", 1}, {"verdict", "explained"}, {"fit", {{"train", {{"before", 9.8}, {"after", 1.0}}}}}, {"findings", {zero}}};
+  upgrade_report(&report, false);
+  EXPECT_EQ(report["explained"], 1.0);
+  EXPECT_EQ(report["findings"][0]["grade"], "supported");
+}
+
 // One pendulum, one recording: a gain of .69 was supported where a mass says the same in every motion.
 TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSimulation) {
   const auto judge = [](const char* effect, Grade of_torque) {

@@ -42,6 +42,44 @@ TEST(LongRecordings, OfOneLengthStayWhole) {
   EXPECT_EQ(parts[0].spec.name, "long.csv");
 }
 
+// A robot of one joint on its feet, with a recording that is fitted and one that is held out.
+Experiment make_standing(double seconds) {
+  Experiment e;
+  e.scenario.floating_base = true;
+  LinkSpec trunk, arm;
+  trunk.name = "trunk", arm.name = "arm", arm.parent = 0, arm.joint.name = "shoulder";
+  e.robot.tree.links = {trunk, arm};
+  for (const bool train : {true, false}) {
+    Recording r;
+    r.spec.name = r.spec.file = train ? "train.csv" : "held.csv", r.spec.train = train;
+    r.joints.resize(1);
+    for (int k = 0; k < std::lround(50.0 * seconds); ++k) {
+      r.time.push_back(0.02 * k), r.joints[0].signal[0].push_back(std::sin(1e-4 * k * k));  // faster and faster
+    }
+    e.recordings.push_back(r);
+  }
+  return e;
+}
+
+// Every hypothesis is evaluated at every sample: ten minutes took as many minutes, and 3 GB.
+TEST(LongRecordings, OfRobotsOnTheirFeetAreSearchedOnTwoMinutesAThirdOfThemHeldOut) {
+  const Experiment e = make_standing(600.0);
+  ASSERT_GT(calc_joint_seconds(e), calc_searched(e));
+  double fitted = 0.0, held = 0.0;
+  for (const Recording& r : make_screened(e, calc_searched(e)).recordings) (r.spec.train ? fitted : held) += r.duration();
+  EXPECT_NEAR(fitted, 80.0, 0.1);  // whole pieces of 10 s, to a sample each
+  EXPECT_NEAR(held, 40.0, 0.1);
+  const Experiment minute = make_standing(30.0);
+  EXPECT_LT(calc_joint_seconds(minute), calc_searched(minute));
+}
+
+TEST(LongRecordings, OfBodiesWithoutJointsStayWhole) {
+  Experiment e = make_standing(600.0);
+  e.robot.tree.links.resize(1);
+  for (Recording& r : e.recordings) r.joints.clear();
+  EXPECT_LE(calc_joint_seconds(e), calc_searched(e));
+}
+
 // Without the samples in which `lost` is true.
 Recording lose(const Recording& r, const std::function<bool(double)>& lost) {
   Recording out;
