@@ -211,9 +211,10 @@ class Malformed(unittest.TestCase):
         return lambda f: f.update({"train_1.csv": change(f["train_1.csv"])})
 
     def test_bytes_of_another_kind_are_refused(self):
-        for bad in (bytes(range(256)) * 40, bytes(100000), random.Random(1).randbytes(200000), gzip.compress(make_csv(ROWS["train_1.csv"]).encode()),
-                    make_csv(ROWS["train_1.csv"]).encode("utf-16")):
+        for bad in (bytes(range(256)) * 40, bytes(100000), random.Random(1).randbytes(200000), make_csv(ROWS["train_1.csv"]).encode("utf-16")):
             self.refused(r"train_1.csv:1: error: is no text: byte \d+ at place \d+ of its header", change=self.train(lambda _: bad))
+        packed = gzip.compress(make_csv(ROWS["train_1.csv"]).encode())
+        self.refused("train_1.csv: error: is packed with gzip, expected comma-separated values: gunzip it", change=self.train(lambda _: packed))
 
     def test_names_in_another_encoding_make_a_report(self):
         rows = make_csv([r + [float(k)] for k, r in enumerate(ROWS["train_1.csv"])], HEAD + ["/joint_states/kn\xe9/position"]).encode("latin-1")
