@@ -126,6 +126,12 @@ void put_deletion(DeletionType type, const std::string& id, double time, JsonTex
   json->key("type").put(static_cast<long>(type)).key("id").put(id).end('}');
 }
 
+// Begins the list of entities of a picture in which everything is new: an arrow of a foot that has left the ground must go.
+void begin_picture(double time, JsonText* json) {
+  put_deletion(kAll, "", time, &json->begin('{').key("deletions").begin('['));
+  json->end(']').key("entities").begin('[');
+}
+
 // Foxglove's sizes are those along the axes of the solid.
 Vector3d find_extent(ShapeKind kind, const Vector3d& size) {
   if (kind == ShapeKind::kSphere) return Vector3d::Constant(2 * size.x());
@@ -264,9 +270,7 @@ std::string Scene::make_world(double time) const {
 
 std::string Scene::make_contacts(const ContactForces& forces, double time) const {
   JsonText json;
-  // Everything is new in each picture: an arrow of a foot that has left the ground must go.
-  put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
-  json.end(']').key("entities").begin('[');
+  begin_picture(time, &json);
   for (size_t k = 0; k < robots_.size(); ++k) {
     put_contacts(find_own_forces(forces, robots_[k]), frames_[k], ground_, metres_per_newton_, time, &json);
   }
@@ -275,6 +279,9 @@ std::string Scene::make_contacts(const ContactForces& forces, double time) const
 
 std::string Scene::make_pushes(const State& first, const PushForces& pushes, double time) const {
   if (first.q.size() != model_.num_joints()) throw std::invalid_argument("a state of another robot");
+  JsonText json;
+  begin_picture(time, &json);
+  if (pushes.empty()) return json.end(']').end('}').text();
   Data data(model_);
   update_kinematics(model_, first, &data);
   Entity all;
@@ -284,10 +291,7 @@ std::string Scene::make_pushes(const State& first, const PushForces& pushes, dou
     all.add_arrow(get_pose(data, link) * push.p_LQ, metres_per_newton_ * push.force_W, kPush);
     all.add_metadata((push.link + " [N]").c_str(), format_vector(push.force_W));
   }
-  JsonText json;
-  put_deletion(kAll, "", time, &json.begin('{').key("deletions").begin('['));
-  json.end(']').key("entities").begin('[');
-  if (!pushes.empty()) all.put("pushes", frames_[0].world(), time, &json);
+  all.put("pushes", frames_[0].world(), time, &json);
   return json.end(']').end('}').text();
 }
 
