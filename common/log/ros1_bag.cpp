@@ -3,9 +3,11 @@
 // name topics and hold the definitions of their types; chunks hold messages, plain or compressed.
 #include <bzlib.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <new>
 #include <stdexcept>
 
 #include "common/log/ros_bag.h"
@@ -148,23 +150,22 @@ class Ros1Bag : public BagFile {
   void scan(const std::function<void(const Fields&, Bytes)>& visit) {
     while (read_record()) {
       const Fields fields(header());
-      const auto op = fields.get<uint8_t>("op");
-      if (op == kConnection) add_connection(fields, data());
-      if (op == kMessage) visit(fields, data());
-      if (op == kChunk) {
-        unpack(fields.get_text("compression"), data(), fields.get<uint32_t>("size"), &plain_);
-        scan_chunk({plain_.data(), plain_.size()}, visit);
+      if (fields.get<uint8_t>("op") != kChunk) {
+        take(fields, data(), visit);
+        continue;
+      }
+      unpack(fields.get_text("compression"), data(), fields.get<uint32_t>("size"), &plain_);
+      for (Bytes rest{plain_.data(), plain_.size()}; rest.size > 0;) {
+        const Fields inner(take_block(&rest));
+        take(inner, take_block(&rest), visit);
       }
     }
   }
-  void scan_chunk(Bytes rest, const std::function<void(const Fields&, Bytes)>& visit) {
-    while (rest.size > 0) {
-      const Fields fields(take_block(&rest));
-      const Bytes data = take_block(&rest);
-      const auto op = fields.get<uint8_t>("op");
-      if (op == kConnection) add_connection(fields, data);
-      if (op == kMessage) visit(fields, data);
-    }
+  // A connection or a message; what else there is speaks of these.
+  void take(const Fields& fields, Bytes data, const std::function<void(const Fields&, Bytes)>& visit) {
+    const auto op = fields.get<uint8_t>("op");
+    if (op == kConnection) add_connection(fields, data);
+    if (op == kMessage) visit(fields, data);
   }
 
   void seek(uint64_t position) {
