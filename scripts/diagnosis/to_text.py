@@ -38,8 +38,9 @@ def read_numpy(path):
         loaded = np.load(path, allow_pickle=False)
     except ValueError as error:
         raise Refused(f"{error}; save plain arrays of numbers, not objects") from None
-    names = getattr(loaded, "files", None) or getattr(loaded, "dtype", loaded).names
-    return {name: loaded[name] for name in names} if names else {path.stem: loaded}
+    if not isinstance(loaded, np.ndarray):
+        return dict(loaded)
+    return loaded if loaded.dtype.names else {path.stem: loaded}
 
 
 def read_hdf5(path):
@@ -50,8 +51,9 @@ def read_hdf5(path):
 
 
 def read_matlab(path):
-    if path.read_bytes()[:128].startswith(b"MATLAB 7.3"):
-        return read_hdf5(path)  # a container of HDF5
+    with open(path, "rb") as file:
+        if file.read(10) == b"MATLAB 7.3":
+            return read_hdf5(path)  # a container of HDF5
     loaded = need("scipy.io", "python3-scipy").loadmat(path, simplify_cells=True)
     return {name: value for name, value in loaded.items() if not name.startswith("__")}
 
