@@ -2,6 +2,7 @@
 #include "servers/dynamics/other_bodies.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/bit_hash.h"
 #include "common/multibody/kinematics.h"
@@ -41,7 +42,9 @@ ContactSpec make_law(ContactSpec contact) {
 OtherBodies::Moving OtherBodies::make_moving(const Mover& mover, int first_link) {
   const RobotDescription varied = vary_robot(mover.robot, mover.scenario);
   const Scenario scenario = vary_scenario(mover.robot, mover.scenario);
-  Moving moving{mover.name, mover.is_robot, Simulator(varied, scenario), Pushes(varied, scenario, make_initial_state(varied, scenario)), {}, {}, first_link, mover.num_bodies(), {}};
+  Simulator simulator(varied, scenario);
+  Pushes pushes(varied, scenario, simulator.state());
+  Moving moving{mover.name, mover.is_robot, std::move(simulator), std::move(pushes), {}, {}, first_link, mover.num_bodies(), {}};
   moving.start = moving.simulator.state();
   moving.start.V_WB = mover.V_WB;
   return moving;
