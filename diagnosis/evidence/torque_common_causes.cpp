@@ -37,10 +37,7 @@ class Search {
  private:
   double sum_likelihood(const TorqueFit& fit) const {
     double sum = 0.0;
-    for (size_t i = 0; i < design_.joints.size(); ++i) {
-      const JointDesign& joint = design_.joints[i];
-      sum += calc_evidence(joint, fit.cross[i] + std::pow(kKnown * joint.spread, 2));
-    }
+    for (size_t i = 0; i < design_.joints.size(); ++i) sum += calc_blurred_evidence(design_.joints[i], fit.cross[i]);
     return sum;
   }
 

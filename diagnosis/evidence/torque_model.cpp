@@ -149,12 +149,12 @@ double calc_evidence(const JointDesign& joint, double cross) {
   return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
 }
 
+double calc_blurred_evidence(const JointDesign& joint, double cross) { return calc_evidence(joint, cross + std::pow(kKnown * joint.spread, 2)); }
+
 double calc_blurred_evidence(const TorqueDesign& design, const TorqueFit& fit) {
   double evidence = fit.evidence;
-  for (size_t i = 0; i < design.joints.size(); ++i) {
-    const JointDesign& joint = design.joints[i];
-    evidence += calc_evidence(joint, fit.cross[i] + std::pow(kKnown * joint.spread, 2)) - calc_evidence(joint, fit.cross[i]);
-  }
+  for (size_t i = 0; i < design.joints.size(); ++i)
+    evidence += calc_blurred_evidence(design.joints[i], fit.cross[i]) - calc_evidence(design.joints[i], fit.cross[i]);
   return evidence;
 }
 

@@ -66,7 +66,8 @@ constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole 
 // Log-likelihood [nats] of a joint's cross-validated mean square [(N m)^2], but for a constant.
 double calc_evidence(const JointDesign& joint, double cross);
 
-// Evidence of a fit in which no joint's error counts below the share to which efforts and masses are known.
+// The same where no error counts below the share to which efforts and masses are known; of a fit, with its prior costs.
+double calc_blurred_evidence(const JointDesign& joint, double cross);
 double calc_blurred_evidence(const TorqueDesign& design, const TorqueFit& fit);
 
 // Smallest mean square as a share of the squared effort spread: errors of filters and rounding.
