@@ -17,7 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-
 struct Solution {
   Eigen::VectorXd value, std;
 };

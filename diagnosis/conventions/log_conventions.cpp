@@ -78,7 +78,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
   f["alternatives"] = Json::array({make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
-  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative(*find_effect("payload"), {{"link", e.robot.tree.links.back().name}}, Json::object()));
+  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative(get_effect(EffectId::kPayload), {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 

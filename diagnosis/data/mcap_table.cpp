@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
 #include "common/log/log_table.h"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/draft/bag_draft.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cstdio>
-#include <map>
 #include <optional>
+#include <set>
 
 #include "common/base/join_words.h"
 #include "common/log/ros_bag.h"

@@ -13,8 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
-
 // Normal equations of one joint. Columns: velocity, sign of velocity, acceleration, load that drives the joint.
 struct Normal {
   Eigen::Matrix4d gram = Eigen::Matrix4d::Zero();

@@ -16,7 +16,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
 std::string get_place_name(const Experiment& e, const Term& term) {
   const PlaceKind place = term.row->place;
   if (place == PlaceKind::kJoint) return e.robot.tree.joint(term.place).name;

@@ -12,7 +12,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-
 struct Pair {
   size_t foot = 0, sensor = 0;
 };

@@ -8,8 +8,8 @@
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/floating/body_motion.h"
 #include "diagnosis/measurement/floating/candidate_laws.h"
@@ -173,6 +173,7 @@ class WeightChecker {
   }
 
   static size_t count_recordings(const ChannelRows& c) { return split_by_recording(c).size(); }
+
   // An equation's rows by recording; of one alone by quarters of half a second at least, which have to agree as recordings do.
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
