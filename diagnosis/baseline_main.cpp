@@ -12,7 +12,7 @@
 #include "common/base/run_main.h"
 #include "common/base/version.h"
 #include "diagnosis/evidence/plain_model.h"
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/simulation/windows.h"
 

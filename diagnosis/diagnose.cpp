@@ -3,13 +3,13 @@
 #include <set>
 
 #include "common/base/join_words.h"
-#include "diagnosis/held_feet/held_feet.h"
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/fixed_base.h"
+#include "diagnosis/floating/diagnose.h"
+#include "diagnosis/held_feet/held_feet.h"
 #include "diagnosis/link_evidence.h"
 #include "diagnosis/many_drives/legged.h"
-#include "diagnosis/measurement/floating/diagnose.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/toss/search.h"
 

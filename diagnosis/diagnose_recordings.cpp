@@ -17,7 +17,7 @@
 #include "diagnosis/conventions/unit_doubts.h"
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/data/stretches.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/findings/simpler_law.h"

@@ -10,8 +10,8 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_deflection.h"
-#include "diagnosis/evidence/link_findings.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/links/findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/simulation/bodies.h"
 

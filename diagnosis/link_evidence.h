@@ -5,8 +5,8 @@
 
 #include <set>
 
-#include "diagnosis/evidence/link_findings.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/links/findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {

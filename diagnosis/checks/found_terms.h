@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 
 namespace hrp::diagnosis {
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 
 namespace hrp::diagnosis {
 

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

@@ -6,7 +6,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 

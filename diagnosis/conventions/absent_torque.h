@@ -9,7 +9,7 @@
 // joint explains most of what is left. Where the torque is absent, it explains nothing.
 #pragma once
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

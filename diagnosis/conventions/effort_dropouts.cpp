@@ -11,7 +11,7 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/torque_flags.h"
+#include "diagnosis/measurement/torque/flags.h"
 
 namespace hrp::diagnosis {
 namespace {

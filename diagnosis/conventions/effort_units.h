@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

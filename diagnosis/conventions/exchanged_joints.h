@@ -2,7 +2,7 @@
 // Columns of two joints that are exchanged in a log: drivers sort joints by name, scripts by number.
 #pragma once
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

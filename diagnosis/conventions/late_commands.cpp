@@ -15,8 +15,8 @@
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
-#include "diagnosis/measurement/term_rows.h"
-#include "diagnosis/measurement/torque_effort.h"
+#include "diagnosis/measurement/torque/effort.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 

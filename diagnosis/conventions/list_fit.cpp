@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/evidence/torque_loads.h"
+#include "diagnosis/evidence/torque/loads.h"
 
 namespace hrp::diagnosis {
 namespace {

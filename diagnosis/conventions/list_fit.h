@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "diagnosis/evidence/torque_design.h"
+#include "diagnosis/evidence/torque/design.h"
 
 namespace hrp::diagnosis {
 

@@ -8,7 +8,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -12,7 +12,7 @@
 #include <limits>
 #include <vector>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

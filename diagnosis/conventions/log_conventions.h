@@ -2,8 +2,8 @@
 // Logs of real machines that count otherwise than the model: angles of motors before their gears (measurement/gear_ratios.h),
 // efforts that are currents (conventions/effort_units.h), joints whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
 // friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
-// (measurement/floating/body_units.h), axes and clocks (measurement/floating/sensor_frames.h), sides (measurement/floating/exchanged_sides.h), and are
-// above the foot or below it (measurement/floating/whole_readings.h). All else is then judged in the model's own units.
+// (floating/conventions/body_units.h), axes and clocks (floating/conventions/sensor_frames.h), sides (floating/conventions/exchanged_sides.h), and are
+// above the foot or below it (floating/log/whole_readings.h). All else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/conventions/absent_torque.h"
@@ -12,13 +12,13 @@
 #include "diagnosis/conventions/late_commands.h"
 #include "diagnosis/conventions/remarks.h"
 #include "diagnosis/conventions/stated_friction.h"
-#include "diagnosis/measurement/floating/body_units.h"
-#include "diagnosis/measurement/floating/exchanged_sides.h"
-#include "diagnosis/measurement/floating/gone_gravity.h"
-#include "diagnosis/measurement/floating/pose_frames.h"
-#include "diagnosis/measurement/floating/sensor_frames.h"
-#include "diagnosis/measurement/floating/turned_legs.h"
-#include "diagnosis/measurement/floating/whole_readings.h"
+#include "diagnosis/floating/conventions/body_units.h"
+#include "diagnosis/floating/conventions/exchanged_sides.h"
+#include "diagnosis/floating/conventions/gone_gravity.h"
+#include "diagnosis/floating/conventions/pose_frames.h"
+#include "diagnosis/floating/conventions/sensor_frames.h"
+#include "diagnosis/floating/conventions/turned_legs.h"
+#include "diagnosis/floating/log/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/first.h"
 

@@ -9,7 +9,7 @@
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"

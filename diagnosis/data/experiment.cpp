@@ -162,7 +162,7 @@ void take_by_hand(Experiment* e) {
                                                "in all of them somebody pushes with a force that is not known: nothing is left"));
 }
 
-// On a fixed base; others cut theirs by what each sensor read anew (measurement/floating/tracks.h).
+// On a fixed base; others cut theirs by what each sensor read anew (floating/log/tracks.h).
 void take_between_gaps(Experiment* e) {
   if (e->scenario.floating_base) return;
   std::vector<Recording> parts;

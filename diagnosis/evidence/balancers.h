@@ -3,7 +3,7 @@
 // does. A force at a link acts at all joints that carry it; a balancer acts at its own.
 #pragma once
 
-#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque/grade.h"
 
 namespace hrp::diagnosis {
 

@@ -11,7 +11,7 @@
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/findings/odd_sizes.h"
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/report/report.h"
 

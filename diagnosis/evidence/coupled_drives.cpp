@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/model/tree.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/measurement/torque/residual.h"
 
 namespace hrp::diagnosis {
 namespace {

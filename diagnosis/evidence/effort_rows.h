@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 #include "diagnosis/search/fit_residuals.h"
 
 namespace hrp::diagnosis {

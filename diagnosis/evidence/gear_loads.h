@@ -4,7 +4,7 @@
 // hand is in neither, and friction of the load then fits badly. The recorded effort contains all of them.
 #pragma once
 
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque/model.h"
 
 namespace hrp::diagnosis {
 

@@ -9,7 +9,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/gear_ratios.h"
 #include "diagnosis/measurement/passive_torque.h"
-#include "diagnosis/measurement/torque_load.h"
+#include "diagnosis/measurement/torque/load.h"
 
 namespace hrp::diagnosis {
 namespace {

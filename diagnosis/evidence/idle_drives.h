@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

@@ -8,8 +8,8 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_gears.h"
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/evidence/torque/gears.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis {

@@ -2,7 +2,7 @@
 // Alternatives that the missing torque cannot distinguish from a finding, even if the finding fits well.
 #pragma once
 
-#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque/grade.h"
 #include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis {
@@ -22,7 +22,7 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
                                                 const GradedTerm* level);
 
 // Alternative to a wrong mass beside load-dependent friction: one gear that is hard to drive backwards
-// (torque_gears.h). `friction`: load-dependent friction of the only joint that carries the link of `mass`.
+// (torque/gears.h). `friction`: load-dependent friction of the only joint that carries the link of `mass`.
 Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass, const GradedTerm& friction);
 
 // An estimate from a 95 % range. Its standard deviation also contains `deviation`.

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque/grade.h"
 
 namespace hrp::diagnosis {
 

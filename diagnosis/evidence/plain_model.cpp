@@ -6,7 +6,7 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/model/made.h"
 #include "diagnosis/simulation/bodies.h"
 

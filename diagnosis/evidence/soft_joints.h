@@ -4,7 +4,7 @@
 // rotors and masses would stand in for it.
 #pragma once
 
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/model/effect.h"
 

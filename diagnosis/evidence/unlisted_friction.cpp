@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/evidence/torque_samples.h"
+#include "diagnosis/evidence/torque/samples.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/model/tree.h"
 

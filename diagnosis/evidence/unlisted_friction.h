@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "diagnosis/evidence/joint_rows.h"
-#include "diagnosis/evidence/torque_grade.h"
+#include "diagnosis/evidence/torque/grade.h"
 
 namespace hrp::diagnosis {
 

@@ -8,8 +8,8 @@
 #include "diagnosis/data/noise.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/evidence/torque_report.h"
+#include "diagnosis/evidence/torque/findings.h"
+#include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/held_feet/foot_give.h"
 
 namespace hrp::diagnosis::held_feet {

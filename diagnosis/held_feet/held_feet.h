@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Robots on a rail or stand whose feet touch the ground or are held, with the measured force on them: each joint by its
-// missing torque (measurement/torque.h), what gives by the foot's height (foot_give.h). Nothing is simulated.
+// missing torque (measurement/torque/torque.h), what gives by the foot's height (foot_give.h). Nothing is simulated.
 #pragma once
 
 #include <functional>

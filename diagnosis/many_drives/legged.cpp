@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/many_drives/legged.h"
 
-#include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/evidence/torque_report.h"
+#include "diagnosis/evidence/torque/findings.h"
+#include "diagnosis/evidence/torque/report.h"
+#include "diagnosis/floating/fit/servo_fit.h"
+#include "diagnosis/floating/log/correct_log.h"
 #include "diagnosis/many_drives/legged_torques.h"
-#include "diagnosis/measurement/floating/correct_log.h"
-#include "diagnosis/measurement/floating/servo_fit.h"
 
 namespace hrp::diagnosis::many_drives {
 namespace {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Diagnosis of legged robots with losses in every drive, whatever their sensors and whether they walk:
-//   - each joint is judged by its missing torque alone (evidence/torque_findings.h),
-//   - bodies, soles and sensors by the equations of measurement/floating without drives.
+//   - each joint is judged by its missing torque alone (evidence/torque/findings.h),
+//   - bodies, soles and sensors by the equations of floating/ without drives.
 #pragma once
 
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis::many_drives {

@@ -6,9 +6,9 @@
 
 #include "diagnosis/data/csv.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/floating/equations/residuals.h"
 #include "diagnosis/many_drives/grid_series.h"
-#include "diagnosis/measurement/floating/equations/residuals.h"
-#include "diagnosis/measurement/torque_flags.h"
+#include "diagnosis/measurement/torque/flags.h"
 
 namespace hrp::diagnosis::many_drives {
 namespace {

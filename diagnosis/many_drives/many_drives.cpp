@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/evidence/torque_report.h"
+#include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/findings/schema2.h"
 #include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/free_play.h"

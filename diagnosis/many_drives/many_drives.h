@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Diagnosis of standing robots with losses in every drive, as real robots have. Adding one effect after another would
 // take hours. Instead
-//   - each joint is judged by its missing torque alone (evidence/torque_findings.h),
+//   - each joint is judged by its missing torque alone (evidence/torque/findings.h),
 //   - links, feet and sensors by the equations without drives: balance, tilt, positions, gyroscope.
 #pragma once
 
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/fit.h"
 

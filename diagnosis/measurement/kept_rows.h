@@ -2,7 +2,7 @@
 // Rows of the full grid at the kept samples of a recording.
 #pragma once
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

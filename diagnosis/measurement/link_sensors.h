@@ -4,8 +4,8 @@
 #pragma once
 
 #include "diagnosis/measurement/link_readings.h"
+#include "diagnosis/measurement/torque/torque.h"
 #include "diagnosis/model/effect.h"
-#include "diagnosis/measurement/torque.h"
 
 namespace hrp::diagnosis {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 
 namespace hrp::diagnosis {
 namespace {

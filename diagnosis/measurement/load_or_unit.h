@@ -4,7 +4,7 @@
 #pragma once
 
 #include "diagnosis/measurement/kept_samples.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 
 namespace hrp::diagnosis {
 

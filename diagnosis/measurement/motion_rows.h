@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <vector>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

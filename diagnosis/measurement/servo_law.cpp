@@ -18,7 +18,7 @@
 #include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/servo_rates.h"
 #include "diagnosis/measurement/servo_slope.h"
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {

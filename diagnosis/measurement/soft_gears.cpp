@@ -11,7 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/measurement/load_or_unit.h"
-#include "diagnosis/measurement/torque_load.h"
+#include "diagnosis/measurement/torque/load.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {

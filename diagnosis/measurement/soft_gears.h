@@ -15,7 +15,7 @@
 #include <optional>
 #include <vector>
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 
 namespace hrp::diagnosis {
 

@@ -3,7 +3,7 @@
 // between the rail and the foot, and springs, zeros and loads would stand in for it.
 #pragma once
 
-#include "diagnosis/measurement/torque_work.h"
+#include "diagnosis/measurement/torque/work.h"
 
 namespace hrp::diagnosis {
 

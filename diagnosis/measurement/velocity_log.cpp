@@ -10,7 +10,7 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/measurement/term_rows.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {

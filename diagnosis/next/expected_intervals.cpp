@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_samples.h"
+#include "diagnosis/evidence/torque/samples.h"
 #include "diagnosis/next/motions.h"
 #include "diagnosis/next/proposal_parts.h"
 

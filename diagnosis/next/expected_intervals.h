@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/next/torque_rows.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/search/explore.h"

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a report of many effects leaves open, as terms of the missing torque (measurement/torque_terms.h). Each question
+// What a report of many effects leaves open, as terms of the missing torque (measurement/torque/terms.h). Each question
 // is about one finding: it may be another effect, or nothing. All other terms stay, with free values.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "diagnosis/evidence/torque_model.h"
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {

@@ -11,8 +11,8 @@
 #include "controller/walking/stabilizer.h"
 #include "controller/walking/whole_body.h"
 #include "diagnosis/data/servo_gains.h"
-#include "diagnosis/measurement/floating/contacts.h"
-#include "diagnosis/measurement/floating/legged_log.h"
+#include "diagnosis/floating/log/contacts.h"
+#include "diagnosis/floating/log/legged_log.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -8,8 +8,8 @@
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
-#include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/evidence/torque/findings.h"
+#include "diagnosis/measurement/torque/residual.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/measurement/floating/body_units.h"
-#include "diagnosis/measurement/floating/gone_gravity.h"
-#include "diagnosis/measurement/floating/sensor_frames.h"
-#include "diagnosis/measurement/floating/shift_columns.h"
+#include "diagnosis/floating/conventions/body_units.h"
+#include "diagnosis/floating/conventions/gone_gravity.h"
+#include "diagnosis/floating/conventions/sensor_frames.h"
+#include "diagnosis/floating/fit/shift_columns.h"
 #include "tests/shared_files.h"
 
 namespace hrp::diagnosis::floating {

@@ -6,7 +6,7 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/by_hand.h"
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 #include "diagnosis/next/hung_loads.h"
 #include "diagnosis/next/propose.h"
 #include "diagnosis/report/report.h"

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
+#include "diagnosis/floating/diagnose.h"
 #include "diagnosis/many_drives/joint_torques.h"
-#include "diagnosis/measurement/floating/diagnose.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
 

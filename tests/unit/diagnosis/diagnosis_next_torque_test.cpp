@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/evidence/torque_intervals.h"
+#include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/propose.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/measurement/floating/servo_fit.h"
+#include "diagnosis/floating/fit/servo_fit.h"
 
 namespace hrp::diagnosis::floating {
 namespace {

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "tests/shared_files.h"
 
 namespace hrp::diagnosis {

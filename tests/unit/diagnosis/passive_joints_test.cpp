@@ -9,7 +9,7 @@
 #include "diagnosis/checks/checks.h"
 #include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/data/plausibility.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/search/missing.h"
 #include "diagnosis/search/problem.h"
 

@@ -2,7 +2,7 @@
 // A torque that ripples with a joint's position is found whatever its period, beside friction and rotors.
 #include "diagnosis/measurement/ripple.h"
 
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/simulation/bodies.h"
 #include "tests/unit/diagnosis/joint_sines.h"

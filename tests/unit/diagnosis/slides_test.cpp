@@ -5,7 +5,7 @@
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -4,7 +4,7 @@
 
 #include "diagnosis/evidence/soft_joints.h"
 #include "diagnosis/measurement/soft_gears.h"
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/measurement/torque/residual.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {

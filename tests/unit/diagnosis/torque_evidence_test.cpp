@@ -6,11 +6,11 @@
 #include <filesystem>
 
 #include "diagnosis/evidence/polish.h"
-#include "diagnosis/measurement/torque_residual.h"
+#include "diagnosis/evidence/torque/misleading.h"
+#include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/windows.h"
 #include "test_places.h"
-#include "diagnosis/evidence/torque_misleading.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {

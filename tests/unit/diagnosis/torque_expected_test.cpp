@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/evidence/torque_gears.h"
+#include "diagnosis/evidence/torque/gears.h"
 #include "tests/shared_files.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 

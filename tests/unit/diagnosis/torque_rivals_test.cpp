@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "diagnosis/evidence/indistinguishable.h"
-#include "diagnosis/evidence/torque_findings.h"
-#include "diagnosis/evidence/torque_misleading.h"
+#include "diagnosis/evidence/torque/findings.h"
+#include "diagnosis/evidence/torque/misleading.h"
 #include "diagnosis/simulation/bodies.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "diagnosis/findings/families.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 #include "diagnosis/standing/effects.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 

@@ -2,7 +2,7 @@
 // Curves of the effort with what was found: they have to meet the recording where everything was found.
 #include "diagnosis/checks/torque_traces.h"
 
-#include "diagnosis/measurement/torque.h"
+#include "diagnosis/measurement/torque/torque.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "diagnosis/evidence/torque_findings.h"
+#include "diagnosis/evidence/torque/findings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {

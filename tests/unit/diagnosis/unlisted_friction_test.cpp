@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/evidence/unlisted_friction.h"
-#include "diagnosis/measurement/torque_terms.h"
+#include "diagnosis/measurement/torque/terms.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {

@@ -2,7 +2,7 @@
 // The scenario that replays a recording begins where the recording does: a robot that jumps there is thrown.
 #include "common/robot/scenario.h"
 #include "diagnosis/evidence/best_model.h"
-#include "diagnosis/evidence/torque_report.h"
+#include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/report/report.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/model_parser/robot_loader.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sensors of the vertical force alone, while their feet swing and land.
-#include "diagnosis/measurement/floating/air_zeros.h"
+#include "diagnosis/floating/checks/air_zeros.h"
 
 #include <gtest/gtest.h>
 

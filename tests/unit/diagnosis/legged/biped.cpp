@@ -10,7 +10,7 @@
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "common/spatial/turn.h"
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
 #include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis::floating {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Columns of left and right legs that are exchanged in other people's walks.
-#include "diagnosis/measurement/floating/exchanged_legs.h"
+#include "diagnosis/floating/conventions/exchanged_legs.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <utility>
 
-#include "diagnosis/measurement/floating/exchanged_sides.h"
+#include "diagnosis/floating/conventions/exchanged_sides.h"
 #include "test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 

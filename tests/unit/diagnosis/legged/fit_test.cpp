@@ -6,11 +6,11 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/measurement/floating/contacts.h"
-#include "diagnosis/measurement/floating/least_squares.h"
-#include "diagnosis/measurement/floating/remaining.h"
-#include "diagnosis/measurement/floating/report/check_findings.h"
-#include "diagnosis/measurement/floating/words.h"
+#include "diagnosis/floating/fit/least_squares.h"
+#include "diagnosis/floating/fit/remaining.h"
+#include "diagnosis/floating/log/contacts.h"
+#include "diagnosis/floating/report/check_findings.h"
+#include "diagnosis/floating/report/words.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/rows.h"
 

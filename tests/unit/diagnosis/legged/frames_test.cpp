@@ -8,11 +8,11 @@
 
 #include "common/spatial/turn.h"
 #include "diagnosis/conventions/log_conventions.h"
-#include "diagnosis/measurement/floating/body_units.h"
-#include "diagnosis/measurement/floating/diagnose.h"
-#include "diagnosis/measurement/floating/frame_search.h"
-#include "diagnosis/measurement/floating/sensor_frames.h"
-#include "diagnosis/measurement/floating/whole_readings.h"
+#include "diagnosis/floating/conventions/body_units.h"
+#include "diagnosis/floating/conventions/frame_search.h"
+#include "diagnosis/floating/conventions/sensor_frames.h"
+#include "diagnosis/floating/diagnose.h"
+#include "diagnosis/floating/log/whole_readings.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 

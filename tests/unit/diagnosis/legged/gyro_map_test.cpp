@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A gyroscope against how the body turns by others.
-#include "diagnosis/measurement/floating/gyro_map.h"
+#include "diagnosis/floating/checks/gyro_map.h"
 
 #include <gtest/gtest.h>
 

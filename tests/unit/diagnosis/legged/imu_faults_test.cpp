@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gyroscopes with another scale, and IMUs that are turned.
-#include "diagnosis/measurement/floating/imu_faults.h"
+#include "diagnosis/floating/checks/imu_faults.h"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
 
 namespace hrp::diagnosis::floating {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A foot's vertical force that is late against the other foot's.
-#include "diagnosis/measurement/floating/late_feet.h"
+#include "diagnosis/floating/checks/late_feet.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <random>
 #include <string>
 
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
 #include "tests/unit/diagnosis/legged/rows.h"

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/measurement/floating/candidate_laws.h"
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
+#include "diagnosis/floating/fit/candidate_laws.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
 

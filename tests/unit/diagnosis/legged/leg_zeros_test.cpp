@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Legs whose encoders have the sole askew by the same in every recording.
-#include "diagnosis/measurement/floating/leg_zeros.h"
+#include "diagnosis/floating/checks/leg_zeros.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A recorded pose of the base that is late or in another convention. Legs that stand and the IMU agree against it.
-#include "diagnosis/measurement/floating/pose_frames.h"
+#include "diagnosis/floating/conventions/pose_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <filesystem>
 
 #include "common/spatial/turn.h"
-#include "diagnosis/measurement/floating/sensor_frames.h"
-#include "diagnosis/measurement/floating/shift_columns.h"
+#include "diagnosis/floating/conventions/sensor_frames.h"
+#include "diagnosis/floating/fit/shift_columns.h"
 #include "test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 

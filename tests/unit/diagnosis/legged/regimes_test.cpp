@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A law has one size in every regime that tells it.
-#include "diagnosis/measurement/floating/regimes.h"
+#include "diagnosis/floating/fit/regimes.h"
 
 #include <gtest/gtest.h>
 

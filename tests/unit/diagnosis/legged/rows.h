@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "diagnosis/measurement/floating/candidate_laws.h"
-#include "diagnosis/measurement/floating/row_table.h"
+#include "diagnosis/floating/fit/candidate_laws.h"
+#include "diagnosis/floating/fit/row_table.h"
 
 namespace hrp::diagnosis::floating {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which effects the search names, on equations that are made by hand.
-#include "diagnosis/measurement/floating/search/search.h"
+#include "diagnosis/floating/search/search.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
-#include "diagnosis/measurement/floating/search/gain.h"
-#include "diagnosis/measurement/floating/search/rivals.h"
+#include "diagnosis/floating/search/gain.h"
+#include "diagnosis/floating/search/rivals.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/rows.h"
 

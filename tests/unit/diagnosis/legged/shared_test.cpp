@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "diagnosis/data/recording.h"
-#include "diagnosis/measurement/floating/diagnose.h"
+#include "diagnosis/floating/diagnose.h"
 #include "test_places.h"
 
 namespace hrp::diagnosis::floating {

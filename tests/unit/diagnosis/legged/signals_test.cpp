@@ -6,12 +6,12 @@
 #include <iterator>
 #include <random>
 
-#include "diagnosis/measurement/floating/checks.h"
-#include "diagnosis/measurement/floating/correct_log.h"
-#include "diagnosis/measurement/floating/diagnose.h"
-#include "diagnosis/measurement/floating/landings.h"
-#include "diagnosis/measurement/floating/load_share.h"
-#include "diagnosis/measurement/floating/tracks.h"
+#include "diagnosis/floating/checks/checks.h"
+#include "diagnosis/floating/checks/landings.h"
+#include "diagnosis/floating/checks/load_share.h"
+#include "diagnosis/floating/diagnose.h"
+#include "diagnosis/floating/log/correct_log.h"
+#include "diagnosis/floating/log/tracks.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {

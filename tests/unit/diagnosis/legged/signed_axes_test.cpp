@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Columns of a gyroscope or an accelerometer with another sign or order than the model's axes, beside a right other half.
-#include "diagnosis/measurement/floating/signed_axes.h"
+#include "diagnosis/floating/conventions/signed_axes.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "common/spatial/rpy.h"
 #include "diagnosis/conventions/log_conventions.h"
-#include "diagnosis/measurement/floating/sensor_frames.h"
+#include "diagnosis/floating/conventions/sensor_frames.h"
 #include "test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Soles that the encoders have askew while they stand.
-#include "diagnosis/measurement/floating/sole_check.h"
+#include "diagnosis/floating/checks/sole_check.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A joint of a leg that counts the other way, in our biped and in other people's walks.
-#include "diagnosis/measurement/floating/turned_legs.h"
+#include "diagnosis/floating/conventions/turned_legs.h"
 
 #include <gtest/gtest.h>
 

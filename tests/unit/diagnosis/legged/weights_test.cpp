@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "diagnosis/measurement/floating/diagnose.h"
-#include "diagnosis/measurement/floating/foot_scales.h"
+#include "diagnosis/floating/checks/foot_scales.h"
+#include "diagnosis/floating/diagnose.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {

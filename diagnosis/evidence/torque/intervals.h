@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Estimates how much a parameter differs between parts of the recordings. If the model lacks some physics, the best
+// value depends on the regime. The noise alone does not show that.
+#pragma once
+
+#include "diagnosis/evidence/torque/model.h"
+
+namespace hrp::diagnosis {
+
+// Standard deviation by column of a joint's part of the model (its own terms, then the whole robot's), in addition to
+// the noise:
+//
+// - Between parts: recordings; quarters by time, speed, position, load. The variance between parts is that of random
+//   effects (DerSimonian and Laird 1986), for the value in one more part (Higgins, Thompson and Spiegelhalter 2009).
+//   The division with the largest variance counts.
+// - Drift: change from the middle of a recording to its ends, if it is significant.
+// - Considered, not estimated (Schmidt 1966): the torque constant is known to 2 %, sampling instants to half a sample.
+//   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a tenth over a
+//   turn; a joint that moved through part of a turn shows only that part.
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
+
+// Sums over the samples of one joint, from which its considered errors follow. Those of several recordings add up.
+struct ConsideredSums {
+  Eigen::MatrixXd xx;     // column x column, of the regressors
+  Eigen::MatrixXd moved;  // column x 2: regressors by the effort [N m] and by its rate [N m/s]
+};
+
+// `x`: sample x column; `effort` [N m] and `effort_rate` [N m/s] by sample.
+ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate);
+
+// Variance by column if the torque constant is wrong by 2 % and the effort is late by half a sample. `sample_time` [s].
+Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time);
+
+// Standard deviation by slot of `fit`, of a model with terms of the whole robot: each joint's torque constant and each other
+// link's mass is known to 2 %. Unlike what parts of one joint say, this concerns the rows of all joints.
+Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
+
+// Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
+double calc_unseen_std(double level, double travel);
+
+}  // namespace hrp::diagnosis

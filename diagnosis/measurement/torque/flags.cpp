@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/measurement/torque/flags.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/quantile.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Stretches in which no encoder moves although drives work: a frozen log, or a robot that was switched off. Leaves out
+// the time before and after as well.
+constexpr double kFrozenTime = 0.3;   // [s] shortest stretch
+constexpr double kLeadTime = 0.5;     // [s] left out around a frozen stretch
+// While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
+// neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
+constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
+// Robust standard deviations, far beyond any noise: the position of an encoder that rests, or a reading that the filter
+// takes apart.
+constexpr double kSudden = 8.0;
+// Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
+// out.
+constexpr double kLostSamples = 3.5;  // [sampling periods] at least
+constexpr double kGapReach = 1.0;    // [periods of the cutoff] left out around a gap
+
+// Range of each joint's effort over the samples with `still` == `wanted`.
+Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
+  Eigen::ArrayXd low = Eigen::ArrayXd::Constant(r.effort.cols(), 1e300), high = -low;
+  for (long k = 0; k < r.effort.rows(); ++k) {
+    if (still[k] != wanted) continue;
+    low = low.min(r.effort.row(k).transpose().array()), high = high.max(r.effort.row(k).transpose().array());
+  }
+  return (high - low).max(0.0);
+}
+
+}  // namespace
+
+Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cutoff) {
+  const long rows = v.size(), least = std::lround(kSticks / cutoff / step), reach = std::lround(kFilterReach / cutoff / step);
+  Flags moving = v.array().abs() > slow;
+  const Flags fast = moving;
+  for (long begin = 0; begin < rows; ++begin) {
+    if (fast[begin]) continue;
+    long end = begin;
+    while (end < rows && !fast[end]) ++end;
+    const long from = std::max(0L, begin - reach), to = std::min(rows, end + reach);
+    if (end - begin >= least) moving.segment(from, to - from).setConstant(false);
+    begin = end;
+  }
+  return moving;
+}
+
+void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
+               double cutoff, Flags* read) {
+  if (signal.empty()) return;
+  const double least = std::max(kFilterReach / cutoff, kLostSamples * sample_time);
+  double last = r.begin;
+  const auto mark = [&](double from, double to) {
+    if (to - from <= least) return;
+    const long begin = std::max(0L, std::lround((from - kGapReach / cutoff - r.begin) / r.step));
+    const long end = std::min(read->size(), std::lround((to + kGapReach / cutoff - r.begin) / r.step) + 1);
+    if (begin < end) read->segment(begin, end - begin).setConstant(false);
+  };
+  for (size_t k = 0; k < std::min(time.size(), signal.size()); ++k) {
+    if (!std::isfinite(signal[k])) continue;
+    mark(last, time[k]);
+    last = time[k];
+  }
+  mark(last, time.back());
+}
+
+Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step) {
+  const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
+  Flags still = Flags::Constant(rows, true);
+  for (long j = 0; j < raw.cols(); ++j) {
+    const double limit = kSudden * noise[static_cast<size_t>(j)] + 1e-9;
+    for (long k = 0; k < rows; ++k) {
+      const long end = std::min(rows - 1, k + window), begin = end - window;
+      for (long i = begin; i < end && still[k]; i += std::max(1L, window / 16))
+        still[k] = std::abs(raw(i, j) - raw(end, j)) < limit;
+    }
+  }
+  return still;
+}
+
+Flags find_frozen(const TorqueRecording& r, const Flags& still) {
+  const long rows = r.v.rows(), lead = std::lround(kLeadTime / r.step);
+  Flags frozen = Flags::Constant(rows, false);
+  if (r.q.cols() < 2 || !still.any() || still.all() || !(find_range(r, still, true) > find_range(r, still, false)).any()) return frozen;
+  for (long k = 0; k < rows; ++k) {
+    if (still[k]) frozen.segment(std::max(0L, k - lead), std::min(rows, k + lead) - std::max(0L, k - lead)).setConstant(true);
+  }
+  return frozen;
+}
+
+void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden) {
+  const Eigen::ArrayXd apart = (raw - smooth).array().abs();
+  const double limit = kSudden * find_deviation({apart.data(), apart.data() + apart.size()});
+  for (long k = 0; k < apart.size() && limit > 0.0; ++k) {
+    const long from = std::max(0L, k - reach), to = std::min(apart.size(), k + reach + 1);
+    if (apart[k] > limit) sudden->segment(from, to - from).setConstant(true);
+  }
+}
+
+Flags find_clipped(const Eigen::VectorXd& effort) {
+  const double greatest = effort.cwiseAbs().maxCoeff();
+  const Flags high = effort.array().abs() > 0.99 * greatest;
+  return greatest > 0.0 && static_cast<double>(high.count()) > 0.02 * static_cast<double>(high.size())
+             ? high
+             : Flags::Constant(effort.size(), false);
+}
+
+}  // namespace hrp::diagnosis

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The missing torque at the kept samples, and which of them tell something.
+#pragma once
+
+#include "diagnosis/measurement/torque/work.h"
+
+namespace hrp::diagnosis {
+
+// Missing torque: effort minus bodies minus the joint's own laws. Used where the joint moves and its torques are known.
+void make_missing_torque(TorqueWork* work, TorqueRecording* recording);
+
+// A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
+// sample is then larger than friction. Such stretches are left out if enough others remain.
+void leave_out_limits(TorqueWork* work, int joint);
+
+}  // namespace hrp::diagnosis
