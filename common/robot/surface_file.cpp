@@ -177,6 +177,14 @@ Mesh weld(const Mesh& mesh) {
   return welded;
 }
 
+Mesh make_outward(const Mesh& mesh) {
+  Mesh outward = weld(mesh);
+  if (calc_volume(outward) < 0.0) {
+    for (auto& [a, b, c] : outward.triangles) std::swap(b, c);
+  }
+  return outward;
+}
+
 std::shared_ptr<const Surface> load_surface(const ObstacleSpec& obstacle) {
   auto surface = std::make_shared<Surface>();
   surface->obstacle = obstacle.name;

@@ -29,5 +29,7 @@ HeightTable read_png(const std::string& path);
 
 // Vertices at the same place become one; triangles without area are left out.
 Mesh weld(const Mesh& mesh);
+// Welded, with all triangles turned round if they face inward, as those of a mirrored mesh do.
+Mesh make_outward(const Mesh& mesh);
 
 }  // namespace hrp

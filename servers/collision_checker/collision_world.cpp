@@ -80,9 +80,9 @@ void CollisionWorld::add_bodies() {
   const auto add = [&](const CollisionShape& shape, int link, double friction) {
     Body body;
     body.link = link;
-    body.shape = narrow_.add_shape(shape);
+    body.shape = pairs_.add(shape);
     body.X_LG = shape.X_LG;
-    body.radius = narrow_.get_radius(body.shape);
+    body.radius = pairs_.get_radius(body.shape);
     body.friction = friction;
     bodies_.push_back(body);
   };
@@ -94,7 +94,7 @@ void CollisionWorld::add_bodies() {
     add(make_obstacle_shape(obstacle), make_obstacle_index(static_cast<int>(k)), obstacle.friction);
     Body& body = bodies_.back();
     body.X_WG = obstacle.X_WG;
-    body.center_W = body.X_WG * narrow_.get_center(body.shape);
+    body.center_W = body.X_WG * pairs_.get_center(body.shape);
     for (size_t i = 0; i < num_robot_bodies_; ++i) {
       if (filter_.may_touch(bodies_[i].link, body.link)) obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
     }
@@ -123,9 +123,9 @@ void CollisionWorld::add_movers() {
 void CollisionWorld::add_mover_body(const Mover& mover, const CollisionShape& shape) {
   Body body;
   body.link = mover.first_body + shape.link;
-  body.shape = narrow_.add_shape(shape);
+  body.shape = pairs_.add(shape);
   body.X_LG = shape.X_LG;
-  body.radius = narrow_.get_radius(body.shape);
+  body.radius = pairs_.get_radius(body.shape);
   body.friction = mover.friction;
   bodies_.push_back(body);
   const size_t last = bodies_.size() - 1;
@@ -145,7 +145,7 @@ void CollisionWorld::add_self_pairs() {
       const Body &a = bodies_[i], &b = bodies_[j];
       if (a.link == b.link || are_neighbours(robot_.tree, a.link, b.link) || !filter_.may_touch(a.link, b.link)) continue;
       self_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
-      if (are_near(a, b) && narrow_.overlaps(a.shape, a.X_WG, b.shape, b.X_WG)) overlapping.insert({a.link, b.link});
+      if (are_near(a, b) && pairs_.overlaps(a.shape, a.X_WG, b.shape, b.X_WG)) overlapping.insert({a.link, b.link});
     }
   }
   const auto is_excluded = [&](const std::pair<int, int>& pair) {
@@ -163,7 +163,7 @@ void CollisionWorld::update_poses(const State& state) {
   for (size_t i = 0; i < num_robot_bodies_; ++i) {
     Body& body = bodies_[i];
     body.X_WG = get_pose(data_, body.link) * body.X_LG;
-    body.center_W = body.X_WG * narrow_.get_center(body.shape);
+    body.center_W = body.X_WG * pairs_.get_center(body.shape);
   }
 }
 
@@ -237,7 +237,7 @@ void CollisionWorld::calc_body_contacts(const std::vector<std::pair<int, int>>& 
       if (!are_near(a, b)) continue;
       if (pair == nullptr) pair = open_pair(link_a, link_b);
       pair->friction = is_object(link_b) ? std::min(a.friction, b.friction) : b.friction;
-      narrow_.calc_contacts(a.shape, a.X_WG, b.shape, b.X_WG, scenario_.max_sole_points, &pair->points);
+      pairs_.calc_contacts(a.shape, a.X_WG, b.shape, b.X_WG, scenario_.max_sole_points, &pair->points);
     }
     if (pair == nullptr) continue;
     if (pair->points.empty()) {
@@ -263,7 +263,7 @@ void CollisionWorld::update_mover_poses() {
   for (size_t i = first_mover_; i < bodies_.size(); ++i) {
     Body& body = bodies_[i];
     body.X_WG = get_mover_pose(body.link) * body.X_LG;
-    body.center_W = body.X_WG * narrow_.get_center(body.shape);
+    body.center_W = body.X_WG * pairs_.get_center(body.shape);
   }
 }
 

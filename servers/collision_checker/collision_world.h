@@ -14,7 +14,7 @@
 #include "common/robot/signals.h"
 #include "common/robot/sole.h"
 #include "servers/collision_checker/contact_filter.h"
-#include "servers/collision_checker/narrow_phase.h"
+#include "servers/collision_checker/shape_pairs.h"
 #include "servers/collision_checker/surface_world.h"
 
 namespace hrp {
@@ -83,7 +83,7 @@ class CollisionWorld {
   std::vector<Mover> movers_;
   ContactFilter filter_;
   SurfaceWorld surfaces_;
-  NarrowPhase narrow_;
+  ShapePairs pairs_;
   std::vector<Body> bodies_;  // shapes of the robot, by link, then obstacles
   size_t num_robot_bodies_ = 0;
   std::vector<std::pair<int, int>> obstacle_pairs_, self_pairs_, mover_pairs_;  // ordered by links

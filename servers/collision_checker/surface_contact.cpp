@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/robot/mesh.h"
+#include "common/robot/surface_file.h"
 #include "servers/collision_checker/sole_contact.h"
 
 namespace hrp {
@@ -16,7 +18,11 @@ constexpr double kSameNormal = 0.99;    // cosine
 constexpr double kSamePlace = 1e-6;     // [m]
 constexpr double kQuerySlack = 1e-3;    // [m] around the box of a shape: FCL's tests are not exact
 
+constexpr double kJustInside = 0.05;    // millimetres of overlap against centimetres of a shape
+
 constexpr int kCylinderSides = 16;
+constexpr size_t kMostPlanes = 64;     // of a mesh whose planes are all its sides; each ridge is clipped by all
+constexpr double kSamePlane = 1e-4;    // [rad] as flat bends (surface_mesh.cpp)
 
 // One way out of the surface for a point.
 struct Exit {
@@ -96,6 +102,7 @@ class BallContact {
   // True when this triangle is a way out as in add().
   bool is_way_out(const Ball& ball, const Exit& own) {
     find_exits(ball);
+    if (is_inside(ball, own) && is_beyond(ball.p, own)) return false;
     return !is_inside(ball, own) || std::none_of(exits_.begin(), exits_.end(), [&](const Exit& e) {
       return is_inside(ball, e) && e.clearance > own.clearance + kSeam && e.n.dot(own.n) < kSameNormal && !are_valley(surface_, *e.face, *own.face);
     });
@@ -103,12 +110,21 @@ class BallContact {
 
  private:
   static bool is_inside(const Ball& ball, const Exit& exit) { return exit.face != nullptr && exit.clearance < -ball.radius; }
+  // From outside a thin wall the way down to its far side passes its near side first: nothing to leave.
+  bool is_beyond(const Vector3d& p, const Exit& exit) const {
+    const double length = -exit.n.dot(p - surface_.get_corner(*exit.face, 0));
+    return std::any_of(faces_.begin(), faces_.end(), [&](int i) {
+      const Face& near = surface_.faces()[size_t(i)];
+      const double height = near.n.dot(p - surface_.get_corner(near, 0)), facing = -near.n.dot(exit.n);
+      return height > 0.0 && facing > 0.0 && height < length * facing && is_above_face(surface_, near, p + height / facing * exit.n);
+    });
+  }
   void find_exits(const Ball& ball) {
     exits_.clear();
     Exit exit;
     for (const int i : faces_) {
       const Face& face = surface_.faces()[size_t(i)];
-      if (find_face_exit(surface_, face, ball, &exit)) exits_.push_back(exit);
+      if (find_face_exit(surface_, face, ball, &exit) && !(is_inside(ball, exit) && is_beyond(ball.p, exit))) exits_.push_back(exit);
       if (ball.radius <= 0.0) continue;
       for (size_t k = 0; k < 3; ++k) {
         if (find_ridge_exit(surface_, face, k, ball, &exit)) exits_.push_back(exit);
@@ -150,18 +166,19 @@ bool clip(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b, 
   return *t1 > *t0;
 }
 
-// The side through which the segment leaves the shape with the shortest way, among those that face the surface.
+// The side through which the segment leaves the shape with the shortest way, among those that face the ridge. None if another
+// way is far shorter: then an end of the ridge is just inside, and the other ridges that meet there carry it.
 const Side* find_way_out(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b, const Vector3d& outward) {
   const Side* best = nullptr;
-  double least = std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity(), least_of_all = least;
   for (const Side& side : sides) {
-    if (side.n.dot(outward) > -0.1) continue;  // beyond 84 degrees a side does not rest on the ridge
     const double depth = side.d - std::min(side.n.dot(a), side.n.dot(b));
-    if (depth >= least) continue;
+    least_of_all = std::min(least_of_all, depth);
+    if (side.n.dot(outward) > -0.1 || depth >= least) continue;  // beyond 84 degrees a side does not rest on the ridge
     least = depth;
     best = &side;
   }
-  return best;
+  return least_of_all < kJustInside * least ? nullptr : best;
 }
 
 // Ridge k of a face against the sides of a shape, in link axes; appended in G.
@@ -204,8 +221,29 @@ void add_cylinder_sides(const CollisionShape& shape, std::vector<Side>* sides) {
   }
 }
 
-// Of a mesh: how far its points reach along the directions of which make_soles() keeps the outermost ones.
+bool holds(const Side& side, const std::vector<Vector3d>& points) {
+  return std::all_of(points.begin(), points.end(), [&](const Vector3d& p) { return side.n.dot(p) <= side.d + kSamePlace; });
+}
+
+// The planes of a mesh, in link axes, if it is convex and has few of them; else none.
+std::vector<Side> find_planes(const CollisionShape& shape) {
+  Mesh mesh = make_outward(load_mesh(shape.mesh, shape.scale));
+  for (Vector3d& v : mesh.vertices) v = shape.X_LG * v;
+  std::vector<Side> planes;
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vector3d &p = mesh.vertices[size_t(a)], &q = mesh.vertices[size_t(b)], &r = mesh.vertices[size_t(c)];
+    const Vector3d n = (q - p).cross(r - p).normalized();
+    const auto same = [&](const Side& side) { return (side.n - n).norm() < kSamePlane; };
+    if (std::any_of(planes.begin(), planes.end(), same)) continue;
+    planes.push_back({n, n.dot(p)});
+    if (planes.size() > kMostPlanes || !holds(planes.back(), mesh.vertices)) return {};
+  }
+  return planes;
+}
+
+// Of other meshes: how far their points reach along the directions of which make_soles() keeps the outermost ones.
 void add_mesh_sides(const Sole& parts, std::vector<Side>* sides) {
+  if (!sides->empty()) return;
   for (int i = 0; i < 27; ++i) {
     const int x = i % 3 - 1, y = i / 3 % 3 - 1, z = i / 9 - 1;
     const Vector3d direction(x, y, z);
@@ -219,6 +257,7 @@ void add_mesh_sides(const Sole& parts, std::vector<Side>* sides) {
 void add_sides(const CollisionShape& shape, TouchingShape* touching) {
   if (shape.kind == ShapeKind::kBox) add_box_sides(shape, &touching->sides);
   if (shape.kind == ShapeKind::kCylinder) add_cylinder_sides(shape, &touching->sides);
+  if (shape.kind == ShapeKind::kMesh) touching->sides = find_planes(shape);
   if (shape.kind == ShapeKind::kMesh) add_mesh_sides(touching->parts, &touching->sides);
 }
 

@@ -72,6 +72,26 @@ TEST(Objects, AStackStandsAndTheLowestCarriesAll) {
   EXPECT_NEAR(on_ground, 14.0 * kGravity, 0.01 * 14.0 * kGravity);
 }
 
+// Two cylinders on a box: until 2026-11-29 each touched in one point, and chattered.
+TEST(Objects, CylindersStandOnABoxAndOnEachOther) {
+  Trial trial = make_trial("objects:\n  table: {size: [0.6, 0.6, 0.2], mass: 20, position: [0, 0, 0.1]}\n"
+                           "  can: {shape: cylinder, radius: 0.05, length: 0.2, mass: 2, position: [0.1, 0, 0.3]}\n"
+                           "  cup: {shape: cylinder, radius: 0.04, length: 0.1, mass: 0.5, position: [0.1, 0, 0.45]}\n");
+  run(&trial, 2.0);
+  const ObjectStates& objects = trial.engine().objects();
+  EXPECT_NEAR(objects[1].p_WB.z(), 0.3, 2e-3) << "contacts between objects are soft, as in a stack of boxes";
+  EXPECT_NEAR(objects[2].p_WB.z(), 0.45, 3e-3);
+  for (const State& object : objects) {
+    EXPECT_LT(object.V_WB.tail<3>().norm(), 1e-3);
+    EXPECT_LT(object.V_WB.head<3>().norm(), 1e-2);
+  }
+  double on_ground = 0.0;
+  for (const PairForce& pair : trial.engine().contact_forces()) {
+    if (pair.body_b == kGround) on_ground += pair.total[5];
+  }
+  EXPECT_NEAR(on_ground, 22.5 * kGravity, 0.01 * 22.5 * kGravity);
+}
+
 TEST(Objects, ARobotPushesWhatStandsInItsWay) {
   Trial trial(load_scenario(kModels + "scenarios/push_box.yaml"));
   const TrialResult result = trial.run();
