@@ -43,6 +43,7 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
   from_message(message, &robot_);
   scenario_ = parse_scenario(robot_.scenario, robot_.scenario_path);
   names_ = BodyNames(robot_, scenario_);
+  movers_ = make_movers(robot_, scenario_);
   engine_ = make_engine();
   add_robots();
   if (in_epoch_) start_epoch(epoch_);
@@ -79,7 +80,7 @@ std::string DynamicsLoop::find_wrong_grant(const msg::StepGrant& grant) const {
            std::to_string(last_step_) + " is the last";
   }
   for (const msg::Push& push : grant.pushes()) {
-    const std::string fault = engine_ ? find_push_fault(push, robot_.tree) : find_push_fault(push);
+    const std::string fault = engine_ ? find_push_fault(push, robot_.tree, movers_) : find_push_fault(push);
     if (!fault.empty()) return "asks for a push that cannot be: " + fault;
   }
   return "";

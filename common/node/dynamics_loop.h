@@ -117,6 +117,7 @@ class DynamicsLoop : public NodeBase {
   RobotDescription robot_;
   Scenario scenario_;
   BodyNames names_;
+  std::vector<Mover> movers_;
   std::unique_ptr<DynamicsEngine> engine_;
 
   Publisher<msg::RobotState> state_publisher_;

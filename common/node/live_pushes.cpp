@@ -24,9 +24,14 @@ std::string find_push_fault(const msg::Push& push) {
   return "";
 }
 
-std::string find_push_fault(const msg::Push& push, const TreeSpec& tree) {
-  if (tree.find_frame(push.link()) < 0 && tree.find_link(push.link()) < 0) return "the robot has no link '" + push.link() + "' to push";
-  return find_push_fault(push);
+std::string find_push_fault(const msg::Push& push, const TreeSpec& tree, const std::vector<Mover>& movers) {
+  const bool known = tree.find_frame(push.link()) >= 0 || tree.find_link(push.link()) >= 0 ||
+                     std::any_of(movers.begin(), movers.end(), [&](const Mover& m) {
+                       return !find_own_link(push.link(), m.name, m.is_robot, m.robot.tree).empty();
+                     });
+  if (known) return find_push_fault(push);
+  return "there is no link '" + push.link() + "' to push" +
+         (movers.empty() ? "" : ", and no object; a link of another robot is ROBOT/LINK");
 }
 
 void PushQueue::add(const msg::Push& push) {

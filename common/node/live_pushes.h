@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/multibody/tree_spec.h"
+#include "common/robot/movers.h"
 #include "common/robot/signals.h"
 #include "hrp_idl/scheduling.h"
 
@@ -15,8 +16,8 @@ namespace hrp {
 
 // Why nobody can push like this; empty when one can. The robot's links are not looked at.
 std::string find_push_fault(const msg::Push& push);
-// The same with the robot: its links, lumped ones too.
-std::string find_push_fault(const msg::Push& push, const TreeSpec& tree);
+// The same with what can be pushed: links of the robot, lumped ones too, and the bodies of movers (Mover::name_body()).
+std::string find_push_fault(const msg::Push& push, const TreeSpec& tree, const std::vector<Mover>& movers);
 
 // Of the scheduler: gives pushes their number and the state from which on they act.
 class PushQueue {

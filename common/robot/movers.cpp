@@ -131,6 +131,20 @@ std::string Mover::name_body(int link) const {
   return is_robot ? name + "/" + robot.tree.links[static_cast<size_t>(link)].name : name;
 }
 
+std::string find_own_link(const std::string& body, const std::string& mover, bool is_robot, const TreeSpec& tree) {
+  if (!is_robot) return body == mover ? tree.links[0].name : "";
+  if (body.compare(0, mover.size() + 1, mover + "/") != 0) return "";
+  const std::string link = body.substr(mover.size() + 1);
+  return tree.find_frame(link) >= 0 || tree.find_link(link) >= 0 ? link : "";
+}
+
+bool names_mover(const Scenario& scenario, const std::string& body) {
+  return std::any_of(scenario.objects.begin(), scenario.objects.end(), [&](const ObjectSpec& o) { return o.name == body; }) ||
+         std::any_of(scenario.robots.begin(), scenario.robots.end(), [&](const RobotPlacement& r) {
+           return body.compare(0, r.name.size() + 1, r.name + "/") == 0;
+         });
+}
+
 std::string find_wrong_states(const std::vector<Mover>& movers, const std::vector<State>& states) {
   if (states.size() != movers.size()) {
     return std::to_string(states.size()) + " objects and other robots, the scenario has " + std::to_string(movers.size());
@@ -197,6 +211,10 @@ std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& sc
   for (Mover& mover : movers) {
     mover.first_body = body;
     body += mover.num_bodies();
+    for (PushSpec push : scenario.pushes) {
+      push.link = find_own_link(push.link, mover.name, mover.is_robot, mover.robot.tree);
+      if (!push.link.empty()) mover.scenario.pushes.push_back(push);
+    }
   }
   return movers;
 }

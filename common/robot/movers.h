@@ -28,7 +28,13 @@ struct Mover {
   std::string name_body(int link) const;
 };
 
-// In the order of their bodies. Throws InputError: a scenario of another robot that is no scenario, or that does not go
+// The link of a mover, or its frame, that `body` names as name_body() does; "" when it names none.
+std::string find_own_link(const std::string& body, const std::string& mover, bool is_robot, const TreeSpec& tree);
+
+// True when `body` can only mean an object or another robot of the scenario, whether it has such a link or not.
+bool names_mover(const Scenario& scenario, const std::string& body);
+
+// In the order of their bodies, each with the scenario's pushes on it. Throws InputError: a scenario of another robot that is no scenario, or that does not go
 // with this one (another time step or control period, cameras).
 std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
 

@@ -6,6 +6,7 @@
 #include "common/base/check.h"
 #include "common/base/diagnostics.h"
 #include "common/robot/hand.h"
+#include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
@@ -46,6 +47,7 @@ void check_hand(const HandSpec& hand, const std::string& key, double mass, const
 
 Pushes::Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start) : model_(robot.tree), data_(model_) {
   for (const PushSpec& spec : scenario.pushes) {
+    if (names_mover(scenario, spec.link)) continue;
     Transform X_LF;
     Push push{find_link(robot.tree, scenario, "pushes." + spec.name, spec.link, &X_LF), spec};
     push.spec.p_LQ = X_LF * spec.p_LQ;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What pushes a robot from outside: the scenario's pushes and hands, and people during a run.
+// What pushes one robot or object from outside: the scenario's pushes and hands, and people during a run.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ namespace hrp {
 // Scenario::pushes and Scenario::hands as wrenches.
 class Pushes {
  public:
-  // Throws InputError: unknown link, a hand that is too stiff for a step. `start`: where hands take hold.
+  // Leaves out pushes on objects and other robots (make_movers()). Throws InputError: unknown link, a hand that is too stiff for a step. `start`: where hands take hold.
   Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start);
   // Those that act in the step that begins at `time`; a hand's force is that of the state at the step's beginning. The
   // result lives until the next call.

@@ -31,6 +31,15 @@ class Checker {
     }
   }
   void check_link(const std::string& key, const std::string& name) { check(key, name, links_, "link"); }
+  // A link, an object, or a link of another robot.
+  void check_body(const std::string& key, const std::string& name, const RobotDescription& robot) {
+    std::vector<std::string> bodies = links_;
+    for (const ObjectSpec& object : scenario_.objects) bodies.push_back(object.name);
+    for (const OtherRobot& other : robot.robots) {
+      for (const FrameSpec& frame : other.description.tree.frames) bodies.push_back(other.name + "/" + frame.name);
+    }
+    check(key, name, bodies, scenario_.objects.empty() && robot.robots.empty() ? "link" : "link, and the scenario no object,");
+  }
   void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
   // One that may be fixed to the world, and has a frame of its own.
   void check_sensor(const std::string& key, const std::string& link, const std::string& frame) {
@@ -181,7 +190,7 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   for (const LidarSpec& lidar : scenario.sensors.lidars) {
     checker.check_sensor("sensors.lidar." + lidar.name, lidar.link, find_frame_name(lidar));
   }
-  for (const PushSpec& push : scenario.pushes) checker.check_link("pushes." + push.name + ".link", push.link);
+  for (const PushSpec& push : scenario.pushes) checker.check_body("pushes." + push.name + ".link", push.link, robot);
   for (const HandSpec& hand : scenario.hands) checker.check_link("hands." + hand.name + ".link", hand.link);
   if (scenario.controller.type == "walk") {
     checker.check_link("controller.walk.left_foot", scenario.controller.walk.left_foot);

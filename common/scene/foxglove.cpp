@@ -18,7 +18,7 @@ struct Colour {
 };
 
 constexpr Colour kBody{0.75, 0.78, 0.82, 1.0}, kSole{0.35, 0.38, 0.45, 1.0}, kFloor{0.55, 0.55, 0.52, 0.35},
-    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPush{0.45, 0.35, 0.85, 1.0},
+    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPush{0.45, 0.35, 0.85, 1.0}, kObject{0.50, 0.64, 0.42, 1.0},
     kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
 constexpr double kFloorSize = 20.0, kFloorThickness = 0.01;                      // [m]
 constexpr double kShaft = 0.012, kHead = 0.03, kLine = 0.004, kZmpDiameter = 0.03;  // [m]
@@ -181,13 +181,17 @@ std::string write_transforms(const std::vector<NamedTransform>& transforms, doub
   return json.end(']').end('}').text();
 }
 
+void add_solid_shape(const CollisionShape& shape, const Colour& colour, Entity* entity) {
+  entity->add_solid(shape.kind, shape.X_LG, find_extent(shape.kind, shape.size), colour);
+}
+
 void put_links(const RobotDescription& robot, const FrameTree& frames, double time, JsonText* json, std::vector<std::string>* notes) {
   std::vector<Entity> links(robot.tree.links.size());
   for (const CollisionShape& shape : robot.shapes) {
     Entity& entity = links[static_cast<size_t>(shape.link)];
     const Colour& colour = shape.sole ? kSole : kBody;
     if (shape.kind == ShapeKind::kMesh) add_mesh_shape(shape, colour, &entity, notes);
-    else entity.add_solid(shape.kind, shape.X_LG, find_extent(shape.kind, shape.size), colour);
+    else add_solid_shape(shape, colour, &entity);
   }
   for (size_t i = 0; i < links.size(); ++i) {
     const std::string& name = frames.get_link(static_cast<int>(i));
@@ -231,7 +235,7 @@ double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::m
 }  // namespace
 
 Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
-    : robots_(hrp::make_robots(robot, scenario)), frames_(make_frame_trees(robots_)), scenario_(scenario),
+    : robots_(hrp::make_robots(robot, scenario)), movers_(make_movers(robot, scenario)), frames_(make_frame_trees(robots_)), scenario_(scenario),
       ground_(make_ground_plane(scenario.ground)), model_(robot.tree), metres_per_newton_(calc_arrow_scale(model_.mass())) {}
 
 std::string Scene::make_fixed_transforms(double time) const {
@@ -244,6 +248,7 @@ std::string Scene::make_transforms(const State& first, const ObjectStates& other
     frames_[k].update_moving(find_robot_state(k, first, others, scenario_), &moving);
     all.insert(all.end(), moving.begin(), moving.end());
   }
+  for (size_t k = 0; k < scenario_.objects.size(); ++k) all.push_back({frames_[0].world(), scenario_.objects[k].name, others.at(k).X_WB()});
   return write_transforms(all, time);
 }
 
@@ -251,6 +256,12 @@ std::string Scene::make_robots(double time, std::vector<std::string>* notes) con
   JsonText json;
   json.begin('{').key("deletions").begin('[').end(']').key("entities").begin('[');
   for (size_t k = 0; k < robots_.size(); ++k) put_links(robots_[k].robot, frames_[k], time, &json, notes);
+  for (const Mover& mover : movers_) {
+    if (mover.is_robot) continue;
+    Entity object;
+    add_solid_shape(mover.robot.shapes[0], kObject, &object);
+    object.put("object/" + mover.name, mover.name, time, &json);
+  }
   return json.end(']').end('}').text();
 }
 
@@ -277,18 +288,29 @@ std::string Scene::make_contacts(const ContactForces& forces, double time) const
   return json.end(']').end('}').text();
 }
 
-std::string Scene::make_pushes(const State& first, const PushForces& pushes, double time) const {
-  if (first.q.size() != model_.num_joints()) throw std::invalid_argument("a state of another robot");
+Vector3d Scene::find_place(const PushForce& push, const State& first, const ObjectStates& others) const {
+  const auto place = [&](const TreeSpec& tree, const State& state, const std::string& link) {
+    const Model model(tree);
+    if (state.q.size() != model.num_joints()) throw std::invalid_argument("a state of another robot");
+    Data data(model);
+    update_kinematics(model, state, &data);
+    return Vector3d(get_pose(data, tree.find_link(link)) * push.p_LQ);
+  };
+  if (model_.spec().find_link(push.link) >= 0) return place(model_.spec(), first, push.link);
+  for (size_t k = 0; k < movers_.size(); ++k) {
+    const std::string link = find_own_link(push.link, movers_[k].name, movers_[k].is_robot, movers_[k].robot.tree);
+    if (!link.empty()) return place(movers_[k].robot.tree, others.at(k), link);
+  }
+  throw std::invalid_argument("a push on a link that is not there: " + push.link);
+}
+
+std::string Scene::make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes, double time) const {
   JsonText json;
   begin_picture(time, &json);
   if (pushes.empty()) return json.end(']').end('}').text();
-  Data data(model_);
-  update_kinematics(model_, first, &data);
   Entity all;
   for (const PushForce& push : pushes) {
-    const int link = model_.spec().find_link(push.link);
-    if (link < 0) throw std::invalid_argument("a push on a link that is not there: " + push.link);
-    all.add_arrow(get_pose(data, link) * push.p_LQ, metres_per_newton_ * push.force_W, kPush);
+    all.add_arrow(find_place(push, first, others), metres_per_newton_ * push.force_W, kPush);
     all.add_metadata((push.link + " [N]").c_str(), format_vector(push.force_W));
   }
   all.put("pushes", frames_[0].world(), time, &json);

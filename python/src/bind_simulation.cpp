@@ -328,11 +328,11 @@ void bind_simulation(py::module_& m) {
              const Vector3d p_LQ = point.is_none() ? Vector3d::Zero() : Vector3d(take_finite(point, "point", 3));
              s.idle().push(link, p_LQ, Vector3d(take_finite(force, "force", 3)), steps);
            }, py::arg("link"), py::arg("force"), py::arg("steps"), py::arg("point") = py::none(),
-           "Pushes a link of the robot from the next step on: force (3,) [N], world axes, at point (3,) [m], link axes. The next\n"
+           "Pushes a link, an object or 'robot/link' of another robot from the next step on: force (3,) [N], world axes, at point (3,) [m], link axes. The next\n"
            ""
            "push of this link ends it; steps=0 lets go. Raises InputError.")
       .def_property_readonly("pushes", &Simulation::make_pushes,
-                             "What pushed the robot over the last step, one dict each: name (of the scenario's push or hand; '': push()), link,\n"
+                             "What pushed robots and objects over the last step, one dict each: name (of the scenario's push or hand; '': push()), link,\n"
                              ""
                              "point (3,) [m], link axes, force (3,) [N], world axes.")
       .def_property_readonly("state", [](Simulation& s) { return s.idle().engine().state(); }, "A copy of the State.")

@@ -57,11 +57,14 @@ SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& 
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const ExternalWrenches& pushes = pushes_.find(simulator_.time(), simulator_.state());
+  acting_ = pushes_.acting();
   if (others_.empty()) return describe(simulator_.step(contacts, command, pushes), command);
   std::string fault;
   const ExternalWrenches& all = others_.start(contacts, simulator_.state(), pushes, &fault);
   if (fault.empty()) fault = describe(simulator_.step(others_.robot_contacts(), command, all), command);
-  return fault.empty() ? others_.finish(simulator_.contact_forces()) : fault;
+  if (fault.empty()) fault = others_.finish(simulator_.contact_forces());
+  others_.append_pushes(&acting_);
+  return fault;
 }
 
 std::string SimulatorEngine::describe(StepStatus status, const JointCommand& command) const {

@@ -15,7 +15,7 @@ class SimulatorEngine : public DynamicsEngine {
   void reset() override {
     simulator_.reset();
     others_.reset();
-    pushes_.let_go();
+    let_go();
   }
   std::string step(const ContactSet& contacts, const JointCommand& command) override;
   const State& state() const override { return simulator_.state(); }
@@ -34,26 +34,31 @@ class SimulatorEngine : public DynamicsEngine {
   const SensorSample& sensors() const override { return simulator_.sensors(); }
   const std::vector<double>& foot_forces() const override { return simulator_.foot_forces(); }
   bool push(const PushForces& forces) override {
-    pushes_.set_live(forces);
+    pushes_.set_live(others_.push(forces));
     return true;
   }
-  const PushForces& pushes() const override { return pushes_.acting(); }
+  const PushForces& pushes() const override { return acting_; }
   // Everything that decides the future: kept to go back to it. Pushes and hands depend on time and state alone.
   const Simulator& simulator() const { return simulator_; }
   const OtherBodies& other_bodies() const { return others_; }
   void restore(const Simulator& kept, const OtherBodies& others) {
     simulator_ = kept;
     others_ = others;
-    pushes_.let_go();
+    let_go();
   }
   // Step 0 at this state. False when it does not fit the robot.
   [[nodiscard]] bool reset_to(const State& state) {
     others_.reset();
-    pushes_.let_go();
+    let_go();
     return simulator_.reset(state);
   }
 
  private:
+  void let_go() {
+    pushes_.let_go();
+    others_.let_go();
+    acting_.clear();
+  }
   std::string describe(StepStatus status, const JointCommand& command) const;
   std::string describe_blow_up(const JointCommand& command) const;
 
@@ -61,6 +66,7 @@ class SimulatorEngine : public DynamicsEngine {
   Simulator simulator_;
   OtherBodies others_;
   Pushes pushes_;
+  PushForces acting_;  // over the last step, on the robot and all others
 };
 
 // For DynamicsLoop.

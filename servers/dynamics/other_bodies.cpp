@@ -68,6 +68,7 @@ OtherBodies::OtherBodies(const RobotDescription& robot, const Scenario& scenario
 void OtherBodies::reset() {
   for (Moving& moving : movers_) {
     if (!moving.simulator.reset(moving.start)) moving.simulator.reset();
+    moving.pushes.let_go();
     moving.command = JointCommand();
     moving.command.q = moving.start.q;
   }
@@ -75,6 +76,37 @@ void OtherBodies::reset() {
   report_.clear();
   forces_.clear();
   update_states();
+}
+
+PushForces OtherBodies::push(const PushForces& forces) {
+  std::vector<PushForces> theirs(movers_.size());
+  PushForces rest;
+  for (const PushForce& force : forces) {
+    std::string link;
+    size_t k = 0;
+    for (; k < movers_.size() && link.empty(); ++k) link = find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
+    if (link.empty()) {
+      rest.push_back(force);
+    } else {
+      theirs[k - 1].push_back(force);
+      theirs[k - 1].back().link = link;
+    }
+  }
+  for (size_t k = 0; k < movers_.size(); ++k) movers_[k].pushes.set_live(theirs[k]);
+  return rest;
+}
+
+void OtherBodies::let_go() {
+  for (Moving& moving : movers_) moving.pushes.let_go();
+}
+
+void OtherBodies::append_pushes(PushForces* forces) const {
+  for (const Moving& moving : movers_) {
+    for (PushForce force : moving.pushes.acting()) {
+      force.link = moving.is_robot ? moving.name + "/" + force.link : moving.name;
+      forces->push_back(force);
+    }
+  }
 }
 
 void OtherBodies::update_states() {

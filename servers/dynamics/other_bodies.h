@@ -27,6 +27,12 @@ class OtherBodies {
   const Simulator& robot(size_t k) const { return movers_[first_robot_ + k].simulator; }
   void command(size_t k, const JointCommand& command) { movers_[first_robot_ + k].command = command; }
 
+  // Sets the live pushes of all; returns those that are not theirs.
+  PushForces push(const PushForces& forces);
+  void let_go();
+  // Appends what pushed them over the last step, with names of bodies as Mover::name_body().
+  void append_pushes(PushForces* forces) const;
+
   // Forces in the state at the beginning of a step: returns those on the robot's links, with `pushes`. Empty when all is well,
   // else what is wrong with the contacts in `fault`.
   const ExternalWrenches& start(const ContactSet& contacts, const State& robot, const ExternalWrenches& pushes, std::string* fault);

@@ -83,6 +83,7 @@ void SchedulerNode::take_description(const msg::RobotDescription& message) {
   RobotDescription robot;
   from_message(message, &robot);
   tree_ = robot.tree;
+  movers_ = make_movers(robot, scenario);
   scheduler_.set_run(scenario.time_step, static_cast<uint64_t>(std::llround(duration / scenario.time_step)));
   update();
 }
@@ -160,7 +161,7 @@ std::string SchedulerNode::follow(const msg::RunControl& message) {
 std::string SchedulerNode::push(const msg::Push& push) {
   if (has_ended()) return "the run has ended";
   if (tree_.links.empty()) return "the robot is not known yet";
-  const std::string fault = find_push_fault(push, tree_);
+  const std::string fault = find_push_fault(push, tree_, movers_);
   if (fault.empty()) pushes_.add(push);
   return fault;
 }

@@ -66,6 +66,7 @@ class SchedulerNode : public NodeBase {
   Publisher<msg::RunStatus> status_publisher_;
   Grant granted_;
   TreeSpec tree_;  // of the first robot; without links before it is known
+  std::vector<Mover> movers_;
   PushQueue pushes_;
   msg::RunStatus status_;
   Clock::time_point last_status_;

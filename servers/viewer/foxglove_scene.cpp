@@ -71,12 +71,12 @@ std::string FoxgloveScene::make(const Channel& channel, double time, Bytes sourc
     State state;
     ObjectStates others;
     from_message(message, &state);
+    from_message(message, &others);
     if (channel.topic == "/scene/pushes") {
       PushForces pushes;
       from_message(message, &pushes);
-      return robot_->scene->make_pushes(state, pushes, time);
+      return robot_->scene->make_pushes(state, others, pushes, time);
     }
-    from_message(message, &others);
     return robot_->scene->make_transforms(state, others, time);
   } catch (const std::exception&) {
     return "";

@@ -87,22 +87,37 @@ async function checkVideo(browser, page) {
   check(shown.colors > 10, `and shows more than a background: ${shown.colors} colours in the last picture, at ${shown.length.toFixed(2)} s (a corner: ${shown.first})`);
 }
 
-// Dragged by the mouse, the robot is pushed with the force that the arrow shows, and let go when the button is.
-async function checkPush(page) {
+// Where the middle of the robot, or of the first object, is on the screen.
+const findSpot = (page, body) => page.evaluate((which) => {
+  const { stage } = window.hrpViewer;
+  const { left, top, width, height } = stage.canvas.getBoundingClientRect();
+  const middle = stage.controls.target.clone();
+  const at = (which === "robot" ? stage.robots[0].findBox().getCenter(middle) : stage.objects[0].getWorldPosition(middle)).project(stage.camera);
+  return [left + ((at.x + 1) / 2) * width, top + ((1 - at.y) / 2) * height];
+}, body);
+
+// Dragged by the mouse, what moves is pushed with the force that the arrow shows, and let go when the button is.
+async function checkPush(page, body, names) {
   const pushes = () => page.evaluate(() => window.hrpViewer.latest["hrp/robot_state"].pushes);
   await page.click("#push");
-  const spot = await page.evaluate(() => {
-    const { stage } = window.hrpViewer;
-    const { left, top, width, height } = stage.canvas.getBoundingClientRect();
-    const at = stage.robots[0].findBox().getCenter(stage.controls.target.clone()).project(stage.camera);
-    return [left + ((at.x + 1) / 2) * width, top + ((1 - at.y) / 2) * height];
+  const spot = await findSpot(page, body);
+  const press = async () => {
+    await page.mouse.move(...spot);
+    await page.mouse.down();
+    await page.mouse.move(spot[0] + 12, spot[1]);
+  };
+  await press();
+  const [push] = await waitFor("a push in the states", async () => {
+    const all = await pushes();
+    if (all.length === 1 && all[0].force.x ** 2 + all[0].force.y ** 2 > 1) return all;
+    // Seen once in six runs at load 23: the press did not take hold. A person presses again.
+    if (!(await page.evaluate(() => window.hrpViewer.pusher.held !== null))) {
+      await page.mouse.up();
+      await press();
+    }
+    return null;
   });
-  await page.mouse.move(...spot);
-  await page.mouse.down();
-  await page.mouse.move(spot[0] + 12, spot[1]);
-  const [push] = await waitFor("a push in the states", async () => { const all = await pushes(); return all.length === 1 && all[0].force.x ** 2 + all[0].force.y ** 2 > 1 && all; });
-  const links = await page.evaluate(() => Object.keys(window.hrpViewer.stage.robots[0].model.links));
-  check(links.includes(push.link) && push.name === "", `the link under the mouse is pushed: ${push.link}`);
+  check(names.includes(push.link) && push.name === "", `the ${body} under the mouse is pushed: ${push.link}`);
   const arrow = await waitFor("the arrow of the push", async () => (await page.describe()).arrows.find(({ part, visible }) => part === "push" && visible));
   check(arrow.foot === push.link, `an arrow shows it, of ${Math.hypot(...arrow.force).toFixed(0)} N`);
   await page.mouse.up();
@@ -134,7 +149,10 @@ async function checkPose(page) {
 }
 
 run(async () => {
-  const simulation = await startRun("live", ["--speed", "1", "--duration", "90"]);   // a busy machine may take half a minute to start a browser
+  const world = join(folder, "world.yaml");
+  writeFileSync(world, readFileSync(standing, "utf8").replace("robot: ../", `robot: ${root}/models/`) +
+    "objects: {crate: {size: [0.2, 0.2, 0.2], mass: 5, position: [0.2, 0.7, 0.1]}}\n");
+  const simulation = await startRun("live", ["--speed", "1", "--duration", "90"], world);   // a busy machine may take half a minute to start a browser
   const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
   const browser = await startBrowser();
   const page = await openPage(browser, viewer.url);
@@ -179,7 +197,8 @@ run(async () => {
   await page.click("#resume");
   await phase("RUN_RUNNING");
   check(true, "Resume goes on");
-  await checkPush(page);
+  await checkPush(page, "robot", await page.evaluate(() => Object.keys(window.hrpViewer.stage.robots[0].model.links)));
+  await checkPush(page, "object", ["crate"]);
   const epoch = (await status()).epoch;
   await page.click("#reset");
   await waitFor("a new epoch", async () => (await status()).epoch === epoch + 1);

@@ -54,6 +54,38 @@ TEST(Objects, TwoBoxesThatCollideKeepTheirMomentum) {
   EXPECT_LT(trial.engine().objects()[0].V_WB[3], trial.engine().objects()[1].V_WB[3]) << "and they part";
 }
 
+const std::string kFreeBoxes = "gravity: [0, 0, 0]\nground: {type: none}\nobjects:\n"
+                               "  a: {size: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0]}\n  b: {size: [0.2, 0.2, 0.2], mass: 3, position: [5, 0, 0]}\n";
+
+TEST(Objects, APushedObjectGainsForceTimesTime) {
+  Trial trial = make_trial(kFreeBoxes);
+  trial.push("b", Vector3d::Zero(), {0, 6, 0}, 250);
+  run(&trial, 1.0);
+  const ObjectStates& objects = trial.engine().objects();
+  EXPECT_NEAR(objects[1].V_WB[4], 6.0 * 0.25 / 3.0, 1e-12);
+  EXPECT_EQ(objects[0].V_WB.norm(), 0.0) << "only the pushed one moves";
+  EXPECT_TRUE(trial.engine().pushes().empty()) << "it is over";
+  trial.push("b", {0.1, 0, 0}, {0, 0, 1}, 100);
+  run(&trial, 0.1);
+  ASSERT_EQ(trial.engine().pushes().size(), 1u);
+  EXPECT_EQ(trial.engine().pushes()[0].link, "b");
+  EXPECT_LT(objects[1].V_WB[1], -0.1) << "beside its middle: it turns";
+}
+
+TEST(Objects, APushOfTheScenarioOnAnObjectIsTheSameToTheBit) {
+  Trial live = make_trial(kFreeBoxes), written = make_trial(kFreeBoxes + "pushes: {shove: {link: b, force: [0, 6, 0], start: 0, duration: 0.25}}\n");
+  live.push("b", Vector3d::Zero(), {0, 6, 0}, 250);
+  run(&live, 0.5);
+  run(&written, 0.5);
+  EXPECT_EQ(live.engine().state_hash(), written.engine().state_hash());
+}
+
+TEST(Objects, APushOnNothingIsRefused) {
+  EXPECT_THROW(make_trial(kFreeBoxes + "pushes: {shove: {link: c, force: [0, 6, 0], duration: 0.25}}\n"), InputError);
+  Trial trial = make_trial(kFreeBoxes);
+  EXPECT_THROW(trial.push("c", Vector3d::Zero(), {0, 6, 0}, 250), InputError);
+}
+
 TEST(Objects, AStackStandsAndTheLowestCarriesAll) {
   Trial trial = make_trial("objects:\n  low: {size: [0.4, 0.4, 0.2], mass: 8, position: [0, 0, 0.1]}\n"
                            "  middle: {size: [0.3, 0.3, 0.2], mass: 4, position: [0, 0.02, 0.3]}\n"

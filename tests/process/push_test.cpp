@@ -73,6 +73,25 @@ TEST_P(LivePush, IsLoggedAndAScenarioWithItRepeatsTheRunToTheBit) {
 }
 INSTANTIATE_TEST_SUITE_P(Vendors, LivePush, ::testing::Values("cyclone", "fast"));
 
+TEST(LivePush, OnAnObjectRepeatsToTheBit) {
+  const std::string scenario = write_scenario("others", {"{type: hold}", kSlow}) ;
+  std::ofstream(scenario, std::ios::app) << "objects: {crate: {size: [0.2, 0.2, 0.2], mass: 3, position: [1.5, 0, 0.1]}}\n";
+  std::string log;
+  auto live = run_and_digest("others", scenario, {"--dds", "cyclone", "--speed", "0.3"}, [&](ServerSet& set) {
+    log = set.log();
+    ASSERT_TRUE(set.wait_for_step(50)) << set.output();
+    const Answer answer = push(set, {"crate", "--force", "0", "40", "0", "--steps", "200"});
+    EXPECT_EQ(answer.status, 0) << answer.text;
+    EXPECT_THAT(push(set, {"crate/lid", "--force", "1", "0", "0"}).text, HasSubstr("ROBOT/LINK"));
+  });
+  const Answer pushes = ask({"hrp-log", "pushes", log});
+  EXPECT_THAT(pushes.text, HasSubstr("link: crate"));
+  const std::string repeated = get_test_folder() + "/others_again.yaml";
+  std::ofstream(repeated) << read(scenario) << pushes.text;
+  auto again = run_and_digest("others_again", repeated, {"--in-process"});
+  EXPECT_EQ(live["hrp/contact_forces"], again["hrp/contact_forces"]) << pushes.text;
+}
+
 TEST(LivePush, OfNobodyIsNothing) {
   const std::string scenario = write_scenario("quiet");
   ServerSet set("quiet", {scenario, "--in-process", "--force"});

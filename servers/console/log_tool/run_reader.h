@@ -26,7 +26,7 @@ struct RunStep {
   State state;  // of the first robot
   ObjectStates others;
   ContactForces forces;
-  PushForces pushes;  // on the first robot, from outside
+  PushForces pushes;  // from outside
 };
 
 class RunListener {

@@ -39,7 +39,7 @@ class FoxgloveFile final : public RunListener {
   void on_step(const RunStep& step, const LogPlace& place) override {
     write(moving_, scene_->make_transforms(step.state, step.others, place.time), place);
     write(contacts_, scene_->make_contacts(step.forces, place.time), place);
-    write(pushes_, scene_->make_pushes(step.state, step.pushes, place.time), place);
+    write(pushes_, scene_->make_pushes(step.state, step.others, step.pushes, place.time), place);
     ros_.on_step(step, place);
   }
   void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(robot, sensors, place); }

@@ -28,9 +28,9 @@ struct PushWords {
 };
 
 CLI::App* add_push(CLI::App& app, PushWords* words, hrp::msg::RunControl* control) {
-  CLI::App* command = add_request(app, "push", "push a link of the robot: a constant force in world axes, from the next step that is not granted yet",
+  CLI::App* command = add_request(app, "push", "push a link or an object: a constant force in world axes, from the next step that is not granted yet",
                                   hrp::msg::REQUEST_PUSH, control);
-  command->add_option("LINK", control->push().link(), "link of the robot's file")->required();
+  command->add_option("LINK", control->push().link(), "link of the robot, object of the scenario, or ROBOT/LINK of another robot")->required();
   command->add_option("--force", words->force, "X Y Z [N], world axes; 0 0 0 lets go")->required()->expected(3);
   command->add_option("--at", words->point, "X Y Z [m], where the force acts, link axes; default: the link's origin")->expected(3);
   command->add_option("--steps", control->push().steps(), "how many steps it lasts; the next push of this link ends it earlier")

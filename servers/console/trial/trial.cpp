@@ -97,7 +97,7 @@ void Trial::push(const std::string& link, const Vector3d& p_LQ, const Vector3d& 
   push.p_LQ(to_message(p_LQ));
   push.force(to_message(force_W));
   push.steps(steps);
-  const std::string fault = find_push_fault(push, robot_.tree);
+  const std::string fault = find_push_fault(push, robot_.tree, world_.movers());
   if (!fault.empty()) refuse_input({""}, fault);
   pushes_.add_from(static_cast<uint64_t>(step_), push);
 }

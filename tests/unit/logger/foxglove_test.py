@@ -166,6 +166,24 @@ class FoxgloveTest(LoggedRun):
         self.assertTrue(is_inside(polygon, zmp))
         self.assertLess(abs(zmp[2]), 1e-3)  # [m] the field is level at the start; soles sink in by less
 
+    def test_an_object_and_a_push_on_it_are_where_the_state_says(self):
+        scenario, log, out = (self.folder / name for name in ("crate.yaml", "crate.mcap", "crate_foxglove.mcap"))
+        scenario.write_text(
+            f"robot: {SOURCE}/models/test_robots/box.urdf\nground: {{type: none}}\ncontroller: {{type: hold}}\nsteps: {{duration: 0.2}}\n"
+            "objects: {crate: {size: [0.3, 0.2, 0.1], mass: 2, position: [1, 0.5, 2], velocity: [0.4, 0, 0]}}\n"
+            "pushes:\n  shove: {link: crate, force: [0, 3, 4], xyz: [0.1, 0, 0.05], start: 0, duration: 1}\n")
+        run(BIN / "hrp-simulate", scenario, "--in-process", "--log", log, "--no-plot", "--quiet")
+        run(BIN / "hrp-log", "foxglove", log, "--out", out)
+        file = plain_mcap.File(out)
+        robot = {entity["id"]: entity for entity in json.loads(file.topic("/scene/robot")[0][1])["entities"]}
+        self.assertEqual(robot["object/crate"]["frame_id"], "crate")
+        self.assertEqual(robot["object/crate"]["cubes"][0]["size"], {"x": 0.3, "y": 0.2, "z": 0.1})
+        at = [t["translation"] for t in json.loads(file.topic("/transforms")[-1][1])["transforms"] if t["child_frame_id"] == "crate"]
+        self.assertAlmostEqual(at[0]["x"], 1.08, delta=0.01)  # 0.4 m/s for 0.2 s; the push beside its middle turns it, too
+        arrow = json.loads(file.topic("/scene/pushes")[1][1])["entities"][0]["arrows"][0]["pose"]["position"]
+        self.assertAlmostEqual(arrow["x"], 1.1, delta=0.02)  # 0.1 m from the middle of the crate
+        self.assertAlmostEqual(arrow["z"], 2.05, delta=0.02)
+
     def test_pushes_and_hands_are_arrows_at_their_points(self):
         scenario, log, out = (self.folder / name for name in ("pushed.yaml", "pushed.mcap", "pushed_foxglove.mcap"))
         scenario.write_text(

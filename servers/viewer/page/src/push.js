@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pushing the robot of a live run with the mouse. The force is as long as the drag, on the scale of the other arrows.
+// Pushing what moves in a live run with the mouse: robots and objects. The force is as long as the drag, on the scale of the other arrows.
 import * as THREE from "three";
 import { isShown } from "./robot.js";
 
@@ -22,13 +22,16 @@ export class Pusher {
     for (const name of ["pointerup", "pointercancel", "lostpointercapture"]) listen(name, () => this.letGo());
   }
 
-  // Where a ray through the pointer meets the robot: {link, point in link axes}.
+  // Where a ray through the pointer meets what moves: {name of the body, link, point in its axes}.
   pick(event) {
-    const robot = this.stage.robots[0];
-    if (!robot) return null;
-    const hits = this.aim(event).intersectObject(robot.model, true).filter(({ object }) => isShown(object));
-    const link = hits.length > 0 ? findLink(hits[0].object) : null;
-    return link && { link, point: link.worldToLocal(hits[0].point.clone()) };
+    const bodies = this.stage.listMovers();
+    const hits = this.aim(event).intersectObjects(bodies.map(({ model }) => model), true).filter(({ object }) => isShown(object));
+    if (hits.length === 0) return null;
+    const object = bodies.find(({ name, model }) => name && model === hits[0].object);
+    const link = object?.model ?? findLink(hits[0].object);
+    if (!link) return null;
+    const name = object?.name ?? this.stage.nameLink(link);
+    return { name, link, point: link.worldToLocal(hits[0].point.clone()) };
   }
 
   aim({ clientX, clientY }) {
@@ -70,7 +73,7 @@ export class Pusher {
   }
 
   tell(seconds = holdTime) {
-    this.send({ op: "push", link: this.held.link.name, point: this.held.point.toArray(), force: this.held.force.toArray(),
+    this.send({ op: "push", link: this.held.name, point: this.held.point.toArray(), force: this.held.force.toArray(),
                 steps: Math.ceil(seconds * this.pace()) });
   }
 }

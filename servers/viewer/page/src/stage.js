@@ -33,6 +33,7 @@ export class Stage {
     this.layers = { total: true, spring: false, damper: false, friction: false, points: false, push: true, polygon: true, zmp: true, ghost: true };
     this.robots = [null, null];
     this.others = [];  // other robots of the scenario
+    this.objects = [];
     this.scenes = [null, null];
     this.frames = [null, null];
     this.largestForce = 0;  // [N] seen so far: scales the arrows
@@ -314,17 +315,38 @@ export class Stage {
 
   // From outside: of the scenario's pushes and hands, and of people. What is dragged here is shown before it acts.
   drawPushes(radius) {
-    const dragged = this.drag ? [{ link: this.drag.link.name, p_LQ: this.drag.point, force: this.drag.force }] : [];
-    const others = (this.frames[0]?.["hrp/robot_state"]?.pushes ?? []).filter(({ link }) => link !== this.drag?.link.name);
+    const dragged = this.drag ? [{ link: this.drag.name, p_LQ: this.drag.point, force: this.drag.force }] : [];
+    const others = (this.frames[0]?.["hrp/robot_state"]?.pushes ?? []).filter(({ link }) => link !== this.drag?.name);
     for (const { link, p_LQ, force } of [...dragged, ...others]) {
-      const body = this.robots[0]?.find(link);
+      const body = this.findBody(link);
       if (!body) continue;
       const from = body.localToWorld(new THREE.Vector3(...toVector(p_LQ)));
       this.drawArrow(link, "push", from.toArray(), toVector(force), radius, "push");
     }
   }
 
-  // What somebody drags: {link, point, force}, or null.
+  // What can be pushed: {model} of each robot, {name, model} of each object.
+  listMovers() {
+    const robots = [this.robots[0], ...this.others].filter(Boolean);
+    return [...robots.map(({ model }) => ({ model })), ...this.objects.map((model, i) => ({ name: this.groundScene.objects[i].name, model }))];
+  }
+
+  // A link as the run calls it: "partner/L_ANKLE" of another robot.
+  nameLink(link) {
+    const i = this.others.findIndex((robot) => robot.find(link.name) === link);
+    return i < 0 ? link.name : `${this.scenes[0].robots[i].name}/${link.name}`;
+  }
+
+  // The other way round; undefined for a name that nobody has.
+  findBody(name) {
+    const object = this.listMovers().find((mover) => mover.name === name);
+    if (object) return object.model;
+    const [robot, link] = name.split("/");
+    const i = (this.scenes[0]?.robots ?? []).findIndex((other) => link && other.name === robot);
+    return i < 0 ? this.robots[0]?.find(name) : this.others[i]?.find(link);
+  }
+
+  // What somebody drags: {name, link, point, force}, or null.
   setDrag(drag) {
     this.drag = drag;
     this.dirty = true;
