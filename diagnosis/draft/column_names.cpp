@@ -13,6 +13,7 @@ struct Word {
   ColumnKind kind = ColumnKind::kNone;
   bool command = false, useless = false;  // useless: a derivative or mean of what is recorded, or another quantity
   double scale = 0.0;
+  EffortOf of = EffortOf::kTorque;
 };
 
 const std::map<std::string, Word>& list_words() {
@@ -29,18 +30,20 @@ const std::map<std::string, Word>& list_words() {
     add({"nsec", "nanos", "nanoseconds"}, {Q::kTime, false, false, 1e-9});
     add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"}, {Q::kPosition, false, false, 0.0});
     add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"}, {Q::kVelocity, false, false, 0.0});
-    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force", "current", "currents", "cur", "iq", "amp", "amps",
-         "load"},
-        {Q::kEffort, false, false, 0.0});
+    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force"}, {Q::kEffort, false, false, 0.0});
+    add({"current", "currents", "cur", "iq", "amp", "amps", "ampere", "amperes"}, {Q::kEffort, false, false, 0.0, EffortOf::kCurrent});
+    add({"pwm", "duty", "dutycycle", "load"}, {Q::kEffort, false, false, 0.0, EffortOf::kDuty});  // servos call their duty a load
+    add({"voltage", "voltages", "volt", "volts"}, {Q::kEffort, false, false, 0.0, EffortOf::kVoltage});
     add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint", "action"}, {Q::kNone, true, false, 0.0});
-    add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "voltage", "error", "err", "jerk", "gyro", "imu", "quat"},
+    add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "error", "err", "jerk", "gyro", "imu", "quat",
+         "battery", "bus", "supply", "input"},
         {Q::kNone, false, true, 0.0});
     add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295});
     add({"rpm"}, {Q::kNone, false, false, 0.10471975511965977});
     add({"ms"}, {Q::kNone, false, false, 1e-3});
     add({"us"}, {Q::kNone, false, false, 1e-6});
     add({"ns"}, {Q::kNone, false, false, 1e-9});
-    add({"mnm", "mm"}, {Q::kNone, false, false, 1e-3});
+    add({"mnm", "mm", "ma", "mv"}, {Q::kNone, false, false, 1e-3});
     return all;
   }();
   return words;
@@ -111,7 +114,7 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
     const auto word = list_words().find(words[i]);
     if (word == list_words().end()) continue;
     // "target_pos_rate" is a velocity, "time_error" none: the later word tells more.
-    if (word->second.kind != ColumnKind::kNone) meaning.kind = word->second.kind;
+    if (word->second.kind != ColumnKind::kNone) meaning.kind = word->second.kind, meaning.of = word->second.of;
     if (word->second.scale > 0.0) meaning.scale = word->second.scale;
     meaning.command = meaning.command || word->second.command;
     useless = useless || word->second.useless;

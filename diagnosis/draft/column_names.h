@@ -9,8 +9,13 @@ namespace hrp::diagnosis {
 
 enum class ColumnKind { kNone, kTime, kPosition, kVelocity, kEffort };
 
+// What a column of efforts is in: a drive's current, duty or voltage is no torque before somebody gives the factor. The first
+// ones are closer to the torque: a current is in proportion to it, a voltage contains the back-EMF.
+enum class EffortOf { kTorque, kCurrent, kDuty, kVoltage };
+
 struct ColumnMeaning {
   ColumnKind kind = ColumnKind::kNone;
+  EffortOf of = EffortOf::kTorque;
   bool command = false;  // asked for, not measured
   int joint = -1;        // in the order of the names that were given; -1: none
   int index = -1;        // a number in the name where no joint is named: "q3"

@@ -84,6 +84,17 @@ double find_time_scale(double period) {
   return 1.0;
 }
 
+// Of a column of efforts that is no torque: what it is, and the factor that only its owner knows.
+struct EffortUnit {
+  EffortOf of;
+  const char *what, *factor;
+};
+constexpr EffortUnit kEffortUnits[] = {
+    {EffortOf::kTorque, "", ""},
+    {EffortOf::kCurrent, "a current", "the torque constant at the joint [N m/A]: gear ratio times that of the motor"},
+    {EffortOf::kDuty, "the duty of a PWM", "the stall torque over the largest count [N m]; its back-EMF then looks like viscous friction"},
+    {EffortOf::kVoltage, "a voltage", "the torque constant at the joint over the resistance [N m/V]; its back-EMF then looks like viscous friction"}};
+
 // For YAML.
 std::string quote(std::string text) {
   for (size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, "'");
@@ -164,8 +175,8 @@ class DraftWriter {
     const size_t positions = write_signals(ColumnKind::kPosition, false, "position", &columns);
     const size_t velocities = write_signals(ColumnKind::kVelocity, false, "velocity", &columns);
     write_signals(ColumnKind::kVelocity, true, "velocity", &columns);
-    const size_t efforts = write_signals(ColumnKind::kEffort, false, "effort", &columns);
-    write_signals(ColumnKind::kEffort, true, "effort", &columns);
+    const size_t efforts = write_efforts(false, &columns);
+    write_efforts(true, &columns);
     if (positions == 0) ask("which columns are the joints' positions");
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
@@ -202,15 +213,30 @@ class DraftWriter {
     ask("the rate of the samples, or the column of time");
   }
 
+  // Torques; where there are none, what is closest to them.
+  size_t write_efforts(bool command, std::ostringstream* columns) {
+    for (const EffortUnit& unit : kEffortUnits) {
+      const size_t count = write_signals(ColumnKind::kEffort, command, "effort", columns, unit);
+      if (count == 0) continue;
+      if (unit.of != EffortOf::kTorque && !command)
+        ask("the factor of the efforts: their columns hold " + std::string(unit.what) + ", no torque. It is " + unit.factor +
+            ". With the factor 1, all torques and inertias of the report are in the unit of the log, or in the one that it finds");
+      return count;
+    }
+    return 0;
+  }
+
   // One line a joint. Returns how many joints have one.
-  size_t write_signals(ColumnKind kind, bool command, const std::string& name, std::ostringstream* columns) {
+  size_t write_signals(ColumnKind kind, bool command, const std::string& name, std::ostringstream* columns, const EffortUnit& unit = kEffortUnits[0]) {
     size_t count = 0;
     for (size_t joint = 0; joint < joints_.size(); ++joint) {
       for (size_t i = 0; i < meanings_.size(); ++i) {
         const ColumnMeaning& m = meanings_[i];
-        if (m.kind != kind || m.command != command || m.joint != static_cast<int>(joint) || used_[i]) continue;
+        if (m.kind != kind || m.of != unit.of || m.command != command || m.joint != static_cast<int>(joint) || used_[i]) continue;
         *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name << ": ";
-        if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
+        if (unit.of != EffortOf::kTorque)
+          *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale > 0.0 ? m.scale : 1.0) << "}   # (?) " << unit.what << "\n";
+        else if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
         else *columns << find_place(i) << "\n";
         used_[i] = true, ++count;
         break;

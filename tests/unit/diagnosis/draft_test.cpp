@@ -49,6 +49,17 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
   }
 }
 
+TEST(ColumnNames, OfDrivesSayThatTheyAreNoTorques) {
+  for (const auto& [name, of] : std::vector<std::pair<const char*, EffortOf>>{
+           {"hip_pwm", EffortOf::kDuty}, {"knee duty cycle", EffortOf::kDuty}, {"present_load_1", EffortOf::kDuty},
+           {"hip voltage [V]", EffortOf::kVoltage}, {"Iq", EffortOf::kCurrent}, {"hip_current_mA", EffortOf::kCurrent}, {"current_torque_1", EffortOf::kTorque}}) {
+    EXPECT_EQ(find_meaning(name, kLeg).kind, ColumnKind::kEffort) << name;
+    EXPECT_EQ(find_meaning(name, kLeg).of, of) << name;
+  }
+  EXPECT_EQ(find_meaning("current_position_1", kLeg).kind, ColumnKind::kPosition);
+  EXPECT_EQ(find_meaning("battery_voltage", kLeg).kind, ColumnKind::kNone);
+}
+
 TEST(ColumnNames, NumbersCountTheJointsFromZeroOrOne) {
   for (const std::vector<std::string>& names : {std::vector<std::string>{"q0", "q1"}, {"q1", "q2"}}) {
     const auto meanings = find_meanings(names, kLeg);
@@ -95,13 +106,28 @@ class Drafts : public ::testing::Test {
 };
 
 TEST_F(Drafts, AreExperimentsThatTheToolReads) {
-  for (const char* name : {"one.csv", "two.csv"}) write(name, "stamp;shoulder angle;shoulder velocity;shoulder current\n" + make_rows(";"));
+  for (const char* name : {"one.csv", "two.csv"}) write(name, "stamp;shoulder angle;shoulder velocity;shoulder torque\n" + make_rows(";"));
   const Draft draft = make_draft(path("arm.urdf"), {path("one.csv"), path("two.csv")}, folder_.string());
   write("experiment.yaml", draft.text);
   EXPECT_THAT(draft.asked, ::testing::IsEmpty()) << draft.text;
   const Experiment experiment = load_experiment(path("experiment.yaml"));
   ASSERT_EQ(experiment.recordings.size(), 2u);
   EXPECT_NEAR(experiment.recordings[0].time.back() - experiment.recordings[0].time.front(), 2.99, 1e-9) << draft.text;
+}
+
+TEST_F(Drafts, OfCurrentsAskForTheTorqueConstant) {
+  for (const auto& [column, asked] : std::vector<std::pair<std::string, std::string>>{
+           {"current", "torque constant at the joint [N m/A]"}, {"pwm", "stall torque over the largest count"}, {"voltage", "[N m/V]"}}) {
+    write("log.csv", "stamp;shoulder angle;shoulder velocity;shoulder " + column + "\n" + make_rows(";"));
+    const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
+    EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr(asked));
+    EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: {column: 'shoulder " + column + "', scale: 1}   # (?)"));
+  }
+  // A column of torques is closer to a torque.
+  write("log.csv", "shoulder torque;shoulder angle;shoulder current;shoulder pwm\n" + make_rows(";"));
+  const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder torque'"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), Not(HasSubstr("torque constant")));
 }
 
 TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
