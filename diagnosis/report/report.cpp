@@ -211,17 +211,20 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
   return list;
 }
 
-// What the effects that come closest leave, where nothing is explained: "" if none come close.
-std::string describe_closest(const Problem& problem, const Outcome& outcome) {
-  const Trial* closest = outcome.as_set ? &outcome.chosen : outcome.partly ? nullptr : find_told_closest(problem, outcome);
-  if (!closest) return "";
+// The effects that come closest with their values, and what they leave, where nothing is explained; null if none come close.
+Json make_closest(const Problem& problem, const Outcome& outcome) {
+  const Trial* closest = outcome.explained || outcome.partly ? nullptr : find_told_closest(problem, outcome);
+  if (!closest) return nullptr;
   const Experiment& e = *problem.experiment;
-  const bool one = closest->hypothesis.size() == 1;
-  std::string others;
-  for (const Trial* other : list_as_close(outcome, *closest)) others += (others.empty() ? "" : "; ") + get_label(e, other->hypothesis);
-  return " Of the list, " + get_label(e, closest->hypothesis) + (one ? " comes" : " together come") + " closest: with " + (one ? "it" : "them") +
-         ", the held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(closest->rms, 3) + " times the noise. What is left has another cause" +
-         (outcome.as_set ? "." : one ? ", so it is no finding." : ", so they are no findings.") + (others.empty() ? "" : " About as close: " + others + ".");
+  Json effects = Json::array(), others = Json::array();
+  for (size_t i = 0; i < closest->hypothesis.size(); ++i) {
+    const Effect& effect = closest->hypothesis[i];
+    effects.push_back({{"effect", get_effect(effect.id).name}, {"where", make_where(e, effect)},
+                       {"parameters", make_parameters(e, effect, get_std(*closest, i), true)}});
+  }
+  for (const Trial* other : list_as_close(outcome, *closest)) others.push_back(get_label(e, other->hypothesis));
+  return {{"effects", effects}, {"others", others},
+          {"times_noise", {{"before", round_to(outcome.nominal.rms, 4)}, {"after", round_to(closest->rms, 4)}}}};
 }
 
 Json make_unexplained(const Problem& problem, const Outcome& outcome) {
@@ -238,7 +241,6 @@ Json make_unexplained(const Problem& problem, const Outcome& outcome) {
                          " (root mean square) are missing that no effect of the list explains; they follow " +
                          (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
   }
-  if (!list.empty()) list.back()["statement"] = list.back()["statement"].get<std::string>() + describe_closest(problem, outcome);
   if (outcome.spent && !list.empty()) {
     const std::string statement = list.back()["statement"];
     list.back()["statement"] = statement +
@@ -341,6 +343,7 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   r["findings"] = make_findings(problem, outcome);
   if (outcome.as_set) r["as_set"] = true;
   r["unexplained"] = make_unexplained(problem, outcome);
+  if (Json closest = make_closest(problem, outcome); !closest.is_null()) r["closest"] = std::move(closest);
   r["not_identifiable"] = make_not_identifiable(problem, outcome);
   r["fit"] = make_fit(calc_simulation_fit(problem, outcome.nominal, after));
   r["prediction"] = {

@@ -56,6 +56,17 @@ TEST(Headline, EffectsThatWereJudgedAsASetAreOneSentenceWithTheErrorThatTheyTake
                                                 "(delay 0.097 ± 0.007 s), held-out errors fall: positions from 0.0354 to 0.00354 rad."));
 }
 
+// Nothing is a finding, and yet whoever reads knows what to try first, with which value.
+TEST(Headline, WhereNothingIsExplainedTheEffectsThatComeClosestLead) {
+  json report = make_leg();
+  report["findings"] = json::array(), report["verdict"] = "unexplained";
+  report["closest"] = {{"effects", {make_finding("viscous_friction", "hip", "ambiguous", "coefficient", 0.85, 0.1, "N m s/rad")}},
+                       {"others", {"command_delay@hip"}}, {"times_noise", {{"before", 116.0}, {"after", 12.0}}}};
+  EXPECT_THAT(join(report), testing::StartsWith("Viscous friction at joint hip (coefficient 0.85 ± 0.1 N m s/rad) comes closest: the held-out error falls "
+                                                "from 116 to 12 times the noise. What is left has another cause, so it is no finding. About as close: "
+                                                "command_delay@hip."));
+}
+
 TEST(Headline, ForcesOfARailAndTorquesOfJointsAreToldApart) {
   json report = make_leg();
   report["findings"].push_back(make_finding("coulomb_friction", "rail", "supported", "level", 178.0, 30.0, "N"));
