@@ -17,6 +17,7 @@
 #include "diagnosis/evidence/idle_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
+#include "diagnosis/evidence/servo_damping.h"
 #include "diagnosis/evidence/soft_joints.h"
 #include "diagnosis/evidence/torque/gears.h"
 #include "diagnosis/evidence/torque/grade.h"
@@ -337,6 +338,7 @@ class Judge {
       } else {
         r.statement = make_remaining_words(e_, joint.joint, r, "");
       }
+      if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty()) r.statement += " " + why, doubt_law(r.where, why, out);
       const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
