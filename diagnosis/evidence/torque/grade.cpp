@@ -130,10 +130,26 @@ class Grader {
     for (size_t term : choice_.model.own[i]) {
       for (long c : list_columns(design_.joints[i], term)) columns.push_back(c);
     }
+    return columns;
+  }
+
+  Columns list_whole_columns_of(size_t i) const {
+    Columns columns;
     for (size_t term : choice_.model.whole) {
       for (long c : list_whole_columns(design_, design_.joints[i], term)) columns.push_back(c);
     }
     return columns;
+  }
+
+  // Sums without what the terms of the whole robot predict. The rows of all joints tell their values. A stretch of one joint's
+  // rows cannot: beside a free mass, a gain of 6 % would have either sign.
+  Gram take_whole_out(size_t i, Gram gram) const {
+    const Columns whole = list_whole_columns_of(i);
+    const auto theta = fit_.theta.tail(static_cast<long>(whole.size()));
+    for (long c = 0; c < gram.b.size(); ++c) {
+      for (size_t w = 0; w < whole.size(); ++w) gram.b[c] -= gram.get(c, whole[w]) * theta[static_cast<long>(w)];
+    }
+    return gram;
   }
 
   // Estimates each term from each stretch, with a weak prior from all data, at the joint that shows most of it. Its
@@ -143,14 +159,19 @@ class Grader {
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
       const JointDesign& joint = design_.joints[i];
-      const Columns columns = list_own_columns(i);
+      const bool own = g.place.joint >= 0;
+      Columns columns = list_own_columns(i);
+      if (!own) {
+        for (long c : list_whole_columns_of(i)) columns.push_back(c);
+      }
+      const Gram total = own ? take_whole_out(i, joint.total) : joint.total;
       const long first = find_first_column(g, i);
-      const double value = solve(joint.total, columns)[first];
+      const double value = solve(total, columns)[first];
       double same = 0.0, square = 0.0, n = 0.0;
       for (const Gram& fold : joint.train) {
         if (fold.n < 1.0) continue;
-        Gram part = fold;
-        part.add(joint.total, kShrink / static_cast<double>(joint.train.size()));
+        Gram part = own ? take_whole_out(i, fold) : fold;
+        part.add(total, kShrink / static_cast<double>(joint.train.size()));
         same += solve_along(part, columns, first, g.parameters) > 0.0 ? 1.0 : 0.0;
         square += std::pow(solve(part, columns)[first] - value, 2), n += 1.0;
       }
@@ -167,10 +188,11 @@ class Grader {
     for (const GradedTerm& g : graded_) judges[find_judge(g)] = 1;
     parallel_for(jobs_, static_cast<int>(between.size()), [&](int i) {
       if (!judges[static_cast<size_t>(i)]) return;
-      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, static_cast<size_t>(i));
+      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, fit_, static_cast<size_t>(i));
       curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
     });
     const Eigen::VectorXd considered = choice_.model.whole.empty() ? Eigen::VectorXd() : calc_considered_std(design_, choice_.model, fit_);
+    const Eigen::VectorXd of_masses = calc_unsure_mass_std(design_, choice_.model, fit_);
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
       if (g.term.row->level) g.curve = curves[i];
@@ -181,10 +203,14 @@ class Grader {
         // Not further for terms of the whole robot: parts of one joint say little.
         const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
-        if (g.term.whole()) g.width[c] = std::hypot(g.width[c], considered[slots_.whole[g.place.at] + c]);
+        g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
       }
+      const long slot = find_slot(g.place);
+      if (g.term.row->load) g.width = take_place_widths(g.parameters, fit_.covariance.block<4, 4>(slot, slot), g.width);
     }
   }
+
+  long find_slot(const TermPlace& place) const { return place.joint >= 0 ? slots_.own[static_cast<size_t>(place.joint)][place.at] : slots_.whole[place.at]; }
 
   // The joint whose rows contain most of the term's signal.
   size_t find_judge(const GradedTerm& g) const {

@@ -93,12 +93,38 @@ Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t
   return out;
 }
 
+bool is_fitted(const TorqueDesign& design, const TorqueModel& model, size_t term) {
+  return std::any_of(model.whole.begin(), model.whole.end(), [&](size_t t) {
+    return design.whole[t].row == design.whole[term].row && design.whole[t].place == design.whole[term].place;
+  });
+}
+
 // True if the term is a link's mass that the model takes as known.
 bool is_known_mass(const TorqueDesign& design, const TorqueModel& model, size_t term) {
-  const Term& mass = design.whole[term];
-  return mass.row->factor && std::none_of(model.whole.begin(), model.whole.end(), [&](size_t t) {
-    return design.whole[t].row == mass.row && design.whole[t].place == mass.place;
-  });
+  return design.whole[term].row->factor && !is_fitted(design, model, term);
+}
+
+// Standard deviation [1, m] to which the model knows the mass of a link, or its centre of mass in each direction, if it does not
+// fit them; 0: the term is neither.
+double get_known_to(const TorqueDesign& design, const TorqueModel& model, size_t term) {
+  if (is_known_mass(design, model, term)) return kKnown;
+  const Term& centre = design.whole[term];
+  if (centre.row->effect->id != EffectId::kComError || is_fitted(design, model, term)) return 0.0;
+  return kKnown * design.data->experiment->robot.tree.links[static_cast<size_t>(centre.place)].inertia.p_LLcm_L.norm();
+}
+
+// Of all columns in `all`, fitted to these rows alone.
+Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t>& own, size_t joint, const TorqueSamples& all) {
+  Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
+  const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
+  const double correlated = calc_correlation_time(left);
+  // The drift is a bound, not a random error: a stated value may be that of a cold drive. It is added below, so the
+  // differences between parts must not contain it as well.
+  const Drift drift = find_drift(all, theta, left, correlated);
+  for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
+  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time);
+  between += calc_unseen(design, own, joint, all, theta);
+  return between.cwiseSqrt() + drift.size / kNinetyFive;
 }
 
 }  // namespace
@@ -138,24 +164,62 @@ Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueMode
   return kKnown * (invert_sums(sums) * moved).rowwise().norm();
 }
 
+Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit) {
+  const Slots slots = list_slots(design, model);
+  std::vector<std::pair<size_t, double>> known;  // terms of the whole robot, and to what they are known
+  long size = slots.size;
+  for (size_t t = 0; t < design.whole.size(); ++t) {
+    const double to = get_known_to(design, model, t);
+    if (to > 0.0) known.emplace_back(t, to), size += design.whole[t].columns();
+  }
+  Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(size, size);
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    const JointDesign& joint = design.joints[i];
+    UsedColumns use = list_used_columns(design, model, slots, i);
+    long at = slots.size;
+    for (const auto& [term, to] : known) {
+      for (long c : list_whole_columns(design, joint, term)) use.columns.push_back(c), use.slots.push_back(at++);
+    }
+    const double weight = calc_row_weight(joint, fit.cross[i]) * joint.effective / std::max(1.0, joint.total.n);
+    for (size_t a = 0; a < use.columns.size(); ++a) {
+      for (size_t b = 0; b < use.columns.size(); ++b) precision(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
+    }
+  }
+  const Eigen::VectorXd exact = invert_sums(precision.topLeftCorner(slots.size, slots.size)).diagonal();
+  long at = slots.size;
+  for (const auto& [term, to] : known) {
+    for (int c = 0; c < design.whole[term].columns(); ++c, ++at) precision(at, at) += 1.0 / (to * to);
+  }
+  return (invert_sums(precision).diagonal().head(slots.size) - exact).cwiseMax(0.0).cwiseSqrt();
+}
+
+Eigen::Vector4d take_place_widths(const Eigen::Vector4d& x, const Eigen::Matrix4d& covariance, const Eigen::Vector4d& width) {
+  Eigen::Vector4d out = width;
+  for (long k = 1; k < 4 && x[0] != 0.0; ++k) {
+    const double place = x[k] / x[0], both = std::sqrt(covariance(0, 0) * covariance(k, k));
+    const double together = both > 0.0 ? std::clamp(covariance(0, k) / both, -1.0, 1.0) * width[0] * width[k] : 0.0;
+    if (width[k] > 0.0) out[k] = std::sqrt(std::max(0.0, width[k] * width[k] + place * place * width[0] * width[0] - 2.0 * place * together));
+  }
+  return out;
+}
+
 // Dry friction varies by kDetail over a turn.
 double calc_unseen_std(double level, double travel) {
   return std::sqrt(std::max(0.0, 1.0 - travel / (2.0 * M_PI))) * kDetail * std::abs(level);
 }
 
-Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
-  const TorqueSamples all = list_torque_samples(design, model, joint);
-  Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
-  if (all.x.rows() == 0 || all.x.cols() == 0) return between;
-  const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
-  const double correlated = calc_correlation_time(left);
-  // The drift is a bound, not a random error: a stated value may be that of a cold drive. It is added below, so the
-  // differences between parts must not contain it as well.
-  const Drift drift = find_drift(all, theta, left, correlated);
-  for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
-  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time);
-  between += calc_unseen(design, model.own[joint], joint, all, theta);
-  return between.cwiseSqrt() + drift.size / kNinetyFive;
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint) {
+  TorqueSamples all = list_torque_samples(design, model, joint);
+  if (all.x.rows() == 0 || all.x.cols() == 0) return Eigen::VectorXd::Zero(all.x.cols());
+  Eigen::VectorXd spread = calc_spread(design, model.own[joint], joint, all);
+  long whole = 0;
+  for (size_t term : model.whole) whole += design.whole[term].columns();
+  const long own = all.x.cols() - whole;
+  if (whole == 0 || own == 0) return spread;
+  all.y -= all.x.rightCols(whole) * fit.theta.tail(whole);
+  all.x.conservativeResize(Eigen::NoChange, own);
+  spread.head(own) = calc_spread(design, model.own[joint], joint, all);
+  return spread;
 }
 
 }  // namespace hrp::diagnosis

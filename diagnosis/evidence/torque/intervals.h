@@ -17,7 +17,10 @@ namespace hrp::diagnosis {
 // - Considered, not estimated (Schmidt 1966): the torque constant is known to 2 %, sampling instants to half a sample.
 //   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a tenth over a
 //   turn; a joint that moved through part of a turn shows only that part.
-Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, size_t joint);
+//
+// Terms of the whole robot keep the values of `fit` beside the joint's own terms: the rows of all joints tell them, and one
+// joint's rows cannot tell its gain from a mass that it carries.
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint);
 
 // Sums over the samples of one joint, from which its considered errors follow. Those of several recordings add up.
 struct ConsideredSums {
@@ -34,6 +37,16 @@ Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double samp
 // Standard deviation by slot of `fit`, of a model with terms of the whole robot: each joint's torque constant and each other
 // link's mass is known to 2 %. Unlike what parts of one joint say, this concerns the rows of all joints.
 Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
+
+// What the terms' values owe to masses and centres of mass that the model does not fit: each is known to 2 % beforehand, and to
+// what the recordings tell beside all terms. Standard deviation by slot of `fit`, beyond that with exact masses. A wrong mass
+// looks like a rotor, a spring or a constant torque.
+Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
+
+// Of a load: widths of its coefficients m and m p, with those of m p replaced by m times the width of the place p = (m p) / m.
+// Postures tell the weight's moment m p well and m alone poorly, so p is known no better than m. `covariance`: of the
+// coefficients, which gives their correlation.
+Eigen::Vector4d take_place_widths(const Eigen::Vector4d& coefficients, const Eigen::Matrix4d& covariance, const Eigen::Vector4d& width);
 
 // Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
 double calc_unseen_std(double level, double travel);

@@ -4,7 +4,11 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/gears.h"
+#include "diagnosis/evidence/torque/grade.h"
+#include "diagnosis/evidence/torque/intervals.h"
 #include "tests/shared_files.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
@@ -52,6 +56,51 @@ TEST(TorqueMass, ALinkOfTwoFifthsOfItsMassHasAWrongMassAndNoForceOnIt) {
   ASSERT_NE(f, nullptr);
   EXPECT_NEAR(f->parameters[0].value[0], 0.4, 0.02);  // a thirtieth of what is missing; texture belongs to friction
   EXPECT_EQ(find(verdict, "external_force", "fore"), nullptr);
+}
+
+// A stretch of one joint's rows takes a mass for a gain: with the mass free in each, the gain's size was lost.
+TEST(TorqueMass, AGainBesideAWrongMassIsAsSureAsTheRowsOfAllJointsTellIt) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kMassError, kFore, {1.25}});
+  hidden.push_back({EffectId::kTorqueConstant, kElbow, {0.95}});
+  Experiment e = make_simulated_experiment("torque_gain_and_mass", kArm, kArmJoints, hidden);
+  for (Recording& r : e.recordings) forget_commands(&r);
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice;
+  choice.model.own = list_usual_terms(design);
+  for (const JointDesign& joint : design.joints) choice.inclusion.emplace_back(joint.terms.size(), 1.0), choice.choice_std.emplace_back(joint.terms.size(), 0.0);
+  const std::vector<Term>& terms = design.joints[kElbow].terms;
+  std::vector<size_t>& own = choice.model.own[kElbow];
+  const auto gain = static_cast<size_t>(std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.row->scales_effort; }) - terms.begin());
+  const auto at = static_cast<size_t>(own.insert(std::upper_bound(own.begin(), own.end(), gain), gain) - own.begin());
+  const auto is_mass = [](const Term& t) { return t.row->factor && t.place == kFore; };
+  choice.model.whole = {static_cast<size_t>(std::find_if(design.whole.begin(), design.whole.end(), is_mass) - design.whole.begin())};
+  choice.fit = fit_torque(design, choice.model);
+  const GradedTerm graded = grade_term(design, choice, {kElbow, at});
+  EXPECT_NEAR(1.0 - graded.parameters[0], 0.95, kNinetyFive * graded.width[0]);
+  EXPECT_LT(graded.width[0], 0.03);  // 2 % of the constant and what the friction leaves
+  EXPECT_GE(graded.agreement, kAgree);
+}
+
+// Gravity tells m c. With c wrong by 2 %, m c^2 is, and the rotor takes the difference.
+TEST(TorqueMass, ARotorIsKnownNoBetterThanTheInertiaOfItsLink) {
+  Hypothesis hidden = make_arm_drives();
+  Experiment e = make_simulated_experiment("torque_rotor_width", kArm, kArmJoints, hidden);
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* rotor = find(verdict, "rotor_inertia", "elbow");
+  ASSERT_NE(rotor, nullptr);
+  constexpr double kOfLink = 1.0 * 0.15 * 0.15;  // [kg m^2] m c^2 of the forearm
+  EXPECT_GT(rotor->parameters[0].std[0], 0.5 * kKnown * kOfLink) << rotor->statement;
+}
+
+// Held postures tell the moment of a load and hardly its mass.
+TEST(TorqueMass, ThePlaceOfALoadIsKnownNoBetterThanItsMass) {
+  const Eigen::Vector4d load(0.5, 0.05, 0.0, 0.0), width(0.1, 0.002, 0.0, 0.0);
+  EXPECT_NEAR(take_place_widths(load, Eigen::Vector4d(0.01, 4e-6, 0, 0).asDiagonal(), width)[1] / load[0], 0.02, 0.001);  // 20 % of 0.1 m
+  // A known place: mass and moment are off together.
+  Eigen::Matrix4d together = Eigen::Vector4d(0.01, 1e-4, 0, 0).asDiagonal();
+  together(0, 1) = together(1, 0) = 1e-3;
+  EXPECT_NEAR(take_place_widths(load, together, {0.1, 0.01, 0.0, 0.0})[1], 0.0, 1e-9);
 }
 
 // A load that nobody stated makes every drive before it look weak: alone it does what all their gains do together.
