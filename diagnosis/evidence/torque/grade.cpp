@@ -133,21 +133,15 @@ class Grader {
     return columns;
   }
 
-  Columns list_whole_columns_of(size_t i) const {
-    Columns columns;
-    for (size_t term : choice_.model.whole) {
-      for (long c : list_whole_columns(design_, design_.joints[i], term)) columns.push_back(c);
-    }
-    return columns;
-  }
-
-  // Sums without what the terms of the whole robot predict. The rows of all joints tell their values. A stretch of one joint's
-  // rows cannot: beside a free mass, a gain of 6 % would have either sign.
-  Gram take_whole_out(size_t i, Gram gram) const {
-    const Columns whole = list_whole_columns_of(i);
-    const auto theta = fit_.theta.tail(static_cast<long>(whole.size()));
-    for (long c = 0; c < gram.b.size(); ++c) {
-      for (size_t w = 0; w < whole.size(); ++w) gram.b[c] -= gram.get(c, whole[w]) * theta[static_cast<long>(w)];
+  // Sums without what masses of links predict. The rows of all joints tell these. A stretch of one joint's rows cannot: beside a
+  // free mass, a gain of 6 % would have either sign. A common delay stays: every joint takes it for its own friction.
+  Gram take_masses_out(size_t i, Gram gram) const {
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
+      if (!design_.whole[choice_.model.whole[t]].row->is_of_mass()) continue;
+      const Columns columns = list_whole_columns(design_, design_.joints[i], choice_.model.whole[t]);
+      for (size_t k = 0; k < columns.size(); ++k) {
+        for (long c = 0; c < gram.b.size(); ++c) gram.b[c] -= gram.get(c, columns[k]) * fit_.theta[slots_.whole[t] + static_cast<long>(k)];
+      }
     }
     return gram;
   }
@@ -159,18 +153,20 @@ class Grader {
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
       const JointDesign& joint = design_.joints[i];
-      const bool own = g.place.joint >= 0;
+      const bool others_tell = g.place.joint >= 0 && design_.joints.size() > 1;  // masses
       Columns columns = list_own_columns(i);
-      if (!own) {
-        for (long c : list_whole_columns_of(i)) columns.push_back(c);
+      for (size_t term : choice_.model.whole) {
+        for (long c : list_whole_columns(design_, joint, term)) {
+          if (!others_tell || !design_.whole[term].row->is_of_mass()) columns.push_back(c);
+        }
       }
-      const Gram total = own ? take_whole_out(i, joint.total) : joint.total;
+      const Gram total = others_tell ? take_masses_out(i, joint.total) : joint.total;
       const long first = find_first_column(g, i);
       const double value = solve(total, columns)[first];
       double same = 0.0, square = 0.0, n = 0.0;
       for (const Gram& fold : joint.train) {
         if (fold.n < 1.0) continue;
-        Gram part = own ? take_whole_out(i, fold) : fold;
+        Gram part = others_tell ? take_masses_out(i, fold) : fold;
         part.add(total, kShrink / static_cast<double>(joint.train.size()));
         same += solve_along(part, columns, first, g.parameters) > 0.0 ? 1.0 : 0.0;
         square += std::pow(solve(part, columns)[first] - value, 2), n += 1.0;
@@ -203,12 +199,15 @@ class Grader {
         // Not further for terms of the whole robot: parts of one joint say little.
         const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
-        g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
+        if (g.term.whole() || !is_loss(g.term)) g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
       }
       const long slot = find_slot(g.place);
       if (g.term.row->load) g.width = take_place_widths(g.parameters, fit_.covariance.block<4, 4>(slot, slot), g.width);
     }
   }
+
+  // Friction reverses with the motion, and weight and inertia do not: they hardly tell on each other.
+  static bool is_loss(const Term& term) { return term.effect().family == EffectFamily::kDryFriction || term.effect().family == EffectFamily::kSpeedLoss; }
 
   long find_slot(const TermPlace& place) const { return place.joint >= 0 ? slots_.own[static_cast<size_t>(place.joint)][place.at] : slots_.whole[place.at]; }
 

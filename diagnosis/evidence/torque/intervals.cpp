@@ -212,13 +212,19 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   TorqueSamples all = list_torque_samples(design, model, joint);
   if (all.x.rows() == 0 || all.x.cols() == 0) return Eigen::VectorXd::Zero(all.x.cols());
   Eigen::VectorXd spread = calc_spread(design, model.own[joint], joint, all);
-  long whole = 0;
-  for (size_t term : model.whole) whole += design.whole[term].columns();
-  const long own = all.x.cols() - whole;
-  if (whole == 0 || own == 0) return spread;
-  all.y -= all.x.rightCols(whole) * fit.theta.tail(whole);
-  all.x.conservativeResize(Eigen::NoChange, own);
-  spread.head(own) = calc_spread(design, model.own[joint], joint, all);
+  const Slots slots = list_slots(design, model);
+  long own = all.x.cols();
+  for (size_t term : model.whole) own -= design.whole[term].columns();
+  long at = own, kept = own;  // columns of masses go, the others close up
+  for (size_t t = 0; t < model.whole.size(); ++t) {
+    const long count = design.whole[model.whole[t]].columns();
+    if (design.whole[model.whole[t]].row->is_of_mass()) all.y -= all.x.middleCols(at, count) * fit.theta.segment(slots.whole[t], count);
+    else all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval(), kept += count;
+    at += count;
+  }
+  if (kept == at || own == 0) return spread;
+  all.x.conservativeResize(Eigen::NoChange, kept);
+  spread.head(own) = spread.head(own).cwiseMin(calc_spread(design, model.own[joint], joint, all).head(own));
   return spread;
 }
 

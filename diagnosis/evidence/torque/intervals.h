@@ -18,8 +18,8 @@ namespace hrp::diagnosis {
 //   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a tenth over a
 //   turn; a joint that moved through part of a turn shows only that part.
 //
-// Terms of the whole robot keep the values of `fit` beside the joint's own terms: the rows of all joints tell them, and one
-// joint's rows cannot tell its gain from a mass that it carries.
+// Of the joint's own terms the smaller of two estimates: with masses as in `fit`, or fitted to these rows again. One joint's rows
+// cannot tell its gain from a mass that it carries. A mass that suits all joints may leave more in the rows of this one.
 Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint);
 
 // Sums over the samples of one joint, from which its considered errors follow. Those of several recordings add up.
