@@ -22,13 +22,13 @@
 #                                  again. REALITY is a SCENARIO.yaml with `effects` (simulated in process), or a program
 #                                  that is called as PROGRAM COMMANDS.csv RECORDING.csv
 #   --draft ROBOT LOG...           writes a first experiment file for a robot's model and its logs, and says what is missing.
-#                                  LOG: text, a bag of ROS 1 or 2, MCAP, NumPy (.npz, .npy), MATLAB (.mat), HDF5 (.h5)
+#                                  LOG: text, a bag of ROS 1 or 2, MCAP, NumPy (.npz, .npy), MATLAB (.mat), HDF5 (.h5), JSON
 #   --check                        only checks the recordings: rates, gaps, clocks, motion, and which effects it can show
 # All other options go to hrp-diagnose, such as --jobs N, --patience F, --quiet.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-# Of NumPy, MATLAB and HDF5 it takes the text that is written beside the draft.
+# Of NumPy, MATLAB, HDF5 and JSON it takes the text that is written beside the draft.
 draft() {
   local words=() word previous="" folder=. force=()
   for word in "$@"; do
@@ -38,7 +38,7 @@ draft() {
   done
   for word in "$@"; do
     case "$word" in
-      *.npz | *.npy | *.mat | *.h5 | *.hdf5)
+      *.npz | *.npy | *.mat | *.h5 | *.hdf5 | *.json | *.jsonl)
         local text="$folder/$(basename "${word%.*}").csv"
         "$ROOT/scripts/diagnosis/to_text.py" "$word" --out "$text" "${force[@]}"
         words+=("$text")

@@ -50,7 +50,8 @@ const std::vector<Format>& list_formats() {
       {"\x1f\x8b", "is packed with gzip", "gunzip it"},
       {"BZh", "is packed with bzip2", "bunzip2 it"},
       {"\xfd" "7zXZ", "is packed with xz", "unxz it"},
-      {"PAR1", "is Parquet", "write it as CSV"}};
+      {"PAR1", "is Parquet", "write it as CSV"},
+      {"{", "is JSON", convert}, {"[{", "is JSON", convert}, {"[[", "is JSON", convert}, {"[\n", "is JSON", convert}};
   return formats;
 }
 

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes a recording of NumPy, MATLAB or HDF5 as a text recording, for the diagnosis.
+"""Writes a recording of NumPy, MATLAB, HDF5 or JSON as a text recording, for the diagnosis.
 
 to_text.py RECORDING [--out RECORDING.csv] [--force]
 
   .npz, .npy    NumPy; a table of records, too
   .mat          MATLAB, up to 7.2 (python3-scipy) and 7.3 (python3-h5py); structures, too
   .h5, .hdf5    HDF5 (python3-h5py)
+  .json, .jsonl JSON: lists of numbers by name, or a list of records, or a record on each line
 
 Each array that has one value, or one row, for each sample becomes one or more columns: q with seven values a sample becomes
 q_0 to q_6 (of MATLAB q_1 to q_7). Single numbers stand in comments at the head of the file. What has another length is left
@@ -14,6 +15,7 @@ out, and named.
 """
 import argparse
 import collections
+import json
 import pathlib
 import sys
 
@@ -58,7 +60,29 @@ def read_matlab(path):
     return {name: value for name, value in loaded.items() if not name.startswith("__")}
 
 
-READERS = {".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5}
+def unfold(value):
+    """Records of arrays, of lists of records; empty where there are words, or lists of several lengths."""
+    if isinstance(value, dict):
+        return {name: unfold(part) for name, part in value.items()}
+    if isinstance(value, list) and value and all(isinstance(record, dict) for record in value):
+        return {name: unfold([record[name] for record in value]) for name in value[0] if all(name in record for record in value)}
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return np.asarray("")
+
+
+def read_json(path):
+    text = path.read_text(encoding="utf-8")
+    try:
+        loaded = json.loads(text)
+    except ValueError:
+        loaded = [json.loads(line) for line in text.splitlines() if line.strip()]
+    unfolded = unfold(loaded)
+    return unfolded if isinstance(unfolded, dict) else {path.stem: unfolded}
+
+
+READERS = {".json": read_json, ".jsonl": read_json, ".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5}
 
 
 def flatten(name, value, found):

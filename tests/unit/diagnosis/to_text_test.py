@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""to_text_test.py BIN SOURCE: recordings of NumPy, MATLAB and HDF5 become text with the same numbers, and a draft from it."""
+"""to_text_test.py BIN SOURCE: recordings of NumPy, MATLAB, HDF5 and JSON become text with the same numbers, and a draft from it."""
 import csv
+import json
 import pathlib
 import subprocess
 import sys
@@ -51,6 +52,19 @@ class ToText(unittest.TestCase):
         table["t"], table["knee"] = T, Q[:, 0]
         np.save(self.folder / "run.npy", table)
         self.check_motion(self.read("run.npy")[1], "t", ["knee"])
+
+    def test_json_is_read_as_arrays_as_rows_and_as_records(self):
+        arrays = {"t": T.tolist(), "state": {"q": Q.tolist()}, "fs": 500.0, "names": ["a", "b"]}
+        records = [{"t": t, "state": {"q": q}, "mode": "run"} for t, q in zip(T.tolist(), Q.tolist())]
+        (self.folder / "arrays.json").write_text(json.dumps(arrays))
+        (self.folder / "records.json").write_text(json.dumps(records, indent=1))
+        (self.folder / "lines.jsonl").write_text("".join(json.dumps(record) + "\n" for record in records))
+        for name in ("arrays.json", "records.json", "lines.jsonl"):
+            self.check_motion(self.read(name)[1], "t", ["state.q_0", "state.q_1"])
+        (self.folder / "tests.json").write_text(json.dumps({"fast": [[t, *q] for t, q in zip(T.tolist(), Q.tolist())], "slow": [[0, 0, 0]] * 20}))
+        _, columns, said = self.read("tests.json")
+        self.check_motion(columns, "fast_0", ["fast_1", "fast_2"])
+        self.assertIn("other lengths: slow (20 x 3)", said)
 
     def test_structures_of_matlab_have_dots(self):
         try:
