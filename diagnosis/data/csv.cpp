@@ -23,9 +23,12 @@ class RowReader {
   // Takes one line. False if it is a header or a comment, or has too few cells: then cut() is true.
   bool read(const std::string& text, int line) {
     cut_ = false;
-    if (is_blank(text)) return false;
+    if (is_blank(text)) {
+      if (text.size() > 1) comment_ = text;
+      return false;
+    }
     if (layout_.cells == 0) {
-      layout_ = read_layout(text, line, signals_, &table_);
+      layout_ = read_layout(text, comment_, line, signals_, &table_);
       row_.resize(table_.names.size());
       is_text_.resize(row_.size());
       if (layout_.header) return false;
@@ -36,6 +39,7 @@ class RowReader {
       refuse_input({table_.file, "", line, static_cast<int>(layout_.cells) + 1},
                    "more cells than the " + std::to_string(layout_.cells) + " columns of " + first());
     }
+    if (cells_.size() < layout_.cells && layout_.separator == '\t') split_by_spaces(text);
     cut_ = cells_.size() < layout_.cells;
     for (size_t i = 0; i < row_.size() && !cut_; ++i) row_[i] = read_cell(i, line);
     return !cut_;
@@ -56,6 +60,15 @@ class RowReader {
   }
 
  private:
+  // A line with spaces in place of tabs, as people write them who mend a log by hand.
+  void split_by_spaces(const std::string& text) {
+    CsvLayout spaces;
+    spaces.separator = ' ';
+    std::vector<Cell> cells;
+    split_cells(spaces, text, &cells);
+    if (cells.size() == layout_.cells) cells_ = cells;
+  }
+
   double read_cell(size_t i, int line) {
     const SignalColumn& entry = layout_.signals[i];
     const Cell cell = cells_[layout_.source[i]];
@@ -73,6 +86,7 @@ class RowReader {
   const std::vector<SignalColumn> signals_;
   Table& table_;
   CsvLayout layout_;
+  std::string comment_;  // the last one before the first line
   std::vector<Cell> cells_;
   std::vector<double> row_;
   std::vector<bool> is_text_;

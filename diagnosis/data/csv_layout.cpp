@@ -100,11 +100,12 @@ size_t find_source(const SignalColumn& entry, const std::vector<std::string>& na
   return static_cast<size_t>(at - names.begin());
 }
 
-// Each column is the signal that its name says.
-void take_header(const std::vector<std::string>& names, int line, CsvLayout* layout, Table* table) {
-  if (!layout->header)
+// Each column is the signal that its name says. `first`: the first cell.
+void take_header(const std::string& first, int line, CsvLayout* layout, Table* table) {
+  const std::vector<std::string>& names = layout->names;
+  if (names.empty())
     refuse_input({table->file, "", line, 1},
-                 "'" + names[0] + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
+                 "'" + first + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
   check_names(names, line, *table);
   for (size_t i = 0; i < names.size(); ++i) {
     layout->signals.emplace_back().signal = names[i];
@@ -158,7 +159,28 @@ void split_cells(const CsvLayout& layout, const std::string& line, std::vector<C
   }
 }
 
-CsvLayout read_layout(const std::string& text, int number, const std::vector<SignalColumn>& signals, Table* table) {
+namespace {
+
+// The names in a comment before lines of numbers, if it has one for most cells: words between the same separators.
+// Words between spaces may be a sentence, so then all cells need one.
+std::vector<std::string> read_comment(const CsvLayout& layout, const std::string& comment) {
+  const std::string text = comment.substr(std::min(comment.size(), comment.find_first_not_of("#% ")));
+  std::vector<Cell> cells;
+  split_cells(layout, text, &cells);
+  std::vector<std::string> names;
+  for (const Cell& cell : cells) {
+    names.push_back(trim_cell(cell));
+    while (!names.back().empty() && names.back().back() == ',') names.back().pop_back();
+  }
+  const bool enough = layout.separator == ' ' ? names.size() == layout.cells : 2 * names.size() > layout.cells;
+  if (!enough || names.size() > layout.cells || are_numbers(cells, layout.separator)) return {};
+  names.resize(layout.cells);
+  return names;
+}
+
+}  // namespace
+
+CsvLayout read_layout(const std::string& text, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table) {
   CsvLayout layout;
   const std::string line = text.rfind("\xEF\xBB\xBF", 0) == 0 ? text.substr(3) : text;  // byte order mark
   check_text(line, *table);
@@ -172,13 +194,15 @@ CsvLayout read_layout(const std::string& text, int number, const std::vector<Sig
     if (are_numbers(cells, ' ')) layout = spaces;
     else split_cells(layout, line, &cells);
   }
-  std::vector<std::string> names;
-  for (const Cell& cell : cells) names.push_back(trim_cell(cell));
   layout.cells = cells.size();
   layout.header = !are_numbers(cells, layout.separator);
-  if (signals.empty()) take_header(names, number, &layout, table);
+  for (const Cell& cell : cells) {
+    if (layout.header) layout.names.push_back(trim_cell(cell));
+  }
+  if (!layout.header) layout.names = read_comment(layout, comment);
+  if (signals.empty()) take_header(trim_cell(cells[0]), number, &layout, table);
   for (const SignalColumn& entry : signals) {
-    layout.source.push_back(find_source(entry, layout.header ? names : std::vector<std::string>{}, cells.size(), {table->file, entry.signal, number}));
+    layout.source.push_back(find_source(entry, layout.names, cells.size(), {table->file, entry.signal, number}));
     layout.signals.push_back(entry);
   }
   for (const SignalColumn& entry : layout.signals) table->names.push_back(entry.signal);

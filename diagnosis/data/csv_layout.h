@@ -17,6 +17,7 @@ using Cell = std::pair<const char*, const char*>;  // its begin and end in a lin
 struct CsvLayout {
   char separator = ',';               // ',', ';', '\t', or ' ' for any number of spaces and tabs
   bool header = true;                 // the first line has names
+  std::vector<std::string> names;     // of the cells, by the header or by a comment before the first line; empty: none
   size_t cells = 0;                   // in a line
   std::vector<SignalColumn> signals;  // of the table's columns, in its order
   std::vector<size_t> source;         // by column: its cell
@@ -28,9 +29,9 @@ std::ifstream open_text(const std::string& path);
 // True for lines that say nothing: empty ones, and comments that begin with # or %.
 bool is_blank(const std::string& line);
 
-// Sets the layout and the names of the table's columns by the file's first line. Throws InputError if it is no text, or
-// if the columns of `signals` are not there.
-CsvLayout read_layout(const std::string& line, int number, const std::vector<SignalColumn>& signals, Table* table);
+// Sets the layout and the names of the table's columns by the file's first line. `comment`: the one before it, or "". NumPy
+// and MATLAB write their headers as comments. Throws InputError if it is no text, or if the columns of `signals` are not there.
+CsvLayout read_layout(const std::string& line, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table);
 
 void split_cells(const CsvLayout& layout, const std::string& line, std::vector<Cell>* cells);
 

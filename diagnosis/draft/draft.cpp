@@ -32,20 +32,19 @@ struct LogColumns {
 
 bool is_text(const std::string& path) { return !is_ros_bag(path) && fs::path(path).extension() != ".mcap"; }
 
-// The names in the first line, whatever they are.
+// The names in the first line, or in the comment before it, whatever they are.
 LogColumns read_names(const std::string& path) {
   std::ifstream file = open_text(path);
   LogColumns log;
+  std::string comment;
   for (std::string line; std::getline(file, line);) {
-    if (is_blank(line)) continue;
-    log.table.file = path;
-    const CsvLayout layout = read_layout(line, 1, {SignalColumn{"first", "", 1}}, &log.table);
-    std::vector<Cell> cells;
-    split_cells(layout, line, &cells);
-    log.count = cells.size();
-    for (const Cell& cell : cells) {
-      if (layout.header) log.names.push_back(trim_cell(cell));
+    if (is_blank(line)) {
+      if (line.size() > 1) comment = line;
+      continue;
     }
+    log.table.file = path;
+    const CsvLayout layout = read_layout(line, comment, 1, {SignalColumn{"first", "", 1}}, &log.table);
+    log.count = layout.cells, log.names = layout.names;
     return log;
   }
   refuse_input(path, "is empty: expected a table of samples");

@@ -58,6 +58,19 @@ TEST(TextRecording, SemicolonsTabsAndSpacesSeparateCellsAndCommasDecimals) {
   expect_hip(read("spaces.txt", "# a note\n  1.0e1   7 2\n  20 7   4 \n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
 
+TEST(TextRecording, CommentsBeforeNumbersNameTheColumnsAsNumPyAndMatlabWriteThem) {
+  constexpr const char* kNamed = "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
+  expect_hip(read("numpy.txt", "# a note, of today\n# ms n q\n10 7 2\n20 7 4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("commas.txt", "#ms, n, q\n10 7 2\n20 7 4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("matlab.txt", "%ms\tn\tq\n10\t7\t2\t0\n20\t7\t4\t0\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+  // A sentence of as many words is no worse than none: columns go by their numbers, too.
+  expect_hip(read("sentence.txt", "# three words here\n10 7 2\n20 7 4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
+}
+
+TEST(TextRecording, OneLineWithSpacesInPlaceOfTabsIsRead) {
+  expect_hip(read("mended.txt", "10\t7\t2\n20 7  4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
+}
+
 TEST(TextRecording, OtherKindsOfFilesAreCalledByTheirNames) {
   for (const auto& [content, name] : std::vector<std::pair<std::string, std::string>>{
            {"\x93NUMPY", "NumPy"}, {"PK\x03\x04 and more", "npz"}, {"\x89HDF\r\n\x1a\n", "HDF5"}, {"MATLAB 5.0 MAT-file", "MATLAB"},
