@@ -14,6 +14,7 @@ struct Word {
   bool command = false, useless = false;  // useless: a derivative or mean of what is recorded, or another quantity
   double scale = 0.0;
   EffortOf of = EffortOf::kTorque;
+  bool counts = false;
 };
 
 const std::map<std::string, Word>& list_words() {
@@ -39,7 +40,12 @@ const std::map<std::string, Word>& list_words() {
          "battery", "bus", "supply", "input"},
         {Q::kNone, false, true, 0.0});
     add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295});
-    add({"rpm"}, {Q::kNone, false, false, 0.10471975511965977});
+    // Only speeds have these units: "left_rpm".
+    add({"rpm"}, {Q::kVelocity, false, false, 0.10471975511965977});
+    add({"dps", "degps"}, {Q::kVelocity, false, false, 0.017453292519943295});
+    add({"rps"}, {Q::kVelocity, false, false, 6.283185307179586});
+    add({"radps"}, {Q::kVelocity, false, false, 1.0});
+    add({"count", "counts", "tick", "ticks", "pulses"}, {Q::kNone, false, false, 0.0, EffortOf::kTorque, true});
     add({"ms"}, {Q::kNone, false, false, 1e-3});
     add({"us"}, {Q::kNone, false, false, 1e-6});
     add({"ns"}, {Q::kNone, false, false, 1e-9});
@@ -117,9 +123,11 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
     if (word->second.kind != ColumnKind::kNone) meaning.kind = word->second.kind, meaning.of = word->second.of;
     if (word->second.scale > 0.0) meaning.scale = word->second.scale;
     meaning.command = meaning.command || word->second.command;
+    meaning.counts = meaning.counts || word->second.counts;
     useless = useless || word->second.useless;
   }
   if (useless) meaning.kind = ColumnKind::kNone;
+  if (meaning.kind == ColumnKind::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
   if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;
   return meaning;
 }

@@ -20,6 +20,7 @@ struct ColumnMeaning {
   int joint = -1;        // in the order of the names that were given; -1: none
   int index = -1;        // a number in the name where no joint is named: "q3"
   double scale = 0.0;    // to SI, as the name says: "deg", "ms"; 0: it says nothing
+  bool counts = false;   // of an encoder; the name does not say how many a turn has
 };
 
 // Of one column. `joints`: names of the model's joints.

@@ -91,7 +91,7 @@ struct EffortUnit {
 constexpr EffortUnit kEffortUnits[] = {
     {EffortOf::kTorque, "", ""},
     {EffortOf::kCurrent, "a current", "the torque constant at the joint [N m/A]: gear ratio times that of the motor"},
-    {EffortOf::kDuty, "the duty of a PWM", "the stall torque over the largest count [N m]; its back-EMF then looks like viscous friction"},
+    {EffortOf::kDuty, "the duty of a PWM", "the stall torque over the largest count [N m], and a duty needs the sign of its direction; its back-EMF then looks like viscous friction"},
     {EffortOf::kVoltage, "a voltage", "the torque constant at the joint over the resistance [N m/V]; its back-EMF then looks like viscous friction"}};
 
 // For YAML.
@@ -170,12 +170,14 @@ class DraftWriter {
     columns << "columns:            # docs/text_recordings.md\n";
     write_time(&columns);
     used_.resize(log_.count, false);
+    take_turns_from_speeds();
     const size_t commands = write_signals(ColumnKind::kPosition, true, "position", &columns);
     const size_t positions = write_signals(ColumnKind::kPosition, false, "position", &columns);
     const size_t velocities = write_signals(ColumnKind::kVelocity, false, "velocity", &columns);
     write_signals(ColumnKind::kVelocity, true, "velocity", &columns);
-    const size_t efforts = write_efforts(false, &columns);
-    write_efforts(true, &columns);
+    size_t efforts = write_efforts(false, &columns);
+    const size_t commanded = write_efforts(true, &columns);
+    if (efforts == 0 && commands == 0) efforts = commanded;
     if (positions == 0) ask("which columns are the joints' positions");
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
@@ -187,6 +189,23 @@ class DraftWriter {
                            "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
   }
 
+  // Counts of an encoder, by the velocity beside them if its unit is known.
+  void take_turns_from_speeds() {
+    for (size_t i = 0; i < meanings_.size() && time_ >= 0; ++i) {
+      ColumnMeaning& m = meanings_[i];
+      if (m.kind != ColumnKind::kPosition || !m.counts || m.scale > 0.0) continue;
+      for (size_t v = 0; v < meanings_.size(); ++v) {
+        const ColumnMeaning& speed = meanings_[v];
+        const Rate rate = compare_rate(i, v);
+        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || rate.correlation < 0.9) continue;
+        m.scale = speed.scale * rate.slope * time_scale_;
+        draft_.found.push_back("column " + find_place(i) + ": " + format_short(2.0 * M_PI / m.scale) + " counts a turn, by column " + find_place(v));
+        break;
+      }
+      if (!(m.scale > 0.0)) ask("how many counts a turn column " + find_place(i) + " has: 'scale' is 6.2831853 by that number");
+    }
+  }
+
   std::string list_joints() const {
     std::string text;
     for (const std::string& joint : joints_) text += (text.empty() ? "" : ", ") + joint;
@@ -194,7 +213,7 @@ class DraftWriter {
   }
 
   std::string find_place(size_t column) const {
-    return log_.names.empty() ? std::to_string(column + 1) : quote(log_.names[column]);
+    return log_.names.empty() || log_.names[column].empty() ? std::to_string(column + 1) : quote(log_.names[column]);
   }
 
   void write_time(std::ostringstream* columns) {
@@ -204,6 +223,7 @@ class DraftWriter {
       if (period <= 0.0 || !(named || log_.names.empty())) continue;
       const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
       *columns << "  time: {column: " << find_place(i) << ", scale: " << format_exact(scale) << "}   # " << format_short(1.0 / (period * scale)) << " Hz\n";
+      time_scale_ = scale;
       draft_.found.push_back("time: column " + find_place(i) + ", " + format_short(1.0 / (period * scale)) + " samples a second");
       time_ = static_cast<int>(i);
       return;
@@ -278,13 +298,17 @@ class DraftWriter {
   std::string find_relation(size_t column) const {
     for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
       if (other == column || static_cast<int>(other) == time_) continue;
-      if (calc_rate_correlation(other, column) > 0.9) return "; the rate of column " + find_place(other);
+      if (compare_rate(other, column).correlation > 0.9) return "; the rate of column " + find_place(other);
     }
     return "";
   }
 
+  struct Rate {
+    double correlation = 0.0, slope = 0.0;  // slope: the other column by the rate
+  };
+
   // Of the central differences of one column with another one.
-  double calc_rate_correlation(size_t position, size_t velocity) const {
+  Rate compare_rate(size_t position, size_t velocity) const {
     const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
     double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, syy = 0.0, sxy = 0.0;
     for (size_t i = 1; i + 1 < q.size(); ++i) {
@@ -293,7 +317,8 @@ class DraftWriter {
       n += 1.0, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
     }
     const double spread = (n * sxx - sx * sx) * (n * syy - sy * sy);
-    return spread > 0.0 ? (n * sxy - sx * sy) / std::sqrt(spread) : 0.0;
+    if (!(spread > 0.0)) return {};
+    return {(n * sxy - sx * sy) / std::sqrt(spread), (n * sxy - sx * sy) / (n * sxx - sx * sx)};
   }
 
   std::string robot_;
@@ -305,6 +330,7 @@ class DraftWriter {
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;
   int time_ = -1;
+  double time_scale_ = 1.0;  // of its column, to seconds
   std::ostringstream out_;
   Draft draft_;
 };

@@ -39,7 +39,9 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
            {"Knee Angle (deg)", Q::kPosition, false, 1, -1, M_PI / 180}, {"timestamp_ms", Q::kTime, false, -1, -1, 1e-3}, {"Time", Q::kTime, false, -1, -1, 0.0},
            {"nsecs", Q::kNone, false, -1, -1, 0.0}, {"qdd_1", Q::kNone, false, -1, 1, 0.0}, {"hip_temperature", Q::kNone, false, 0, -1, 0.0},
            {"position_error_1", Q::kNone, false, -1, 1, 0.0}, {"Iq", Q::kEffort, false, -1, -1, 0.0}, {"hip_iq_ref", Q::kEffort, true, 0, -1, 0.0},
-           {"motor_amps", Q::kEffort, false, -1, -1, 0.0}}) {
+           {"motor_amps", Q::kEffort, false, -1, -1, 0.0}, {"hip_rpm", Q::kVelocity, false, 0, -1, M_PI / 30}, {"vel_knee_degps", Q::kVelocity, false, 1, -1, M_PI / 180},
+           {"pwm_cmd", Q::kEffort, true, -1, -1, 0.0}, {"Output Voltage (V)", Q::kEffort, false, -1, -1, 0.0},
+           {"battery_voltage", Q::kNone, false, -1, -1, 0.0}}) {
     const ColumnMeaning m = find_meaning(r.name, kLeg);
     EXPECT_EQ(m.kind, r.kind) << r.name;
     EXPECT_EQ(m.command, r.command) << r.name;
@@ -136,6 +138,35 @@ TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
   EXPECT_THAT(draft.text, HasSubstr("time: {column: 1, scale: 0.001}"));
   EXPECT_THAT(draft.text, HasSubstr("3: -4.18 to 5.1; the rate of column 2")) << draft.text;
   EXPECT_EQ(draft.asked.size(), 4u);  // a second log, positions, efforts or commands, the columns
+}
+
+// A motor with 2400 counts a turn behind its gear, as small controllers log it.
+TEST_F(Drafts, CountTheTurnsOfAnEncoderByTheSpeedBesideIt) {
+  std::string rows = "t_ms,duty,enc_count,rpm\n";
+  for (int k = 0; k < 300; ++k) {
+    const double t = 0.01 * k, q = 5.0 * std::sin(3 * t), v = 15.0 * std::cos(3 * t);  // rad, rad/s
+    rows += std::to_string(10 * k) + "," + std::to_string(std::lround(100 * std::cos(3 * t))) + "," + std::to_string(std::lround(q * 2400 / (2 * M_PI))) + "," +
+            std::to_string(v * 30 / M_PI) + "\n";
+  }
+  write("motor.csv", rows);
+  const Draft draft = make_draft(path("arm.urdf"), {path("motor.csv"), path("motor.csv")}, folder_.string());
+  EXPECT_THAT(testing::PrintToString(draft.found), HasSubstr("2.4e+03 counts a turn, by column 'rpm'"));
+  EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: {column: 'duty', scale: 1}"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("a duty needs the sign"));
+  write("experiment.yaml", draft.text);
+  const Experiment experiment = load_experiment(path("experiment.yaml"));
+  EXPECT_NEAR(experiment.recordings[0].column("/joint_states/shoulder/position")[52], 5.0, 0.01) << draft.text;
+}
+
+TEST_F(Drafts, AskForTheCountsOfATurnWhereNoSpeedTellsThem) {
+  write("motor.csv", "time,encoder_ticks,current\n0.00,0,1\n0.01,5,1\n0.02,20,1\n");
+  EXPECT_THAT(testing::PrintToString(make_draft(path("arm.urdf"), {path("motor.csv")}, folder_.string()).asked),
+              HasSubstr("how many counts a turn column 'encoder_ticks' has"));
+}
+
+TEST_F(Drafts, AVoltageBesideAnEffortIsNotUsed) {
+  write("log.csv", "time,q,voltage,current\n0.00,0,12,1\n0.01,5,12,1\n0.02,20,12,1\n");
+  EXPECT_THAT(make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).text, HasSubstr("effort: {column: 'current', scale: 1}"));
 }
 
 TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
