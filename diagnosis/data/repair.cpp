@@ -11,6 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kJump = 1.5 * M_PI;    // [rad] no joint moves so far between two samples
+constexpr double kOneTurn = 2.2 * M_PI; // [rad] an encoder that wraps reads within one turn; a tenth more for its errors
 constexpr double kSpike = 10.0;        // times the 95 % quantile of second differences
 constexpr double kSteps = 8.0;         // times the smallest change of a quantised signal
 constexpr double kReturn = 0.1;        // share of the jump by which the neighbours may differ
@@ -56,6 +57,9 @@ void align_turns(const std::vector<double>& angle, std::vector<double>* command)
 }  // namespace
 
 int unwrap_angle(std::vector<double>* angle) {
+  const std::vector<double> values = keep_finite(*angle);
+  // Where turns are counted already, a wheel whose encoder is read seldom moves by more than a turn between two readings.
+  if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > kOneTurn) return 0;
   int jumps = 0;
   double turns = 0.0, last = std::numeric_limits<double>::quiet_NaN();
   for (double& v : *angle) {

@@ -58,6 +58,15 @@ TEST(Repair, AnAngleThatWrapsIsCountedOn) {
   for (int k = 0; k < 2000; ++k) ASSERT_NEAR(angle[static_cast<size_t>(k)], 0.006 * k - 1.0, 1e-9) << k;
 }
 
+// A wheel at 57 turns a second whose encoder is read every 20 ms, logged every 5 ms: it turns by more than once between readings.
+TEST(Repair, AWheelWhoseTurnsAreCountedDoesNotWrap) {
+  std::vector<double> angle;
+  for (int k = 0; k < 200; ++k) angle.push_back(2.0 * M_PI * 57.0 * 0.02 * (k / 4));
+  const std::vector<double> logged = angle;
+  EXPECT_EQ(unwrap_angle(&angle), 0);
+  EXPECT_EQ(angle, logged);
+}
+
 TEST(Repair, ASingleSampleThatJumpsAndReturnsIsLeftOutAndAStepIsNot) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal(0.0, 1e-4);
