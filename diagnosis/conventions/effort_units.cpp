@@ -256,6 +256,18 @@ bool tells_unit(const TorqueData& data, int joint) {
 
 std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint) { return find_without_rotor(data, collect_efforts(data, joint), joint); }
 
+std::optional<double> find_unit_without_friction(const TorqueData& data, int joint) {
+  const UnitRows rows = collect_efforts(data, joint);
+  if (rows.tau.size() < 2 * kNuisance) return std::nullopt;  // fewer fit by chance
+  // The torque is what is known worst, as an acceleration is.
+  Eigen::MatrixXd unit(rows.tau.size(), 2), friction(rows.tau.size(), 4);
+  unit << rows.effort, rows.nuisance.col(0);
+  friction << unit, rows.nuisance.col(1), rows.nuisance.col(3);
+  if (take_out(unit, rows.tau).squaredNorm() > (1.0 + kPart) * take_out(friction, rows.tau).squaredNorm()) return std::nullopt;
+  const double scale = unit.colPivHouseholderQr().solve(rows.tau)[0];
+  return scale != 0.0 && std::abs(std::log(std::abs(scale))) > kFactor ? std::optional<double>(scale) : std::nullopt;
+}
+
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {
   for (const EffortUnit& unit : units) {
     const auto j = static_cast<size_t>(unit.joint);

@@ -28,6 +28,7 @@ struct EffortUnit {
   // Relative deviation of a load's mass that was found beside the units (loaded_units.h); infinite: no load shows beside
   // them. Zero: the unit needs no motion (the servo's law tells it).
   double of_load = std::numeric_limits<double>::infinity();
+  double without_friction = 1.0;  // the scale by find_unit_without_friction(); 1: none
 };
 
 // True if a load shows beside the units and its mass does not: another load with other units does as well.
@@ -44,6 +45,11 @@ bool tells_unit(const TorqueData& data, int joint);
 
 // The unit that the joint's efforts have if its drive has no rotor. Empty if friction explains them as well.
 std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint);
+
+// The unit [N m per logged unit] in which the efforts need neither dry friction nor a constant; below zero if the log's sign
+// is turned. Empty if these explain the torque better in any unit, or if it is within a factor of e of one. A drive at one
+// voltage, as in a step of a motor: its effort is constant, and so is friction.
+std::optional<double> find_unit_without_friction(const TorqueData& data, int joint);
 
 // The experiment with efforts in N m and gains in N m/rad.
 Experiment convert_efforts(Experiment experiment, const std::vector<EffortUnit>& units);

@@ -140,6 +140,21 @@ void doubt_large_rotor(const std::string& joint, const std::string& unit, const 
   }
 }
 
+// Dry friction or a constant torque that takes most of the effort may be none: the unit alone does as well.
+void doubt_large_level(const std::string& joint, const std::string& unit, double scale, Json* report) {
+  if (scale == 1.0) return;
+  const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
+  for (Json& f : (*report)["findings"]) {
+    const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
+    if (f["where"].value("joint", "") != joint || !effect || is_share_of_load(f)) continue;
+    if (effect->family != EffectFamily::kDryFriction && effect->name != get_effect_of(PlaceKind::kJoint, EffectFamily::kZero).name) continue;
+    make_ambiguous(&f);
+    f["statement"] = f.value("statement", "") + " Or there is none, and " +
+                     (scale < 0.0 ? "the log has the other sign: one logged unit is " : "one logged unit is ") + number(scale, 2) + " " + unit + ".";
+    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", make_value(round_to(scale, 3), round_to(std::abs(scale) * kBlur, 2), "1")}}));
+  }
+}
+
 void warn(const std::string& text, Reports* reports) {
   reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
 }
@@ -153,7 +168,10 @@ std::vector<EffortUnit> list_untold_units(const TorqueData& data, const std::vec
     const int joint = static_cast<int>(j);
     if (!data.experiment->robot.tree.joint(joint).actuated || data.source[j] != EffortSource::kRecorded) continue;
     if (tells_unit(data, joint)) told = true;
-    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) untold.push_back(find_unit_without_rotor(data, joint).value_or(EffortUnit{joint}));
+    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) {
+      untold.push_back(find_unit_without_rotor(data, joint).value_or(EffortUnit{joint}));
+      untold.back().without_friction = find_unit_without_friction(data, joint).value_or(1.0);
+    }
   }
   return told && units.empty() ? std::vector<EffortUnit>{} : untold;
 }
@@ -167,6 +185,7 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
     mark_unexplained(name, unit, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
+    doubt_large_level(name, unit, u.without_friction, &reports->report);
   }
 }
 

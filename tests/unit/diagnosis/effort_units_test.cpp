@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/conventions/effort_units.h"
@@ -295,6 +297,59 @@ TEST(EffortUnits, ARotorThatTheUnitMayBeIsNotSure) {
   EXPECT_EQ(rotor["grade"], "ambiguous");
   ASSERT_EQ(rotor["alternatives"].size(), 1u);
   EXPECT_NEAR(rotor["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 1.0 / 40.0, 0.1 / 40.0);  // a tenth, as above
+}
+
+// A motor at full duty, 100 in either direction, of 0.003 N m each, against viscous friction (back-EMF) of 0.02 N m s/rad.
+// Dry friction of 99.7 N m beside efforts in N m would make the same step.
+Experiment make_steps(const std::string& name) {
+  Experiment e = make_simulated_experiment(name, kDisc, {"motor"}, {});
+  e.scenario.drive = "effort";
+  TestNoise noise;
+  for (size_t i = 0; i < e.recordings.size(); ++i) {
+    Recording& r = e.recordings[i];
+    const double sign = i == 1 ? -1.0 : 1.0, speed = 100.0 * 0.003 / 0.02, settles = 0.002 / 0.02;  // [rad/s], [s]
+    for (size_t k = 0; k < r.size(); ++k) {
+      const double t = r.time[k] - r.time[0], decay = std::exp(-t / settles);
+      r.joints[0].signal[0][k] = sign * speed * (t - settles * (1.0 - decay)) + 1e-4 * noise.draw();
+      r.joints[0].signal[1][k] = sign * speed * (1.0 - decay) + 1e-2 * noise.draw();
+      r.joints[0].signal[2][k] = sign * 100.0;
+    }
+  }
+  return e;
+}
+
+Reports make_level_report(double level) {
+  Reports reports;
+  reports.report["findings"] = {{{"effect", "coulomb_friction"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
+                                 {"alternatives", Json::array()}, {"parameters", {{"level", {{"value", level}, {"unit", "N m"}}}}}}};
+  return reports;
+}
+
+TEST(EffortUnits, FrictionThatTakesAConstantEffortMayBeItsUnit) {
+  const Experiment e = make_steps("units_steps");
+  Reports reports = make_level_report(99.7);
+  doubt_untold_units(e, list_untold_units(make_torque_data(e), {}), &reports);
+  const Json& friction = reports.report["findings"][0];
+  EXPECT_EQ(friction["grade"], "ambiguous");
+  ASSERT_EQ(friction["alternatives"].size(), 1u);
+  EXPECT_NEAR(friction["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 0.003, 0.0003);  // a tenth, as above
+}
+
+TEST(EffortUnits, AConstantEffortThatTheMotionOpposesMayHaveItsSignTurned) {
+  Experiment e = make_steps("units_opposed");
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[0].signal[2]) y = -y;
+  }
+  const std::optional<double> unit = find_unit_without_friction(make_torque_data(e), 0);
+  ASSERT_TRUE(unit.has_value());
+  EXPECT_NEAR(*unit, -0.003, 0.0003);
+}
+
+// Friction that turns with the motion is there in any unit.
+TEST(EffortUnits, FrictionOfAMotionBackAndForthIsNoUnit) {
+  Experiment e = make_simulated_experiment("units_back", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  e.scenario.drive = "effort";
+  EXPECT_FALSE(find_unit_without_friction(make_torque_data(e), 0).has_value());
 }
 
 // What no effect explains is told in the unit of the log, too.
