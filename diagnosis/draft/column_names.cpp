@@ -127,7 +127,7 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
     useless = useless || word->second.useless;
   }
   if (useless) meaning.kind = ColumnKind::kNone;
-  if (meaning.kind == ColumnKind::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
+  if (meaning.of == EffortOf::kDuty || meaning.of == EffortOf::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
   if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;
   return meaning;
 }

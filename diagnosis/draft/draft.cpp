@@ -196,10 +196,9 @@ class DraftWriter {
       if (m.kind != ColumnKind::kPosition || !m.counts || m.scale > 0.0) continue;
       for (size_t v = 0; v < meanings_.size(); ++v) {
         const ColumnMeaning& speed = meanings_[v];
-        const Rate rate = compare_rate(i, v);
-        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || rate.correlation < 0.9) continue;
-        m.scale = speed.scale * rate.slope * time_scale_;
-        draft_.found.push_back("column " + find_place(i) + ": " + format_short(2.0 * M_PI / m.scale) + " counts a turn, by column " + find_place(v));
+        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || calc_rate_correlation(i, v) < 0.9) continue;
+        m.scale = speed.scale * time_scale_ * calc_travel_ratio(i, v);
+        draft_.found.push_back("column " + find_place(i) + ": " + std::to_string(std::lround(2.0 * M_PI / m.scale)) + " counts a turn, by column " + find_place(v));
         break;
       }
       if (!(m.scale > 0.0)) ask("how many counts a turn column " + find_place(i) + " has: 'scale' is 6.2831853 by that number");
@@ -298,17 +297,13 @@ class DraftWriter {
   std::string find_relation(size_t column) const {
     for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
       if (other == column || static_cast<int>(other) == time_) continue;
-      if (compare_rate(other, column).correlation > 0.9) return "; the rate of column " + find_place(other);
+      if (calc_rate_correlation(other, column) > 0.9) return "; the rate of column " + find_place(other);
     }
     return "";
   }
 
-  struct Rate {
-    double correlation = 0.0, slope = 0.0;  // slope: the other column by the rate
-  };
-
   // Of the central differences of one column with another one.
-  Rate compare_rate(size_t position, size_t velocity) const {
+  double calc_rate_correlation(size_t position, size_t velocity) const {
     const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
     double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, syy = 0.0, sxy = 0.0;
     for (size_t i = 1; i + 1 < q.size(); ++i) {
@@ -317,8 +312,20 @@ class DraftWriter {
       n += 1.0, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
     }
     const double spread = (n * sxx - sx * sx) * (n * syy - sy * sy);
-    if (!(spread > 0.0)) return {};
-    return {(n * sxy - sx * sy) / std::sqrt(spread), (n * sxy - sx * sy) / (n * sxx - sx * sx)};
+    return spread > 0.0 ? (n * sxy - sx * sy) / std::sqrt(spread) : 0.0;
+  }
+
+  // The integral of a velocity by the travel of a position, as a slope: speeds that are late hardly change it.
+  double calc_travel_ratio(size_t position, size_t velocity) const {
+    const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
+    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, integral = 0.0;
+    for (size_t i = 1; i < q.size(); ++i) {
+      const double step = 0.5 * (v[i] + v[i - 1]) * (t[i] - t[i - 1]), x = q[i] - q[0];
+      if (!std::isfinite(step) || !std::isfinite(x)) continue;
+      integral += step;
+      n += 1.0, sx += x, sy += integral, sxx += x * x, sxy += x * integral;
+    }
+    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
   }
 
   std::string robot_;

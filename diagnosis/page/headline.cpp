@@ -205,6 +205,16 @@ std::string make_unit_sentence(const json& report) {
   return text + (text.empty() ? "" : " ") + "The unit of the effort of " + least + " and the values there are lower bounds: a rotor makes them larger.";
 }
 
+// Of recordings in which a joint hardly moves: that nothing explains them says little.
+std::string make_short_sentence(const json& report) {
+  std::string files;
+  for (const json& warning : get_list(report, "warnings")) {
+    const std::string text = warning.is_string() ? warning.get<std::string>() : "";
+    if (text.find(": too short to show what a model leaves out") != std::string::npos) files += (files.empty() ? "" : ", ") + text.substr(0, text.find(':'));
+  }
+  return files.empty() ? "" : "Recordings that are too short to show what a model leaves out: " + typeset(files) + ". Record seconds of motion.";
+}
+
 std::string make_left_sentence(const json& report) {
   const json* worst = nullptr;
   for (const json& r : get_list(report, "remaining")) {
@@ -290,8 +300,9 @@ std::vector<std::string> make_headline(const json& report) {
       const bool told = std::any_of(out.begin(), out.end(), [&](const std::string& sentence) { return sentence.find(statement) != std::string::npos; });
       if (!told) out.push_back(statement);
     }
-    const std::string unit = make_unit_sentence(report);
-    if (!unit.empty() && out[0].find(unit) == std::string::npos) out.push_back(unit);
+    for (const std::string& sentence : {make_unit_sentence(report), make_short_sentence(report)}) {
+      if (!sentence.empty() && out[0].find(sentence) == std::string::npos) out.push_back(sentence);
+    }
     return out;
   }
   const bool as_set = get(report, "as_set") == json(true);

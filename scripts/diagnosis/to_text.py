@@ -82,7 +82,7 @@ def read_json(path):
     return unfolded if isinstance(unfolded, dict) else {path.stem: unfolded}
 
 
-READERS = {".json": read_json, ".jsonl": read_json, ".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5}
+READERS = {".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5, ".json": read_json, ".jsonl": read_json}
 
 
 def flatten(name, value, found):

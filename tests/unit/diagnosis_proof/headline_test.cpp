@@ -46,6 +46,14 @@ TEST(Headline, FrictionOfManyJointsIsOneSentenceWithItsRangeAndTheWorstJoint) {
                                           "perhaps also at joint ankle: level 0.1 ± 0.05 N m."));
 }
 
+TEST(Headline, RecordingsThatAreTooShortAreNamedWhereNothingWasFound) {
+  json report{{"verdict", "unexplained"}, {"findings", json::array()}, {"unexplained", json::array()},
+              {"warnings", {"a.csv: lasts 0.2 s (50 samples): too short to show what a model leaves out; expected seconds of motion"}}};
+  EXPECT_THAT(join(report), HasSubstr("too short to show what a model leaves out: a.csv. Record seconds of motion."));
+  report["warnings"].clear();
+  EXPECT_THAT(join(report), Not(HasSubstr("too short")));
+}
+
 // A servo whose friction and late commands take most of the error only together.
 TEST(Headline, EffectsThatWereJudgedAsASetAreOneSentenceWithTheErrorThatTheyTakeAway) {
   json report = make_leg();
