@@ -146,12 +146,12 @@ void doubt_large_level(const std::string& joint, const std::string& unit, double
   const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
   for (Json& f : (*report)["findings"]) {
     const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
-    if (f["where"].value("joint", "") != joint || !effect || is_share_of_load(f)) continue;
-    if (effect->family != EffectFamily::kDryFriction && effect->name != get_effect_of(PlaceKind::kJoint, EffectFamily::kZero).name) continue;
+    if (f["where"].value("joint", "") != joint || !effect || is_share_of_load(f) || !is_in_log_unit(f)) continue;
+    if (effect->family != EffectFamily::kDryFriction && effect->family != EffectFamily::kZero) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " Or there is none, and " +
                      (scale < 0.0 ? "the log has the other sign: one logged unit is " : "one logged unit is ") + number(scale, 2) + " " + unit + ".";
-    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", make_value(round_to(scale, 3), round_to(std::abs(scale) * kBlur, 2), "1")}}));
+    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", round_to(scale, 2)}}));
   }
 }
 

@@ -332,7 +332,7 @@ TEST(EffortUnits, FrictionThatTakesAConstantEffortMayBeItsUnit) {
   const Json& friction = reports.report["findings"][0];
   EXPECT_EQ(friction["grade"], "ambiguous");
   ASSERT_EQ(friction["alternatives"].size(), 1u);
-  EXPECT_NEAR(friction["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 0.003, 0.0003);  // a tenth, as above
+  EXPECT_NEAR(friction["alternatives"][0]["parameters"]["scale"].get<double>(), 0.003, 0.0003);  // a tenth, as above
 }
 
 TEST(EffortUnits, AConstantEffortThatTheMotionOpposesMayHaveItsSignTurned) {
