@@ -69,6 +69,7 @@ Reader::Reader(const std::string& path) : path_(path) {
   }
   indexed_ = read_summary();
   if (!indexed_) scan();
+  if (channels_.empty()) find_definitions();
 }
 
 Reader::~Reader() { ::close(file_); }
@@ -229,6 +230,15 @@ bool Reader::scan_record(const Record& record) {
     return find_damage(record.offset, "malformed schema or channel");
   }
   return true;
+}
+
+// A recorder that was killed may leave schemas and channels in its chunks only.
+void Reader::find_definitions() {
+  const std::set<uint16_t> none;
+  uint64_t count = 0;
+  for (const Chunk& chunk : chunks_) {
+    if (!read_chunk(chunk, nullptr, &none, &count)) break;
+  }
 }
 
 uint64_t Reader::read_messages(const Visit& visit, const std::set<std::string>& topics) {

@@ -60,6 +60,7 @@ class Reader {
   bool take_chunk_index(Cursor cursor);
   void scan();
   bool scan_record(const Record& record);
+  void find_definitions();
   bool take_definition(Opcode opcode, Cursor cursor);
   // False when the walk is over: damage, or `visit` asked for the end.
   bool read_chunk(const Chunk& chunk, const Visit& visit, const std::set<uint16_t>* wanted, uint64_t* count);

@@ -85,7 +85,8 @@ Run read_run(const std::string& path, const PictureOptions& options) {
         return false;
       },
       {topics::kRobotDescription.name, topics::kRobotState.name});
-  if (run.robot.tree.links.empty() || run.moments.empty()) throw std::runtime_error(path + ": no run at the wanted times");
+  if (run.robot.tree.links.empty()) throw std::runtime_error(path + ": no log of a simulation: it has no robot");
+  if (run.moments.empty()) throw std::runtime_error(path + ": no run at the wanted times");
   run.scenario = parse_scenario(run.robot.scenario, run.robot.scenario_path);
   run.robots = make_robots(run.robot, run.scenario);
   run.followed = find_followed(run, path, options.robot);

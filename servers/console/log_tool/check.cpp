@@ -149,9 +149,7 @@ int show_hashes(const std::string& file) {
                 format_hash(hashes[id].second).c_str());
   }
   if (!state_hash.empty()) std::printf("state hash %s at step %s\n", state_hash.c_str(), state_step.c_str());
-  if (log.reader().damage().empty()) return 0;
-  std::fprintf(stderr, "%s\n", make_printable_line(log.reader().damage()).c_str());
-  return 1;
+  return say_damage(log.reader());
 }
 
 int compare_logs(const std::string& one_path, const std::string& other_path) {
@@ -197,9 +195,7 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
     std::printf("%s: first difference at step %u\n", make_printable_line(difference.topic).c_str(), difference.step);
     print_first_difference(&one, &other, difference.topic, difference.index);
   }
-  for (LogFile* log : {&one, &other}) {
-    if (!log->reader().damage().empty()) std::fprintf(stderr, "%s\n", make_printable_line(log->reader().damage()).c_str());
-  }
+  for (LogFile* log : {&one, &other}) say_damage(log->reader());
   if (differences.empty()) std::printf("equal: %zu messages, every payload the same\n", compared);
   return differences.empty() ? 0 : 1;
 }

@@ -67,8 +67,7 @@ int write_csv(const std::string& file, const std::string& out) {
   csv.close();
   if (!csv) throw std::runtime_error(out + ": cannot be written");
   std::printf("%s: %zu rows, %zu columns\n", out.c_str(), table.rows.size(), table.names.size());
-  if (!log.damage().empty()) std::fprintf(stderr, "%s\n", log.damage().c_str());
-  return log.damage().empty() ? 0 : 1;
+  return say_damage(log);
 }
 
 int write_plot(const std::string& file, const std::vector<std::string>& signals, const std::string& out) {

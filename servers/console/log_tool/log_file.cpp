@@ -2,10 +2,12 @@
 #include "servers/console/log_tool/log_file.h"
 
 #include <array>
+#include <cstdio>
 #include <cstring>
 #include <fstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/printable.h"
 #include "common/mcap/claimed_file.h"
 #include "common/messages/topics.h"
 #include "servers/console/log_tool/commands.h"
@@ -51,8 +53,15 @@ const LogTopicType& LogFile::find_topic(const std::string& name) const {
     if (meant.size() == 1 && topic.topic == meant[0]) return topic;
   }
   std::string problem = meant.empty() ? "no topic '" + name + "'; it has:" : "'" + name + "' may be:";
+  if (names.empty()) problem += " none";
   for (const std::string& topic : meant.empty() ? names : meant) problem += " " + topic;
   refuse_input(reader_.path(), problem);
+}
+
+int say_damage(const mcap::Reader& reader) {
+  if (reader.damage().empty()) return 0;
+  std::fprintf(stderr, "%s\n", make_printable_line(reader.damage()).c_str());
+  return 1;
 }
 
 }  // namespace hrp

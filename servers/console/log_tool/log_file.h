@@ -35,6 +35,9 @@ class LogFile {
   std::map<uint16_t, LogTopicType> topics_;  // by channel
 };
 
+// Names damage on the error output. Returns the exit status: 0 where there is none, else 1.
+int say_damage(const mcap::Reader& reader);
+
 inline Bytes get_bytes(const mcap::Message& message) { return {message.data, message.size}; }
 
 }  // namespace hrp

@@ -66,6 +66,7 @@ std::string format_vector(const msg::Vector3& v) {
 
 int show_pushes(const std::string& file) {
   LogFile log(file);
+  log.find_topic(topics::kRobotState.name);  // refuses logs of something else
   StretchFinder finder;
   log.reader().read_messages(
       [&](const mcap::Message& message) {
@@ -77,7 +78,7 @@ int show_pushes(const std::string& file) {
       {topics::kRobotState.name});
   if (finder.stretches().empty()) {
     std::printf("# nobody pushed the robot in %s\n", file.c_str());
-    return 0;
+    return say_damage(log.reader());
   }
   std::printf("# Live pushes of %s. In its scenario, they repeat the run to the bit.\npushes:\n", file.c_str());
   size_t number = 0;
@@ -87,7 +88,7 @@ int show_pushes(const std::string& file) {
                 format_vector(stretch.push.p_LQ()).c_str(), format_vector(stretch.push.force()).c_str(), format_exact(static_cast<double>(stretch.first) * dt).c_str(),
                 format_exact(static_cast<double>(stretch.last - stretch.first) * dt).c_str());
   }
-  return 0;
+  return say_damage(log.reader());
 }
 
 }  // namespace hrp

@@ -2,10 +2,8 @@
 #include "servers/console/log_tool/run_reader.h"
 
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
-#include "common/base/printable.h"
 #include "common/base/ros_definitions.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert.h"
@@ -13,6 +11,7 @@
 #include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/robot/movers.h"
+#include "servers/console/log_tool/log_file.h"
 
 namespace hrp {
 namespace {
@@ -137,9 +136,7 @@ int read_run(mcap::Reader* log, double rate, RunListener* listener) {
     return true;
   });
   if (!pass.has_robot()) throw std::runtime_error(log->path() + ": no log of a simulation: it has no robot");
-  if (log->damage().empty()) return 0;
-  std::fprintf(stderr, "%s\n", make_printable_line(log->damage()).c_str());
-  return 1;
+  return say_damage(*log);
 }
 
 }  // namespace hrp

@@ -15,12 +15,6 @@ struct TopicCount {
   double first_time = 0, last_time = 0;  // [s]
 };
 
-int say_damage(const mcap::Reader& reader) {
-  if (reader.damage().empty()) return 0;
-  std::fprintf(stderr, "%s\n", make_printable_line(reader.damage()).c_str());
-  return 1;
-}
-
 }  // namespace
 
 int show_info(const std::string& file) {

@@ -61,6 +61,11 @@ refused 'is empty' "$hrp_log" recover empty.mcap nothing.mcap
 refused 'no MCAP file' "$hrp_log" recover one.csv nothing.mcap
 [ ! -e nothing.mcap ] || claim "a recovery of nothing leaves no file"
 
+# A log of something else has no pushes and no pictures; damage is said whatever is asked.
+refused 'no topic .hrp/robot_state.; it has: none' "$hrp_log" pushes start.mcap
+refused 'no log of a simulation' "$hrp_log" pictures start.mcap --out nothing.svg
+refused 'cut.mcap: offset' "$hrp_log" pushes cut.mcap
+
 # The state's hash is spelled in one way: 16 hexadecimal digits.
 hash="$("$hrp_log" hash one.mcap | sed -n 's/^state hash \([0-9a-f]\{16\}\) at step .*/\1/p')"
 [ -n "$hash" ] || claim "hash prints the state's hash in hexadecimal digits"

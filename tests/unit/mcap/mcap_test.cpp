@@ -55,6 +55,32 @@ INSTANTIATE_TEST_SUITE_P(Compressions, McapTest,
                            return word.empty() ? std::string("none") : word;
                          });
 
+// As recorders of ROS 2 leave a bag when they are killed.
+TEST(McapScan, FindsTopicsThatOnlyChunksDefine) {
+  Buffer records;
+  put_schema({1, "pkg::Thing", "omgidl", "module pkg { struct Thing { long x; }; };"}, &records);
+  put_channel({1, 1, "a", "cdr", {}}, &records);
+  const size_t message = records.begin_record(Opcode::kMessage);
+  for (size_t i = 0; i < 2 + 4 + 8 + 8; ++i) records.put(static_cast<uint8_t>(i == 0));  // channel 1, at time zero
+  records.put_bytes(reinterpret_cast<const uint8_t*>("payload"), 7);
+  records.end_record(message);
+  Buffer bytes;
+  put_beginning(&bytes);
+  const size_t chunk = bytes.begin_record(Opcode::kChunk);
+  for (const uint64_t number : {uint64_t{0}, uint64_t{0}, uint64_t{records.size()}}) bytes.put(number);  // times, size
+  bytes.put(uint32_t{0});  // no checksum
+  bytes.put_string("");    // not compressed
+  bytes.put(uint64_t{records.size()});
+  bytes.put_bytes(records.data(), records.size());
+  bytes.end_record(chunk);
+  TemporaryFile file("killed.mcap");
+  write_file(file.path(), std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  Reader reader(file.path());
+  ASSERT_NE(reader.find_channel("a"), nullptr);
+  EXPECT_EQ(reader.schemas().at(1).name, "pkg::Thing");
+  EXPECT_EQ(read_payloads(&reader), std::vector<std::string>{"payload"});
+}
+
 TEST(Crc, AgreesWithThePublishedCheckValue) {
   // "123456789" is the check string of the CRC catalogue; CRC-32/ISO-HDLC gives CBF43926.
   const auto* digits = reinterpret_cast<const uint8_t*>("123456789");
