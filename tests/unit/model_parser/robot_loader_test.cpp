@@ -121,6 +121,10 @@ TEST(RobotLoader, AnotherEncodingIsNamedWithItsLine) {
   EXPECT_THAT(complain(std::string("\xff\xfe<\0r\0/\0>\0", 10)), HasSubstr("r.urdf:1: error: not valid XML: byte 255 is not UTF-8"));
 }
 
+TEST(RobotLoader, AnEmptyFileIsSaidToBeEmpty) {
+  EXPECT_THAT(catch_complaint([] { parse_robot("", "r.urdf", make_scenario()); }), HasSubstr("r.urdf:1: error: is empty"));
+}
+
 TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
   const TreeSpec tree = load_arm("base: fixed\nrotor_inertia: {elbow: 0.5}\nunactuated: [grip]\n").tree;
   EXPECT_DOUBLE_EQ(tree.joint(2).rotor_inertia, 0.5);
