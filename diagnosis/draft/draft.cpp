@@ -2,6 +2,7 @@
 #include "diagnosis/draft/draft.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -100,6 +101,12 @@ std::string quote(std::string text) {
   return "'" + text + "'";
 }
 
+// As it is where YAML takes it as a word.
+std::string quote_name(const std::string& name) {
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-'; });
+  return plain ? name : quote(name);
+}
+
 std::string format_short(double value) {
   std::ostringstream text;
   text.precision(3);
@@ -111,6 +118,10 @@ class DraftWriter {
  public:
   DraftWriter(const std::string& robot, const std::vector<std::string>& logs, const std::string& folder)
       : robot_(robot), logs_(logs), folder_(fs::absolute(folder.empty() ? "." : folder)) {
+    for (const std::string& log : logs) {
+      std::error_code error;  // a name that is too long for a file, links in a circle
+      if (!fs::exists(log, error)) refuse_input(log, "there is no such file or bag folder");
+    }
     Scenario scenario;
     scenario.robot = fs::absolute(robot).string();
     scenario.floating_base = false;
@@ -137,14 +148,14 @@ class DraftWriter {
 
   void write_head() {
     out_ << "# A draft: look at every line. Lines with (?) ask for what only you know.\n"
-         << "robot: " << name_from_folder(robot_) << "\nbase: fixed        # (?) or floating, for a robot on its feet\n";
+         << "robot: " << quote_name(name_from_folder(robot_)) << "\nbase: fixed        # (?) or floating, for a robot on its feet\n";
   }
 
   void write_recordings() {
     out_ << "recordings:\n";
     for (size_t i = 0; i < logs_.size(); ++i) {
       const bool held_out = logs_.size() > 1 && i + 1 == logs_.size();
-      out_ << "  - {file: " << name_from_folder(logs_[i]) << ", role: " << (held_out ? "validate" : "train") << "}\n";
+      out_ << "  - {file: " << quote_name(name_from_folder(logs_[i])) << ", role: " << (held_out ? "validate" : "train") << "}\n";
     }
     if (logs_.size() == 1) ask("a second log of another motion, with 'role: validate': values of one recording alone are hardly certain");
   }

@@ -132,6 +132,16 @@ TEST_F(Drafts, OfCurrentsAskForTheTorqueConstant) {
   EXPECT_THAT(testing::PrintToString(draft.asked), Not(HasSubstr("torque constant")));
 }
 
+TEST_F(Drafts, OfFilesWithAnyNamesAreRead) {
+  const std::vector<std::string> names{"run #1, fast.csv", "it's {one}: a.csv", "&log.csv"};
+  std::vector<std::string> logs;
+  for (const std::string& name : names) write(name, "stamp;shoulder angle;shoulder velocity;shoulder current\n" + make_rows(";")), logs.push_back(path(name));
+  write("experiment.yaml", make_draft(path("arm.urdf"), logs, folder_.string()).text);
+  const Experiment experiment = load_experiment(path("experiment.yaml"));
+  ASSERT_EQ(experiment.recordings.size(), names.size());
+  for (size_t i = 0; i < names.size(); ++i) EXPECT_EQ(experiment.recordings[i].spec.name, names[i]);
+}
+
 TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
   write("log.txt", make_rows(" "));
   const Draft draft = make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string());
@@ -212,6 +222,8 @@ TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
 
 TEST_F(Drafts, OfAFileThatIsNotThereAreRefused) {
   EXPECT_THROW(make_draft(path("arm.urdf"), {path("none.csv")}, folder_.string()), InputError);
+  write("log.txt", make_rows(" "));
+  EXPECT_THAT(catch_complaint([&] { make_draft(path("arm.urdf"), {path("log.txt"), path("second.txt")}, folder_.string()); }), HasSubstr("second.txt"));
   EXPECT_THROW(make_draft(path("none.urdf"), {path("none.csv")}, folder_.string()), InputError);
 }
 
