@@ -149,8 +149,9 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   }
   std::string obstacle = find_obstacle(e);
   if (!obstacle.empty()) {
-    if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series)) return reports;
     std::string why;
+    if (toss::diagnose_toss(e, problem.jobs, progress, &reports.report, &reports.series, &why)) return reports;
+    if (e.scenario.floating_base && e.num_joints() == 0) obstacle += "; as a tossed body: " + why;
     if (judge_links_alone(problem, progress, &reports)) return reports;
     if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
     if (judge_legged(problem, progress, floating::Robots::kAll, &reports)) return reports;

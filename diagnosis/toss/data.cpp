@@ -195,6 +195,14 @@ std::vector<Window> cut_windows(const TossProblem& problem) {
   return windows;
 }
 
+void note_unused(TossProblem* problem) {
+  std::vector<char> used(problem->tosses.size(), 0);
+  for (const Window& w : problem->windows) used[w.toss] = 1;
+  for (size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) problem->notes.push_back(problem->tosses[i].file + ": not used, as it has no " + std::to_string(kLeastSamples) + " poses in a row without a gap");
+  }
+}
+
 // Keeps only the first window at rest of each toss; further ones repeat it.
 void drop_rest(TossProblem* problem) {
   std::vector<Window> kept;
@@ -265,6 +273,7 @@ bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* w
   w.restitution = e.scenario.contact.restitution;
   problem->windows = cut_windows(*problem);
   if (problem->windows.empty()) return *why = "no stretch is long enough", false;
+  note_unused(problem);
   find_noise(e, problem);
   drop_rest(problem);
   find_slow_errors(problem);

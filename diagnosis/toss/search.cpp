@@ -17,7 +17,7 @@ constexpr size_t kClosest = 3;  // candidates with the largest gains, which are 
 constexpr double kLeastGain = 10.0;  // least cost reduction, besides 2 per parameter: odds of about e^10 by noise
 
 bool has_validation(const TossProblem& problem) {
-  return std::any_of(problem.tosses.begin(), problem.tosses.end(), [](const Toss& t) { return !t.train; });
+  return std::any_of(problem.windows.begin(), problem.windows.end(), [&](const Window& w) { return !problem.tosses[w.toss].train; });
 }
 
 double judge(const TossProblem& problem, const TossFit& fit) {
@@ -352,10 +352,9 @@ TossOutcome search_tosses(const TossProblem& problem, int jobs, const TossProgre
 }
 
 bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
-                     nlohmann::ordered_json* report, nlohmann::ordered_json* series) {
+                   nlohmann::ordered_json* report, nlohmann::ordered_json* series, std::string* why) {
   TossProblem whole;
-  std::string why;
-  if (!make_toss_problem(experiment, &whole, &why)) return false;
+  if (!make_toss_problem(experiment, &whole, why)) return false;
   const TossProblem problem = make_small_problem(whole, kSearchWindows);
   if (progress) {
     progress("tossed body: " + std::to_string(problem.windows.size()) + " of " + std::to_string(whole.windows.size()) +

@@ -46,8 +46,8 @@ nlohmann::ordered_json make_toss_report(const TossProblem& problem, const TossOu
 nlohmann::ordered_json make_toss_series(const TossProblem& problem, const TossOutcome& outcome);
 
 // Diagnoses a tossed body: a floating base without joints, with recorded pose, above a ground. Returns false for other
-// recordings; else fills report.json and series.json.
+// recordings, with the reason in `why`; else fills report.json and series.json.
 bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
-                     nlohmann::ordered_json* report, nlohmann::ordered_json* series);
+                   nlohmann::ordered_json* report, nlohmann::ordered_json* series, std::string* why);
 
 }  // namespace hrp::diagnosis::toss

@@ -121,6 +121,24 @@ TEST(TossedBody, NothingIsMissingWhenNothingIsHidden) {
   EXPECT_LT(nominal.train, 1.2);  // the score from which on a mismatch is reported
 }
 
+// Of the held-out toss every third pose was logged: no window is left, and its misfit of zero is no agreement.
+TEST(TossedBody, AHeldOutTossWithoutAWindowExcusesNothing) {
+  Experiment e = make_experiment({0.05, 0.6}, 3);
+  Recording& held_out = e.recordings.back();
+  const auto thin = [](std::vector<double>* values) {
+    for (size_t k = 0; 3 * k < values->size(); ++k) (*values)[k] = (*values)[3 * k];
+    values->resize((values->size() + 2) / 3);
+  };
+  thin(&held_out.time);
+  for (auto& column : held_out.other) thin(&column.second);
+  TossProblem problem;
+  std::string why;
+  ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
+  ASSERT_EQ(problem.notes.size(), 1u);
+  EXPECT_EQ(problem.notes[0], "toss: not used, as it has no 8 poses in a row without a gap");
+  EXPECT_TRUE(search_tosses(problem, 1, nullptr).mismatch);
+}
+
 TossProblem make_problem(const Experiment& e) {
   TossProblem problem;
   std::string why;
