@@ -10,6 +10,7 @@
 #include "common/log/ros_bag.h"
 #include "common/robot/closed_chains.h"
 #include "common/robot/column_map.h"
+#include "common/robot/mesh.h"
 #include "common/robot/topic_map.h"
 #include "diagnosis/data/bag_table.h"
 #include "diagnosis/data/by_hand.h"
@@ -172,6 +173,13 @@ void take_between_gaps(Experiment* e) {
   e->recordings = std::move(parts);
 }
 
+// A mesh that cannot be read would leave a foot without a sole, without a word.
+void check_sole_meshes(const RobotDescription& robot) {
+  for (const CollisionShape& shape : robot.shapes) {
+    if (shape.sole && shape.kind == ShapeKind::kMesh) load_mesh(shape.mesh, shape.scale);
+  }
+}
+
 // Without feet, nothing says where the ground carries a robot.
 void note_missing_feet(Experiment* e) {
   const Scenario& scenario = e->scenario;
@@ -213,6 +221,7 @@ Experiment load_experiment(const std::string& path) {
     throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
   }
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
+  check_sole_meshes(e.robot);
   note_missing_feet(&e);
   const std::vector<std::string> before = e.warnings;
   std::optional<Loader> loader(&e);

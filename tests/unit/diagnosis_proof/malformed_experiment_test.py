@@ -313,6 +313,12 @@ class Malformed(unittest.TestCase):
     def test_a_link_at_the_end_of_the_world_is_named_with_its_line(self):
         self.refused(r"robot.urdf:4: error: link 'upper' .*is further away than 10 km", urdf=URDF.replace("0 0 -0.2", "0 0 -1e300"))
 
+    def test_the_mesh_of_a_foot_that_cannot_be_read_is_named(self):
+        mesh = '<collision><geometry><mesh filename="sole.stl"/></geometry></collision></link>'
+        def change(f):
+            f.update({"sole.stl": bytes(range(256)) * 4, "robot.urdf": f["robot.urdf"].replace("</inertial></link>", "</inertial>" + mesh)})
+        self.refused(r"sole.stl: error: is no mesh", change=change, yaml=YAML + "feet: [upper]\n")
+
     def test_options_that_are_no_numbers_are_refused(self):
         for option in ("--patience", "--seconds"):
             run = subprocess.run([BIN / "hrp-diagnose", "none.yaml", "--out", "none", "--next", option, "nan"], capture_output=True, text=True, timeout=60)
