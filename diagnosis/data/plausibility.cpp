@@ -11,6 +11,7 @@
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/servo_gains.h"
+#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -244,6 +245,37 @@ void check_still(Experiment* e, Recording* r, int j) {
   }
 }
 
+// [rad] Largest angle about one axis by the gyroscope, less its mean rate: that may be its zero.
+double calc_turn(const Recording& r, const std::string& gyro) {
+  double largest = 0.0;
+  for (const char axis : {'x', 'y', 'z'}) {
+    const auto at = r.other.find(gyro + "/" + axis);
+    if (at == r.other.end()) continue;
+    const std::vector<double> read = fill_gaps(at->second);
+    const double mean = calc_mean(read);
+    std::vector<double> angle{0.0};
+    for (size_t k = 1; k < r.size(); ++k) angle.push_back(angle.back() + (read[k] - mean) * (r.time[k] - r.time[k - 1]));
+    largest = std::max(largest, calc_range(angle));
+  }
+  return largest;
+}
+
+// Drops attitudes that an IMU does not estimate but fills in: always the same although its gyroscope turned.
+void drop_still_attitudes(Experiment* e, Recording* r) {
+  constexpr double kTurned = 0.05;  // [rad] every estimate shows it, also one of two decimals
+  for (const ImuSpec& imu : e->scenario.sensors.imus) {
+    const std::string name = "/imu/" + imu.name + "/orientation";
+    bool still = true;
+    for (const char axis : {'x', 'y', 'z', 'w'}) {
+      const auto at = r->other.find(name + "/" + axis);
+      still = still && at != r->other.end() && is_still(at->second);
+    }
+    if (!still || calc_turn(*r, "/imu/" + imu.name + "/angular_velocity") < kTurned) continue;
+    e->warnings.push_back(r->spec.name + ": " + name + " never changes although the gyroscope does: taken as not recorded");
+    for (const char axis : {'x', 'y', 'z', 'w'}) r->other.erase(name + "/" + axis);
+  }
+}
+
 // Larger absolute limit of the joint [rad].
 double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), std::abs(spec.upper)); }
 
@@ -341,6 +373,7 @@ void check_plausibility(Experiment* e) {
       check_limits(*e, r, j);
       check_commanded_limits(e, r, j);
     }
+    drop_still_attitudes(e, &r);
   }
 }
 

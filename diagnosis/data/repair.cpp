@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/ends_with.h"
+#include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
 
 namespace hrp::diagnosis {
@@ -18,6 +20,8 @@ constexpr double kReturn = 0.1;        // share of the jump by which the neighbo
 constexpr double kMostSpikes = 0.01;   // share of the samples
 constexpr double kOfPosition = 0.03;   // least jump relative to the signal's middle 90 %: a link cannot jump
 constexpr double kOfOthers = 2.0;      // the same for speeds and efforts; impacts also last one sample
+
+constexpr double kOfNorm = 0.1;        // by which a quaternion may miss its norm: rounded and averaged ones are nearer
 
 // |x[k] - mean of the neighbours|; NaN beside missing samples.
 std::vector<double> calc_second_differences(const std::vector<double>& x) {
@@ -54,7 +58,49 @@ void align_turns(const std::vector<double>& angle, std::vector<double>* command)
   for (double& v : *command) v -= turns;
 }
 
+void repair_attitudes(Recording* r, std::vector<std::string>* warnings) {
+  std::vector<std::string> names;  // "/imu/trunk/orientation"
+  for (const auto& column : r->other) {
+    if (ends_with(column.first, "/orientation/w")) names.push_back(column.first.substr(0, column.first.rfind('/')));
+  }
+  for (const std::string& name : names) {
+    std::array<std::vector<double>*, 4> xyzw{};
+    for (size_t i = 0; i < 4; ++i) {
+      const auto at = r->other.find(name + "/" + "xyzw"[i]);
+      xyzw[i] = at == r->other.end() ? nullptr : &at->second;
+    }
+    if (std::count(xyzw.begin(), xyzw.end(), nullptr) > 0) continue;
+    const double norm = repair_attitude(xyzw);
+    if (std::isnan(norm)) continue;
+    const bool any = std::any_of(xyzw[3]->begin(), xyzw[3]->end(), [](double v) { return std::isfinite(v); });
+    warnings->push_back(r->spec.name + ": " + name + ": a quaternion of norm " + number(norm) + " is no attitude, expected 1; " +
+                        (any ? "such samples are" : "its columns are") + " left out");
+    for (const char axis : {'x', 'y', 'z', 'w'}) {
+      if (!any) r->other.erase(name + "/" + axis);
+    }
+  }
+}
+
 }  // namespace
+
+double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  double found = kNaN;
+  std::array<double, 4> last{};
+  for (size_t k = 0; k < xyzw[0]->size(); ++k) {
+    double square = 0.0, dot = 0.0;
+    for (size_t i = 0; i < 4; ++i) square += std::pow((*xyzw[i])[k], 2), dot += last[i] * (*xyzw[i])[k];
+    if (!std::isfinite(square)) continue;
+    const bool unit = std::abs(std::sqrt(square) - 1.0) < kOfNorm;
+    if (!unit && std::isnan(found)) found = std::sqrt(square);
+    for (size_t i = 0; i < 4; ++i) {
+      double& part = (*xyzw[i])[k];
+      part = unit ? std::copysign(1.0, dot) * part : kNaN;
+      if (unit) last[i] = part;
+    }
+  }
+  return found;
+}
 
 int unwrap_angle(std::vector<double>* angle) {
   const std::vector<double> values = keep_finite(*angle);
@@ -104,6 +150,7 @@ void repair_recording(const Experiment& e, Recording* r, std::vector<std::string
     warnings->push_back(r->spec.name + ": " + e.signal_name(j, Quantity::kPosition) + ": " + std::to_string(jumps) +
                         (jumps == 1 ? " jump" : " jumps") + " by a whole turn; the angle is counted on");
   }
+  repair_attitudes(r, warnings);
 }
 
 }  // namespace hrp::diagnosis

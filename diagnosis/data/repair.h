@@ -2,6 +2,8 @@
 // Repairs typical errors of machine logs if the correction is unambiguous.
 #pragma once
 
+#include <array>
+
 #include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
@@ -15,8 +17,13 @@ int unwrap_angle(std::vector<double>* angle);
 // left unchanged. Returns the number of replaced samples.
 int drop_spikes(std::vector<double>* signal, double of_spread);
 
-// Applies both to all joints of the recording and adds a warning for each changed column. Shifts commands by whole
-// turns if they count other turns than their joint.
+// Makes the signs of an attitude's quaternions continuous: q and -q are one attitude, and loggers write either. A sample
+// whose norm is not 1, such as the zeros of an IMU that estimates no attitude, becomes NaN. `xyzw` has the four columns.
+// Returns the first such norm; NaN if there is none.
+double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw);
+
+// Applies all to the recording and adds a warning for each changed column. Shifts commands by whole turns if they count
+// other turns than their joint. Leaves out attitudes without a sample.
 void repair_recording(const Experiment& experiment, Recording* recording, std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

@@ -141,21 +141,11 @@ class ClipMaker {
     for (int i = 0; i < 3; ++i) xyz[i] = read(resampler, base + "/" + "xyz"[i]);
   }
 
-  // Signs made continuous before smoothing: q and -q are one attitude.
   void read_quaternion(const Resampler& resampler, const std::string& base, Track* wxyz) const {
-    std::vector<double> parts[4];
-    for (int i = 0; i < 4; ++i) {
-      const auto at = r_.other.find(base + "/" + "wxyz"[i]);
-      if (at == r_.other.end()) return;
-      parts[i] = at->second;
+    for (const char axis : {'w', 'x', 'y', 'z'}) {
+      if (!r_.has(base + "/" + axis)) return;
     }
-    for (size_t k = 1; k < parts[0].size(); ++k) {
-      double dot = 0;
-      for (const auto& part : parts) dot += part[k] * part[k - 1];
-      for (auto& part : parts) part[k] *= dot < 0 ? -1 : 1;
-    }
-    const auto fresh = fresh_.find(base);
-    for (int i = 0; i < 4; ++i) wxyz[i] = resampler.run(parts[i], fresh == fresh_.end() ? std::vector<char>{} : fresh->second);
+    for (int i = 0; i < 4; ++i) wxyz[i] = read(resampler, base + "/" + "wxyz"[i]);
   }
 
   void read_joints(const Resampler& resampler, Clip* clip) const {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/data/csv.h"
 #include "diagnosis/data/noise.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/smooth.h"
@@ -83,6 +85,58 @@ TEST(Repair, AnEffortThatSwitchesAllTheTimeStays) {
   std::vector<double> effort;
   for (int k = 0; k < 1000; ++k) effort.push_back(k % 7 == 0 ? 5.0 : 0.001 * (k % 3));
   EXPECT_EQ(drop_spikes(&effort, 2.0), 0);
+}
+
+// A body that turns about z at 2 rad/s, logged with either sign, and in every second row only.
+TEST(Repair, AQuaternionAndItsNegativeAreOneAttitude) {
+  std::array<std::vector<double>, 4> q;
+  for (int k = 0; k < 1000; ++k) {
+    const double sign = k % 2 ? std::nan("") : k / 100 % 2 ? -1.0 : 1.0, half = 0.01 * k;
+    q[0].push_back(0.0 * sign), q[1].push_back(0.0 * sign), q[2].push_back(sign * std::sin(half)), q[3].push_back(sign * std::cos(half));
+  }
+  EXPECT_TRUE(std::isnan(repair_attitude({&q[0], &q[1], &q[2], &q[3]})));
+  for (size_t k = 0; k < 1000; k += 2) ASSERT_NEAR(q[3][k], std::cos(0.01 * static_cast<double>(k)), 1e-12) << k;
+}
+
+// An IMU that estimates no attitude logs zeros.
+TEST(Repair, AQuaternionThatIsNoRotationIsNoReading) {
+  std::array<std::vector<double>, 4> q;
+  for (int k = 0; k < 10; ++k) {
+    for (std::vector<double>& part : q) part.push_back(k < 4 ? 0.0 : 0.5);
+  }
+  EXPECT_EQ(repair_attitude({&q[0], &q[1], &q[2], &q[3]}), 0.0);
+  for (size_t k = 0; k < 10; ++k) EXPECT_EQ(std::isnan(q[0][k]), k < 4) << k;
+}
+
+// What a trunk says that turns by `swing` [rad] about x; `w`, of its IMU's constant attitude [0, 0, 0, w].
+Experiment check_still_attitude(double swing, double w) {
+  Experiment e;
+  e.robot.tree.links.resize(1);
+  e.scenario.sensors.imus.resize(1);
+  e.scenario.sensors.imus[0].name = "trunk";
+  Recording& r = e.recordings.emplace_back();
+  r.spec.name = "a.csv";
+  for (int k = 0; k < 500; ++k) {
+    r.time.push_back(0.005 * k);
+    r.other["/imu/trunk/angular_velocity/x"].push_back(0.01 + 5.0 * swing * std::cos(5.0 * r.time.back()));
+    for (const char axis : {'x', 'y', 'z', 'w'}) r.other[std::string("/imu/trunk/orientation/") + axis].push_back(axis == 'w' ? w : 0.0);
+  }
+  check_plausibility(&e);
+  repair_recording(e, &r, &e.warnings);
+  return e;
+}
+
+TEST(Suspicions, AnAttitudeThatStaysWhileTheGyroscopeTurnsWasNotEstimated) {
+  const Experiment turned = check_still_attitude(0.2, 1.0);
+  EXPECT_THAT(turned.warnings, testing::ElementsAre("a.csv: /imu/trunk/orientation never changes although the gyroscope does: taken as not recorded"));
+  EXPECT_FALSE(turned.recordings[0].has("/imu/trunk/orientation/w"));
+  EXPECT_TRUE(check_still_attitude(0.001, 1.0).recordings[0].has("/imu/trunk/orientation/w"));  // below what was logged
+}
+
+TEST(Suspicions, AnAttitudeOfZerosWasNotEstimated) {
+  const Experiment e = check_still_attitude(0.001, 0.0);
+  EXPECT_THAT(e.warnings, testing::ElementsAre("a.csv: /imu/trunk/orientation: a quaternion of norm 0 is no attitude, expected 1; its columns are left out"));
+  EXPECT_FALSE(e.recordings[0].has("/imu/trunk/orientation/x"));
 }
 
 TEST(Noise, IsFoundUnderASmoothMotion) {
