@@ -7,11 +7,13 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/air_zeros.h"
+#include "diagnosis/floating/checks/by_recording.h"
 #include "diagnosis/floating/checks/checks.h"
 #include "diagnosis/floating/checks/imu_faults.h"
 #include "diagnosis/floating/checks/landings.h"
 #include "diagnosis/floating/checks/late_feet.h"
 #include "diagnosis/floating/checks/load_share.h"
+#include "diagnosis/floating/checks/rests.h"
 #include "diagnosis/floating/checks/weight_check.h"
 #include "diagnosis/floating/conventions/force_clock.h"
 #include "diagnosis/floating/equations/equations.h"
@@ -50,6 +52,8 @@ CheckResult check_recordings(const Halves& logs, const std::vector<ChannelRows>&
   if (!checks.raw_counts) {
     for (std::string& note : compare_loads(logs.even)) checks.notes.push_back(std::move(note));
   }
+  for (std::string& note : compare_gyros(logs.even)) checks.notes.push_back(std::move(note));
+  for (std::string& note : describe_recordings(logs.even, channels, checks.raw_counts)) checks.notes.push_back(std::move(note));
   return checks;
 }
 
@@ -216,6 +220,15 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   return out;
 }
 
+void add_rests(const LeggedLog& log, const std::vector<Rest>& rests, CheckResult* checks) {
+  for (const Rest& rest : rests) {
+    Remaining r;
+    r.where = {{"link", log.tree.links[0].name}}, r.unit = "1", r.before = r.after = 1 - rest.share;
+    r.statement = describe(rest, log.experiment->recordings[static_cast<size_t>(rest.recording)].spec.name);
+    checks->remaining.push_back(std::move(r));
+  }
+}
+
 void add_fault_findings(const LeggedLog& log, const SensorFaults& faults, CheckResult* checks) {
   for (const ImuFault& f : faults.imus) add_imu_findings(log, f, &checks->corrected);
   for (const AirZero& z : faults.zeros) checks->corrected.push_back(make_zero_finding(log, z));
@@ -269,12 +282,15 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
+  const std::vector<Rest> rests = find_rests(channels, layout);
+  drop_rests(rests, &channels);
   const SensorFaults faults = find_sensor_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(logs.even, layout, faults);
   const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
-  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs);
+  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs), drop_rests(rests, &channels);
   CheckResult checks = check_recordings(logs, channels, layout);
-  const Used used{!checks.raw_counts, drives == Drives::kJudged};
+  add_rests(logs.even, rests, &checks);
+  const Used used{!checks.raw_counts, drives == Drives::kJudged, rests};
   if (used.drives) {
     for (Finding& servo : find_servos(e)) checks.findings.push_back(std::move(servo));
   }

@@ -207,14 +207,14 @@ double find_usual(const std::vector<RateMoment>& moments, const Map& map) {
   return find_median(std::move(squares));
 }
 
-// Whether readings fit what is told at their time better than readings of another time. Of several that may tell a moment the
-// nearest does, so that noise fits noise.
-bool are_of_their_time(const std::vector<RateMoment>& moments, const MapFit& fit) {
+// [rad^2/s^2] What is left of readings of another time. Of several that may tell a moment the nearest does, so that noise fits
+// noise.
+double find_by_chance(const std::vector<RateMoment>& moments) {
   std::vector<RateMoment> others;
   for (const std::vector<RateMoment>& own : split(moments)) {
     for (size_t i = 0; i < own.size(); ++i) others.push_back(own[i]), others.back().reading = own[(i + own.size() / 2) % own.size()].reading;
   }
-  return find_usual(moments, fit.map) < kHalf * find_usual(others, fit_map(others, {}).map);
+  return find_usual(others, fit_map(others, {}).map);
 }
 
 }  // namespace
@@ -230,7 +230,10 @@ GyroMap find_gyro_map(const std::vector<RateMoment>& moments) {
   out.told = true, out.turn = get_turn(fit), out.turn_covariance = fit.covariance.block<3, 3>(kTurn, kTurn);
   out.turn_left = fit.left / fit_map(moments, {true, false}, fit.weights).left, out.scale_left = fit.left / fit_map(moments, {false, true}, fit.weights).left;
   judge_turn(each, &out), judge_scale(each, fit, find_reverse(moments, fit), &out);
-  if ((out.may_be_turned || out.is_scaled) && !are_of_their_time(moments, fit)) out.may_be_turned = out.is_turned = out.is_scaled = false;
+  const double usual = find_usual(moments, fit.map), by_chance = find_by_chance(moments);
+  out.usual = std::sqrt(usual), out.of_another_time = std::sqrt(by_chance);
+  // Readings have to fit what is told at their time better than readings of another time do.
+  if (usual >= kHalf * by_chance) out.may_be_turned = out.is_turned = out.is_scaled = false;
   return out;
 }
 

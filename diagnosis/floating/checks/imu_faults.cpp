@@ -189,6 +189,19 @@ std::vector<ImuFault> find_imu_faults(const LeggedLog& log) {
   return out;
 }
 
+std::vector<std::string> compare_gyros(const LeggedLog& log) {
+  std::vector<std::string> out;
+  for (size_t i = 0; i < log.imus.size() && log.tree.floating_base && !log.base_pose; ++i) {
+    if (!log.imus[i].gyro) continue;
+    const GyroMap map = find_gyro_map(list_by_legs(log, i));
+    if (!map.told) continue;
+    out.push_back("/imu/" + log.imus[i].name + "/angular_velocity" +
+                  format(": its rates differ from those of legs that stand by %.3f rad/s (median; %.3f with readings of another time). It reads %.2f +- %.2f times their rate", map.usual, map.of_another_time, map.scale, kNinetyFive * map.scale_std) +
+                  (has_flat_foot(log) ? "." : "; balls that roll or slide change that factor, too."));
+  }
+  return out;
+}
+
 Eigen::VectorXd list_imu_faults(const ColumnLayout& layout, const std::vector<ImuFault>& faults) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(layout.count());
   for (const ImuFault& f : faults) {

@@ -25,6 +25,9 @@ struct ImuFault {
 
 std::vector<ImuFault> find_imu_faults(const LeggedLog& log);
 
+// How gyroscopes agree with encoders of legs that stand, where no pose tells it: sentences.
+std::vector<std::string> compare_gyros(const LeggedLog& log);
+
 // By column.
 Eigen::VectorXd list_imu_faults(const ColumnLayout& layout, const std::vector<ImuFault>& faults);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
@@ -46,7 +47,12 @@ void add_shares(const LeggedLog& log, const Clip& clip, const std::vector<Pair>&
   }
 }
 
-std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair, const std::vector<LoadShare>& shares) {
+// How the feet's share of the load agrees with the zero-moment point.
+struct Agreement {
+  double correlation = 0, rest = 0, more = 0;  // rest: root mean square of the difference; more: of the first foot, on average
+};
+
+Agreement find_agreement(const std::vector<LoadShare>& shares) {
   double mean_m = 0, mean_r = 0;
   const double n = static_cast<double>(shares.size());
   for (const LoadShare& s : shares) mean_m += s.measured / n, mean_r += s.required / n;
@@ -55,10 +61,22 @@ std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair,
     const double m = s.measured - mean_m, r = s.required - mean_r;
     mm += m * m, rr += r * r, mr += m * r, rest += std::pow(s.measured - s.required, 2) / n;
   }
-  const double correlation = mr / std::sqrt(std::max(1e-300, mm * rr)), more = mean_m - mean_r;
+  return {mr / std::sqrt(std::max(1e-300, mm * rr)), std::sqrt(rest), mean_m - mean_r};
+}
+
+std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair, const std::map<size_t, std::vector<LoadShare>>& by_recording,
+                            const std::vector<LoadShare>& all) {
+  const auto [correlation, rest, more] = find_agreement(all);
   std::string text = "load share: the forces of " + log.feet[pair[0].foot].name + " and " + log.feet[pair[1].foot].name +
-                     " follow the zero-moment point with a correlation of " + number(correlation, 2) + ", to " + number(std::sqrt(rest), 2) +
+                     " follow the zero-moment point with a correlation of " + number(correlation, 2) + ", to " + number(rest, 2) +
                      " of the load";
+  std::string each;
+  for (const auto& [recording, shares] : by_recording) {
+    if (shares.size() < kFewestToSay || by_recording.size() < 2) continue;
+    const Agreement own = find_agreement(shares);
+    each += (each.empty() ? "" : ", ") + log.experiment->recordings[recording].spec.name + " " + number(own.correlation, 2) + " and " + number(own.rest, 2);
+  }
+  if (!each.empty()) text += " (" + each + ")";
   // Encoders and sizes of feet are no better known.
   if (std::abs(more) < kMinor) return text;
   return text + "; " + log.feet[pair[more > 0 ? 0 : 1].foot].name + " carries " + number(std::abs(more), 2) +
@@ -77,8 +95,10 @@ std::vector<std::string> compare_loads(const LeggedLog& log) {
   const std::vector<Pair> pair = find_pair(log);
   if (pair.empty() || !log.tree.floating_base) return notes;
   std::vector<LoadShare> shares;
-  for (const Clip& clip : log.clips) add_shares(log, clip, pair, &shares);
-  if (shares.size() >= kFewestToSay) notes.push_back(describe_shares(log, pair, shares));
+  std::map<size_t, std::vector<LoadShare>> by_recording;
+  for (const Clip& clip : log.clips) add_shares(log, clip, pair, &by_recording[clip.recording]);
+  for (const auto& [recording, own] : by_recording) shares.insert(shares.end(), own.begin(), own.end());
+  if (shares.size() >= kFewestToSay) notes.push_back(describe_shares(log, pair, by_recording, shares));
   return notes;
 }
 

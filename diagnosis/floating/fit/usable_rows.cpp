@@ -67,6 +67,7 @@ std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) 
 }
 
 void drop_unused(const Used& used, std::vector<ChannelRows>* channels) {
+  drop_rests(used.rests, channels);
   for (ChannelRows& c : *channels) {
     const Equation& e = c.info.equation;
     const bool joint = e.is(EquationKind::kJoint), servo = e.is(EquationKind::kServo);

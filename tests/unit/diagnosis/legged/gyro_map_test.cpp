@@ -38,6 +38,7 @@ TEST(GyroMap, ATurnOfSomeDegreesIsToldBesideAZeroAndAFootThatSwings) {
   EXPECT_TRUE(map.is_turned);
   EXPECT_FALSE(map.is_scaled);
   EXPECT_LT((map.turn - turn).norm(), 0.015);
+  EXPECT_LT(map.usual, 0.5 * map.of_another_time);
 }
 
 TEST(GyroMap, AScaleIsToldAndNoTurn) {
