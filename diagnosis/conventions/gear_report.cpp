@@ -60,7 +60,7 @@ std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.r
 std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
 
 Json make_scale(const Experiment& e, const GearRatio& ratio) {
-  return make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}},
+  return state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}},
                           {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}});
 }
 

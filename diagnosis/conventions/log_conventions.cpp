@@ -77,8 +77,8 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
   if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
-  f["alternatives"] = Json::array({make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
-  if (is_load_or_unit(unit)) f["alternatives"].push_back(make_alternative(get_effect(EffectId::kPayload), {{"link", e.robot.tree.links.back().name}}, Json::object()));
+  f["alternatives"] = Json::array({state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
+  if (is_load_or_unit(unit)) f["alternatives"].push_back(state_alternative(get_effect(EffectId::kPayload), {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 
@@ -92,7 +92,7 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
   const Json rpy = make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad");
-  f["alternatives"].push_back(make_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), {{"sensor", imu}}, {{"rpy", rpy}}));
+  f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), {{"sensor", imu}}, {{"rpy", rpy}}));
   return f;
 }
 
@@ -135,7 +135,7 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
   if (frame.rival.empty()) return f;
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
-  f["alternatives"].push_back(make_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
+  f["alternatives"].push_back(state_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
   return f;
 }
 
@@ -188,7 +188,7 @@ void add_turned_centre(const Experiment& e, const JointZero& zero, Json* f) {
   const Vector3d turned = std::cos(zero.offset) * last->out - std::sin(zero.offset) * last->turn;
   const Vector3d moved = last->length * (turned - last->out), width = zero.std * last->length * last->turn.cwiseAbs();
   const Json offset = make_vector({moved.x(), moved.y(), moved.z()}, {width.x(), width.y(), width.z()}, "m");
-  (*f)["alternatives"].push_back(make_alternative(get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
+  (*f)["alternatives"].push_back(state_alternative(get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
   (*f)["grade"] = get_grade_name(Grade::kAmbiguous), (*f)["probability"] = kHalf;
 }
 
@@ -200,7 +200,7 @@ Json make_zero_finding(const Experiment& e, const JointZero& zero, double share)
                    number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
   const EffectInfo& tilt = get_effect_of(PlaceKind::kNone, EffectFamily::kZero);
-  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(make_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(state_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
   add_turned_centre(e, zero, &f);
   return f;
 }

@@ -79,7 +79,7 @@ void doubt_beside(const Experiment& e, const std::vector<EffortUnit>& units, con
   make_ambiguous(finding);
   (*finding)["statement"] = (*finding).value("statement", "") + why;
   for (const EffortUnit& u : units)
-    (*finding)["alternatives"].push_back(make_alternative(gain, {{"joint", e.robot.tree.joint(u.joint).name}}, {{"scale", u.scale}}));
+    (*finding)["alternatives"].push_back(state_alternative(gain, {{"joint", e.robot.tree.joint(u.joint).name}}, {{"scale", u.scale}}));
 }
 
 // True for friction that is a share of the load's torque.
@@ -136,7 +136,7 @@ void doubt_large_rotor(const std::string& joint, const std::string& unit, const 
     f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
     const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
     const Json scale = make_value(round_to(u.scale, 3), round_to(u.scale * std::max(kBlur, find_blur(u)), 2), "1");
-    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", scale}}));
+    f["alternatives"].push_back(state_alternative(gain, f["where"], {{"scale", scale}}));
   }
 }
 
@@ -235,7 +235,7 @@ void doubt_upright_forces(const Experiment& e, Json* report) {
     f["statement"] = f.value("statement", "") + " It acts along gravity, and no effort was logged: stated gains that are wrong look the same.";
     for (int j = 0; j < e.num_joints(); ++j) {
       if (!e.robot.tree.joint(j).actuated) continue;
-      f["alternatives"].push_back(make_alternative(gain, {{"joint", e.robot.tree.joint(j).name}}, Json::object()));
+      f["alternatives"].push_back(state_alternative(gain, {{"joint", e.robot.tree.joint(j).name}}, Json::object()));
     }
   }
 }

@@ -205,9 +205,7 @@ class Gear {
   }
 
   Finding start(EffectId id, Grade grade, double share) const {
-    const EffectInfo& row = get_effect(id);
-    Finding f;
-    f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", name()}};
+    Finding f = make_finding(get_effect(id), {{"joint", name()}}, {});
     f.grade = grade, f.probability = kSurest, f.share = f.weight = share;
     return f;
   }
@@ -217,9 +215,8 @@ class Gear {
     const double compliance = get(kTorque), rate = get(kRate);
     if (compliance <= 0.0) return {};
     const double k = 1.0 / compliance, std = get(kTorque, true) / (compliance * compliance);
-    std::vector<Estimate> list{{"stiffness", unit("N m/rad"), {k}, {std}, false}};
-    if (rate > 0.0)
-      list.push_back({"damping", unit("N m s/rad"), {rate * k}, {std::hypot(get(kRate, true) * k, rate * std)}, false});
+    std::vector<Estimate> list{make_one("stiffness", unit("N m/rad"), k, std)};
+    if (rate > 0.0) list.push_back(make_one("damping", unit("N m s/rad"), rate * k, std::hypot(get(kRate, true) * k, rate * std)));
     return list;
   }
 
@@ -237,7 +234,7 @@ class Gear {
 
   void add_play(Grade grade, double share) {
     Finding f = start(EffectId::kBacklash, grade, share);
-    f.parameters = {{"gap", unit("rad"), {get(kPlay)}, {get(kPlay, true)}, false}};
+    f.parameters = {make_one("gap", unit("rad"), get(kPlay), get(kPlay, true))};
     for (const Estimate& e : list_give()) f.parameters.push_back(e);
     finish(f, "gap " + number(get(kPlay), 4) + " +- " + number(kNinetyFive * get(kPlay, true), 2) + " " + unit("rad"));
   }

@@ -232,31 +232,16 @@ class Gear {
   size_t at_ = 0;
 };
 
-std::vector<Estimate> list_estimates(const Experiment& e, const Effect& law, const std::vector<double>& std) {
-  const std::vector<EffectParameter>& infos = list_infos(law.id);
-  std::vector<Estimate> list;
-  for (size_t i = 0; i < infos.size(); ++i) {
-    if (infos[i].nuisance) continue;
-    list.push_back({infos[i].name, get_joint_unit(e.robot.tree.joint(law.place.index), infos[i]), {law.p[i]}, {std.empty() ? 0.0 : std[i]}, false});
-  }
-  return list;
-}
-
 Finding tell(const Experiment& e, const LooseGear& gear) {
   const EffectInfo& info = get_effect(gear.law().id);
-  Finding f;
-  f.effect = info.name, f.family = get_family_name(info.family), f.where = make_where(e, gear.law());
-  f.parameters = list_estimates(e, gear.law(), gear.std);
+  Finding f = make_finding(info, make_where(e, gear.law()), list_estimates(e, gear.law(), gear.std));
   f.grade = gear.rival ? Grade::kAmbiguous : Grade::kSupported;
   f.probability = 0.95, f.share = gear.share, f.weight = gear.share / e.num_joints();
   f.statement = get_place_text(e, gear.law()) + ": " + info.phrase;
   for (const Estimate& p : f.parameters) f.statement += ", " + p.name + " " + number(p.value[0], 3) + " +- " + number(kNinetyFive * p.std[0], 2) + " " + p.unit;
   f.statement += std::string(" (") + get_grade_name(f.grade) + "). The joint's simulation leaves " + number(100.0 * gear.left, 2) +
                  " % of what it leaves with a rigid gear, on held-out data.";
-  if (gear.rival) {
-    const EffectInfo& other = get_effect(gear.rival->id);
-    f.alternatives = {{other.name, get_family_name(other.family), f.where, list_estimates(e, *gear.rival, {}), kHeldLink}};
-  }
+  if (gear.rival) f.alternatives = {make_alternative(get_effect(gear.rival->id), f.where, list_estimates(e, *gear.rival, {}), kHeldLink)};
   return f;
 }
 

@@ -28,9 +28,7 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSourc
   const JointSpec& joint = e.robot.tree.joint(gear.joint);
   // An effort is known to kKnown, and the stiffness with it.
   const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
-  Finding f;
-  f.effect = row.name, f.family = get_family_name(row.family), f.where = {{"joint", joint.name}};
-  f.parameters = {{"stiffness", get_joint_unit(joint, "N m/rad"), {stiffness}, {std}, false}};
+  Finding f = make_finding(row, {{"joint", joint.name}}, {make_one("stiffness", get_joint_unit(joint, "N m/rad"), stiffness, std)});
   const bool measured = source == EffortSource::kRecorded;
   f.grade = gear.applied && measured && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest;
@@ -39,8 +37,7 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSourc
                 get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
                 " % of that with a rigid gear (squares), on held-out data.";
   const auto add = [&](EffectId id, const char* motion) {
-    const EffectInfo& other = get_effect(id);
-    f.alternatives.push_back({other.name, get_family_name(other.family), f.where, {}, motion});
+    f.alternatives.push_back(make_alternative(get_effect(id), f.where, {}, motion));
   };
   if (!gear.applied) add(EffectId::kBacklash, kHeldLink);
   for (EffectId id : {EffectId::kTorqueConstant, EffectId::kLag, EffectId::kDelay}) {

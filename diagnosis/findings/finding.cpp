@@ -8,11 +8,11 @@
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
-namespace {
-
 using Json = nlohmann::ordered_json;
 
-Json make_estimate(const Estimate& e) {
+Estimate make_one(const std::string& name, const std::string& unit, double value, double std) { return {name, unit, {value}, {std}, false}; }
+
+nlohmann::ordered_json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
   Json value = Json::array(), std = Json::array(), interval = Json::array(), unseen = Json::array();
   for (size_t i = 0; i < e.value.size(); ++i) {
@@ -27,7 +27,15 @@ Json make_estimate(const Estimate& e) {
   return vector;
 }
 
-}  // namespace
+Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters) {
+  Finding f;
+  f.effect = effect.name, f.family = get_family_name(effect.family), f.where = where, f.parameters = std::move(parameters);
+  return f;
+}
+
+Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters, const std::string& motion) {
+  return {effect.name, get_family_name(effect.family), where, std::move(parameters), motion};
+}
 
 nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives) {
   Json list = Json::array();

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/effects/effect_info.h"
+
 namespace hrp::diagnosis {
 
 // Certainty of a finding, strongest first.
@@ -95,6 +97,14 @@ struct Fit {
   bool over_spread = false;  // errors are over each effort's spread, else over each signal's noise
 };
 
+// One number with its deviation.
+Estimate make_one(const std::string& name, const std::string& unit, double value, double std);
+
+// What every finding and every alternative says of an effect; grade, share and words are the caller's. `motion` would tell
+// the alternative from the finding.
+Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters);
+Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters, const std::string& motion);
+
 struct Evidence {
   Verdict verdict = Verdict::kNotJudged;
   std::string summary;  // of a report without findings: what was compared, or why nothing was
@@ -125,6 +135,7 @@ Verdict find_verdict(const Evidence& evidence);
 nlohmann::ordered_json make_report(const Evidence& evidence);
 nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives);
 nlohmann::ordered_json make_fit(const Fit& fit);
+nlohmann::ordered_json make_estimate(const Estimate& estimate);
 nlohmann::ordered_json make_estimates(const std::vector<Estimate>& parameters);
 
 }  // namespace hrp::diagnosis

@@ -51,13 +51,12 @@ std::vector<Mismatch> list_mismatch(const TorqueData& data, const std::vector<do
 // The same give, if it were in one joint: k_joint = lever^2 / compliance.
 std::vector<Alternative> list_joints_that_give(const Experiment& e, const FootGive& give) {
   std::vector<Alternative> list;
-  const EffectInfo& info = get_effect(EffectId::kElasticity);
   for (int j = 0; j < e.num_joints(); ++j) {
     const double lever = give.lever[static_cast<size_t>(j)], k = lever * lever / give.compliance;
     if (!e.robot.tree.joint(j).actuated || lever < 1e-3) continue;
-    list.push_back({info.name, get_family_name(info.family), {{"joint", e.robot.tree.joint(j).name}},
-                    {{"stiffness", get_joint_unit(e.robot.tree.joint(j), "N m/rad"), {k}, {k * give.std / give.compliance}, false}},
-                    "the foot pressed in another posture"});
+    list.push_back(make_alternative(get_effect(EffectId::kElasticity), {{"joint", e.robot.tree.joint(j).name}},
+                                    {make_one("stiffness", get_joint_unit(e.robot.tree.joint(j), "N m/rad"), k, k * give.std / give.compliance)},
+                                    "the foot pressed in another posture"));
   }
   return list;
 }
@@ -65,10 +64,7 @@ std::vector<Alternative> list_joints_that_give(const Experiment& e, const FootGi
 Finding make_finding(const Experiment& e, const LoadedFoot& foot, const FootGive& give) {
   const std::string link = e.robot.tree.frames[static_cast<size_t>(foot.frame)].name;
   const double k = 1.0 / give.compliance, std = give.std * k * k, share = 1.0 - std::pow(give.after / give.before, 2);
-  const EffectInfo& info = get_effect(EffectId::kFootCompliance);
-  Finding f;
-  f.effect = info.name, f.family = get_family_name(info.family), f.where = {{"foot", link}};
-  f.parameters = {{"kz", "N/m", {k}, {std}, false}};
+  Finding f = diagnosis::make_finding(get_effect(EffectId::kFootCompliance), {{"foot", link}}, {make_one("kz", "N/m", k, std)});
   f.grade = give.same_everywhere ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest, f.share = share;
   f.alternatives = list_joints_that_give(e, give);

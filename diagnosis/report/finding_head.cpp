@@ -16,7 +16,7 @@ Json make_finding_head(const EffectInfo& effect, const Json& where, const Json& 
           {"weight", round_to(share, 3)}};
 }
 
-Json make_alternative(const EffectInfo& effect, const Json& where, const Json& parameters) {
+Json state_alternative(const EffectInfo& effect, const Json& where, const Json& parameters) {
   return {{"effect", effect.name}, {"family", get_family_name(effect.family)}, {"where", where}, {"parameters", parameters}};
 }
 

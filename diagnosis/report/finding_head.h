@@ -9,8 +9,8 @@ namespace hrp::diagnosis {
 // What a finding of a report begins with: as sure as any, and as heavy as its share. Words and alternatives are the caller's.
 Json make_finding_head(const EffectInfo& effect, const Json& where, const Json& parameters, Grade grade, double share);
 
-// Another effect that would explain the same.
-Json make_alternative(const EffectInfo& effect, const Json& where, const Json& parameters);
+// Another effect that would explain the same, as a report states it.
+Json state_alternative(const EffectInfo& effect, const Json& where, const Json& parameters);
 
 // What the recordings do not tell, and a motion that would. `where`: null if it is the whole robot.
 Json make_untold(const std::string& effect, const Json& where, const std::string& why, const std::string& motion);

@@ -3,18 +3,34 @@
 
 #include <limits>
 
-#include "diagnosis/estimate/significance.h"
+#include "common/effects/units.h"
 
 namespace hrp::diagnosis {
 
-Json make_value(double value, double std, const std::string& unit) {
-  return {{"value", value}, {"std", std}, {"ci95", {value - kNinetyFive * std, value + kNinetyFive * std}}, {"unit", unit}};
+std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info) {
+  return effect.place.kind == PlaceKind::kJoint ? get_joint_unit(e.robot.tree.joint(effect.place.index), info) : info.unit;
 }
 
+std::vector<Estimate> list_estimates(const Experiment& e, const Effect& effect, const std::vector<double>& std) {
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
+  std::vector<Estimate> list, vectors;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    const double deviation = i < std.size() ? std[i] : 0.0;
+    if (infos[i].axis < 0) {
+      if (!infos[i].nuisance) list.push_back(make_one(infos[i].name, get_place_unit(e, effect, infos[i]), effect.p[i], deviation));
+      continue;
+    }
+    if (vectors.empty() || vectors.back().name != infos[i].name) vectors.push_back({infos[i].name, infos[i].unit, {}, {}, true});
+    vectors.back().value.push_back(effect.p[i]), vectors.back().std.push_back(deviation);
+  }
+  list.insert(list.end(), vectors.begin(), vectors.end());
+  return list;
+}
+
+Json make_value(double value, double std, const std::string& unit) { return make_estimate(make_one("", unit, value, std)); }
+
 Json make_vector(const std::vector<double>& values, const std::vector<double>& std, const std::string& unit) {
-  Json intervals = Json::array();
-  for (size_t i = 0; i < values.size(); ++i) intervals.push_back({values[i] - kNinetyFive * std[i], values[i] + kNinetyFive * std[i]});
-  return {{"value", values}, {"std", std}, {"ci95", intervals}, {"unit", unit}};
+  return make_estimate({"", unit, values, std, true});
 }
 
 std::string signal_name(const Experiment& e, size_t c) {

@@ -7,11 +7,17 @@
 #include <vector>
 
 #include "common/base/rounding.h"
+#include "diagnosis/findings/finding.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 
 using Json = nlohmann::ordered_json;
+
+// Parameters of one effect with their units at its place; missing deviations are 0. Vectors are gathered under one name,
+// nuisances left out.
+std::vector<Estimate> list_estimates(const Experiment& e, const Effect& effect, const std::vector<double>& std);
+std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info);
 
 // A parameter as the schema has it, with its 95 % interval: one number, or a vector with an interval for each axis.
 Json make_value(double value, double std, const std::string& unit);

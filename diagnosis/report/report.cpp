@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
@@ -113,11 +112,6 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
 
 constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
 
-std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info) {
-  if (effect.place.kind != PlaceKind::kJoint) return info.unit;
-  return get_joint_unit(e.robot.tree.joint(effect.place.index), info);
-}
-
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
                            const std::vector<double>& std) {
   const Experiment& e = *problem.experiment;
@@ -176,10 +170,8 @@ Json make_alternatives(const Problem& problem, const Outcome& outcome, const Eff
       const auto has_both = [&](const Trial& t) { return is_in(t.hypothesis, other) && is_in(t.hypothesis, effect); };
       if (outcome.as_set && (is_in(listed, other) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), has_both))) continue;
       listed.push_back(other);
-      list.push_back({{"effect", get_effect(other.id).name},
-                      {"where", make_where(*problem.experiment, other)},
-                      {"parameters", make_parameters(*problem.experiment, other, get_std(rival, i), true)},
-                      {"motion_that_would_tell", kOtherMotion}});
+      list.push_back(state_alternative(get_effect(other.id), make_where(*problem.experiment, other), make_parameters(*problem.experiment, other, get_std(rival, i))));
+      list.back()["motion_that_would_tell"] = kOtherMotion;
     }
   }
   return list;
@@ -196,7 +188,7 @@ Json make_findings(const Problem& problem, const Outcome& outcome) {
     list.push_back(
         {{"effect", get_effect(effect.id).name},
          {"where", make_where(*problem.experiment, effect)},
-         {"parameters", make_parameters(*problem.experiment, effect, std, true)},
+         {"parameters", make_parameters(*problem.experiment, effect, std)},
          {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
          {"probability", round_to(std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
          {"statement", make_statement(problem, outcome, effect, std)},
@@ -267,38 +259,8 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
 
 }  // namespace
 
-Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std, bool with_intervals) {
-  const std::vector<EffectParameter>& infos = list_infos(effect.id);
-  Json parameters = Json::object();
-  std::map<std::string, std::vector<size_t>> vectors;
-  for (size_t i = 0; i < infos.size(); ++i) {
-    const std::string& name = infos[i].name;
-    const bool axis = infos[i].axis >= 0;
-    if (axis) vectors[name].push_back(i);
-    if (axis || infos[i].nuisance) continue;
-    const double value = effect.p[i], s = i < std.size() ? std[i] : 0.0;
-    if (!with_intervals)
-      parameters[name] = round_to(value, 8);
-    else
-      parameters[name] = {{"value", round_to(value, 8)},
-                          {"std", round_to(s, 4)},
-                          {"ci95", {round_to(value - kNinetyFive * s, 8), round_to(value + kNinetyFive * s, 8)}},
-                          {"unit", get_place_unit(e, effect, infos[i])}};
-  }
-  for (const auto& item : vectors) {
-    Json value = Json::array(), spread = Json::array(), interval = Json::array();
-    for (size_t i : item.second) {
-      value.push_back(round_to(effect.p[i], 8)), spread.push_back(round_to(i < std.size() ? std[i] : 0.0, 4));
-      const double half = kNinetyFive * (i < std.size() ? std[i] : 0.0);
-      interval.push_back({round_to(effect.p[i] - half, 8), round_to(effect.p[i] + half, 8)});
-    }
-    if (with_intervals)
-      parameters[item.first] = {
-          {"value", value}, {"std", spread}, {"ci95", interval}, {"unit", infos[item.second[0]].unit}};
-    else
-      parameters[item.first] = value;
-  }
-  return parameters;
+Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std) {
+  return make_estimates(list_estimates(e, effect, std));
 }
 
 Json list_also_fitted(const Effect& effect) {

@@ -51,7 +51,7 @@ Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others,
   Json out = Json::array();
   for (const Effect& e : others) {
     const auto [kind, name] = find_place(p, e);
-    out.push_back({{"effect", get_effect(e.id).name}, {"where", {{kind, name}}}, {"parameters", make_bare_parameters(p, e, foot)}});
+    out.push_back(state_alternative(get_effect(e.id), {{kind, name}}, make_bare_parameters(p, e, foot)));
   }
   return out;
 }

@@ -155,7 +155,7 @@ Json make_doubted(const TossProblem& problem, const TossTrial& trial) {
                               std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
   finding["grade"] = get_grade_name(Grade::kAmbiguous);
   const EffectInfo& law = get_effect(EffectId::kRestitution);
-  finding["alternatives"] = Json::array({make_alternative(law, make_where(problem, law.id), Json::object())});
+  finding["alternatives"] = Json::array({state_alternative(law, make_where(problem, law.id), Json::object())});
   finding["alternatives"][0]["motion_that_would_tell"] = "the body swung as a pendulum, or turned by a known torque";
   return finding;
 }

@@ -254,18 +254,15 @@ class Judge {
   Finding make_finding(const Graded& g) const {
     const LinkTerm& term = design_->terms[g.term];
     const EffectInfo& row = term.effect();
-    Finding f;
-    f.effect = row.name, f.family = get_family_name(row.family), f.where = make_place(*design_, term);
-    f.parameters = make_parameters(*design_, term, g.theta, g.std);
+    Finding f = diagnosis::make_finding(row, make_place(*design_, term), make_parameters(*design_, term, g.theta, g.std));
     const bool sure = g.significant && g.stable && g.helps && g.whole && g.rivals.empty();
     f.grade = sure ? Grade::kSupported : Grade::kAmbiguous;
     f.probability = std::min(kSurest, 1.0 / (1.0 + std::exp(-g.gain)));
     f.share = f.weight = g.share;
     for (const auto& [other, theta] : g.rivals) {
       const LinkTerm& rival = design_->terms[other];
-      const EffectInfo& info = rival.effect();
-      f.alternatives.push_back({info.name, get_family_name(info.family), make_place(*design_, rival),
-                                make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()), term.row->motion});
+      f.alternatives.push_back(make_alternative(rival.effect(), make_place(*design_, rival), make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()),
+                                                term.row->motion));
     }
     f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
                   get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +

@@ -169,12 +169,8 @@ class Judge {
 
   // The servo's own law determines this delay, whatever else acts on the joint.
   void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
-    Finding f;
-    f.effect = get_effect(EffectId::kDelay).name, f.family = get_family_name(EffectFamily::kTiming);
-    f.where = {{"joint", e_.robot.tree.joint(d.joint).name}};
-    f.parameters = {{"delay", "s", {d.delay}, {d.std}, false}};
-    f.grade = Grade::kSupported;
-    f.probability = kSurest;
+    Finding f = make_finding(get_effect(EffectId::kDelay), {{"joint", e_.robot.tree.joint(d.joint).name}}, {make_one("delay", "s", d.delay, d.std)});
+    f.grade = Grade::kSupported, f.probability = kSurest;
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
                   " ms late (supported). With that delay the servo's law misses the recorded effort by " +

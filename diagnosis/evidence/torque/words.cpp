@@ -29,15 +29,11 @@ Where make_place(const Experiment& e, const Term& term) {
   return {{is_of_link(term) ? "link" : "joint", get_place_name(e, term)}};
 }
 
-Estimate scalar(const char* name, const std::string& unit, double value, double std) {
-  return {name, unit, {value}, {std}, false};
-}
-
 // Parameters with the names and units of the effect table, for a revolute joint, from coefficients p with standard
 // deviations s.
 std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
   if (term.row->excess)  // the level belongs to another term
-    return {scalar("excess", "N m", p[0], s[0]), scalar("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
+    return {make_one("excess", "N m", p[0], s[0]), make_one("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
   const TermValues values = calc_values(term, p, s);
   const std::vector<EffectParameter>& row = term.effect().parameters;
   std::vector<Estimate> list;
@@ -104,9 +100,8 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
 // A rotor below zero: the link that turns has less inertia than the model's.
 Alternative make_less_inertia(const Experiment& e, const Rival& rival) {
   const double own = calc_own_inertia(e.robot.tree, rival.term.place);
-  const EffectInfo& effect = get_effect(EffectId::kInertiaError);
-  return {effect.name, get_family_name(effect.family), {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
-          {scalar("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)}, "swings of other sizes, up to half a turn"};
+  return make_alternative(get_effect(EffectId::kInertiaError), {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
+                          {make_one("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)}, "swings of other sizes, up to half a turn");
 }
 
 // Adds a rival unless its effect is already listed at that place, or is the finding itself there. A delay of the bus is listed
@@ -116,8 +111,7 @@ void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
   const bool less = term.effect().id == EffectId::kRotorInertia && rival.parameters[0] < 0.0;
   Alternative a = less ? make_less_inertia(e, rival)
-                       : Alternative{term.effect().name, get_family_name(term.effect().family), make_place(e, term),
-                                     make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion};
+                       : make_alternative(term.effect(), make_place(e, term), make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion);
   const bool same = a.effect == g.term.effect().name && a.where == make_place(e, g.term);
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
@@ -128,16 +122,13 @@ void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std
 
 Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm* excess,
                      const std::vector<Alternative>& alternatives) {
-  Finding f;
   const TermRow& row = excess ? *excess->term.row : *g.term.row;
-  f.effect = row.effect->name, f.family = get_family_name(row.effect->family);
-  f.where = make_place(e, g.term);
-  f.parameters = make_parameters(e, g.term, g.parameters, g.width);
+  Finding f = make_finding(*row.effect, make_place(e, g.term), make_parameters(e, g.term, g.parameters, g.width));
   if (excess) {
     const auto unit = [&](const char* turning) { return get_joint_unit(e.robot.tree.joint(g.term.place), turning); };
-    f.parameters = {scalar("coulomb", unit("N m"), g.parameters[0], g.width[0]),
-                    scalar("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.width[0], excess->width[0])),
-                    scalar("stribeck_velocity", unit("rad/s"), excess->term.shape, 0.5 * excess->term.shape)};
+    f.parameters = {make_one("coulomb", unit("N m"), g.parameters[0], g.width[0]),
+                    make_one("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.width[0], excess->width[0])),
+                    make_one("stribeck_velocity", unit("rad/s"), excess->term.shape, 0.5 * excess->term.shape)};
     if (g.curve.there)
       f.parameters = {make_ranged("coulomb", unit("N m"), g.curve.level, g.width[0]),
                       make_ranged("static", unit("N m"), g.curve.rest, g.width[0]),

@@ -5,27 +5,9 @@
 
 namespace hrp::diagnosis::floating {
 
-Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
-  Estimate e;
-  e.name = name, e.unit = unit, e.value = {value}, e.std = {std};
-  return e;
-}
-
 Estimate make_value(const EffectInfo& effect, double value, double std, const std::string& reading_unit) {
   const EffectParameter& parameter = effect.parameters[0];
   return make_one(parameter.name, parameter.unit.empty() ? reading_unit : parameter.unit, value, std);
-}
-
-Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters) {
-  Finding f;
-  f.effect = effect.name, f.family = get_family_name(effect.family), f.where = where,
-  f.parameters = std::move(parameters);
-  return f;
-}
-
-Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters,
-                             const std::string& motion) {
-  return {effect.name, get_family_name(effect.family), where, std::move(parameters), motion};
 }
 
 std::string describe(const std::vector<Estimate>& parameters) {
