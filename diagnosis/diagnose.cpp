@@ -3,8 +3,7 @@
 #include <set>
 
 #include "common/base/join_words.h"
-#include "diagnosis/data/held_out.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/fixed_base.h"
 #include "diagnosis/floating/diagnose.h"
 #include "diagnosis/held_feet/held_feet.h"
@@ -126,8 +125,9 @@ bool is_of_bodies_alone(const Experiment& e) {
   });
 }
 
-// In whatever schema the engine speaks.
-Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
+}  // namespace
+
+Reports diagnose(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
   Reports walked;
@@ -163,16 +163,6 @@ Reports diagnose_by_kind(const Problem& problem, const Progress& progress) {
   reports = diagnose_fixed_base(problem, progress);
   add_link_evidence(e, behind, problem.jobs, progress, &reports, &compared);
   say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports, compared);
-  return reports;
-}
-
-}  // namespace
-
-Reports diagnose(const Problem& problem, const Progress& progress) {
-  Reports reports = diagnose_by_kind(problem, progress);
-  const std::vector<Recording>& recordings = problem.experiment->recordings;
-  upgrade_report(&reports.report,
-                 has_held_out(recordings));
   return reports;
 }
 

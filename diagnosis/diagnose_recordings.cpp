@@ -19,7 +19,7 @@
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/odd_sizes.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/page/terminal.h"
 

@@ -14,7 +14,7 @@
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/findings/column_findings.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/suspect_predictions.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/hum.h"
@@ -259,7 +259,6 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
       Reports reports = make_reports(whole, closest ? *closest : outcome);
       if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
-      upgrade_report(&reports.report, !problem.validate.empty());
       if (closest) rate_closest(&reports.report);
       if (torque.judged && outcome.mismatch && !outcome.explained) add_column_findings(torque.evidence.findings, &reports.report);
       if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);

@@ -9,7 +9,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/measurement/joint_zeros.h"
 #include "diagnosis/report/finding_head.h"
 

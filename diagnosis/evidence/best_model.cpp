@@ -229,7 +229,7 @@ std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const 
   for (const Effect& effect : model) {
     if (contains(named, effect.id, effect.place)) continue;
     const std::string name = get_effect(effect.id).name;
-    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_parameters(e, effect, {})}});
+    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_estimates(list_estimates(e, effect, {}))}});
     if (!why.empty()) return name + ": " + why;
   }
   return "";

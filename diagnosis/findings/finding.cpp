@@ -16,11 +16,14 @@ nlohmann::ordered_json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
   Json value = Json::array(), std = Json::array(), interval = Json::array(), unseen = Json::array();
   for (size_t i = 0; i < e.value.size(); ++i) {
-    const double s = e.std[i];
-    value.push_back(round_to(e.value[i], 8)), std.push_back(round_to(s, 4));
-    interval.push_back({round_to(e.value[i] - kNinetyFive * s, 8), round_to(e.value[i] + kNinetyFive * s, 8)});
+    value.push_back(round_to(e.value[i], 8));
+    if (e.std.empty()) continue;
+    const double half = kNinetyFive * e.std[i];
+    const auto [low, high] = e.ends.empty() ? std::pair(e.value[i] - half, e.value[i] + half) : e.ends[i];
+    std.push_back(round_to(e.std[i], 4)), interval.push_back({round_to(low, 8), round_to(high, 8)});
     if (e.is_unseen(i)) unseen.push_back(std::string(1, "xyz"[i]));
   }
+  if (e.std.empty()) return {{"value", list ? value : value[0]}, {"unit", e.unit}};
   if (!list) return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
   Json vector{{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
   if (!unseen.empty()) vector["unseen"] = unseen;
@@ -43,8 +46,8 @@ nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alterna
     list.push_back({{"effect", a.effect},
                     {"family", a.family},
                     {"where", a.where},
-                    {"parameters", make_estimates(a.parameters)},
-                    {"motion_that_would_tell", a.motion}});
+                    {"parameters", make_estimates(a.parameters)}});
+    if (!a.motion.empty()) list.back()["motion_that_would_tell"] = a.motion;
   }
   return list;
 }
@@ -52,7 +55,7 @@ nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alterna
 namespace {
 
 Json make_finding(const Finding& f) {
-  return {{"effect", f.effect},
+  Json out{{"effect", f.effect},
           {"family", f.family},
           {"where", f.where},
           {"parameters", make_estimates(f.parameters)},
@@ -62,6 +65,8 @@ Json make_finding(const Finding& f) {
           {"weight", round_to(f.weight, 3)},
           {"statement", f.statement},
           {"alternatives", make_alternatives(f.alternatives)}};
+  if (!f.also_fitted.empty()) out["also_fitted"] = f.also_fitted;
+  return out;
 }
 
 Json make_remaining(const Remaining& r) {
@@ -77,16 +82,19 @@ Json make_remaining(const Remaining& r) {
 Json make_mismatch(const Mismatch& m) {
   Json intervals = Json::array();
   for (const auto& [begin, end] : m.intervals) intervals.push_back({round_to(begin, 5), round_to(end, 5)});
-  return {{"signal", m.signal},
-          {"recording", m.recording},
-          {"score", round_to(m.score, 4)},
-          {"intervals", intervals},
-          {"regime", m.regime}};
+  Json out{{"signal", m.signal},
+           {"recording", m.recording},
+           {"score", round_to(m.score, 4)},
+           {"intervals", intervals},
+           {"regime", m.regime}};
+  if (!m.equation.empty()) out["equation"] = m.equation;
+  return out;
 }
 
-// Places that findings do not explain, as in schema 1, for programs that read it.
+// Places that findings do not explain.
 Json make_unexplained(const Evidence& e) {
   Json list = Json::array();
+  for (const Unexplained& u : e.unexplained) list.push_back({{"where", u.where}, {"depends_on", u.depends_on}, {"statement", u.statement}});
   if (e.verdict == Verdict::kNoMismatch || e.verdict == Verdict::kExplained) return list;
   for (const Remaining& r : e.remaining) {
     if (r.share() < 1.0 - kMostly) continue;
@@ -130,6 +138,11 @@ void sort_findings(std::vector<Finding>* findings) {
   });
 }
 
+Verdict find_verdict(bool mismatch, bool explained, bool partly) {
+  if (!mismatch) return Verdict::kNoMismatch;
+  return explained ? Verdict::kExplained : partly ? Verdict::kPartlyExplained : Verdict::kUnexplained;
+}
+
 Verdict find_verdict(const Evidence& e) {
   const double ceiling = std::max(e.ceiling, e.explained);
   if (e.findings.empty()) return Verdict::kUnexplained;
@@ -140,11 +153,9 @@ nlohmann::ordered_json make_fit(const Fit& fit) {
   Json signals = Json::object();
   for (const SignalFit& s : fit.signals) {
     const double spread = std::max(s.spread, 1e-300);
-    signals[s.signal] = {{"before", round_to(s.before / spread, 4)},
-                         {"after", round_to(s.after / spread, 4)},
-                         {"rms_before", round_to(s.before, 4)},
-                         {"rms_after", round_to(s.after, 4)},
-                         {"unit", s.unit}};
+    Json& signal = signals[s.signal] = {{"before", round_to(s.before / spread, 4)}, {"after", round_to(s.after / spread, 4)}};
+    if (!s.unit.empty()) signal["rms_before"] = round_to(s.before, 4), signal["rms_after"] = round_to(s.after, 4), signal["unit"] = s.unit;
+    if (!s.equation.empty()) signal["equation"] = s.equation;
   }
   const auto pair = [](double before, double after) -> Json {
     return {{"before", round_to(before, 5)}, {"after", round_to(after, 5)}};
@@ -175,8 +186,10 @@ nlohmann::ordered_json make_report(const Evidence& e) {
   for (const Remaining& x : e.remaining) r["remaining"].push_back(make_remaining(x));
   r["not_identifiable"] = Json::array();
   for (const NotIdentifiable& n : e.not_identifiable) {
-    r["not_identifiable"].push_back(
-        {{"effect", n.effect}, {"where", n.where}, {"why", n.why}, {"motion_that_would_tell", n.motion}});
+    Json entry{{"effect", n.effect}};
+    if (!n.where.is_null()) entry["where"] = n.where;
+    entry["why"] = n.why, entry["motion_that_would_tell"] = n.motion;
+    r["not_identifiable"].push_back(entry);
   }
   r["ceiling"] = round_to(e.ceiling, 3);
   r["explained"] = round_to(e.explained, 3);

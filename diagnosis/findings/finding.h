@@ -27,11 +27,12 @@ struct Estimate {
   std::string name;  // in the report: "coefficient", "com"
   std::string unit;
   std::vector<double> value;
-  std::vector<double> std;  // contains differences between recordings, halves and regimes
+  std::vector<double> std;  // contains differences between recordings, halves and regimes; empty: not calculated
   bool vector = false;      // reported as a list even with a single element
+  std::vector<std::pair<double, double>> ends = {};  // of the interval, where it does not lie evenly about the value
 
   // Nothing of this axis of a vector shows in the recordings: a planar arm does not tell how far a mass is out of its plane.
-  bool is_unseen(size_t axis) const { return value.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0; }
+  bool is_unseen(size_t axis) const { return value.size() == 3 && std.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0; }
 };
 
 // {"joint": "elbow"}, {"link": "hand"}, {"foot": "l_foot"}, {"sensor": "/wrench/l_ankle/force"}, {} for the ground.
@@ -55,6 +56,14 @@ struct Finding {
   double weight = 0.0;       // of the whole mismatch; findings are sorted by it
   std::string statement;     // one sentence with value, unit, place and grade
   std::vector<Alternative> alternatives;
+  nlohmann::ordered_json also_fitted;  // values that its simulation needs and that nobody judges
+};
+
+// A mismatch that no finding explains.
+struct Unexplained {
+  Where where;
+  std::vector<std::string> depends_on;
+  std::string statement;
 };
 
 // What remains at a place beside all findings.
@@ -73,20 +82,22 @@ struct Mismatch {
   double score = 0.0;  // in units of the signal's noise
   std::vector<std::pair<double, double>> intervals;  // [s]
   std::string regime;
+  std::string equation = {};  // empty: the signal itself is predicted
 };
 
 // An effect or parameter that the recordings do not determine, and a motion that would.
 struct NotIdentifiable {
   std::string effect;
-  Where where;
+  Where where;  // null: the whole robot
   std::string why, motion;
 };
 
-// Errors of the prediction of one signal: root mean squares in `unit`.
+// Errors of the prediction of one signal: root mean squares in `unit`. Without a unit only their ratios to the spread are told.
 struct SignalFit {
   std::string signal, unit;
   double before = 0.0, after = 0.0;
   double spread = 0.0;  // standard deviation of the recording
+  std::string equation = {};  // as in Mismatch
 };
 
 // Errors of the prediction, before and after the findings.
@@ -110,6 +121,7 @@ struct Evidence {
   std::string summary;  // of a report without findings: what was compared, or why nothing was
   std::vector<Mismatch> mismatch;
   std::vector<Finding> findings;
+  std::vector<Unexplained> unexplained;  // beside the places that remain
   std::vector<Remaining> remaining;
   std::vector<NotIdentifiable> not_identifiable;
   double ceiling = 0.0;    // share (0 to 1) of the mismatch that the recorded signals can predict at all
@@ -130,6 +142,8 @@ void sort_findings(std::vector<Finding>* findings);
 
 // Verdict if noise is not reached: `mostly_explained` from 80 % of the ceiling on, otherwise partly or not at all.
 Verdict find_verdict(const Evidence& evidence);
+// The same of a search for single effects.
+Verdict find_verdict(bool mismatch, bool explained, bool partly);
 
 // The report (report.json, schema 2). Findings must be sorted.
 nlohmann::ordered_json make_report(const Evidence& evidence);

@@ -11,7 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/model/link_reach.h"
 
 namespace hrp::diagnosis {

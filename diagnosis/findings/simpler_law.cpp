@@ -5,7 +5,7 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -2,7 +2,7 @@
 #include "diagnosis/findings/suspect_predictions.h"
 
 #include "common/base/rounding.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 
 namespace hrp::diagnosis {
 namespace {

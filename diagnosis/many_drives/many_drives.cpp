@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "diagnosis/evidence/torque/report.h"
-#include "diagnosis/findings/schema2.h"
 #include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/search.h"
@@ -69,9 +68,8 @@ bool has_other_family(const Json& finding) {
 
 // Findings of links, feet and sensors. Their grade is at most `supported`, as for the joints, because the drives are
 // not completely known.
-Json list_body_findings(const StandProblem& p, const StandOutcome& body, bool has_held) {
+Json list_body_findings(const StandProblem& p, const StandOutcome& body) {
   Json report = make_stand_report(p, body);
-  upgrade_report(&report, has_held);
   for (Json& f : report["findings"]) {
     if (f["grade"] == get_grade_name(Grade::kCertain)) f["grade"] = get_grade_name(Grade::kSupported);
     if (has_other_family(f)) f["grade"] = get_grade_name(Grade::kAmbiguous);
@@ -87,9 +85,8 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
   fill_torque_fit(torque.torque, &evidence.fit);
   evidence.verdict = find_verdict(evidence);
   for (const std::string& text : p.experiment->warnings) evidence.warnings.push_back(text);
-  const bool has_held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
   Json out = make_report(evidence);
-  const Json found = list_body_findings(p, body, has_held);
+  const Json found = list_body_findings(p, body);
   out["model"] = list_whole_model(*p.experiment, torque.model, out["findings"], found);
   for (size_t i = found.size(); i-- > 0;) out["findings"].insert(out["findings"].begin(), found[i]);
   out["mismatch"] = make_stand_report(p, whole)["mismatch"];

@@ -20,16 +20,4 @@ Json state_alternative(const EffectInfo& effect, const Json& where, const Json& 
   return {{"effect", effect.name}, {"family", get_family_name(effect.family)}, {"where", where}, {"parameters", parameters}};
 }
 
-Json make_untold(const std::string& effect, const Json& where, const std::string& why, const std::string& motion) {
-  Json out{{"effect", effect}};
-  if (!where.is_null()) out["where"] = where;
-  out["why"] = why, out["motion_that_would_tell"] = motion;
-  return out;
-}
-
-const char* name_verdict(bool mismatch, bool explained, bool partly) {
-  if (!mismatch) return get_verdict_name(Verdict::kNoMismatch);
-  return get_verdict_name(explained ? Verdict::kExplained : partly ? Verdict::kPartlyExplained : Verdict::kUnexplained);
-}
-
 }  // namespace hrp::diagnosis

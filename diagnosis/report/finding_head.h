@@ -12,10 +12,4 @@ Json make_finding_head(const EffectInfo& effect, const Json& where, const Json& 
 // Another effect that would explain the same, as a report states it.
 Json state_alternative(const EffectInfo& effect, const Json& where, const Json& parameters);
 
-// What the recordings do not tell, and a motion that would. `where`: null if it is the whole robot.
-Json make_untold(const std::string& effect, const Json& where, const std::string& why, const std::string& motion);
-
-// Verdict of a search for single effects.
-const char* name_verdict(bool mismatch, bool explained, bool partly);
-
 }  // namespace hrp::diagnosis

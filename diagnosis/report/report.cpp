@@ -9,8 +9,8 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/report/effect_shares.h"
-#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/series.h"
 #include "diagnosis/search/dependence.h"
 #include "diagnosis/search/outcome.h"
@@ -19,14 +19,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-struct Stretch {
-  double from, to;
-};
-
-// Stretches in which the residual stays above `level`, in bins of 50 samples or fewer.
-std::vector<Stretch> find_stretches(const Recording& recording, const std::vector<double>& residuals, size_t width,
-                                    size_t c, double level) {
-  std::vector<Stretch> list;
+// Stretches [s, s] in which the residual stays above `level`, in bins of 50 samples or fewer.
+std::vector<std::pair<double, double>> find_stretches(const Recording& recording, const std::vector<double>& residuals, size_t width,
+                                                      size_t c, double level) {
+  std::vector<std::pair<double, double>> list;
   const size_t bin = std::max<size_t>(5, recording.size() / 200);
   for (size_t k = 0; k < recording.size(); k += bin) {
     double sum = 0.0;
@@ -34,10 +30,10 @@ std::vector<Stretch> find_stretches(const Recording& recording, const std::vecto
     for (size_t i = k; i < end; ++i) sum += residuals[i * width + c] * residuals[i * width + c];
     if (std::sqrt(sum / static_cast<double>(end - k)) < level) continue;
     const double from = recording.time[k], to = recording.time[end - 1];
-    if (!list.empty() && from - list.back().to < 2.5 * (to - from) + 1e-9)
-      list.back().to = to;
+    if (!list.empty() && from - list.back().second < 2.5 * (to - from) + 1e-9)
+      list.back().second = to;
     else
-      list.push_back({from, to});
+      list.emplace_back(from, to);
   }
   if (list.size() > 12) list.resize(12);
   return list;
@@ -71,8 +67,8 @@ std::string find_regime(const Problem& problem, int r, size_t c, const std::vect
   return best != 0 && highest < 1.5 * all / std::max(1.0, n) ? "motion" : names[best];
 }
 
-Json make_mismatch(const Problem& problem, const Outcome& outcome) {
-  Json list = Json::array();
+std::vector<Mismatch> list_mismatches(const Problem& problem, const Outcome& outcome) {
+  std::vector<Mismatch> list;
   if (!outcome.mismatch) return list;
   const Experiment& e = *problem.experiment;
   struct Entry {
@@ -97,15 +93,8 @@ Json make_mismatch(const Problem& problem, const Outcome& outcome) {
   for (const Entry& entry : entries) {
     const Recording& recording = e.recordings[static_cast<size_t>(entry.r)];
     const auto& x = residuals[static_cast<size_t>(entry.r)];
-    Json intervals = Json::array();
-    for (const Stretch& s : find_stretches(recording, x, width, entry.c, std::max(2.0, 0.7 * entry.score))) {
-      intervals.push_back({round_to(s.from, 6), round_to(s.to, 6)});
-    }
-    list.push_back({{"signal", signal_name(e, entry.c)},
-                    {"recording", recording.spec.name},
-                    {"score", round_to(entry.score, 4)},
-                    {"intervals", intervals},
-                    {"regime", find_regime(problem, entry.r, entry.c, x)}});
+    list.push_back({signal_name(e, entry.c), recording.spec.name, entry.score, find_stretches(recording, x, width, entry.c, std::max(2.0, 0.7 * entry.score)),
+                    find_regime(problem, entry.r, entry.c, x)});
   }
   return list;
 }
@@ -154,12 +143,13 @@ constexpr const char* kOtherMotion =
 
 // Effects that do as well in the place of one, all others as they are; with how they were fitted. A rival of one subtree
 // holds the effects of that subtree only. Of a set that differs by more, those that no set has beside this effect.
-Json make_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
-  Json list = Json::array();
+std::vector<Alternative> list_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
+  std::vector<Alternative> list;
+  const Experiment& e = *problem.experiment;
   Hypothesis listed;
   const Hypothesis& chosen = outcome.chosen.hypothesis;
   for (const Trial& rival : outcome.indistinguishable) {
-    const auto is_in = [](const Hypothesis& all, const Effect& e) { return contains(all, e.id, e.place); };
+    const auto is_in = [](const Hypothesis& all, const Effect& one) { return contains(all, one.id, one.place); };
     std::vector<size_t> others;
     for (size_t i = 0; i < rival.hypothesis.size(); ++i) {
       if (!is_in(chosen, rival.hypothesis[i])) others.push_back(i);
@@ -170,35 +160,28 @@ Json make_alternatives(const Problem& problem, const Outcome& outcome, const Eff
       const auto has_both = [&](const Trial& t) { return is_in(t.hypothesis, other) && is_in(t.hypothesis, effect); };
       if (outcome.as_set && (is_in(listed, other) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), has_both))) continue;
       listed.push_back(other);
-      list.push_back(state_alternative(get_effect(other.id), make_where(*problem.experiment, other), make_parameters(*problem.experiment, other, get_std(rival, i))));
-      list.back()["motion_that_would_tell"] = kOtherMotion;
+      list.push_back(make_alternative(get_effect(other.id), make_where(e, other), list_estimates(e, other, get_std(rival, i)), kOtherMotion));
     }
   }
   return list;
 }
 
-Json make_findings(const Problem& problem, const Outcome& outcome) {
-  Json list = Json::array();
+std::vector<Finding> list_findings(const Problem& problem, const Outcome& outcome) {
+  std::vector<Finding> list;
   if (!outcome.explained && !outcome.partly) return list;
+  const Experiment& e = *problem.experiment;
   const std::vector<double> shares = calc_shares(problem, outcome);
   for (size_t i = 0; i < outcome.chosen.hypothesis.size(); ++i) {
     const Effect& effect = outcome.chosen.hypothesis[i];
     const std::vector<double> std = get_std(outcome.chosen, i);
-    const Json alternatives = make_alternatives(problem, outcome, effect);
-    list.push_back(
-        {{"effect", get_effect(effect.id).name},
-         {"where", make_where(*problem.experiment, effect)},
-         {"parameters", make_parameters(*problem.experiment, effect, std)},
-         {"share", round_to(std::clamp(shares[i], 0.0, 1.0), 3)},
-         {"probability", round_to(std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8)), 3)},
-         {"statement", make_statement(problem, outcome, effect, std)},
-         {"alternatives", alternatives}});
-    const Json also = list_also_fitted(effect);
-    if (!also.empty()) list.back()["also_fitted"] = also;
-    if (outcome.as_set) {
-      list.back()["grade"] = get_grade_name(Grade::kAmbiguous);
-      list.back()["statement"] = list.back()["statement"].get<std::string>() + " What is left has another cause, so it is not supported.";
-    }
+    list.push_back(make_finding(get_effect(effect.id), make_where(e, effect), list_estimates(e, effect, std)));
+    Finding& f = list.back();
+    f.share = f.weight = std::clamp(shares[i], 0.0, 1.0);
+    f.probability = std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8));
+    f.statement = make_statement(problem, outcome, effect, std);
+    f.alternatives = list_alternatives(problem, outcome, effect), f.also_fitted = list_also_fitted(effect);
+    if (!outcome.as_set) continue;
+    f.grade = Grade::kAmbiguous, f.statement += " What is left has another cause, so it is not supported.";
   }
   return list;
 }
@@ -212,38 +195,34 @@ Json make_closest(const Problem& problem, const Outcome& outcome) {
   for (size_t i = 0; i < closest->hypothesis.size(); ++i) {
     const Effect& effect = closest->hypothesis[i];
     effects.push_back({{"effect", get_effect(effect.id).name}, {"where", make_where(e, effect)},
-                       {"parameters", make_parameters(e, effect, get_std(*closest, i), true)}});
+                       {"parameters", make_estimates(list_estimates(e, effect, get_std(*closest, i)))}});
   }
   for (const Trial* other : list_as_close(outcome, *closest)) others.push_back(get_label(e, other->hypothesis));
   return {{"effects", effects}, {"others", others},
           {"times_noise", {{"before", round_to(outcome.nominal.rms, 4)}, {"after", round_to(closest->rms, 4)}}}};
 }
 
-Json make_unexplained(const Problem& problem, const Outcome& outcome) {
-  Json list = Json::array();
+std::vector<Unexplained> list_unexplained(const Problem& problem, const Outcome& outcome) {
+  std::vector<Unexplained> list;
   if (!outcome.mismatch || outcome.explained) return list;
   const Experiment& e = *problem.experiment;
   const Trial& base = outcome.partly ? outcome.chosen : outcome.nominal;
   for (const Dependence& d : find_dependence(problem, base.hypothesis, base.validate)) {
     const std::string& words = d.relation.words;
-    list.push_back({{"where", {{"joint", e.robot.tree.joint(d.joint).name}}},
-                    {"depends_on", d.relation.names},
-                    {"statement",
-                     e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) + " " + get_joint_unit(e.robot.tree.joint(d.joint), "N m") +
+    list.push_back({{{"joint", e.robot.tree.joint(d.joint).name}},
+                    d.relation.names,
+                    e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) + " " + get_joint_unit(e.robot.tree.joint(d.joint), "N m") +
                          " (root mean square) are missing that no effect of the list explains; they follow " +
-                         (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."}});
+                        (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."});
   }
-  if (outcome.spent && !list.empty()) {
-    const std::string statement = list.back()["statement"];
-    list.back()["statement"] = statement +
-                               " Not all sets of effects were tried: the search ended at its usual work (hrp-diagnose "
-                               "--patience 4 goes four times as far).";
-  }
+  if (list.empty()) return list;
+  if (outcome.spent)
+    list.back().statement += " Not all sets of effects were tried: the search ended at its usual work (hrp-diagnose --patience 4 goes four times as far).";
   return list;
 }
 
-Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
-  Json list = Json::array();
+std::vector<NotIdentifiable> list_not_identifiable(const Problem& problem, const Outcome& outcome) {
+  std::vector<NotIdentifiable> list;
   const bool named = outcome.explained || outcome.partly;
   const std::string data = problem.validate.empty() ? "recordings" : "held-out recordings";
   const std::string why = named ? "explains the " + data + " about as well as what is reported"
@@ -251,17 +230,13 @@ Json make_not_identifiable(const Problem& problem, const Outcome& outcome) {
   for (const Trial& rival : outcome.indistinguishable) {
     for (const Effect& effect : rival.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
-      list.push_back(make_untold(get_effect(effect.id).name, make_where(*problem.experiment, effect), why, kOtherMotion));
+      list.push_back({get_effect(effect.id).name, make_where(*problem.experiment, effect), why, kOtherMotion});
     }
   }
   return list;
 }
 
 }  // namespace
-
-Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std) {
-  return make_estimates(list_estimates(e, effect, std));
-}
 
 Json list_also_fitted(const Effect& effect) {
   Json values = Json::object();
@@ -296,47 +271,38 @@ Fit calc_simulation_fit(const Problem& problem, const Trial& before, const Trial
 }
 
 Reports make_reports(const Problem& problem, const Outcome& outcome) {
+  const Experiment& e = *problem.experiment;
+  const bool driven = is_effort_driven(e);
   const Trial& after = outcome.explained || outcome.partly || outcome.modelled ? outcome.chosen : outcome.nominal;
+  Evidence evidence;
+  evidence.verdict = find_verdict(outcome.mismatch, outcome.explained, outcome.partly);
+  evidence.mismatch = list_mismatches(start_as(problem, outcome.nominal), outcome);
+  evidence.findings = list_findings(problem, outcome);
+  evidence.unexplained = list_unexplained(problem, outcome);
+  evidence.not_identifiable = list_not_identifiable(problem, outcome);
+  evidence.fit = calc_simulation_fit(problem, outcome.nominal, after);
+  evidence.method = driven ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
+                           : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
+                             "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
+                             "is drawn to the recorded one at 8 rad/s";
+  evidence.horizon = driven ? 0.125 : e.recordings[0].duration();
+  evidence.warnings = e.warnings;
   Reports reports;
-  Json& r = reports.report;
-  r["schema"] = 1;
-  r["verdict"] = name_verdict(outcome.mismatch, outcome.explained, outcome.partly);
-  r["mismatch"] = make_mismatch(start_as(problem, outcome.nominal), outcome);
-  r["findings"] = make_findings(problem, outcome);
-  if (outcome.as_set) r["as_set"] = true;
-  r["unexplained"] = make_unexplained(problem, outcome);
-  if (Json closest = make_closest(problem, outcome); !closest.is_null()) r["closest"] = std::move(closest);
-  r["not_identifiable"] = make_not_identifiable(problem, outcome);
-  r["fit"] = make_fit(calc_simulation_fit(problem, outcome.nominal, after));
-  r["prediction"] = {
-      {"method",
-       is_effort_driven(*problem.experiment)
-           ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
-           : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
-             "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
-             "is drawn to the recorded one at 8 rad/s"},
-      {"horizon",
-       is_effort_driven(*problem.experiment) ? 0.125 : problem.experiment->recordings[0].duration()}};
-  r["warnings"] = problem.experiment->warnings;
+  reports.report = make_graded_report(!problem.validate.empty(), evidence);
+  if (outcome.as_set) reports.report["as_set"] = true;
+  if (Json closest = make_closest(problem, outcome); !closest.is_null()) reports.report["closest"] = std::move(closest);
   reports.series = make_series(problem, outcome, after);
-  reports.series["prediction"] = r["prediction"];
+  reports.series["prediction"] = reports.report["prediction"];
   return reports;
 }
 
 Reports make_empty_reports(const Problem& problem, const std::string& reason) {
+  const Experiment& e = *problem.experiment;
+  Evidence evidence;
+  evidence.summary = "The recordings could not be judged: " + reason + ".", evidence.method = "none", evidence.warnings = e.warnings;
   Reports reports;
-  Json& r = reports.report;
-  r["schema"] = 1, r["verdict"] = "not_judged";
-  r["mismatch"] = Json::array(), r["findings"] = Json::array();
-  const std::string statement = "The recordings could not be judged: " + reason + ".";
-  r["unexplained"] = {{{"where", Json::object()}, {"depends_on", Json::array()}, {"statement", statement}}};
-  r["not_identifiable"] = Json::array();
-  const Json nothing = {{"before", 0.0}, {"after", 0.0}};
-  r["fit"] = {{"train", nothing}, {"validate", nothing}, {"per_signal", Json::object()}};
-  r["prediction"] = {{"method", "none"}, {"horizon", 0.0}};
-  r["warnings"] = problem.experiment->warnings;
-  reports.series = {
-      {"schema", 1}, {"experiment", problem.experiment->robot.tree.name}, {"notes", problem.experiment->warnings}};
+  reports.report = make_report(evidence);
+  reports.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"notes", e.warnings}};
   return reports;
 }
 

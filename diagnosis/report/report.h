@@ -41,9 +41,6 @@ void write_reports(const Experiment& experiment, const std::string& folder, Repo
 // that begins with "# not simulated".
 std::string make_scenario_text(const Experiment& experiment, const nlohmann::json& effects);
 
-// Parameters of one effect as the schema has them: list_estimates().
-Json make_parameters(const Experiment& e, const Effect& effect, const std::vector<double>& std);
-
 // Values of parameters that were fitted beside those, and that a scenario may state: teeth behind a gap.
 Json list_also_fitted(const Effect& effect);
 

@@ -4,8 +4,8 @@
 
 #include "common/base/has.h"
 #include "common/base/rounding.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/report/effect_shares.h"
-#include "diagnosis/report/finding_head.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"
 
@@ -28,7 +28,7 @@ std::string spell(std::string out) {
 }
 
 std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t round, const std::string& where,
-                           const Json& parameters) {
+                           const std::vector<Estimate>& parameters) {
   const std::string& phrase = get_effect(o.chosen.hypothesis[round].id).phrase;
   std::string out = where + ": " + phrase + " (" + describe_values(parameters) + ").";
   if (const StandTrial* second = find_runner_up(o, round)) {
@@ -41,17 +41,17 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
 }
 
 // Values of a rival as its trial was fitted. No interval was calculated.
-Json make_bare_parameters(const StandProblem& p, const Effect& e, size_t foot) {
-  Json out = make_parameters(p, e, Eigen::VectorXd::Zero(static_cast<long>(e.p.size())), foot);
-  for (auto& [name, parameter] : out.items()) parameter.erase("std"), parameter.erase("ci95");
+std::vector<Estimate> make_bare_parameters(const StandProblem& p, const Effect& e, size_t foot) {
+  std::vector<Estimate> out = make_parameters(p, e, Eigen::VectorXd::Zero(static_cast<long>(e.p.size())), foot);
+  for (Estimate& parameter : out) parameter.std.clear();
   return out;
 }
 
-Json make_alternatives(const StandProblem& p, const std::vector<Effect>& others, size_t foot) {
-  Json out = Json::array();
+std::vector<Alternative> list_alternatives(const StandProblem& p, const std::vector<Effect>& others, size_t foot) {
+  std::vector<Alternative> out;
   for (const Effect& e : others) {
     const auto [kind, name] = find_place(p, e);
-    out.push_back(state_alternative(get_effect(e.id), {{kind, name}}, make_bare_parameters(p, e, foot)));
+    out.push_back(make_alternative(get_effect(e.id), {{kind, name}}, make_bare_parameters(p, e, foot), ""));
   }
   return out;
 }
@@ -64,7 +64,7 @@ std::vector<double> calc_shares(const StandProblem& p, const StandOutcome& o) {
   return calc_effect_shares(o.chosen.hypothesis, calc_left({}), calc_left);
 }
 
-void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) {
+void add_findings(const StandProblem& p, const StandOutcome& o, std::vector<Finding>* findings) {
   const std::vector<double> shares = calc_shares(p, o);
   for (size_t i = 0; i < o.chosen.hypothesis.size(); ++i) {
     const Effect& e = o.chosen.hypothesis[i];
@@ -77,15 +77,12 @@ void add_findings(const StandProblem& p, const StandOutcome& o, Json* findings) 
     for (size_t f = 0; f < places; ++f) {
       auto [kind, name] = find_place(p, e);
       if (is_foot(e)) name = p.feet[f].name;
-      const Json parameters = make_parameters(p, e, o.widening * o.chosen.std[i], f);
-      Json finding{{"effect", get_effect(e.id).name},
-                   {"where", {{kind, name}}},
-                   {"parameters", parameters},
-                   {"share", round_to(std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places), 3)},
-                   {"probability", probability},
-                   {"statement", make_statement(p, o, i, name, parameters)}};
-      if (i < o.indistinguishable.size() && !o.indistinguishable[i].empty()) finding["alternatives"] = make_alternatives(p, o.indistinguishable[i], f);
-      findings->push_back(finding);
+      Finding finding = make_finding(get_effect(e.id), {{kind, name}}, make_parameters(p, e, o.widening * o.chosen.std[i], f));
+      finding.share = finding.weight = std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places);
+      finding.probability = probability;
+      finding.statement = make_statement(p, o, i, name, finding.parameters);
+      if (i < o.indistinguishable.size()) finding.alternatives = list_alternatives(p, o.indistinguishable[i], f);
+      findings->push_back(std::move(finding));
     }
   }
 }
@@ -99,7 +96,7 @@ Json make_where(const Channel& c) {
 }
 
 // Describes what remains: the worst channel, and up to two other places that stand out at least half as much.
-void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
+void add_unexplained(const StandProblem& p, const StandOutcome& o, std::vector<Unexplained>* out) {
   const Evaluation left = evaluate(p, o.chosen.hypothesis);
   std::vector<size_t> order(o.channels.size());
   for (size_t c = 0; c < order.size(); ++c) order[c] = c;
@@ -133,7 +130,7 @@ void add_unexplained(const StandProblem& p, const StandOutcome& o, Json* out) {
     }
     const Relation follows = find_dependence(p, o.channels[c], c, left);
     if (!follows.names.empty()) statement += " It follows " + follows.words + ".";
-    out->push_back({{"where", where}, {"depends_on", follows.names}, {"statement", statement}});
+    out->push_back({where, follows.names, statement});
   }
 }
 
@@ -183,118 +180,101 @@ double calc_spread(const StandProblem& p, const std::string& signal, bool held) 
 }
 
 // By signal, the largest residual of its channels relative to the spread of the signal.
-Json make_signals(const StandProblem& p, const StandOutcome& o) {
+std::vector<SignalFit> list_signals(const StandProblem& p, const StandOutcome& o) {
   const bool held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
-  Json out = Json::object();
+  std::vector<SignalFit> out;
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const Channel& channel = o.channels[c];
     double spread = calc_spread(p, channel.signal, held);
     // A quaternion's component is half an angle. A gap has no recorded signal in metres.
     if (channel.kind == ChannelKind::kTilt || channel.kind == ChannelKind::kBase) spread *= 2;
     if (spread == 0 || channel.kind == ChannelKind::kGap) continue;
-    const double unit = o.sigma[c] / spread;
-    const double before = o.nominal.channel_rms[c] * unit, after = o.chosen.channel_rms[c] * unit;
-    if (out.contains(channel.signal) && out[channel.signal]["before"].get<double>() >= before) continue;
-    out[channel.signal] = {{"before", before}, {"after", after}, {"equation", get_text(channel.kind)}};
+    const SignalFit own{channel.signal, "", o.nominal.channel_rms[c] * o.sigma[c], o.chosen.channel_rms[c] * o.sigma[c], spread, get_text(channel.kind)};
+    const auto same = std::find_if(out.begin(), out.end(), [&](const SignalFit& s) { return s.signal == own.signal; });
+    if (same == out.end()) out.push_back(own);
+    else if (same->before / same->spread < own.before / spread) *same = own;
   }
   return out;
 }
 
-Json make_fit(const StandProblem& p, const StandOutcome& o) {
+Fit find_fit(const StandProblem& p, const StandOutcome& o) {
   const Evaluation nominal = evaluate(p, {}), chosen = evaluate(p, o.chosen.hypothesis);
-  Json fit;
-  for (const bool train : {true, false}) {
-    const double before = calc_fit(p, o, nominal, train), after = calc_fit(p, o, chosen, train);
-    if (before > 0) fit[train ? "train" : "validate"] = {{"before", before}, {"after", after}};
-  }
-  fit["per_signal"] = make_signals(p, o);
-  return fit;
+  return {calc_fit(p, o, nominal, true), calc_fit(p, o, chosen, true), calc_fit(p, o, nominal, false), calc_fit(p, o, chosen, false), list_signals(p, o)};
 }
 
-void add_mismatch(const StandProblem& p, const StandOutcome& o, Json* out) {
+void add_mismatch(const StandProblem& p, const StandOutcome& o, std::vector<Mismatch>* out) {
   const Evaluation nominal = evaluate(p, {});
   for (size_t c = 0; c < o.channels.size(); ++c) {
     const bool shared = !o.shared.empty() && o.shared[c] > 0;
     for (size_t r = 0; (shared || o.nominal.channel_rms[c] >= 2) && r < p.recordings.size(); ++r) {
       const StandRecording& recording = p.recordings[r];
       double sum = 0, count = 0, begin = -1, end = -1;
-      Json intervals = Json::array();
+      std::vector<std::pair<double, double>> intervals;
       for (size_t s = 0; s < recording.samples.size(); ++s) {
         const double z = nominal[r].residuals[s * o.channels.size() + c] / o.sigma[c];
         const double t = recording.time[static_cast<size_t>(recording.samples[s])];
         sum += z * z, ++count;
         if (std::abs(z) < 4) continue;
         if (begin < 0 || t > end + 0.15) {
-          if (begin >= 0) intervals.push_back({begin, end});
+          if (begin >= 0) intervals.emplace_back(begin, end);
           begin = t;
         }
         end = t;
       }
-      if (begin >= 0) intervals.push_back({begin, end});
+      if (begin >= 0) intervals.emplace_back(begin, end);
       const double score = std::sqrt(sum / count);
       if (!shared && score < 2) continue;
-      out->push_back({{"signal", o.channels[c].signal},
-                      {"recording", recording.file},
-                      {"score", score},
-                      {"intervals", intervals},
-                      {"regime", "stance"},
-                      {"equation", get_text(o.channels[c].kind)}});
+      out->push_back({o.channels[c].signal, recording.file, score, intervals, "stance", get_text(o.channels[c].kind)});
     }
   }
-  std::stable_sort(out->begin(), out->end(),
-                   [](const Json& a, const Json& b) { return a["score"].get<double>() > b["score"].get<double>(); });
+  std::stable_sort(out->begin(), out->end(), [](const Mismatch& a, const Mismatch& b) { return a.score > b.score; });
 }
 
 const char* const kOtherSign = "loads on the joint that change their sign";
 
-void add_not_identifiable(const StandProblem& p, const StandOutcome& o, Json* out) {
+void add_not_identifiable(const StandProblem& p, const StandOutcome& o, std::vector<NotIdentifiable>* out) {
   for (const Effect& e : o.chosen.hypothesis) {
     if (!is_foot(e)) continue;
-    out->push_back(make_untold("foot_compliance.cz", nullptr, "a standing robot hardly moves up and down on its soles", "short vertical bounces above 5 Hz"));
+    out->push_back({"foot_compliance.cz", nullptr, "a standing robot hardly moves up and down on its soles", "short vertical bounces above 5 Hz"});
   }
   for (const Effect& e : o.chosen.hypothesis) {
     if (!get_row(e).loose || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
-    out->push_back(make_untold("backlash.gap", {{kind, name}}, "no torque held the teeth on both sides: the gap is at least as wide as what was seen",
-                               kOtherSign));
+    out->push_back({"backlash.gap", {{kind, name}}, "no torque held the teeth on both sides: the gap is at least as wide as what was seen",
+                    kOtherSign});
   }
   for (size_t i = 0; i < o.indistinguishable.size(); ++i) {
     for (const Effect& e : o.indistinguishable[i]) {
       const auto [kind, name] = find_place(p, e);
       if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
-        out->push_back(make_untold(get_effect(e.id).name, {{kind, name}}, "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
-                                   " rad apart would look like the offset", kOtherSign));
+        out->push_back({get_effect(e.id).name, {{kind, name}}, "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
+                        " rad apart would look like the offset", kOtherSign});
         continue;
       }
-      out->push_back(make_untold(get_effect(e.id).name, {{kind, name}}, "explains the held-out recordings about as well as what is reported",
-                                 "wider and faster sweeps of the joints and of the trunk's lean"));
+      out->push_back({get_effect(e.id).name, {{kind, name}}, "explains the held-out recordings about as well as what is reported",
+                      "wider and faster sweeps of the joints and of the trunk's lean"});
     }
   }
-  out->push_back(make_untold("restitution", {{"ground", "ground"}}, "feet that stay on the ground do not bounce", "hops that land flat"));
+  out->push_back({"restitution", {{"ground", "ground"}}, "feet that stay on the ground do not bounce", "hops that land flat"});
   const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
   if (any_effort) return;
-  out->push_back(make_untold("torque_saturation", nullptr, "no effort was recorded; the servo law stands in for it", "any, with the drives' efforts recorded"));
+  out->push_back({"torque_saturation", nullptr, "no effort was recorded; the servo law stands in for it", "any, with the drives' efforts recorded"});
 }
 
 }  // namespace
 
 Json make_stand_report(const StandProblem& p, const StandOutcome& o) {
-  Json out{{"schema", 1},
-           {"verdict", name_verdict(o.mismatch, o.explained, !o.chosen.hypothesis.empty())},
-           {"mismatch", Json::array()},
-           {"findings", Json::array()},
-           {"unexplained", Json::array()},
-           {"not_identifiable", Json::array()}};
-  if (o.mismatch) add_mismatch(p, o, &out["mismatch"]);
-  add_findings(p, o, &out["findings"]);
-  if (o.mismatch && !o.explained) add_unexplained(p, o, &out["unexplained"]);
-  add_not_identifiable(p, o, &out["not_identifiable"]);
-  out["fit"] = make_fit(p, o);
-  out["prediction"] = {{"method",
-                        "equations of motion along the recorded motion: attitude and encoders against foot "
-                        "sensors, efforts and servo law; fit in units of each equation's noise"},
-                       {"horizon", 0.0}};
-  return out;
+  Evidence evidence;
+  evidence.verdict = find_verdict(o.mismatch, o.explained, !o.chosen.hypothesis.empty());
+  if (o.mismatch) add_mismatch(p, o, &evidence.mismatch);
+  add_findings(p, o, &evidence.findings);
+  if (o.mismatch && !o.explained) add_unexplained(p, o, &evidence.unexplained);
+  add_not_identifiable(p, o, &evidence.not_identifiable);
+  evidence.fit = find_fit(p, o);
+  evidence.method = "equations of motion along the recorded motion: attitude and encoders against foot sensors, efforts and servo law; "
+                    "fit in units of each equation's noise";
+  const bool held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
+  return make_graded_report(held, evidence);
 }
 
 }  // namespace hrp::diagnosis::standing

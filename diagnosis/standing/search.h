@@ -38,7 +38,7 @@ using Progress = std::function<void(const std::string&)>;
 // Runs the search. `jobs`: threads.
 StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress);
 
-// Contents of report.json (schema 1), and the data of the page's plots.
+// Contents of report.json, and the data of the page's plots.
 nlohmann::ordered_json make_stand_report(const StandProblem& problem, const StandOutcome& outcome);
 nlohmann::ordered_json make_stand_series(const StandProblem& problem, const StandOutcome& outcome);
 

@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/report/finding_head.h"
+#include "diagnosis/data/held_out.h"
+#include "diagnosis/findings/grading.h"
+#include "diagnosis/report/json.h"
 #include "diagnosis/toss/search.h"
 
 namespace hrp::diagnosis::toss {
@@ -34,14 +36,14 @@ std::string get_unit(const TossRow& row, size_t i) {
   return unit.empty() ? row.unit : unit;
 }
 
-Json make_parameters(const Effect& effect, const std::vector<double>& std) {
+std::vector<Estimate> list_parameters(const Effect& effect, const std::vector<double>& std) {
   const TossRow& row = get_toss_row(effect);
-  Json out;
+  std::vector<Estimate> out;
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const EffectParameter& parameter = *row.parameters[i].info;
     const std::string unit = get_unit(row, i);
-    if (is_scalar(row, i)) out[parameter.name] = make_value(effect.p[i], std[i], unit);
-    else if (parameter.axis == 0) out[parameter.name] = make_vector({&effect.p[i], &effect.p[i] + 3}, {&std[i], &std[i] + 3}, unit);
+    if (is_scalar(row, i)) out.push_back(make_one(parameter.name, unit, effect.p[i], std[i]));
+    else if (parameter.axis == 0) out.push_back({parameter.name, unit, {&effect.p[i], &effect.p[i] + 3}, {&std[i], &std[i] + 3}, true});
   }
   return out;
 }
@@ -104,8 +106,8 @@ const char* get_regime_name(Regime regime) {
   return regime == Regime::kImpact ? "impact" : regime == Regime::kContact ? "sliding, rolling or rest" : "flight";
 }
 
-Json make_mismatch(const TossProblem& problem, const TossOutcome& outcome, const Left& before) {
-  Json list = Json::array();
+std::vector<Mismatch> list_mismatches(const TossProblem& problem, const TossOutcome& outcome, const Left& before) {
+  std::vector<Mismatch> list;
   if (!outcome.mismatch) return list;
   std::vector<size_t> order(problem.windows.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -122,11 +124,8 @@ Json make_mismatch(const TossProblem& problem, const TossOutcome& outcome, const
         sum += std::pow(before.by_toss[w.toss][6 * k + static_cast<size_t>(s)], 2);
       if (sum > worst) worst = sum, signal = s;
     }
-    list.push_back({{"signal", kSignals[signal]},
-                    {"recording", t.file},
-                    {"score", std::sqrt(outcome.nominal.misfit[order[i]])},
-                    {"intervals", {{t.time[w.first], t.time[w.first + w.count - 1]}}},
-                    {"regime", get_regime_name(before.worst[order[i]])}});
+    list.push_back({kSignals[signal], t.file, std::sqrt(outcome.nominal.misfit[order[i]]), {{t.time[w.first], t.time[w.first + w.count - 1]}},
+                    get_regime_name(before.worst[order[i]])});
   }
   return list;
 }
@@ -138,57 +137,50 @@ std::vector<double> find_widths(const TossFit& fit, size_t effect) {
   return widths;
 }
 
-Json make_finding(const TossProblem& problem, const Effect& effect, const std::vector<double>& widths, double probability,
-                  const std::string& rest) {
+Finding make_toss_finding(const TossProblem& problem, const Effect& effect, const std::vector<double>& widths, double probability,
+                          const std::string& rest) {
   const EffectInfo& info = get_effect(effect.id);
-  return {{"effect", info.name},
-          {"where", make_where(problem, effect.id)},
-          {"parameters", make_parameters(effect, widths)},
-          {"probability", probability},
-          {"statement", info.name + ": " + info.phrase + " (" + describe(problem, effect, widths) + "). " + rest}};
+  Finding f = make_finding(info, make_where(problem, effect.id), list_parameters(effect, widths));
+  f.probability = probability;
+  f.statement = info.name + ": " + info.phrase + " (" + describe(problem, effect, widths) + "). " + rest;
+  return f;
 }
 
 // A finding that passes all tests but may stand in for impacts that differ from the model's law.
-Json make_doubted(const TossProblem& problem, const TossTrial& trial) {
+Finding make_doubted(const TossProblem& problem, const TossTrial& trial) {
   const size_t last = trial.fit.hypothesis.size() - 1;
-  Json finding = make_finding(problem, trial.fit.hypothesis[last], find_widths(trial.fit, last), 0.5,
-                              std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
-  finding["grade"] = get_grade_name(Grade::kAmbiguous);
+  Finding f = make_toss_finding(problem, trial.fit.hypothesis[last], find_widths(trial.fit, last), 0.5,
+                                std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
+  f.grade = Grade::kAmbiguous;
   const EffectInfo& law = get_effect(EffectId::kRestitution);
-  finding["alternatives"] = Json::array({state_alternative(law, make_where(problem, law.id), Json::object())});
-  finding["alternatives"][0]["motion_that_would_tell"] = "the body swung as a pendulum, or turned by a known torque";
-  return finding;
+  f.alternatives = {make_alternative(law, make_where(problem, law.id), {}, "the body swung as a pendulum, or turned by a known torque")};
+  return f;
 }
 
-Json make_findings(const TossProblem& problem, const TossOutcome& outcome) {
-  Json list = Json::array();
-  const TossFit& fit = outcome.chosen;
-  for (size_t e = 0; e < fit.hypothesis.size(); ++e) {
-    const Effect& effect = fit.hypothesis[e];
-    const EffectInfo& info = get_effect(effect.id);
-    if (!info.reported) continue;  // poses do not show what slows a body in flight
+std::vector<Finding> list_findings(const TossProblem& problem, const TossOutcome& outcome, const Fit& fit) {
+  std::vector<Finding> list;
+  const Hypothesis& chosen = outcome.chosen.hypothesis;
+  for (size_t e = 0; e < chosen.size(); ++e) {
+    if (!get_effect(chosen[e].id).reported) continue;  // poses do not show what slows a body in flight
     const std::string rest =
         outcome.explained
             ? "With it what is left is noise."
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
-    list.push_back(make_finding(problem, effect, find_widths(fit, e), outcome.explained ? 0.98 : 0.9, rest));
-    const auto share = outcome.shares.find(effect.id);
-    if (share != outcome.shares.end()) list.back()["share"] = std::round(1000.0 * share->second) / 1000.0;
+    list.push_back(make_toss_finding(problem, chosen[e], find_widths(outcome.chosen, e), outcome.explained ? 0.98 : 0.9, rest));
+    list.back().share = list.back().weight = outcome.shares.at(chosen[e].id);
   }
-  for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial));
+  const double each = calc_explained(fit) / static_cast<double>(list.size() + outcome.doubted.size());  // nothing tells theirs
+  for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial)), list.back().share = list.back().weight = each;
   return list;
 }
 
-Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, const Left& after) {
-  Json list = Json::array();
+std::vector<Unexplained> list_unexplained(const TossProblem& problem, const TossOutcome& outcome, const Left& after) {
+  std::vector<Unexplained> list;
   const Hypothesis& found = outcome.chosen.hypothesis;
   if (std::any_of(found.begin(), found.end(), [](const auto& e) { return !get_effect(e.id).reported; })) {
-    list.push_back(
-        {{"where", {{"link", problem.nominal.body.links[0].name}}},
-         {"depends_on", {"velocity"}},
-         {"statement",
-          "The body loses speed in flight in proportion to it; what does that (air, a thread) the poses do not say."}});
+    list.push_back({{{"link", problem.nominal.body.links[0].name}}, {"velocity"},
+                    "The body loses speed in flight in proportion to it; what does that (air, a thread) the poses do not say."});
   }
   if (!outcome.mismatch || outcome.explained) return list;
   double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0};
@@ -209,25 +201,25 @@ Json make_unexplained(const TossProblem& problem, const TossOutcome& outcome, co
   text += worst == static_cast<size_t>(Regime::kImpact)
               ? ". Impacts of rigid bodies with one restitution and one friction do not describe it."
               : ".";
-  list.push_back({{"where", where}, {"depends_on", {worst == 2 ? "time" : "velocity"}}, {"statement", text}});
+  list.push_back({where, {worst == 2 ? "time" : "velocity"}, text});
   return list;
 }
 
-Json make_not_identifiable(const TossProblem& problem) {
-  Json list = Json::array();
-  list.push_back(make_untold("mass_error", nullptr,
-                             "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a "
-                             "factor in mass and inertia moves alike.",
-                             "a push of known force, a spring, or a toss onto a force plate"));
+std::vector<NotIdentifiable> list_not_identifiable(const TossProblem& problem) {
+  std::vector<NotIdentifiable> list;
+  list.push_back({"mass_error", nullptr,
+                  "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a factor in mass and "
+                  "inertia moves alike.",
+                  "a push of known force, a spring, or a toss onto a force plate"});
   if (!problem.has_linear && !problem.has_angular) {
-    list.push_back(make_untold("sensor_delay", nullptr, "Without a second, independent sensor a delay of all poses only shifts time.",
-                               "any toss with an inertial sensor on the body"));
+    list.push_back({"sensor_delay", nullptr, "Without a second, independent sensor a delay of all poses only shifts time.",
+                    "any toss with an inertial sensor on the body"});
   }
   return list;
 }
 
-Json make_per_signal(const TossProblem& problem, const Left& before, const Left& after) {
-  Json out = Json::object();
+std::vector<SignalFit> list_fits(const TossProblem& problem, const Left& before, const Left& after) {
+  std::vector<SignalFit> out;
   for (size_t s = 0; s < 6; ++s) {
     double mean = 0.0, square = 0.0, count = 0.0;
     for (const Toss& t : problem.tosses) {
@@ -238,8 +230,8 @@ Json make_per_signal(const TossProblem& problem, const Left& before, const Left&
     }
     const double spread = std::sqrt(std::max(1e-18, square / count - mean * mean / (count * count)));
     const double noise = s < 3 ? problem.sigma_p : problem.sigma_R;
-    out[kSignals[s]] = {{"before", noise * calc_score(problem, before, -1, -1, static_cast<int>(s)) / spread},
-                        {"after", noise * calc_score(problem, after, -1, -1, static_cast<int>(s)) / spread}};
+    out.push_back({kSignals[s], "", noise * calc_score(problem, before, -1, -1, static_cast<int>(s)),
+                   noise * calc_score(problem, after, -1, -1, static_cast<int>(s)), spread});
   }
   return out;
 }
@@ -260,32 +252,28 @@ Json make_trace(const Toss& t, const std::vector<double>& before, const std::vec
 
 Json make_toss_report(const TossProblem& problem, const TossOutcome& outcome) {
   const Left before = calc_left(problem, outcome.nominal), after = calc_left(problem, outcome.chosen);
-  Json report{{"schema", 1}};
-  report["verdict"] = name_verdict(outcome.mismatch, outcome.explained, outcome.partly);
-  report["mismatch"] = make_mismatch(problem, outcome, before);
-  report["findings"] = make_findings(problem, outcome);
-  if (outcome.partly && report["findings"].empty()) report["verdict"] = "unexplained";
-  report["unexplained"] = make_unexplained(problem, outcome, after);
-  report["not_identifiable"] = make_not_identifiable(problem);
-  report["fit"] = {{"train", {{"before", outcome.nominal.train}, {"after", outcome.chosen.train}}},
-                   {"validate", {{"before", outcome.nominal.validate}, {"after", outcome.chosen.validate}}},
-                   {"per_signal", make_per_signal(problem, before, after)}};
-  report["prediction"] = {
-      {"method",
-       "simulated flight and rigid contact over windows one after the other; the start state of each window is "
-       "estimated from the window, before and after alike, and taken off the degrees of freedom"},
-      {"without_the_worst_twentieth",
-       {{"before", std::max(outcome.nominal.typical_train, outcome.nominal.typical_validate)},
-        {"after", std::max(outcome.chosen.typical_train, outcome.chosen.typical_validate)}}},
-      {"horizon", problem.horizon},
-      {"windows", problem.windows.size()},
-      {"noise",
-       {{"position", problem.sigma_p},
-        {"turn", problem.sigma_R},
-        {"slow_height", problem.slow_p},
-        {"slow_tilt", problem.slow_R}}}};
-  report["warnings"] = problem.experiment->warnings;
-  for (const std::string& note : problem.notes) report["warnings"].push_back(note);
+  Evidence evidence;
+  evidence.fit = {outcome.nominal.train, outcome.chosen.train, outcome.nominal.validate, outcome.chosen.validate, list_fits(problem, before, after)};
+  evidence.findings = list_findings(problem, outcome, evidence.fit);
+  evidence.verdict = find_verdict(outcome.mismatch, outcome.explained, outcome.partly && !evidence.findings.empty());
+  evidence.mismatch = list_mismatches(problem, outcome, before);
+  evidence.unexplained = list_unexplained(problem, outcome, after);
+  evidence.not_identifiable = list_not_identifiable(problem);
+  evidence.method = "simulated flight and rigid contact over windows one after the other; the start state of each window is "
+                    "estimated from the window, before and after alike, and taken off the degrees of freedom";
+  evidence.horizon = problem.horizon;
+  evidence.warnings = problem.experiment->warnings;
+  evidence.warnings.insert(evidence.warnings.end(), problem.notes.begin(), problem.notes.end());
+  Json report = make_graded_report(has_held_out(problem.experiment->recordings), evidence);
+  report["prediction"].update({{"without_the_worst_twentieth",
+                                {{"before", std::max(outcome.nominal.typical_train, outcome.nominal.typical_validate)},
+                                 {"after", std::max(outcome.chosen.typical_train, outcome.chosen.typical_validate)}}},
+                               {"windows", problem.windows.size()},
+                               {"noise",
+                                {{"position", problem.sigma_p},
+                                 {"turn", problem.sigma_R},
+                                 {"slow_height", problem.slow_p},
+                                 {"slow_tilt", problem.slow_R}}}});
   return report;
 }
 

@@ -47,7 +47,7 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
     for (const Json& f : findings) {
       if (f["effect"] == name && f["where"] == where) grade = f["grade"].get<std::string>() + describe_difference(effect.p, f);
     }
-    Json parameters = make_parameters(e, effect, {});
+    Json parameters = make_estimates(list_estimates(e, effect, {}));
     for (Json& p : parameters) p = Json(p["value"]);  // the search's own, which have no intervals
     parameters.update(list_also_fitted(effect));
     list.push_back({{"effect", name}, {"where", where}, {"parameters", parameters}, {"grade", grade}});

@@ -182,7 +182,7 @@ TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
   for (const double ground : {5e4, 1e5, 1e9}) {
     Effect e{EffectId::kFootCompliance, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(2 * kFootParameters, 1e-6)};
     for (size_t f = 0; f < 2; ++f) e.p[f * kFootParameters] = e.p[f * kFootParameters + 2] = 1 / 1000.0 + 1 / ground;
-    const Json k = make_parameters(p, e, std, 0)["k_pitch"];
+    const Json k = make_estimates(make_parameters(p, e, std, 0))["k_pitch"];
     EXPECT_LE(k["ci95"][0].get<double>(), 1000) << ground;
     EXPECT_GE(k["ci95"][1].get<double>(), 1000) << ground;
     EXPECT_LT(k["ci95"][1].get<double>() - k["ci95"][0].get<double>(), 50) << ground;  // and stay of use: 5 %

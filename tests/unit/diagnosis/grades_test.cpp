@@ -6,7 +6,7 @@
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/findings/odd_sizes.h"
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/report/report.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -37,10 +37,11 @@ TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
 // A late accelerometer beside a slope that took everything was `certain`.
 TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
   const auto judge = [](double share) {
-    const Json delay{{"effect", "sensor_delay"}, {"where", {{"sensor", "/imu/waist"}}}, {"share", share}, {"parameters", Json::object()}};
-    Json report{{"schema", 1}, {"verdict", "explained"}, {"fit", {{"validate", {{"before", 9.8}, {"after", 0.7}}}}}, {"findings", {delay}}};
-    upgrade_report(&report, true);
-    return report["findings"][0]["grade"].get<std::string>();
+    Evidence evidence;
+    evidence.verdict = Verdict::kExplained, evidence.fit.validate_before = 9.8, evidence.fit.validate_after = 0.7;
+    evidence.findings = {make_finding(get_effect(EffectId::kSensorDelay), {{"sensor", "/imu/waist"}}, {})};
+    evidence.findings[0].share = share;
+    return make_graded_report(true, evidence)["findings"][0]["grade"].get<std::string>();
   };
   EXPECT_EQ(judge(0.0), "ambiguous");
   EXPECT_EQ(judge(0.2), "certain");
@@ -48,9 +49,11 @@ TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
 
 // A standing robot with one recording ended the program here, behind the search.
 TEST(Grades, WithoutHeldOutRecordingsTheFittedOnesSayWhatIsExplained) {
-  const Json zero{{"effect", "joint_offset"}, {"where", {{"joint", "knee"}}}, {"parameters", Json::object()}};
-  Json report{{"schema", 1}, {"verdict", "explained"}, {"fit", {{"train", {{"before", 9.8}, {"after", 1.0}}}}}, {"findings", {zero}}};
-  upgrade_report(&report, false);
+  Evidence evidence;
+  evidence.verdict = Verdict::kExplained, evidence.fit.train_before = 9.8, evidence.fit.train_after = 1.0;
+  evidence.findings = {make_finding(get_effect(EffectId::kJointOffset), {{"joint", "knee"}}, {})};
+  evidence.findings[0].share = 1.0;
+  const Json report = make_graded_report(false, evidence);
   EXPECT_EQ(report["explained"], 1.0);
   EXPECT_EQ(report["findings"][0]["grade"], "supported");
 }

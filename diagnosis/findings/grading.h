@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Converts reports of schema 1 to schema 2.
+// Grades by what a report says as a whole.
 #pragma once
 
 #include "diagnosis/findings/finding.h"
 
 namespace hrp::diagnosis {
 
-// Adds the fields of schema 2: grade, family, share, ceiling and others. Findings are certain; supported without
-// held-out recordings or unless all is explained; ambiguous if an interval contains the neutral value or another family
-// fits as well. Recordings that could not be judged get the verdict `not_judged`.
-void upgrade_report(nlohmann::ordered_json* report, bool has_held);
+// Share of the squares above the noise that findings remove: of held-out recordings, or of all if none is held out.
+double calc_explained(const Fit& fit);
+
+// The report of a search for single effects; fills `explained` and `ceiling`. Findings that are not ambiguous already are
+// certain; supported without held-out recordings or unless all is explained; ambiguous if they remove nothing, if an interval
+// contains the neutral value, or if another family fits as well.
+nlohmann::ordered_json make_graded_report(bool has_held, Evidence evidence);
 
 // Whether a finding's interval has this value in it; false for what is no interval.
 bool holds(const nlohmann::ordered_json& interval, double value);

@@ -1,26 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/findings/schema2.h"
+#include "diagnosis/findings/grading.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "common/effects/effect_info.h"
-#include "diagnosis/findings/families.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Share of the squares above the noise that the findings remove: of held-out recordings, or of all if none is held out.
-double find_explained(const Json& report) {
-  if (report["findings"].empty()) return 0.0;
-  const Json& fits = report["fit"];
-  const Json fit = fits.value(fits.contains("validate") ? "validate" : "train", Json::object());
-  const double before = fit.value("before", 0.0), after = fit.value("after", 0.0);
-  const double above = before * before - 1.0;
-  return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
-}
 
 // True if the intervals of all components contain the value.
 bool all_hold(const Json& intervals, double value) {
@@ -41,31 +30,34 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// True if the finding's own share was found, and it is none: the held-out recordings are as well explained without it.
-bool takes_nothing(const Json& finding) { return finding.contains("share") && finding["share"].get<double>() <= 0.0; }
-
-// Grade of a finding. Nothing is certain without held-out recordings or while something else is missing. If another
-// family fits as well, both are ambiguous, and so is what takes nothing away.
-const char* find_grade(const Json& finding, bool may_be_certain) {
-  const std::string own = find_family_name(finding["effect"].get<std::string>());
-  const Json others = finding.value("alternatives", Json::array());
-  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return find_family_name(a["effect"].get<std::string>()) != own; });
-  if (rivalled || may_be_absent(finding) || takes_nothing(finding)) return get_grade_name(Grade::kAmbiguous);
-  return get_grade_name(may_be_certain ? Grade::kCertain : Grade::kSupported);
-}
-
-void upgrade_finding(double share, bool may_be_certain, Json* finding) {
-  Json& f = *finding;
-  if (!f.contains("grade")) f["grade"] = find_grade(f, may_be_certain);
-  if (!f.contains("family")) f["family"] = find_family_name(f["effect"].get<std::string>());
-  if (!f.contains("share")) f["share"] = std::round(1000.0 * share) / 1000.0;
-  if (!f.contains("alternatives")) f["alternatives"] = Json::array();
-  for (Json& a : f["alternatives"]) {
-    if (!a.contains("family")) a["family"] = find_family_name(a["effect"].get<std::string>());
-  }
+// Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, both are
+// ambiguous, and so is what takes nothing away.
+Grade find_grade(const Json& finding, bool may_be_certain) {
+  const Json& others = finding["alternatives"];
+  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return a["family"] != finding["family"]; });
+  if (rivalled || may_be_absent(finding) || finding["share"].get<double>() <= 0.0) return Grade::kAmbiguous;
+  return may_be_certain ? Grade::kCertain : Grade::kSupported;
 }
 
 }  // namespace
+
+double calc_explained(const Fit& fit) {
+  const bool held = fit.validate_before > 0.0;
+  const double before = held ? fit.validate_before : fit.train_before, after = held ? fit.validate_after : fit.train_after;
+  const double above = before * before - 1.0;
+  return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
+}
+
+Json make_graded_report(bool has_held, Evidence evidence) {
+  const bool explained = evidence.verdict == Verdict::kExplained;
+  evidence.explained = evidence.findings.empty() ? 0.0 : calc_explained(evidence.fit);
+  evidence.ceiling = explained ? 1.0 : evidence.explained;
+  Json report = make_report(evidence);
+  for (Json& f : report["findings"]) {
+    if (f["grade"] != get_grade_name(Grade::kAmbiguous)) f["grade"] = get_grade_name(find_grade(f, has_held && explained));
+  }
+  return report;
+}
 
 bool holds(const Json& interval, double value) {
   return interval.is_array() && interval.size() == 2 && interval[0].is_number() && interval[1].is_number() &&
@@ -107,20 +99,6 @@ void list_once(Json* report) {
     if (std::none_of(list.begin(), list.end(), same)) list.push_back(entry);
   }
   (*report)["not_identifiable"] = list;
-}
-
-void upgrade_report(Json* report, bool has_held) {
-  Json& r = *report;
-  if (r.value("schema", 1) == 2) return;
-  r["schema"] = 2;
-  const double explained = find_explained(r);
-  const double each = explained / std::max<double>(1.0, static_cast<double>(r["findings"].size()));
-  const bool may_be_certain = has_held && r["verdict"] == "explained";
-  for (Json& f : r["findings"]) upgrade_finding(each, may_be_certain, &f);
-  if (!r.contains("remaining")) r["remaining"] = Json::array();
-  if (!r.contains("ceiling")) r["ceiling"] = r["verdict"] == "explained" ? 1.0 : explained;
-  if (!r.contains("explained")) r["explained"] = explained;
-  if (!r.contains("missing")) r["missing"] = Json::array();
 }
 
 }  // namespace hrp::diagnosis
