@@ -18,7 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kHigh = 0.95;               // quantile that counts as the largest speed and acceleration
 
 // Terms that every drive has, its gain and a constant torque; friction first.
 std::vector<const TermRow*> make_columns() {
@@ -133,8 +132,8 @@ Json make_motion_checks(const Experiment& e) {
     list.push_back({{"joint", joint.name},
                     {"unit", get_joint_unit(joint, "rad")},
                     {"travel", round_to(m.high - m.low, 3)},
-                    {"speed", round_to(find_quantile(std::move(m.speed), kHigh), 3)},
-                    {"acceleration", round_to(find_quantile(std::move(m.acceleration), kHigh), 3)},
+                    {"speed", round_to(find_quantile(std::move(m.speed), 1.0 - kMinor), 3)},
+                    {"acceleration", round_to(find_quantile(std::move(m.acceleration), 1.0 - kMinor), 3)},
                     {"load", {round_to(m.least_load, 3), round_to(m.most_load, 3)}},
                     {"reversals", m.half_cycles},
                     {"effort", get_source_words(data.source[static_cast<size_t>(j)])},

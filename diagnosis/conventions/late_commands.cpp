@@ -12,6 +12,7 @@
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -24,7 +25,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kSteps = 20;         // delays to try up to the longest: 5 ms
-constexpr double kDelayCost = 6.0; // [nats] of a fault of the log that is rare, as of a late effort
 constexpr int kSigned = 3;         // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
 
 // Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first three is
@@ -149,7 +149,7 @@ LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (!late.any() && !rate.any()) return {};
   const ListFit as_logged = fit_list(e, jobs);
   const auto judge = [&](const LateCommands& c) { return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0; };
-  const double of_delay = judge(late) - kDelayCost, of_rate = judge(rate);
+  const double of_delay = judge(late) - kWholeGain, of_rate = judge(rate);
   if (std::max(of_delay, of_rate) < kConventionNats) return {};
   rate.delay = late.delay, rate.std = late.std;
   LateCommands best = of_rate >= of_delay ? rate : late;

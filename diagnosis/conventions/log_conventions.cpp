@@ -27,7 +27,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRoot = 0.9;       // sine of the angle between a first joint's axis and the plumb line
 
 // Standard deviation: the bracket is where the scale can be at all.
 double calc_std(const EffortUnit& unit) {
@@ -177,7 +176,7 @@ bool is_first_and_level(const Experiment& e, int joint) {
   const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
   if (link.parent > 0) return false;
   const Vector3d axis_W = link.joint.X_PF.R * link.joint.axis_F, down_W = e.scenario.gravity_W.normalized();
-  return axis_W.normalized().cross(down_W).norm() > kRoot;
+  return axis_W.normalized().cross(down_W).norm() > kNearlyAll;
 }
 
 // Another zero turns the last link's centre of mass about the joint's axis, which is the same motion of the same weight. A centre

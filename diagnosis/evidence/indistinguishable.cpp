@@ -16,9 +16,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kExcess = 0.15;  // of a level: static friction may be that much larger before Stribeck is listed
-// Factor on the log's ripple over position [N m]. A bias must exceed it, because a ripple has a nonzero mean over any
-// limited range of positions.
-constexpr double kBeyondRipple = 2.0;
 // Travel [rad] that contains at least three periods of the torque ripple of a geared motor. Within less travel, ripple
 // (cogging) can look like a bias and becomes an alternative.
 constexpr double kManyPeriods = 0.5;
@@ -156,7 +153,8 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
                   {make_one("scale", "1", log.scale, log.scale_std)},
                   "the stated gains may be wrong instead: hold a known mass and read the effort"));
   }
-  if (!log.is_biased() || std::abs(log.bias) < kBeyondRipple * log.wavers) return list;
+  // A ripple has a mean over any limited range of positions.
+  if (!log.is_biased() || std::abs(log.bias) < kAboveNoise * log.wavers) return list;
   add(EffectId::kSensorBias, make_one("value", "N m", log.bias, log.bias_std),
       "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
   if (log.travel > kManyPeriods) return list;

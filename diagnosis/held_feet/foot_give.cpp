@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -15,7 +16,6 @@ namespace {
 
 constexpr double kBlock = 0.1;       // [s] longer than what is left of a height stays alike
 constexpr double kZero = 0.02;       // [rad or m] standard deviation of an encoder's zero
-constexpr int kParts = 4;            // of each recording, compared with the whole
 
 // Samples of a loaded foot. Columns of x: 1 for each recording, -F_z, dz/dq of every joint.
 struct Heights {
@@ -52,7 +52,7 @@ void add_recording(const Experiment& e, const LoadedFoot& foot, const Recording&
     out->z.push_back(z[k]), out->x.push_back(x);
     const double at = r.time[k] - r.time[0];
     out->block.push_back(static_cast<int>(column) * 1000000 + static_cast<int>(at / kBlock));
-    out->part.push_back(static_cast<int>(column) * kParts + std::min(kParts - 1, static_cast<int>(kParts * at / r.duration())));
+    out->part.push_back(static_cast<int>(column) * kStretches + std::min(kStretches - 1, static_cast<int>(kStretches * at / r.duration())));
   }
 }
 
@@ -115,7 +115,7 @@ double calc_spread(const Heights& h, const std::vector<char>& use) {
 }
 
 bool is_same_in_parts(const Heights& h, const std::vector<char>& use, double noise, const Slope& whole) {
-  for (int part = 0; part < h.recordings * kParts; ++part) {
+  for (int part = 0; part < h.recordings * kStretches; ++part) {
     std::vector<char> own = use;
     for (size_t k = 0; k < own.size(); ++k) own[k] = own[k] && h.part[k] == part;
     const Slope here = fit(h, own, noise);

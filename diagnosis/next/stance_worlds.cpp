@@ -12,13 +12,14 @@
 #include "diagnosis/next/explanations.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/stance_rivals.h"
+#include "diagnosis/next/torque_worlds.h"
 #include "diagnosis/report/report.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 // Simulations along every motion: of rivals, and of values that change by a step.
-constexpr size_t kMostRivalWorlds = 8, kMostValues = 12;
+constexpr size_t kMostValues = 12;
 
 std::string make_label(const Json& effects) {
   std::string text;
@@ -213,8 +214,8 @@ class Maker {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       Json together = rest;
       together.push_back(other);
-      if (out_.list.size() <= kMostRivalWorlds) add(together);
-      else if (++left_out_ == 1) out_.remarks.push_back("only the first " + std::to_string(kMostRivalWorlds) + " alternatives were simulated");
+      if (out_.list.size() <= kMostRivals) add(together);
+      else if (++left_out_ == 1) out_.remarks.push_back("only the first " + std::to_string(kMostRivals) + " alternatives were simulated");
     }
   }
 
@@ -259,7 +260,7 @@ class Maker {
       if (travel < kStill) still.push_back({travel, j});
     }
     std::stable_sort(still.begin(), still.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostRivalWorlds; ++i) {
+    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostRivals; ++i) {
       for (const Effect& friction : make_hidden_friction(e_, still[i].second)) {
         Json parameters = Json::object();
         const std::vector<EffectParameter>& infos = list_infos(friction.id);

@@ -14,7 +14,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kLargestToldSet = 3;  // effects
 
 // Adds the systematic parts to the intervals. The residual above the noise may be correlated with a parameter in every
 // stretch. Integrators and details of laws agree to kAgreement at best.
@@ -101,7 +100,7 @@ void add_close_intervals(const Searched& searched, Trials* trials, Outcome* outc
   if (outcome->explained || !find_told_closest(searched.problem, *outcome)) return;
   const double limit = (1.0 + kMinority) * (1.0 - kNearlyAll) * outcome->nominal.rms;
   for (Trial& t : outcome->rivals) {
-    if (!t.refined || t.hypothesis.empty() || t.hypothesis.size() > kLargestToldSet || !(t.rms < limit)) continue;
+    if (!t.refined || t.hypothesis.empty() || t.hypothesis.size() > kLargestSet || !(t.rms < limit)) continue;
     trials->finish(&t);
     widen(searched.problem.train.size(), &t);
     normalise(&t.hypothesis);
@@ -122,7 +121,7 @@ void choose_outcome(const Searched& searched, Trials* trials, Outcome* outcome) 
 }
 
 const Trial* find_closest(const Outcome& outcome) {
-  for (size_t size = 1; size <= kLargestToldSet; ++size) {
+  for (size_t size = 1; size <= kLargestSet; ++size) {
     const std::vector<const Trial*> close = list_close(outcome, size, (1.0 - kNearlyAll) * outcome.nominal.rms);
     if (close.empty()) continue;
     const std::vector<const Trial*> equal = list_close(outcome, size, (1.0 + kDetail) * close.front()->rms);

@@ -6,13 +6,13 @@
 
 #include "common/spatial/turn.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
 
 constexpr size_t kFlight = 5;         // poses of a flight; a quadratic leaves two to check the fit
-constexpr double kSmooth = 4.0;       // limit of the residual, in units of the noise
 constexpr double kImpactSpeed = 0.3;  // [m/s] weaker impacts change the motion too little
 constexpr size_t kLeast = 8, kLeastRests = 4;  // least numbers of values for a median with an error
 
@@ -33,7 +33,7 @@ struct Stretch {
 Stretch look_at(const TossProblem& problem, const Toss& toss, size_t begin, size_t at) {
   Stretch stretch{false, at, calc_local_motion(problem, toss, begin, begin + kFlight, at)};
   const Vector3d& g = problem.nominal.gravity_W;
-  stretch.flies = stretch.motion.misfit < kSmooth && (stretch.motion.a - g).norm() < kMinority * g.norm();
+  stretch.flies = stretch.motion.misfit < kOutlier && (stretch.motion.a - g).norm() < kMinority * g.norm();
   return stretch;
 }
 
@@ -123,7 +123,7 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
     LocalMotion fall;
     for (size_t n = 2 * kFlight; n <= toss.p.size(); ++n) {
       const LocalMotion m = calc_local_motion(problem, toss, 0, n, 0);
-      if (m.misfit > kSmooth || (m.a - problem.nominal.gravity_W).norm() > kMinority * g) break;
+      if (m.misfit > kOutlier || (m.a - problem.nominal.gravity_W).norm() > kMinority * g) break;
       count = n, fall = m;
     }
     if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));

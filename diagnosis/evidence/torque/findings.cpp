@@ -28,6 +28,7 @@
 #include "diagnosis/evidence/torque/words.h"
 #include "diagnosis/evidence/unlisted_friction.h"
 #include "diagnosis/search/relation.h"
+#include "diagnosis/search/search.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -35,7 +36,6 @@ namespace {
 // From fewer independent samples no model learns, so that nothing is predicted proves nothing.
 constexpr double kToLearn = 10.0;
 constexpr int kSeveral = 3;  // least number of joints; with fewer, it may be the single effect of a clean world
-constexpr int kFew = 3;      // most drive effects in a set of a few effects
 
 class Judge {
  public:
@@ -365,15 +365,16 @@ class Judge {
 }  // namespace
 
 bool may_have_real_drives(const TorqueVerdict& torque) {
-  return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
+  return torque.judged && torque.exact <= (1.0 - kMajority) * torque.joints;
 }
 
 bool has_real_drives(const TorqueVerdict& torque) {
+  constexpr auto few = static_cast<int>(kLargestSet);
   if (!torque.judged) return false;
-  if (torque.drive_terms > kFew && torque.with_drives >= kEveryDrive * torque.joints) return true;
-  if (torque.joints < kSeveral || torque.any_drives < kEveryDrive * torque.joints) return false;
+  if (torque.drive_terms > few && torque.with_drives >= kMajority * torque.joints) return true;
+  if (torque.joints < kSeveral || torque.any_drives < kMajority * torque.joints) return false;
   // Of many joints some may hardly move: what little they miss is noise, on real robots too.
-  return torque.exact == 0 ? torque.with_drives > 0 : torque.with_drives > kFew && may_have_real_drives(torque);
+  return torque.exact == 0 ? torque.with_drives > 0 : torque.with_drives > few && may_have_real_drives(torque);
 }
 
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs) {

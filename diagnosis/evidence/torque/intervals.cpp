@@ -14,7 +14,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kInstant = 0.5;         // [samples] uncertain offset between effort and position
-constexpr double kFewest = 3.0;          // independent samples that a part needs
 constexpr size_t kParts = 4;             // parts by each quantity except recordings
 
 using Rows = std::vector<long>;
@@ -44,7 +43,7 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
     for (const Rows& part : parts) {
       double xx = 0.0, xy = 0.0, yy = 0.0;
       for (long k : part) xx += all.x(k, c) * all.x(k, c), xy += all.x(k, c) * left[k], yy += left[k] * left[k];
-      if (!(xx > 0.0) || static_cast<double>(part.size()) < kFewest * correlated) continue;
+      if (!(xx > 0.0) || static_cast<double>(part.size()) < static_cast<double>(kFewestToAgree) * correlated) continue;
       values.push_back(xy / xx);
       variances.push_back(correlated * yy / static_cast<double>(part.size()) / xx);
     }

@@ -8,6 +8,7 @@
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
@@ -25,7 +26,6 @@ constexpr double kUnits = 1.7;       // factor of the weight beyond which forces
 constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
 constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
 constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
-constexpr size_t kQuarters = 4, kFewestParts = 3;  // of one recording, to say how well they agree
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
 // What rows have, by phase, by block: sum, count.
@@ -178,8 +178,8 @@ class WeightChecker {
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
     for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
-    const size_t count = parts.size() == 1 ? std::min(kQuarters, parts[0].size() / static_cast<size_t>(kRowsOfBlock)) : 0;
-    if (count < kFewestParts) return parts;
+    const size_t count = parts.size() == 1 ? std::min(static_cast<size_t>(kStretches), parts[0].size() / static_cast<size_t>(kRowsOfBlock)) : 0;
+    if (count < kFewestToAgree) return parts;
     const std::vector<double> whole = std::move(parts[0]);
     parts.clear();
     for (size_t q = 0; q < count; ++q) {

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -73,8 +74,6 @@ std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>
 
 namespace {
 
-constexpr double kQuickest = 0.05;  // quantile of the samples between two changes that is the sensor's period
-
 // Samples from one change of a sensor's reading to the next, and the reading.
 struct Run {
   size_t begin = 0, end = 0;
@@ -105,7 +104,8 @@ std::vector<char> find_readings(const std::vector<const std::vector<double>*>& c
   }
   std::vector<char> out = fresh;
   if (lengths.empty()) return out;
-  const auto period = static_cast<size_t>(std::max(1.0, std::round(find_quantile(lengths, kQuickest))));
+  // The quickest changes are the sensor's period.
+  const auto period = static_cast<size_t>(std::max(1.0, std::round(find_quantile(lengths, kMinor))));
   for (const Run& run : runs) {
     const auto at = count.find(run.reading);
     if (at == count.end() || at->second < 2) continue;
