@@ -24,6 +24,4 @@ const EffectInfo& get_late_reading() {
   return *std::find_if(all.begin(), all.end(), [](const EffectInfo& row) { return row.change.of_rate != 0.0; });
 }
 
-bool is_effect(const std::string& name, EffectId id) { return name == get_effect(id).name; }
-
 }  // namespace hrp::diagnosis

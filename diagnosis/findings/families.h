@@ -17,7 +17,4 @@ const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 // The fault of a reading that comes late: it adds in proportion to the reading's rate.
 const EffectInfo& get_late_reading();
 
-// True if `name` is the report's name of the effect.
-bool is_effect(const std::string& name, EffectId id);
-
 }  // namespace hrp::diagnosis
