@@ -38,7 +38,7 @@ bool is_exact_world(const TorqueVerdict& torque) { return torque.joints > 1 && t
 bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
   if (!is_effort_driven(*problem.experiment) || !torque.judged) return false;
   const Trial model = simulate_trial(problem, torque.model);
-  return torque.any_drives >= kMajority * torque.joints && model.validate.ok && model.rms > kFar;
+  return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
 }
 
 // From recorded efforts a simulation is drawn to the recording: nothing is judged by it.

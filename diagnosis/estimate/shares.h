@@ -23,8 +23,6 @@ constexpr double kPart = 0.25;
 constexpr double kMuch = 0.3;
 // Decides between two.
 constexpr double kHalf = 0.5;
-// More than half beyond chance: a robot's drives, most of a search.
-constexpr double kMajority = 0.6;
 
 // The same from the other end.
 constexpr double kLargely = 1.0 - kMuch;

@@ -76,7 +76,7 @@ double find_seen_effort(const Experiment& e, size_t joint) {
 }
 
 double find_effort(const Experiment& e, const JointSpec& joint) {
-  return kNearlyAll * std::min(joint.effort_limit, get_servo_gains(e.scenario, joint.name).effort_limit);
+  return kUsedShare * std::min(joint.effort_limit, get_servo_gains(e.scenario, joint.name).effort_limit);
 }
 
 // Without a stated limit: a step beyond what the drive has given.
@@ -109,7 +109,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));
   }
   limits.lower = std::min(limits.lower, limits.start), limits.upper = std::max(limits.upper, limits.start);
-  limits.speed = kNearlyAll * joint.velocity_limit;
+  limits.speed = kUsedShare * joint.velocity_limit;
   if (!std::isfinite(limits.speed) || limits.speed <= 0.0) {
     limits.speed = kUnknownSpeed;
     remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");

@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "diagnosis/data/recording.h"
-#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 
-// Factor on the commanded speed that the joint itself may reach: commands use nearly all of its largest speed and effort.
-constexpr double kSpeedMargin = 1.0 / kNearlyAll;
+constexpr double kUsedShare = 0.9;                // share of a joint's largest speed and effort that commands use
+constexpr double kSpeedMargin = 1.0 / kUsedShare;  // factor on the commanded speed that the joint itself may reach
 constexpr double kPeriod = 0.004;                 // [s] sampling time of commands
 // A motion should be stopped if a joint differs from its command by this factor times the expected difference, plus
 // this [rad or m]. The robot then has an effect that no explanation contains.

@@ -289,7 +289,7 @@ bool has_losses_everywhere(const Experiment& e, const Json& report) {
     const bool of_drive = std::any_of(rows.begin(), rows.end(), [&](const TermRow& r) { return r.of_motor_and_gear && r.effect->id == effect.id; });
     if (of_drive && effect.place.kind == PlaceKind::kJoint) lossy.insert(e.robot.tree.joint(effect.place.index).name);
   }
-  return !judged.empty() && static_cast<double>(lossy.size()) >= kMajority * static_cast<double>(judged.size());
+  return !judged.empty() && static_cast<double>(lossy.size()) >= kEveryDrive * static_cast<double>(judged.size());
 }
 
 // Reason why no motion can be proposed; empty if one can.

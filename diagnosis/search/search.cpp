@@ -27,6 +27,7 @@ constexpr double kAlike = 1.5;       // ratio of costs that counts as similar
 constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
 constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
 constexpr double kQuietShare = 0.005;  // share of the residual above the noise
+constexpr double kClosely = 0.6;       // share of the work for score tests
 constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
 
 // Counts work from zero; copies of the problem share the counter.
@@ -213,7 +214,7 @@ class Search {
   // best.
   bool look_closer() {
     const size_t size = trials_.best().hypothesis.size();
-    if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kMajority)) return false;
+    if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kClosely)) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
     if (asked.empty() && loosen()) return true;
@@ -268,7 +269,7 @@ class Search {
   // Returns true if the best set improved with one effect exchanged.
   bool exchange_one() {
     const Trial best = trials_.best();
-    if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kMajority)) return false;
+    if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kClosely)) return false;
     if (!exchanged_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i + 1 < best.hypothesis.size(); ++i) {
       progress_("    without " + get_label(e_, best.hypothesis[i]));

@@ -365,14 +365,14 @@ class Judge {
 }  // namespace
 
 bool may_have_real_drives(const TorqueVerdict& torque) {
-  return torque.judged && torque.exact <= (1.0 - kMajority) * torque.joints;
+  return torque.judged && torque.exact <= (1.0 - kEveryDrive) * torque.joints;
 }
 
 bool has_real_drives(const TorqueVerdict& torque) {
   constexpr auto few = static_cast<int>(kLargestSet);
   if (!torque.judged) return false;
-  if (torque.drive_terms > few && torque.with_drives >= kMajority * torque.joints) return true;
-  if (torque.joints < kSeveral || torque.any_drives < kMajority * torque.joints) return false;
+  if (torque.drive_terms > few && torque.with_drives >= kEveryDrive * torque.joints) return true;
+  if (torque.joints < kSeveral || torque.any_drives < kEveryDrive * torque.joints) return false;
   // Of many joints some may hardly move: what little they miss is noise, on real robots too.
   return torque.exact == 0 ? torque.with_drives > 0 : torque.with_drives > few && may_have_real_drives(torque);
 }

@@ -26,6 +26,10 @@ struct TorqueVerdict {
 TorqueVerdict judge_torque(const Experiment& experiment, int jobs);
 TorqueVerdict judge_torque(TorqueData&& data, int jobs);
 
+// Least share of joints with friction or a rotor at which the robot counts as having real drives. Sets of a few effects
+// cannot explain such a robot, as each joint has several effects.
+constexpr double kEveryDrive = 0.6;
+
 // True if friction or rotors are found in most joints, so that sets of a few effects cannot explain the robot.
 bool has_real_drives(const TorqueVerdict& torque);
 // True if at most 40 % of the joints are exact. A faulty sensor that all joints depend on may hide that each has friction.
