@@ -176,7 +176,7 @@ nlohmann::ordered_json make_report(const Evidence& e) {
   Json r;
   r["schema"] = 2;
   r["verdict"] = get_verdict_name(e.verdict);
-  r["summary"] = e.summary;
+  if (!e.summary.empty()) r["summary"] = e.summary;
   r["mismatch"] = Json::array();
   for (const Mismatch& m : e.mismatch) r["mismatch"].push_back(make_mismatch(m));
   r["findings"] = Json::array();

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/estimate/significance.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/report/json.h"
 #include "diagnosis/toss/search.h"
