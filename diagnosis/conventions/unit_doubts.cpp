@@ -151,7 +151,7 @@ void doubt_large_level(const std::string& joint, const std::string& unit, double
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " Or there is none, and " +
                      (scale < 0.0 ? "the log has the other sign: one logged unit is " : "one logged unit is ") + number(scale, 2) + " " + unit + ".";
-    f["alternatives"].push_back(make_alternative(gain, f["where"], {{"scale", round_to(scale, 2)}}));
+    f["alternatives"].push_back(state_alternative(gain, f["where"], {{"scale", round_to(scale, 2)}}));
   }
 }
 
