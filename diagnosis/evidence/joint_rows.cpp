@@ -28,6 +28,7 @@ JointRows::JointRows(const TorqueData& data, int joint) : recordings_(data.recor
 bool JointRows::is_few() const { return train() < kFewest || held() < kFewest; }
 
 Eigen::VectorXd JointRows::solve(const Eigen::VectorXd& y, const Eigen::MatrixXd& X) const {
+  if (X.cols() == 0) return {};  // Eigen's decompositions take no empty matrix
   return X.topRows(train_).colPivHouseholderQr().solve(y.head(train_));
 }
 
