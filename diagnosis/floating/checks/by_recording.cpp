@@ -65,10 +65,9 @@ class RecordingSays {
 
   // Of one column; empty where the equation does not have it.
   std::vector<double> list_column(const ChannelRows& c, int column) const {
-    const auto at = std::find(c.columns.begin(), c.columns.end(), column);
-    if (at == c.columns.end()) return {};
-    const auto k = static_cast<size_t>(at - c.columns.begin());
-    return list(c, [&](size_t i) { return c.row(i)[k]; });
+    const int at = c.find_column(column);
+    if (at < 0) return {};
+    return list(c, [&](size_t i) { return c.row(i)[at]; });
   }
 
   void add_weight() {

@@ -86,12 +86,8 @@ bool has_two(const LeggedLog& log) {
 
 std::vector<Transfer> list_transfers(const ChannelRows& c, const ColumnLayout& layout) {
   std::vector<Transfer> out;
-  size_t at[2];
-  for (int s = 0; s < 2; ++s) {
-    const auto found = std::find(c.columns.begin(), c.columns.end(), layout.sensor(s, kWrenchDelayColumn));
-    if (found == c.columns.end()) return out;
-    at[s] = static_cast<size_t>(found - c.columns.begin());
-  }
+  const int at[2] = {c.find_column(layout.sensor(0, kWrenchDelayColumn)), c.find_column(layout.sensor(1, kWrenchDelayColumn))};
+  if (at[0] < 0 || at[1] < 0) return out;
   for (size_t i = 0; i < c.rows(); ++i) {
     const double a = c.row(i)[at[0]], b = c.row(i)[at[1]];
     out.push_back({c.y[i], {a + b, 0.5 * (a - b)}, c.recording[i], c.block[i]});

@@ -17,15 +17,15 @@ constexpr double kPause = 0.15;   // [s] between two rows of one stretch, at mos
 
 // What the feet bear over what the motion asks for, by row.
 std::vector<double> list_shares(const ChannelRows& c, const ColumnLayout& layout) {
-  std::vector<size_t> readings;
+  std::vector<int> readings;
   for (int s = 0; s < layout.sensors; ++s) {
-    const auto at = std::find(c.columns.begin(), c.columns.end(), layout.sensor(s, kForceScaleColumn));
-    if (at != c.columns.end()) readings.push_back(static_cast<size_t>(at - c.columns.begin()));
+    const int at = c.find_column(layout.sensor(s, kForceScaleColumn));
+    if (at >= 0) readings.push_back(at);
   }
   std::vector<double> out;
   for (size_t i = 0; i < c.rows(); ++i) {
     double sum = 0;
-    for (const size_t r : readings) sum += c.row(i)[r];
+    for (const int r : readings) sum += c.row(i)[r];
     const double asked = sum - c.y[i];
     out.push_back(asked > 0 ? sum / asked : 1.0);  // a body that falls asks for nothing
   }

@@ -262,10 +262,7 @@ class WeightChecker {
   // Places of each sensor's reading along the normal in a row.
   std::vector<size_t> find_readings(const ChannelRows& c) const {
     std::vector<size_t> out;
-    for (int s = 0; s < at_.sensors; ++s) {
-      const auto at = std::find(c.columns.begin(), c.columns.end(), at_.sensor(s, kForceScaleColumn));
-      out.push_back(static_cast<size_t>(at - c.columns.begin()));
-    }
+    for (int s = 0; s < at_.sensors; ++s) out.push_back(static_cast<size_t>(c.find_column(at_.sensor(s, kForceScaleColumn))));
     return out;
   }
 

@@ -112,8 +112,7 @@ class Splitter {
   // Place of a sensor's reading in the rows of the feet's sum of vertical forces; -1: none.
   int find_reading(const ChannelRows& rows) const {
     if (reading_ < 0 || !rows.info.equation.is_vertical_force()) return -1;
-    const auto at = std::find(rows.columns.begin(), rows.columns.end(), reading_);
-    return at == rows.columns.end() ? -1 : static_cast<int>(at - rows.columns.begin());
+    return rows.find_column(reading_);
   }
 
   // Compares rows in which the foot bears little and much. A zero is the same in both, and the error of a scale grows with the

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <map>
 #include <string>
 #include <vector>
@@ -36,6 +37,11 @@ struct ChannelRows {
   size_t rows() const { return y.size(); }
   const double* row(size_t i) const { return x.data() + i * columns.size(); }
   const double* noise_row(size_t i) const { return noise_x.data() + i * columns.size(); }
+  // Place of an effect's column in a row; -1: it does not change this equation.
+  int find_column(int column) const {
+    const auto at = std::find(columns.begin(), columns.end(), column);
+    return at == columns.end() ? -1 : static_cast<int>(at - columns.begin());
+  }
 };
 
 class RowTable {
