@@ -45,12 +45,12 @@ std::string find_other_damping(const TorqueDesign& design, const TorqueModel& mo
   const int j = design.joints[i].joint;
   const JointSpec& joint = data.experiment->robot.tree.joint(j);
   const double kd = get_servo_gains(data.experiment->scenario, joint.name).kd;
+  if (data.source[static_cast<size_t>(j)] != EffortSource::kServoLaw || !(kd > 0.0) || !has_command_rates(data, j)) return "";
   const JointRows rows(data, j);
-  if (data.source[static_cast<size_t>(j)] != EffortSource::kServoLaw || !(kd > 0.0)) return "";
   const Eigen::VectorXd y = rows.stack([&](size_t r) -> Eigen::VectorXd { return data.recordings[r].missing.col(j); });
   const Eigen::VectorXd damping = rows.stack([&](size_t r) { return calc_damping(data, data.recordings[r], j, kd); });
   const Eigen::MatrixXd laws = stack(rows, list_laws(design, model, i)), X = append(laws, damping);
-  if (!has_command_rates(data, j) || std::min(rows.train(), rows.held()) < kRowsPerColumn * X.cols()) return "";
+  if (std::min(rows.train(), rows.held()) < kRowsPerColumn * X.cols()) return "";
   const double k = 1.0 - rows.solve(y, X)[X.cols() - 1], left = rows.judge(y, X);
   if (!(left < kHalf * rows.judge(y, laws)) || !(std::abs(k - 1.0) > kMinority) || k < 0.0) return "";
   return "With a damping gain kd of " + number(k * kd, 2) + " " + get_joint_unit(joint, "N m s/rad") + " in place of the stated " + number(kd, 3) +
