@@ -43,7 +43,6 @@ bool read_toss(const Recording& recording, Toss* toss) {
     const Vector3d at(p[0][k], p[1][k], p[2][k]);
     if (!at.allFinite() || !R.coeffs().allFinite() || R.norm() < 0.5) continue;
     R.normalize();
-    if (!toss->R.empty() && R.dot(toss->R.back()) < 0.0) R.coeffs() *= -1.0;
     toss->time.push_back(recording.time[k]), toss->p.push_back(at), toss->R.push_back(R);
     if (linear) toss->v.emplace_back(v[0][k], v[1][k], v[2][k]);
     if (angular) toss->w.emplace_back(w[0][k], w[1][k], w[2][k]);

@@ -168,8 +168,7 @@ std::vector<Finding> list_findings(const TossProblem& problem, const TossOutcome
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
     list.push_back(make_toss_finding(problem, chosen[e], find_widths(outcome.chosen, e), outcome.explained ? 0.98 : 0.9, rest));
-    const auto share = outcome.shares.find(chosen[e].id);
-    if (share != outcome.shares.end()) list.back().share = list.back().weight = share->second;
+    list.back().share = list.back().weight = outcome.shares.at(chosen[e].id);  // each was added by one trial
   }
   const double each = calc_explained(fit) / static_cast<double>(list.size() + outcome.doubted.size());  // nothing tells theirs
   for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial)), list.back().share = list.back().weight = each;
