@@ -47,7 +47,6 @@ int ShapePairs::add(const CollisionShape& shape) {
   Shape added;
   added.spec = shape;
   added.spec.X_LG = Transform();
-  added.touching = make_touching_shape(added.spec, Vector3d::Zero(), 0.0);
   shapes_.push_back(std::move(added));
   return narrow_.add_shape(shape);
 }
@@ -71,11 +70,17 @@ SurfaceMesh& ShapePairs::get_surface(int shape) {
   return *s.surface;
 }
 
+const TouchingShape& ShapePairs::get_touching(int shape) {
+  Shape& s = shapes_[size_t(shape)];
+  if (!s.touching) s.touching = std::make_unique<TouchingShape>(make_touching_shape(s.spec, Vector3d::Zero(), 0.0));
+  return *s.touching;
+}
+
 // S: surface, T: what touches it. `sign` -1: the surface is body a.
 bool ShapePairs::calc_on_surface(int surface, const Transform& X_WS, int touching, const Transform& X_WT, double sign,
                                  std::vector<ContactPoint>* points) {
   SurfaceMesh& mesh = get_surface(surface);
-  const TouchingShape& shape = shapes_[size_t(touching)].touching;
+  const TouchingShape& shape = get_touching(touching);
   std::vector<int>& queries = shapes_[size_t(surface)].queries;
   if (queries.size() < shapes_.size()) queries.resize(shapes_.size(), -1);
   int& query = queries[size_t(touching)];

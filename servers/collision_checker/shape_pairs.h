@@ -28,16 +28,17 @@ class ShapePairs {
 
  private:
   struct Shape {
-    CollisionShape spec;                   // in its own geometry frame
-    TouchingShape touching;
-    std::unique_ptr<SurfaceMesh> surface;  // made when it is first needed
-    std::vector<int> queries;              // by touching shape: its box in `surface`; -1: not asked yet
+    CollisionShape spec;                      // in its own geometry frame
+    std::unique_ptr<TouchingShape> touching;  // made when they are first needed
+    std::unique_ptr<SurfaceMesh> surface;
+    std::vector<int> queries;                 // by touching shape: its box in `surface`; -1: not asked yet
   };
   bool is(int shape, ShapeKind kind) const { return shapes_[size_t(shape)].spec.kind == kind; }
   bool are_ends(const Transform& X_WA, const Transform& X_WB, const std::vector<ContactPoint>& found) const;
   // The shape of the two whose triangles count; -1: FCL.
   int find_surface(int a, int b) const;
   SurfaceMesh& get_surface(int shape);
+  const TouchingShape& get_touching(int shape);
   bool calc_on_surface(int surface, const Transform& X_WS, int touching, const Transform& X_WT, double sign,
                        std::vector<ContactPoint>* points);
 
