@@ -53,7 +53,7 @@ void DynamicsLoop::add_robots() {
   if (engine_->num_other_robots() != scenario_.robots.size()) {
     throw InputError(scenario_.make_diagnostic("robots", "this dynamics server simulates no other robots; use hrp-dynamics"));
   }
-  const std::vector<Mover> bodies = make_robots(robot_, scenario_);
+  const std::vector<Mover> bodies = make_robots(robot_, scenario_, movers_);
   robots_.resize(bodies.size());
   for (size_t k = 0; k < bodies.size(); ++k) {
     const Mover& body = robots_[k].body = bodies[k];

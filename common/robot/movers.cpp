@@ -2,6 +2,7 @@
 #include "common/robot/movers.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "common/base/diagnostics.h"
 #include "common/base/format.h"
@@ -163,15 +164,17 @@ std::vector<std::string> list_robots(const Scenario& scenario) {
 }
 
 std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario) {
+  return make_robots(robot, scenario, make_movers(robot, scenario));
+}
+
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers) {
   std::vector<Mover> robots(1);
   robots[0].is_robot = true;
   robots[0].robot = robot;
   robots[0].scenario = scenario;
   robots[0].friction = scenario.ground.friction;
   robots[0].first_body = 0;
-  for (Mover& mover : make_movers(robot, scenario)) {
-    if (mover.is_robot) robots.push_back(std::move(mover));
-  }
+  std::copy_if(movers.begin(), movers.end(), std::back_inserter(robots), [](const Mover& mover) { return mover.is_robot; });
   return robots;
 }
 

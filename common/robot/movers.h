@@ -34,8 +34,8 @@ std::string find_own_link(const std::string& body, const std::string& mover, boo
 // True when `body` can only mean an object or another robot of the scenario, whether it has such a link or not.
 bool names_mover(const Scenario& scenario, const std::string& body);
 
-// In the order of their bodies, each with the scenario's pushes on it. Throws InputError: a scenario of another robot that is no scenario, or that does not go
-// with this one (another time step or control period, cameras).
+// In the order of their bodies, each with the scenario's pushes on it. Throws InputError: a scenario of another robot that is no
+// scenario, or that does not go with this one (another time step or control period, cameras).
 std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
 
 // Names of the scenario's other robots.
@@ -43,6 +43,8 @@ std::vector<std::string> list_robots(const Scenario& scenario);
 
 // All robots of a run, the first one, whose name is empty, before the scenario's others. Throws as make_movers() does.
 std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario);
+// The same from movers that are there already.
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers);
 
 // Where the state of the k-th of these robots stands: `first` is that of robot 0.
 const State& find_robot_state(size_t k, const State& first, const ObjectStates& others, const Scenario& scenario);

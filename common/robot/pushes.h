@@ -16,7 +16,8 @@ namespace hrp {
 // Scenario::pushes and Scenario::hands as wrenches.
 class Pushes {
  public:
-  // Leaves out pushes on objects and other robots (make_movers()). Throws InputError: unknown link, a hand that is too stiff for a step. `start`: where hands take hold.
+  // Leaves out pushes on objects and other robots (make_movers()). Throws InputError: unknown link, a hand that is too stiff
+  // for a step. `start`: where hands take hold.
   Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start);
   // Those that act in the step that begins at `time`; a hand's force is that of the state at the step's beginning. The
   // result lives until the next call.

@@ -229,13 +229,48 @@ void put_contacts(const ContactForces& forces, const FrameTree& frames, const Gr
   }
 }
 
+// Where the links of the first robot are, and those of movers. Throws std::exception for a link or a state that nobody has.
+class BodyPoses {
+ public:
+  BodyPoses(const Model& model, const State& first, const std::vector<Mover>& movers, const ObjectStates& others)
+      : model_(model), data_(model), movers_(movers), others_(others) {
+    update_kinematics(model, first, &data_);
+  }
+
+  Transform find(const std::string& body) const {
+    const int link = model_.spec().find_link(body);
+    if (link >= 0) return get_pose(data_, link);
+    for (size_t k = 0; k < movers_.size(); ++k) {
+      const TreeSpec& tree = movers_[k].robot.tree;
+      const std::string own = find_own_link(body, movers_[k].name, movers_[k].is_robot, tree);
+      if (!own.empty()) return calc_pose(Model(tree), others_.at(k), tree.find_link(own));
+    }
+    throw std::invalid_argument("a push on a link that is not there: " + body);
+  }
+
+ private:
+  static Transform calc_pose(const Model& model, const State& state, int link) {
+    if (state.q.size() != model.num_joints()) throw std::invalid_argument("a state of another robot");
+    Data data(model);
+    update_kinematics(model, state, &data);
+    return get_pose(data, link);
+  }
+
+  const Model& model_;
+  Data data_;
+  const std::vector<Mover>& movers_;
+  const ObjectStates& others_;
+};
+
 // The robot's weight is kWeightLength long.
 double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::max(mass, 1e-3)); }
 
 }  // namespace
 
-Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
-    : robots_(hrp::make_robots(robot, scenario)), movers_(make_movers(robot, scenario)), frames_(make_frame_trees(robots_)), scenario_(scenario),
+Scene::Scene(const RobotDescription& robot, const Scenario& scenario) : Scene(robot, scenario, make_movers(robot, scenario)) {}
+
+Scene::Scene(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers)
+    : movers_(movers), robots_(hrp::make_robots(robot, scenario, movers)), frames_(make_frame_trees(robots_)), scenario_(scenario),
       ground_(make_ground_plane(scenario.ground)), model_(robot.tree), metres_per_newton_(calc_arrow_scale(model_.mass())) {}
 
 std::string Scene::make_fixed_transforms(double time) const {
@@ -288,29 +323,15 @@ std::string Scene::make_contacts(const ContactForces& forces, double time) const
   return json.end(']').end('}').text();
 }
 
-Vector3d Scene::find_place(const PushForce& push, const State& first, const ObjectStates& others) const {
-  const auto place = [&](const TreeSpec& tree, const State& state, const std::string& link) {
-    const Model model(tree);
-    if (state.q.size() != model.num_joints()) throw std::invalid_argument("a state of another robot");
-    Data data(model);
-    update_kinematics(model, state, &data);
-    return Vector3d(get_pose(data, tree.find_link(link)) * push.p_LQ);
-  };
-  if (model_.spec().find_link(push.link) >= 0) return place(model_.spec(), first, push.link);
-  for (size_t k = 0; k < movers_.size(); ++k) {
-    const std::string link = find_own_link(push.link, movers_[k].name, movers_[k].is_robot, movers_[k].robot.tree);
-    if (!link.empty()) return place(movers_[k].robot.tree, others.at(k), link);
-  }
-  throw std::invalid_argument("a push on a link that is not there: " + push.link);
-}
-
 std::string Scene::make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes, double time) const {
+  if (first.q.size() != model_.num_joints()) throw std::invalid_argument("a state of another robot");
   JsonText json;
   begin_picture(time, &json);
   if (pushes.empty()) return json.end(']').end('}').text();
+  const BodyPoses poses(model_, first, movers_, others);
   Entity all;
   for (const PushForce& push : pushes) {
-    all.add_arrow(find_place(push, first, others), metres_per_newton_ * push.force_W, kPush);
+    all.add_arrow(poses.find(push.link) * push.p_LQ, metres_per_newton_ * push.force_W, kPush);
     all.add_metadata((push.link + " [N]").c_str(), format_vector(push.force_W));
   }
   all.put("pushes", frames_[0].world(), time, &json);

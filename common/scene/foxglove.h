@@ -46,10 +46,10 @@ class Scene {
   std::string make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes, double time) const;
 
  private:
-  Vector3d find_place(const PushForce& push, const State& first, const ObjectStates& others) const;  // [m] world axes
+  Scene(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers);
 
+  std::vector<Mover> movers_;  // objects, then other robots
   std::vector<Mover> robots_;
-  std::vector<Mover> movers_;  // objects, then the other robots once more
   std::vector<FrameTree> frames_;
   Scenario scenario_;
   GroundPlane ground_;

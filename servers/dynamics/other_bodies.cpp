@@ -82,15 +82,14 @@ PushForces OtherBodies::push(const PushForces& forces) {
   std::vector<PushForces> theirs(movers_.size());
   PushForces rest;
   for (const PushForce& force : forces) {
-    std::string link;
-    size_t k = 0;
-    for (; k < movers_.size() && link.empty(); ++k) link = find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
-    if (link.empty()) {
-      rest.push_back(force);
-    } else {
-      theirs[k - 1].push_back(force);
-      theirs[k - 1].back().link = link;
+    PushForces* of = &rest;
+    std::string link = force.link;
+    for (size_t k = 0; k < movers_.size() && of == &rest; ++k) {
+      const std::string own = find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
+      if (!own.empty()) of = &theirs[k], link = own;
     }
+    of->push_back(force);
+    of->back().link = link;
   }
   for (size_t k = 0; k < movers_.size(); ++k) movers_[k].pushes.set_live(theirs[k]);
   return rest;
@@ -103,7 +102,7 @@ void OtherBodies::let_go() {
 void OtherBodies::append_pushes(PushForces* forces) const {
   for (const Moving& moving : movers_) {
     for (PushForce force : moving.pushes.acting()) {
-      force.link = moving.is_robot ? moving.name + "/" + force.link : moving.name;
+      force.link = all_.spec().links[static_cast<size_t>(moving.first_link + moving.simulator.tree().find_link(force.link))].name;
       forces->push_back(force);
     }
   }

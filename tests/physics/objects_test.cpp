@@ -19,6 +19,15 @@ Trial make_trial(const std::string& yaml) {
                               "initial: {position: [0, 50, 50]}\nservo: {default: {kp: 10, kd: 1}}\n" + yaml, kModels + "scenarios/s.yaml"));
 }
 
+// [N] vertical, of all that touches the ground.
+double sum_on_ground(const Trial& trial) {
+  double sum = 0.0;
+  for (const PairForce& pair : trial.engine().contact_forces()) {
+    if (pair.body_b == kGround) sum += pair.total[5];
+  }
+  return sum;
+}
+
 TEST(Objects, ABoxSlidesDownASlopeWithCoulombsAcceleration) {
   constexpr double kSlope = 0.3, kFriction = 0.2;
   Trial trial = make_trial("ground: {pitch: 0.3, friction: 0.9}\nobjects: {box: {size: [0.3, 0.2, 0.1], mass: 4, friction: 0.2, "
@@ -97,11 +106,7 @@ TEST(Objects, AStackStandsAndTheLowestCarriesAll) {
     EXPECT_NEAR(objects[k].p_WB.z(), 0.1 + 0.2 * static_cast<double>(k), 2e-3) << k;
     EXPECT_LT(objects[k].V_WB.norm(), 1e-3) << k;
   }
-  double on_ground = 0.0;
-  for (const PairForce& pair : trial.engine().contact_forces()) {
-    if (pair.body_b == kGround) on_ground += pair.total[5];
-  }
-  EXPECT_NEAR(on_ground, 14.0 * kGravity, 0.01 * 14.0 * kGravity);
+  EXPECT_NEAR(sum_on_ground(trial), 14.0 * kGravity, 0.01 * 14.0 * kGravity);
 }
 
 // Two cylinders on a box: until 2026-11-29 each touched in one point, and chattered.
@@ -117,11 +122,7 @@ TEST(Objects, CylindersStandOnABoxAndOnEachOther) {
     EXPECT_LT(object.V_WB.tail<3>().norm(), 1e-3);
     EXPECT_LT(object.V_WB.head<3>().norm(), 1e-2);
   }
-  double on_ground = 0.0;
-  for (const PairForce& pair : trial.engine().contact_forces()) {
-    if (pair.body_b == kGround) on_ground += pair.total[5];
-  }
-  EXPECT_NEAR(on_ground, 22.5 * kGravity, 0.01 * 22.5 * kGravity);
+  EXPECT_NEAR(sum_on_ground(trial), 22.5 * kGravity, 0.01 * 22.5 * kGravity);
 }
 
 TEST(Objects, ARobotPushesWhatStandsInItsWay) {

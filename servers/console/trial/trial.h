@@ -46,8 +46,8 @@ class Trial {
   std::function<void(SensorData*)> tamper;
   // As the server set does; what is reported of the run is what was until the fall.
   bool go_on_after_fall = false;
-  // Pushes a link of the first robot, or a body of others as Mover::name_body() has it, from the next step on, until `steps` are over or the link is pushed again; 0 lets go.
-  // p_LQ [m] in link axes, force_W [N]. Throws InputError for what cannot be.
+  // Pushes a link of the first robot, or a body of others as Mover::name_body() has it, from the next step on, until `steps` are
+  // over or the link is pushed again; 0 lets go. p_LQ [m] in link axes, force_W [N]. Throws InputError for what cannot be.
   void push(const std::string& link, const Vector3d& p_LQ, const Vector3d& force_W, uint64_t steps);
   // One physics step; false when it failed.
   bool step();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pushing what moves in a live run with the mouse: robots and objects. The force is as long as the drag, on the scale of the other arrows.
+// Pushing what moves in a live run with the mouse: robots and objects. The force is as long as the drag, on the scale of the
+// other arrows.
 import * as THREE from "three";
 import { isShown } from "./robot.js";
 
@@ -24,14 +25,9 @@ export class Pusher {
 
   // Where a ray through the pointer meets what moves: {name of the body, link, point in its axes}.
   pick(event) {
-    const bodies = this.stage.listMovers();
-    const hits = this.aim(event).intersectObjects(bodies.map(({ model }) => model), true).filter(({ object }) => isShown(object));
-    if (hits.length === 0) return null;
-    const object = bodies.find(({ name, model }) => name && model === hits[0].object);
-    const link = object?.model ?? findLink(hits[0].object);
-    if (!link) return null;
-    const name = object?.name ?? this.stage.nameLink(link);
-    return { name, link, point: link.worldToLocal(hits[0].point.clone()) };
+    const [hit] = this.aim(event).intersectObjects(this.stage.listMovers(), true).filter(({ object }) => isShown(object));
+    const link = hit && (this.stage.objects.includes(hit.object) ? hit.object : findLink(hit.object));
+    return link ? { name: this.stage.nameBody(link), link, point: link.worldToLocal(hit.point.clone()) } : null;
   }
 
   aim({ clientX, clientY }) {

@@ -161,7 +161,7 @@ export class Stage {
     });
   }
 
-  makeObstacle({ shape, size, position, quaternion: [w, x, y, z], vertices, triangles, color = 0xb09a78 }) {
+  makeObstacle({ name, shape, size, position, quaternion: [w, x, y, z], vertices, triangles, color = 0xb09a78 }) {
     const surface = () => {
       const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(vertices, 3));
       geometry.setIndex(triangles);
@@ -176,6 +176,7 @@ export class Stage {
     };
     const flat = vertices !== undefined;  // each triangle in one shade: slopes are seen
     const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color, flatShading: flat, side: flat ? THREE.DoubleSide : THREE.FrontSide }));
+    mesh.name = name;
     mesh.position.set(...position);
     mesh.quaternion.set(x, y, z, w);
     return mesh;
@@ -325,22 +326,21 @@ export class Stage {
     }
   }
 
-  // What can be pushed: {model} of each robot, {name, model} of each object.
+  // What can be pushed: models of robots, and objects.
   listMovers() {
-    const robots = [this.robots[0], ...this.others].filter(Boolean);
-    return [...robots.map(({ model }) => ({ model })), ...this.objects.map((model, i) => ({ name: this.groundScene.objects[i].name, model }))];
+    return [...[this.robots[0], ...this.others].filter(Boolean).map(({ model }) => model), ...this.objects];
   }
 
-  // A link as the run calls it: "partner/L_ANKLE" of another robot.
-  nameLink(link) {
-    const i = this.others.findIndex((robot) => robot.find(link.name) === link);
-    return i < 0 ? link.name : `${this.scenes[0].robots[i].name}/${link.name}`;
+  // An object or a link as the run calls it: "crate", "partner/L_ANKLE" of another robot.
+  nameBody(body) {
+    const i = this.others.findIndex((robot) => robot.find(body.name) === body);
+    return i < 0 ? body.name : `${this.scenes[0].robots[i].name}/${body.name}`;
   }
 
   // The other way round; undefined for a name that nobody has.
   findBody(name) {
-    const object = this.listMovers().find((mover) => mover.name === name);
-    if (object) return object.model;
+    const object = this.objects.find((each) => each.name === name);
+    if (object) return object;
     const [robot, link] = name.split("/");
     const i = (this.scenes[0]?.robots ?? []).findIndex((other) => link && other.name === robot);
     return i < 0 ? this.robots[0]?.find(name) : this.others[i]?.find(link);
