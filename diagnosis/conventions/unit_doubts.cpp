@@ -126,32 +126,33 @@ bool is_upright(const Vector3d& gravity_W, const Json& force) {
   return up.maxCoeff() > kNearlyAll;
 }
 
+// The finding, or another unit without it. `instead`: what there is then, up to the number. `scale`: as the report has it.
+void doubt_beside_unit(const std::string& instead, double value, const std::string& unit, const Json& scale, Json* finding) {
+  Json& f = *finding;
+  make_ambiguous(&f);
+  f["statement"] = f.value("statement", "") + " Or there is " + instead + "one logged unit is " + number(value, 2) + " " + unit + ".";
+  f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), f["where"], {{"scale", scale}}));
+}
+
 // A rotor much larger than the bodies: efforts of that size may be counts, and `u` their unit without any rotor. Both take
 // the same torque along any motion, so the rotor is never sure.
 void doubt_large_rotor(const std::string& joint, const std::string& unit, const EffortUnit& u, Json* report) {
   if (std::log(u.scale) > -kFactor) return;
   for (Json& f : (*report)["findings"]) {
     if (f["where"].value("joint", "") != joint || f["effect"] != get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).name) continue;
-    make_ambiguous(&f);
-    f["statement"] = f.value("statement", "") + " Or there is no rotor, and one logged unit is " + number(u.scale, 2) + " " + unit + ".";
-    const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
     const Json scale = make_value(round_to(u.scale, 3), round_to(u.scale * std::max(kBlur, find_blur(u)), 2), "1");
-    f["alternatives"].push_back(state_alternative(gain, f["where"], {{"scale", scale}}));
+    doubt_beside_unit("no rotor, and ", u.scale, unit, scale, &f);
   }
 }
 
 // Dry friction or a constant torque that takes most of the effort may be none: the unit alone does as well.
 void doubt_large_level(const std::string& joint, const std::string& unit, double scale, Json* report) {
   if (scale == 1.0) return;
-  const EffectInfo& gain = get_effect_of(PlaceKind::kJoint, EffectFamily::kGain);
   for (Json& f : (*report)["findings"]) {
     const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
     if (f["where"].value("joint", "") != joint || !effect || is_share_of_load(f) || !is_in_log_unit(f)) continue;
     if (effect->family != EffectFamily::kDryFriction && effect->family != EffectFamily::kZero) continue;
-    make_ambiguous(&f);
-    f["statement"] = f.value("statement", "") + " Or there is none, and " +
-                     (scale < 0.0 ? "the log has the other sign: one logged unit is " : "one logged unit is ") + number(scale, 2) + " " + unit + ".";
-    f["alternatives"].push_back(state_alternative(gain, f["where"], {{"scale", round_to(scale, 2)}}));
+    doubt_beside_unit(scale < 0.0 ? "none, and the log has the other sign: " : "none, and ", scale, unit, round_to(scale, 2), &f);
   }
 }
 

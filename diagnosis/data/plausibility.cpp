@@ -10,6 +10,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/data/repair.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/data/smooth.h"
 
@@ -272,7 +273,7 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
     }
     if (!still || calc_turn(*r, "/imu/" + imu.name + "/angular_velocity") < kTurned) continue;
     e->warnings.push_back(r->spec.name + ": " + name + " never changes although the gyroscope does: taken as not recorded");
-    for (const char axis : {'x', 'y', 'z', 'w'}) r->other.erase(name + "/" + axis);
+    drop_attitude(name, r);
   }
 }
 

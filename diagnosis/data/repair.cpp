@@ -75,13 +75,15 @@ void repair_attitudes(Recording* r, std::vector<std::string>* warnings) {
     const bool any = std::any_of(xyzw[3]->begin(), xyzw[3]->end(), [](double v) { return std::isfinite(v); });
     warnings->push_back(r->spec.name + ": " + name + ": a quaternion of norm " + number(norm) + " is no attitude, expected 1; " +
                         (any ? "such samples are" : "its columns are") + " left out");
-    for (const char axis : {'x', 'y', 'z', 'w'}) {
-      if (!any) r->other.erase(name + "/" + axis);
-    }
+    if (!any) drop_attitude(name, r);
   }
 }
 
 }  // namespace
+
+void drop_attitude(const std::string& name, Recording* r) {
+  for (const char axis : {'x', 'y', 'z', 'w'}) r->other.erase(name + "/" + axis);
+}
 
 double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();

@@ -22,6 +22,9 @@ int drop_spikes(std::vector<double>* signal, double of_spread);
 // Returns the first such norm; NaN if there is none.
 double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw);
 
+// Takes out the four columns of "/imu/trunk/orientation".
+void drop_attitude(const std::string& name, Recording* recording);
+
 // Applies all to the recording and adds a warning for each changed column. Shifts commands by whole turns if they count
 // other turns than their joint. Leaves out attitudes without a sample.
 void repair_recording(const Experiment& experiment, Recording* recording, std::vector<std::string>* warnings);
