@@ -70,10 +70,10 @@ void doubt(const std::string& why, Json* finding) {
                    "): the law fits, but something else is likely to be the cause.";
 }
 
-// Angle [rad] of a spring's rest beyond the joint's range.
-double calc_wound(const TreeSpec& tree, const Json& spring) {
-  const Json& where = spring["where"];
-  const Json& rest = spring["parameters"].contains("rest") ? spring["parameters"]["rest"] : Json();
+// Angle [rad] of a spring's rest beyond the joint's range; 0 for other laws.
+double calc_wound(const TreeSpec& tree, const Json& finding) {
+  const Json& where = finding["where"];
+  const Json& rest = finding["parameters"].contains("rest") ? finding["parameters"]["rest"] : Json();
   for (const LinkSpec& link : tree.links) {
     if (!rest.is_object() || !where.contains("joint") || where["joint"] != link.joint.name || link.joint.kind != JointKind::kRevolute) continue;
     const double value = list_numbers(rest["value"]).at(0);
@@ -143,7 +143,7 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
     std::string why = find_odd_value(p, list_numbers(stated["value"]), reach, mass);
     if (!why.empty()) return why;
   }
-  const double wound = effect->id == EffectId::kSpring ? calc_wound(tree, finding) : 0.0;
+  const double wound = calc_wound(tree, finding);
   return wound > kWound ? "a spring that rests " + number(wound, 3) + " rad beyond the joint's range" : "";
 }
 
