@@ -85,7 +85,7 @@ std::string add_world(const std::string& text, const WorldSpec& world) {
   YAML::Node obstacles(YAML::NodeType::Map);
   for (const ObstacleSpec& obstacle : world.obstacles) obstacles[obstacle.name] = make_node(obstacle);
   if (obstacles.size() > 0) added["obstacles"] = obstacles;
-  const std::string longer = add_lines(text, root, added);
+  std::string longer = add_lines(text, root, added);
   if (!longer.empty()) return longer;
   // Other YAML is written anew.
   root.remove("world");

@@ -33,8 +33,8 @@ enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
 Clock find_range(Purpose purpose);
-constexpr double kBetweenMoments = 0.02;  // [s]
-constexpr auto kMomentsOfBlock = static_cast<size_t>(kBlock / kBetweenMoments + 0.5);
+constexpr size_t kMomentsOfBlock = 50;
+constexpr double kBetweenMoments = kBlock / kMomentsOfBlock;  // [s]
 
 // Calls `use` with the moments of a log that its motion is known at.
 void walk(const LeggedLog& log, Purpose purpose, const std::function<void(const Clip&, size_t, BodyMotion*)>& use);
