@@ -33,7 +33,7 @@ enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
 Clock find_range(Purpose purpose);
-constexpr size_t kMomentsOfBlock = 50;
+constexpr size_t kMomentsOfBlock = 25;
 constexpr double kBetweenMoments = kBlock / kMomentsOfBlock;  // [s]
 
 // Calls `use` with the moments of a log that its motion is known at.

@@ -212,13 +212,16 @@ double LeggedFitter::calc_left(Part part, size_t c, const LeggedFit& fit) const 
   return left / std::max(1e-300, m.total);
 }
 
-LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects) const {
+LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects, bool all) const {
   LeggedFit out;
   out.effects = effects;
   const long n = count_coefficients(effects);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-  for (size_t c = 0; n > 0 && c < channels().size(); ++c) add_normal(Part::kTrain, c, effects, &A, &b);
+  for (size_t c = 0; n > 0 && c < channels().size(); ++c) {
+    add_normal(Part::kTrain, c, effects, &A, &b);
+    if (all) add_normal(Part::kHeld, c, effects, &A, &b);
+  }
   A = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>());
   add_priors(effects, &A, &b);
   out.x = n > 0 ? solve_scaled(A, b) : Eigen::VectorXd();

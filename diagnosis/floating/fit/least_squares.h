@@ -55,8 +55,8 @@ class LeggedFitter {
   // rows, the weights of equations stay. `only`: columns that the next fits use; all others tell nothing until the next
   // call without.
   void update_weights(const LeggedFit& fit, const std::vector<int>* only = nullptr);
-  // Fits; not finite where the effects cannot be told apart at all.
-  LeggedFit fit(const std::vector<Candidate>& effects) const;
+  // Fits, to the fitted rows or to all; not finite where the effects cannot be told apart at all.
+  LeggedFit fit(const std::vector<Candidate>& effects, bool all = false) const;
   // The same coefficients from all equations but one: values, and their deviations by blocks (sandwich, fitted rows).
   std::pair<Eigen::VectorXd, Eigen::MatrixXd> fit_without(const std::vector<Candidate>& effects, size_t channel);
   // n log of what is left in `a` over what is left in `b`, over all channels: how much better b is. Where even and odd

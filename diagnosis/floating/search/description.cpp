@@ -6,6 +6,7 @@
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/fit/regimes.h"
 #include "diagnosis/floating/search/deviations.h"
 #include "diagnosis/floating/search/gain.h"
@@ -46,14 +47,18 @@ double calc_fair_share(const SearchState& state, const LeggedFit& rest, const Fo
   return std::clamp(0.5 * (beside + calc_share(state, state.nominal, alone, f.channel)), 0.0, 1.0);
 }
 
+// What phases differ by beyond chance has a cause that nothing explains: the value is no better known.
+Eigen::VectorXd calc_stated_deviation(const SearchState& state, const LeggedFit& fit, size_t i, bool all) {
+  const double by_phase = find_phase_spread(list_regimes(state.fitter, fit, i, state.layout)) / kNinetyFive;
+  return calc_deviation(state, fit, i, all).cwiseMax(by_phase * fit.get(i).cwiseAbs());
+}
+
 FoundEffect describe_effect(const SearchState& state, size_t i) {
   const LeggedFit& chosen = state.chosen;
   const LeggedFit rest = fit_without(state, i);
   FoundEffect f;
   f.effect = chosen.effects[i], f.x = chosen.get(i);
-  // What phases differ by beyond chance has a cause that nothing explains: the value is no better known.
-  const double by_phase = find_phase_spread(list_regimes(state.fitter, chosen, i, state.layout)) / kNinetyFive;
-  f.std = calc_deviation(state, chosen, i).cwiseMax(by_phase * f.x.cwiseAbs()), f.scatter = calc_scatter(state, chosen, i);
+  f.std = calc_stated_deviation(state, chosen, i, false), f.scatter = calc_scatter(state, chosen, i);
   f.spread = calc_spread(state, chosen, i);
   f.channel = find_main_channel(state, rest, chosen);
   f.gain = calc_total_gain(state, rest, chosen);
@@ -69,6 +74,15 @@ std::vector<FoundEffect> describe_effects(const SearchState& state) {
   std::vector<FoundEffect> out;
   for (size_t i = 0; i < state.chosen.effects.size(); ++i) out.push_back(describe_effect(state, i));
   return out;
+}
+
+void measure_by_all(const SearchState& state, std::vector<FoundEffect>* effects) {
+  const LeggedFit all = state.fitter.fit(state.chosen.effects, true);
+  for (size_t i = 0; i < effects->size(); ++i) {
+    FoundEffect& f = (*effects)[i];
+    const Eigen::VectorXd x = all.get(i), std = calc_stated_deviation(state, all, i, true);
+    if (make_estimates(f.effect, x, std).size() == make_estimates(f.effect, f.x, f.std).size()) f.x = x, f.std = std;
+  }
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -33,14 +33,14 @@ Eigen::VectorXd calc_scatter(const SearchState& state, const LeggedFit& fit, siz
   return variance.cwiseSqrt();
 }
 
-Eigen::VectorXd calc_deviation(const SearchState& state, const LeggedFit& fit, size_t effect) {
-  const Eigen::MatrixXd all = state.fitter.calc_covariance(fit);
+Eigen::VectorXd calc_deviation(const SearchState& state, const LeggedFit& fit, size_t effect, bool all) {
+  const Eigen::MatrixXd covariance = state.fitter.calc_covariance(fit, all);
   const auto first = static_cast<long>(fit.find_first(effect));
   const Eigen::VectorXd x = fit.get(effect), systematic = state.fitter.calc_systematic(fit);
   const std::vector<PartFit> parts = state.fitter.fit_parts(fit, effect);
   Eigen::VectorXd out(x.size());
   for (long k = 0; k < x.size(); ++k) {
-    double variance = std::max(0.0, all(first + k, first + k));
+    double variance = std::max(0.0, covariance(first + k, first + k));
     if (parts.size() > 1) variance = std::max(variance, calc_variance_between(parts, x(k), k));
     out(k) = std::hypot(std::sqrt(variance), systematic(first + k));
   }

@@ -11,8 +11,8 @@ namespace hrp::diagnosis::floating {
 Eigen::VectorXd calc_scatter(const SearchState& state, const LeggedFit& fit, size_t effect);
 
 // Deviations that a report states: the robust covariance, widened to what recordings differ by (random effects), and
-// what the equations are exact to.
-Eigen::VectorXd calc_deviation(const SearchState& state, const LeggedFit& fit, size_t effect);
+// what the equations are exact to. `all`: of a fit to all rows.
+Eigen::VectorXd calc_deviation(const SearchState& state, const LeggedFit& fit, size_t effect, bool all = false);
 
 // Standard deviation of an effect's first coefficient over recordings, relative to the coefficient.
 double calc_spread(const SearchState& state, const LeggedFit& fit, size_t effect);

@@ -41,6 +41,7 @@ LeggedOutcome search_legged(LeggedFitter* fitter, const std::vector<Candidate>& 
     fitter->count_impacts(false);
     settle({}, &state);
   }
+  measure_by_all(state, &effects);
   return {std::move(state.nominal), std::move(state.chosen), std::move(effects), std::move(state.unsteady)};
 }
 

@@ -33,6 +33,24 @@ TEST(LeggedSearch, AnEffectThatLosesItsInformationTakesNoOtherWithIt) {
   EXPECT_NEAR(found.chosen.x(0), 100, 1);
 }
 
+// A slow walk to fit asks for 92 kg m^2, a fast one that is held out for 100: it has 19 of 20 parts of the information.
+TEST(LeggedSearch, AValueIsMeasuredByAllRecordingsAndDecidedByTheHeldOutOne) {
+  std::mt19937 random(61);
+  std::normal_distribution<double> normal;
+  RowHalves rows(1, 900, {{make_joint_channel("A"), {0}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const bool slow = 3 * i < 2 * rows.cells();
+    const double acceleration = (slow ? 0.1 : 0.6) * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, (slow ? 92 : 100) * acceleration + 0.2 * normal(random), 40 * std::sin(0.1 * i)), half->add(0, 0, acceleration);
+    });
+  }
+  const LeggedOutcome out = search(rows.merge(), 1, {make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}})});
+  ASSERT_EQ(out.effects.size(), 1u);
+  EXPECT_NEAR(out.chosen.x(0), 92, 0.5) << "what held-out errors are predicted with has not seen them";
+  EXPECT_NEAR(out.effects[0].x(0), 99.6, 0.2);
+}
+
 // A drive that is 15 % too strong in an ankle, 6 N m at 40 N m, and a force of this size [N] on the body that nobody
 // knows.
 size_t count_gains_beside(double force) {
