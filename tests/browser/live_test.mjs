@@ -92,7 +92,7 @@ const findSpot = (page, body) => page.evaluate((which) => {
   const { stage } = window.hrpViewer;
   const { left, top, width, height } = stage.canvas.getBoundingClientRect();
   const middle = stage.controls.target.clone();
-  const at = (which === "robot" ? stage.robots[0].findBox().getCenter(middle) : stage.objects[0].getWorldPosition(middle)).project(stage.camera);
+  const at = (which === "robot" ? stage.robots[0].findBox().getCenter(middle) : stage.surroundings.objects[0].getWorldPosition(middle)).project(stage.camera);
   return [left + ((at.x + 1) / 2) * width, top + ((1 - at.y) / 2) * height];
 }, body);
 

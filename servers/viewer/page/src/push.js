@@ -26,7 +26,7 @@ export class Pusher {
   // Where a ray through the pointer meets what moves: {name of the body, link, point in its axes}.
   pick(event) {
     const [hit] = this.aim(event).intersectObjects(this.stage.listMovers(), true).filter(({ object }) => isShown(object));
-    const link = hit && (this.stage.objects.includes(hit.object) ? hit.object : findLink(hit.object));
+    const link = hit && (this.stage.surroundings.objects.includes(hit.object) ? hit.object : findLink(hit.object));
     return link ? { name: this.stage.nameBody(link), link, point: link.worldToLocal(hit.point.clone()) } : null;
   }
 

@@ -2,11 +2,12 @@
 // The picture on the left: ground, robots, force arrows, support polygon, ZMP. World axes, z up, metres.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { calcSupportPolygon, calcZmp, makeGround, norm, parts, sumFeet, toVector } from "./forces.js";
+import { ArrowPool } from "./arrow.js";
+import { calcSupportPolygon, calcZmp, norm, parts, sumFeet, toVector } from "./forces.js";
+import { GroundMarks } from "./ground_marks.js";
 import { Robot } from "./robot.js";
 import { Scans } from "./scans.js";
-
-import { ArrowPool } from "./arrow.js";
+import { Surroundings } from "./surroundings.js";
 
 // 1, 2 or 5 times a power of ten, not below `value`.
 function roundUp(value) {
@@ -33,7 +34,6 @@ export class Stage {
     this.layers = { total: true, spring: false, damper: false, friction: false, points: false, push: true, polygon: true, zmp: true, ghost: true };
     this.robots = [null, null];
     this.others = [];  // other robots of the scenario
-    this.objects = [];
     this.scenes = [null, null];
     this.frames = [null, null];
     this.largestForce = 0;  // [N] seen so far: scales the arrows
@@ -48,6 +48,7 @@ export class Stage {
     this.camera.up.set(0, 0, 1);
     this.camera.position.set(2.4, -2.2, 1.5);
     this.addLights();
+    this.surroundings = new Surroundings(this.world);
     this.arrows = new ArrowPool(this.world);
     this.scans = new Scans(this.world);
     try {
@@ -69,24 +70,6 @@ export class Stage {
     const sun = new THREE.DirectionalLight(0xffffff, 1.6);
     sun.position.set(3, -4, 6);
     this.world.add(sun);
-    this.groundGroup = new THREE.Group();
-    this.world.add(this.groundGroup);
-  }
-
-  // Of one robot: its support polygon and ZMP.
-  makeMarks() {
-    const marks = {
-      fill: new THREE.Mesh(new THREE.BufferGeometry(), new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.3, side: THREE.DoubleSide, depthWrite: false })),
-      edge: new THREE.LineLoop(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({})),
-      zmp: new THREE.Mesh(new THREE.SphereGeometry(1, 20, 12), new THREE.MeshBasicMaterial({})),
-    };
-    // Marks on the ground are seen through feet: they are what one looks for.
-    for (const mark of [marks.edge, marks.zmp]) {
-      mark.material.depthTest = false;
-      mark.renderOrder = 2;
-    }
-    this.world.add(marks.fill, marks.edge, marks.zmp);
-    return marks;
   }
 
   color(name) {
@@ -115,7 +98,7 @@ export class Stage {
       this.note.textContent = `The robot's URDF cannot be drawn: ${error.message}`;
       return;
     }
-    if (slot === 0) this.setGround(scene);
+    if (slot === 0) this.surroundings.set(scene, this.color("grid"));
   }
 
   setOthers(models, source) {
@@ -126,60 +109,6 @@ export class Stage {
       this.world.add(robot.model);
       return robot;
     });
-  }
-
-  setGround(scene) {
-    this.groundGroup.clear();
-    this.plane = makeGround(scene.ground);
-    if (scene.ground.present) {
-      const grid = new THREE.GridHelper(10, 50, this.color("grid"), this.color("grid"));
-      grid.material.transparent = true;
-      grid.material.opacity = 0.55;
-      grid.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...this.plane.normal));
-      grid.position.set(...this.plane.point);
-      this.groundGroup.add(grid);
-    }
-    for (const obstacle of scene.obstacles) this.groundGroup.add(this.makeObstacle(obstacle));
-    // Where they are stands in each state.
-    const placed = { position: [0, 0, 0], quaternion: [1, 0, 0, 0] };
-    this.objects = scene.objects.map((object) => this.makeObstacle({ ...object, ...placed, color: 0x7fa36b }));
-    for (const object of this.objects) {
-      object.visible = false;
-      this.groundGroup.add(object);
-    }
-    this.groundScene = scene;
-  }
-
-  moveObjects(states) {
-    this.objects.forEach((object, i) => {
-      const pose = states?.[i]?.X_WO;
-      object.visible = Boolean(pose);
-      if (!pose) return;
-      const { w, x, y, z } = pose.rotation;
-      object.position.set(pose.translation.x, pose.translation.y, pose.translation.z);
-      object.quaternion.set(x, y, z, w);
-    });
-  }
-
-  makeObstacle({ name, shape, size, position, quaternion: [w, x, y, z], vertices, triangles, color = 0xb09a78 }) {
-    const surface = () => {
-      const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.Float32BufferAttribute(vertices, 3));
-      geometry.setIndex(triangles);
-      return geometry;
-    };
-    const shapes = {
-      mesh: surface,
-      height_field: surface,
-      box: () => new THREE.BoxGeometry(...size),
-      sphere: () => new THREE.SphereGeometry(size[0], 24, 16),
-      cylinder: () => new THREE.CylinderGeometry(size[0], size[0], size[1], 24).rotateX(Math.PI / 2),
-    };
-    const flat = vertices !== undefined;  // each triangle in one shade: slopes are seen
-    const mesh = new THREE.Mesh(shapes[shape](), new THREE.MeshLambertMaterial({ color, flatShading: flat, side: flat ? THREE.DoubleSide : THREE.FrontSide }));
-    mesh.name = name;
-    mesh.position.set(...position);
-    mesh.quaternion.set(x, y, z, w);
-    return mesh;
   }
 
   // Messages by topic.
@@ -194,7 +123,7 @@ export class Stage {
     this.dirty = true;
     if (slot === 1) return;
     this.note.textContent = "";
-    this.moveObjects(state.objects);
+    this.surroundings.move(state.objects);
     this.others.forEach((other, i) => {
       other.model.visible = Boolean(state.robots?.[i]);
       if (state.robots?.[i]) other.show(state.robots[i]);
@@ -226,7 +155,7 @@ export class Stage {
     this.zmps = [];
     if (contacts) {
       this.feet = sumFeet(contacts, [...scene.feet, ...(scene.robots ?? []).flatMap((robot) => robot.feet)]);
-      this.zmps = this.listRobots().map((robot) => calcZmp(contacts, this.plane, robot));
+      this.zmps = this.listRobots().map((robot) => calcZmp(contacts, this.surroundings.plane, robot));
     } else {
       this.feet = this.readWrenches(topics["hrp/sensor_data"]);
     }
@@ -328,7 +257,7 @@ export class Stage {
 
   // What can be pushed: models of robots, and objects.
   listMovers() {
-    return [...[this.robots[0], ...this.others].filter(Boolean).map(({ model }) => model), ...this.objects];
+    return [...[this.robots[0], ...this.others].filter(Boolean).map(({ model }) => model), ...this.surroundings.objects];
   }
 
   // An object or a link as the run calls it: "crate", "partner/L_ANKLE" of another robot.
@@ -339,7 +268,7 @@ export class Stage {
 
   // The other way round; undefined for a name that nobody has.
   findBody(name) {
-    const object = this.objects.find((each) => each.name === name);
+    const object = this.surroundings.objects.find((each) => each.name === name);
     if (object) return object;
     const [robot, link] = name.split("/");
     const i = (this.scenes[0]?.robots ?? []).findIndex((other) => link && other.name === robot);
@@ -362,34 +291,15 @@ export class Stage {
   drawGroundMarks() {
     const contacts = this.frames[0]?.["hrp/contact_forces"];
     const robots = this.listRobots();
-    this.hulls = robots.map((robot) => (this.layers.polygon && contacts ? calcSupportPolygon(contacts, this.plane, robot) : []));
-    while (this.marks.length < robots.length) this.marks.push(this.makeMarks());
-    this.marks.forEach((marks, i) => this.drawMarks(marks, this.hulls[i] ?? [], this.zmps[i] ?? null));
+    this.hulls = robots.map((robot) => (this.layers.polygon && contacts ? calcSupportPolygon(contacts, this.surroundings.plane, robot) : []));
+    while (this.marks.length < robots.length) this.marks.push(new GroundMarks(this.world));
+    const look = { radius: (this.reach ?? 1) * 0.016, polygon: this.color("polygon"), zmp: this.color("zmp") };
+    this.marks.forEach((marks, i) => marks.show(this.hulls[i] ?? [], this.layers.zmp ? this.zmps[i] ?? null : null, look));
   }
 
   // Names of the robots of the scene; the first one has none.
   listRobots() {
     return ["", ...(this.scenes[0]?.robots ?? []).map((robot) => robot.name)];
-  }
-
-  drawMarks(marks, hull, zmp) {
-    marks.fill.visible = marks.edge.visible = hull.length >= 3;
-    if (hull.length >= 3) {
-      // A little above the floor, so that the two do not flicker.
-      const points = hull.map(([x, y, z]) => new THREE.Vector3(x, y, z + 0.002));
-      const corners = [];
-      for (let i = 1; i + 1 < points.length; ++i) corners.push(points[0], points[i], points[i + 1]);
-      marks.fill.geometry.dispose();
-      marks.fill.geometry = new THREE.BufferGeometry().setFromPoints(corners);
-      marks.edge.geometry.dispose();
-      marks.edge.geometry = new THREE.BufferGeometry().setFromPoints(points);
-      marks.fill.material.color.set(this.color("polygon"));
-      marks.edge.material.color.set(this.color("polygon"));
-    }
-    marks.zmp.visible = this.layers.zmp && zmp !== null;
-    if (zmp) marks.zmp.position.set(...zmp);
-    marks.zmp.scale.setScalar((this.reach ?? 1) * 0.016);
-    marks.zmp.material.color.set(this.color("zmp"));
   }
 
   // Draws when something has changed.
@@ -423,7 +333,7 @@ export class Stage {
 
   setTheme() {
     if (this.world.background) this.setBackdrop(true);
-    if (this.groundScene) this.setGround(this.groundScene);
+    this.surroundings.setGridColor(this.color("grid"));
     this.dirty = true;
   }
 
@@ -437,7 +347,7 @@ export class Stage {
                                             position: robot.model.position.toArray() })),
       arrows: this.drawn ?? [],
       forceScale: this.forceScale,
-      obstacles: (this.groundScene?.obstacles ?? []).map(({ name, shape, triangles }) => ({ name, shape, triangles: (triangles?.length ?? 0) / 3 })),
+      obstacles: (this.surroundings.scene?.obstacles ?? []).map(({ name, shape, triangles }) => ({ name, shape, triangles: (triangles?.length ?? 0) / 3 })),
       polygon: this.hulls?.[0] ?? [],
       zmp: this.zmps[0] ?? null,
       otherPolygons: (this.hulls ?? []).slice(1),
