@@ -148,6 +148,59 @@ void print_coverage(const Scenario& scenario, const std::string& folder, int see
   std::printf("%s", make_text(study_coverage(scenario, sources, seeds), scenario).c_str());
 }
 
+struct CommandLine {
+  std::string scenario, folder, out;
+  int tries = 0, seeds = 100;
+  double scale = 1.0;
+  bool in_process = false;
+  Rubber rubber = Rubber::kAsGiven;
+  MotionSet set = MotionSet::kRich;
+};
+
+// Each adds a subcommand.
+CLI::App* add_make(CLI::App* app, CommandLine* c) {
+  CLI::App* make = app->add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
+  make->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  make->add_option("folder", c->folder, "folder for scenarios and motions")->required();
+  make->add_option("--improve", c->tries, "proposes more motions on the feet for the least known parameters; tries this many of each family")
+      ->check(CLI::Range(0, 1000));
+  make->add_option("--rubber", c->rubber, "replaces the scenario's rubber by one with hardening or hysteresis")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
+          {"given", Rubber::kAsGiven}, {"hardening", Rubber::kHardening}, {"hysteresis", Rubber::kHysteresis}}));
+  make->add_option("--motions", c->set, "rich: our 18 motions; paper: the 14 of Mikami et al. 2014")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
+  make->add_option("--scale", c->scale, "factor on the length of the motions (1)")->check(refuse_nan)->check(CLI::Range(0.1, 10.0));
+  return make;
+}
+
+CLI::App* add_fit(CLI::App* app, CommandLine* c) {
+  CLI::App* fit =
+      app->add_subcommand("fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
+  fit->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  fit->add_option("folder", c->folder, "folder that `make` wrote")->required();
+  fit->add_option("--out", c->out, "folder for report.html and identified.yaml")->required();
+  fit->add_flag("--in-process", c->in_process, "runs the scenarios in this process instead of reading their logs");
+  return fit;
+}
+
+void add_experiment(CLI::App* app, CommandLine* c) {
+  CLI::App* experiment = app->add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
+  experiment
+      ->add_option("experiment", c->scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")
+      ->required();
+  experiment->add_option("--out", c->out, "folder for report.html and identified.yaml")->required();
+}
+
+CLI::App* add_coverage(CLI::App* app, CommandLine* c) {
+  CLI::App* coverage =
+      app->add_subcommand("coverage", "counts how often the 95 % intervals contain the truth, over many seeds of the sensor noise");
+  coverage->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
+  coverage->add_option("folder", c->folder, "folder that `make` wrote")->required();
+  coverage->add_option("--seeds", c->seeds, "number of seeds (100)")->check(CLI::Range(1, 100000));
+  return coverage;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -155,53 +208,19 @@ int main(int argc, char** argv) {
                "hrp-identify-foot");
   app.set_version_flag("--version", hrp::get_version_text("hrp-identify-foot"));
   app.require_subcommand(1);
-  std::string scenario, folder, out;
-  int tries = 0;
-  double scale = 1.0;
-  int seeds = 100;
-  bool in_process = false;
-  CLI::App* make = app.add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
-  make->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
-  make->add_option("folder", folder, "folder for scenarios and motions")->required();
-  make->add_option("--improve", tries, "proposes more motions on the feet for the least known parameters; tries this many of each family")
-      ->check(CLI::Range(0, 1000));
-  Rubber rubber = Rubber::kAsGiven;
-  make->add_option("--rubber", rubber, "replaces the scenario's rubber by one with hardening or hysteresis")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
-          {"given", Rubber::kAsGiven}, {"hardening", Rubber::kHardening}, {"hysteresis", Rubber::kHysteresis}}));
-  MotionSet set = MotionSet::kRich;
-  make->add_option("--motions", set, "rich: our 18 motions; paper: the 14 of Mikami et al. 2014")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
-  make->add_option("--scale", scale, "factor on the length of the motions (1)")->check(refuse_nan)->check(CLI::Range(0.1, 10.0));
-  CLI::App* fit =
-      app.add_subcommand("fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
-  fit->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
-  fit->add_option("folder", folder, "folder that `make` wrote")->required();
-  fit->add_option("--out", out, "folder for report.html and identified.yaml")->required();
-  fit->add_flag("--in-process", in_process, "runs the scenarios in this process instead of reading their logs");
-  CLI::App* experiment = app.add_subcommand("experiment", "identifies from an experiment's recordings (CSV or MCAP)");
-  experiment
-      ->add_option("experiment", scenario, "experiment.yaml; a recording named 'hanging' zeroes the force sensors")
-      ->required();
-  experiment->add_option("--out", out, "folder for report.html and identified.yaml")->required();
-  CLI::App* coverage =
-      app.add_subcommand("coverage", "counts how often the 95 % intervals contain the truth, over many seeds of the sensor noise");
-  coverage->add_option("scenario", scenario, "scenario of the robot, with its bush (foot_bush)")->required();
-  coverage->add_option("folder", folder, "folder that `make` wrote")->required();
-  coverage->add_option("--seeds", seeds, "number of seeds (100)")->check(CLI::Range(1, 100000));
+  CommandLine c;
+  const CLI::App &make = *add_make(&app, &c), &fit = *add_fit(&app, &c);
+  add_experiment(&app, &c);
+  const CLI::App& coverage = *add_coverage(&app, &c);
   if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   try {
     // Before the work whose results go there.
-    if (!out.empty()) prepare_folder(out);
-    if (*make) return make_scenarios(scenario, folder, rubber, tries, scale, set);
-    const Scenario base = load_scenario(scenario);
-    if (*coverage)
-      print_coverage(base, folder, seeds);
-    else if (*fit)
-      report(base, read_folder(folder, in_process), true, out);
-    else
-      report(base, read_experiment(base), false, out);
+    if (!c.out.empty()) prepare_folder(c.out);
+    if (make) return make_scenarios(c.scenario, c.folder, c.rubber, c.tries, c.scale, c.set);
+    const Scenario base = load_scenario(c.scenario);
+    if (coverage) print_coverage(base, c.folder, c.seeds);
+    else if (fit) report(base, read_folder(c.folder, c.in_process), true, c.out);
+    else report(base, read_experiment(base), false, c.out);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-identify-foot: %s\n", error.what());
     return 2;
