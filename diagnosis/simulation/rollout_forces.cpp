@@ -20,10 +20,9 @@ void Rollout::choose_follow_gains() {
 
 void Rollout::follow(int j, double t, double q, double v) {
   const SmoothJoint& joint = smooth_.joints[index(j)];
-  const double q_recorded = interpolate(recording_.time, joint.q, t, near_),
-               v_recorded = interpolate(recording_.time, joint.qd, t, near_);
+  const Moment at = find_moment(recording_.time, t, near_);
   const int m = motor_[j];
-  f_[m] += follow_k_[j] * (q_recorded - q) + follow_d_[j] * (v_recorded - v);
+  f_[m] += follow_k_[j] * (at.of(joint.q) - q) + follow_d_[j] * (at.of(joint.qd) - v);
   K_[m] += follow_k_[j], D_[m] += follow_d_[j];
 }
 
