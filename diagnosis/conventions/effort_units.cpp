@@ -211,6 +211,12 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false, unit->of_load = 0.0;
 }
 
+// Further from one than a wrong model could make it.
+std::optional<double> take_far(double scale) {
+  const bool far = scale != 0.0 && std::isfinite(scale) && std::abs(std::log(std::abs(scale))) > kFactor;
+  return far ? std::optional<double>(scale) : std::nullopt;
+}
+
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
   ServoGains gains = get_servo_gains(*scenario, joint);
   gains.kp *= scale, gains.kd *= scale;
@@ -264,8 +270,17 @@ std::optional<double> find_unit_without_friction(const TorqueData& data, int joi
   unit << rows.effort, rows.nuisance.col(0);
   friction << unit, rows.nuisance.col(1), rows.nuisance.col(3);
   if (take_out(unit, rows.tau).squaredNorm() > (1.0 + kPart) * take_out(friction, rows.tau).squaredNorm()) return std::nullopt;
-  const double scale = unit.colPivHouseholderQr().solve(rows.tau)[0];
-  return scale != 0.0 && std::abs(std::log(std::abs(scale))) > kFactor ? std::optional<double>(scale) : std::nullopt;
+  return take_far(unit.colPivHouseholderQr().solve(rows.tau)[0]);
+}
+
+std::optional<double> find_unit_without_constant(const TorqueData& data, int joint) {
+  const UnitRows rows = collect_efforts(data, joint);
+  if (rows.tau.size() < 2 * kNuisance) return std::nullopt;
+  Eigen::MatrixXd unit(rows.tau.size(), kNuisance);
+  unit << rows.tau, rows.nuisance.leftCols(kNuisance - 1);
+  const double with_constant = take_out(rows.nuisance, rows.effort - rows.tau).squaredNorm();
+  if (take_out(unit, rows.effort).squaredNorm() > (1.0 + kPart) * with_constant) return std::nullopt;
+  return take_far(1.0 / unit.colPivHouseholderQr().solve(rows.effort)[0]);
 }
 
 Experiment convert_efforts(Experiment e, const std::vector<EffortUnit>& units) {

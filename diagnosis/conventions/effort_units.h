@@ -29,6 +29,7 @@ struct EffortUnit {
   // them. Zero: the unit needs no motion (the servo's law tells it).
   double of_load = std::numeric_limits<double>::infinity();
   double without_friction = 1.0;  // the scale by find_unit_without_friction(); 1: none
+  double without_constant = 1.0;  // the scale by find_unit_without_constant(); 1: none
 };
 
 // True if a load shows beside the units and its mass does not: another load with other units does as well.
@@ -50,6 +51,10 @@ std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int jo
 // is turned. Empty if these explain the torque better in any unit, or if it is within a factor of e of one. A drive at one
 // voltage, as in a step of a motor: its effort is constant, and so is friction.
 std::optional<double> find_unit_without_friction(const TorqueData& data, int joint);
+
+// The unit in which the efforts need no constant, beside friction and rotor. Empty if a constant explains them better, or as
+// above. Weight that hardly changes along the motion, as on a slide: a unit takes from it what a constant adds.
+std::optional<double> find_unit_without_constant(const TorqueData& data, int joint);
 
 // The experiment with efforts in N m and gains in N m/rad.
 Experiment convert_efforts(Experiment experiment, const std::vector<EffortUnit>& units);

@@ -146,12 +146,12 @@ void doubt_large_rotor(const std::string& joint, const std::string& unit, const 
 }
 
 // Dry friction or a constant torque that takes most of the effort may be none: the unit alone does as well.
-void doubt_large_level(const std::string& joint, const std::string& unit, double scale, Json* report) {
+void doubt_large_level(const std::string& joint, const std::string& unit, double scale, bool of_friction, Json* report) {
   if (scale == 1.0) return;
   for (Json& f : (*report)["findings"]) {
     const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
     if (f["where"].value("joint", "") != joint || !effect || is_share_of_load(f) || !is_in_log_unit(f)) continue;
-    if (effect->family != EffectFamily::kDryFriction && effect->family != EffectFamily::kZero) continue;
+    if (effect->family != EffectFamily::kZero && !(of_friction && effect->family == EffectFamily::kDryFriction)) continue;
     doubt_beside_unit(scale < 0.0 ? "none, and the log has the other sign: " : "none, and ", scale, unit, round_to(scale, 2), &f);
   }
 }
@@ -172,6 +172,7 @@ std::vector<EffortUnit> list_untold_units(const TorqueData& data, const std::vec
     else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) {
       untold.push_back(find_unit_without_rotor(data, joint).value_or(EffortUnit{joint}));
       untold.back().without_friction = find_unit_without_friction(data, joint).value_or(1.0);
+      untold.back().without_constant = find_unit_without_constant(data, joint).value_or(1.0);
     }
   }
   return told && units.empty() ? std::vector<EffortUnit>{} : untold;
@@ -186,7 +187,8 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
     mark_unexplained(name, unit, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
-    doubt_large_level(name, unit, u.without_friction, &reports->report);
+    const bool of_friction = u.without_friction != 1.0;
+    doubt_large_level(name, unit, of_friction ? u.without_friction : u.without_constant, of_friction, &reports->report);
   }
 }
 

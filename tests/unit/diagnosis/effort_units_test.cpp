@@ -345,6 +345,29 @@ TEST(EffortUnits, AConstantEffortThatTheMotionOpposesMayHaveItsSignTurned) {
   EXPECT_NEAR(*unit, -0.003, 0.0003);
 }
 
+// A winch that lifts 0.5 kg, with currents of 7.2 N each: the weight is as constant as a constant force is.
+TEST(EffortUnits, AConstantForceBesideAConstantWeightMayBeTheUnit) {
+  std::string lift = kDisc;
+  lift.replace(lift.find("revolute"), 8, "prismatic");
+  lift.replace(lift.find("mass value=\"0.1\""), 16, "mass value=\"0.5\"");
+  Experiment e = make_simulated_experiment("units_lift", lift, {"motor"}, {{EffectId::kCoulomb, 0, {1.5, 0.0, 5e-4}}});
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[0].signal[2]) y /= 7.2;
+  }
+  const std::optional<double> unit = find_unit_without_constant(make_torque_data(e), 0);
+  ASSERT_TRUE(unit.has_value());
+  EXPECT_NEAR(*unit, 7.2, 0.4);
+  EffortUnit untold;  // where a current is too noisy to show what the load's acceleration takes
+  untold.joint = 0, untold.without_constant = *unit;
+  Reports reports;
+  reports.report["findings"] = {{{"effect", "constant_torque"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
+                                 {"alternatives", Json::array()}, {"parameters", {{"torque", {{"value", -4.2}, {"unit", "N"}}}}}}};
+  doubt_untold_units(e, {untold}, &reports);
+  EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
+  EXPECT_EQ(reports.report["findings"][0]["alternatives"].size(), 1u);
+}
+
 // Friction that turns with the motion is there in any unit.
 TEST(EffortUnits, FrictionOfAMotionBackAndForthIsNoUnit) {
   Experiment e = make_simulated_experiment("units_back", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
