@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/effects/effect_info.h"
+#include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/significance.h"
@@ -55,6 +56,23 @@ double compare_with_zeros(const Experiment& e, const TorqueData& data, const Ask
   return zeros.empty() ? asked.gain : compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs));
 }
 
+// [nats] by which the ratio explains more than another unit does with angles as logged, of this joint's effort or of the whole
+// log. While angles are small, torques are in proportion to them: efforts in a unit of the ratio, or with a motor's efforts of
+// its square, do the same. On an upright axis they always do.
+double compare_with_units(const Experiment& e, const Asked& asked, int jobs) {
+  double least = asked.gain;
+  EffortUnit unit;
+  for (int power = 1; power <= (asked.ratio.of_motor ? 2 : 1); ++power) {
+    unit.scale *= asked.ratio.ratio;
+    std::vector<EffortUnit> units;
+    for (unit.joint = 0; unit.joint < e.num_joints(); ++unit.joint) units.push_back(unit);
+    least = std::min(least, compare(asked.fit, fit_list(convert_efforts(e, units), jobs)));
+    unit.joint = asked.ratio.joint;
+    least = std::min(least, compare(asked.fit, fit_list(convert_efforts(e, {unit}), jobs)));
+  }
+  return least;
+}
+
 std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.robot.tree.joint(ratio.joint).name; }
 
 std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
@@ -75,9 +93,9 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     if (list.empty()) break;
     const Asked asked = ask(now, data, list, jobs);
     if (asked.gain < kConventionNats) break;
-    const double over_zeros = compare_with_zeros(now, data, asked, jobs);
-    if (over_zeros < -kConventionNats) break;
-    if (!asked.ratio.agreed || over_zeros < kConventionNats) {
+    const double over_others = std::min(compare_with_zeros(now, data, asked, jobs), compare_with_units(now, asked, jobs));
+    if (over_others < -kConventionNats) break;
+    if (!asked.ratio.agreed || over_others < kConventionNats) {
       out.doubted.push_back(asked.ratio);
       break;
     }

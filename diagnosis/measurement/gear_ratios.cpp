@@ -135,6 +135,7 @@ std::vector<GearRatio> list_gear_ratios(const TorqueData& data) {
     Trial best{j, 0.0, false};
     const double least = find_best(plant, rows, &best);
     if (!(least < kNearlyAll * nominal) || std::abs(best.log) < kMinor) continue;
+    if (std::abs(best.log) > kLargest) continue;  // the end of what is tried is no best ratio
     GearRatio ratio{j, std::exp(best.log), 0.0, best.of_motor, least / nominal, false};
     judge_pieces(data, plant, best, &ratio);
     out.push_back(ratio);

@@ -54,6 +54,20 @@ TEST(GearReport, FrictionRotorsAndAnotherZeroAreNoRatio) {
   EXPECT_TRUE(find_gear_ratios(e, 1).found.empty());
 }
 
+// An upright joint with currents of 13 N m: its rotor takes what another gear changes of the torque, and the unit does the rest.
+TEST(GearReport, CurrentsOfAnUprightJointAreNoEffortsOfAMotorBeforeItsGear) {
+  std::string upright = kArm;
+  upright.replace(upright.find("axis xyz=\"0 1 0\""), 16, "axis xyz=\"0 0 1\"");
+  Experiment e = make_simulated_experiment("upright_currents", upright, kArmJoints, make_arm_drives());
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      for (double& y : joint.signal[2]) y /= 13.0;
+    }
+  }
+  EXPECT_TRUE(find_gear_ratios(e, 1).found.empty());
+}
+
 // What is named beside a ratio that recordings do not agree about may be the ratio's.
 TEST(GearReport, ADoubtedRatioLeavesNothingSupportedAtItsJoint) {
   const Experiment e = make_geared("doubted", kElbow, 1.0);
