@@ -138,7 +138,7 @@ bool are_wide(const std::vector<EffortUnit>& units) { return std::all_of(units.b
 std::optional<EffortUnit> find_common_unit(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
   const bool wide = are_wide(units);
-  EffortUnit common{-1, 1.0, 1e300, 0.0, true, units.front().of_gains, are_bounds(units), units.front().of_load};
+  EffortUnit common{-1, 1.0, 1e300, 0.0, true, units.front().of_gains, are_bounds(units), units.front().of_load, units.front().by_load};
   for (const EffortUnit& u : units) {
     if (is_wide(u) != wide || u.at_least != common.at_least) continue;
     const double log = std::log(u.scale);
@@ -197,7 +197,7 @@ void refine_beside_load(const TorqueData& data, std::vector<EffortUnit>* units) 
       continue;
     }
     const double wide = kNinetyFive * std::hypot(u.std, kBlur * u.scale);
-    EffortUnit unit{u.joint, u.scale, std::max(u.scale - wide, u.scale * u.scale / (u.scale + wide)), u.scale + wide, false, of_gains, false, found.blur};
+    EffortUnit unit{u.joint, u.scale, std::max(u.scale - wide, u.scale * u.scale / (u.scale + wide)), u.scale + wide, false, of_gains, false, found.blur, found.of_torque};
     if (known != units->end()) *known = unit;
     else units->push_back(unit);
   }
@@ -208,7 +208,7 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false, unit->of_load = 0.0;
+  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
 }
 
 // Further from one than a wrong model could make it.
@@ -254,7 +254,7 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   return units;
 }
 
-bool is_load_or_unit(const EffortUnit& unit) { return std::isfinite(unit.of_load) && unit.of_load > kPart; }
+bool is_load_or_unit(const EffortUnit& unit) { return unit.by_load > kPart; }
 
 bool tells_unit(const TorqueData& data, int joint) {
   return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);

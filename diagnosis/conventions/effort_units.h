@@ -28,11 +28,13 @@ struct EffortUnit {
   // Relative deviation of a load's mass that was found beside the units (loaded_units.h); infinite: no load shows beside
   // them. Zero: the unit needs no motion (the servo's law tells it).
   double of_load = std::numeric_limits<double>::infinity();
+  double by_load = 0.0;           // the same of the torque of the joint that bears the load most; zero: none
   double without_friction = 1.0;  // the scale by find_unit_without_friction(); 1: none
   double without_constant = 1.0;  // the scale by find_unit_without_constant(); 1: none
 };
 
-// True if a load shows beside the units and its mass does not: another load with other units does as well.
+// True if a load shows beside the units, its mass does not, and it is a large part of some joint's torque: another load, maybe
+// of another link, with other units does as well.
 bool is_load_or_unit(const EffortUnit& unit);
 
 // One entry for each joint whose efforts (or, without efforts, stated gains) are in another unit. Empty if they are

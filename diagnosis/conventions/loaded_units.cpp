@@ -118,6 +118,14 @@ Profile profile(const Seen& s, const Load& p) {
   return {std::max(1e-300, s(0, 0) * (1.0 - share)), xx > 0.0 ? xy / xx : 0.0, share};
 }
 
+// Root mean square of the load's torque, relative to that of all bodies.
+double calc_part(const Seen& s, const Load& p) {
+  Eigen::Matrix<double, kSeen - 1, 1> u;
+  u << 1.0, p;
+  const double all = u.dot(s.bottomRightCorner<kSeen - 1, kSeen - 1>() * u), load = p.dot(s.bottomRightCorner<kLoadColumns, kLoadColumns>() * p);
+  return all > 0.0 ? std::sqrt(std::max(0.0, load) / all) : 1.0;
+}
+
 class Fit {
  public:
   Fit(const std::vector<Sums>& sums, const std::vector<char>& springs, long link, int out = -1) : sums_(sums) {
@@ -260,6 +268,7 @@ class Search {
       const Profile at = profile(all.get(i), c.p);
       double square = std::pow(1.0 / profile(freely.get(i), free.p).scale - 1.0 / at.scale, 2);
       for (size_t f = 0; f < parts.size(); ++f) square += kJackknife * std::pow(1.0 / profile(parts[f].get(i), loads[f]).scale - 1.0 / at.scale, 2);
+      if (c.link >= 0) out->of_torque = std::max(out->of_torque, out->blur * calc_part(all.get(i), c.p));
       LoadedUnit unit{sums_[i].joint, 1.0 / at.scale, std::sqrt(square), at.share};
       weigh_spring(c, i, &unit);
       out->joints.push_back(unit);

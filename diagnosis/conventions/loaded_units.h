@@ -28,6 +28,7 @@ struct LoadedUnits {
   int link = -1;                  // that carries the load; -1: no load explains more than units do
   double mass = 0.0;              // [kg]
   double blur = std::numeric_limits<double>::infinity();  // relative deviation of its mass or moment, the larger one
+  double of_torque = 0.0;         // the same of the torque of the joint that bears the load most: a small load blurs no unit
   double by_load = 0.0;           // [nats] by which the load explains more than units alone
 };
 

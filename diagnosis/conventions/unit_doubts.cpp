@@ -219,7 +219,7 @@ void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& unit
       if (joint.empty() || e.robot.tree.joint(u.joint).name != joint) continue;
       if (is_share_of_load(f)) doubt_share_of_load(e, u, &f);
       if (!is_in_log_unit(f)) continue;
-      const double blur = is_load_or_unit(u) ? std::max(find_blur(u), u.of_load) : find_blur(u);
+      const double blur = is_load_or_unit(u) ? std::max(find_blur(u), u.by_load) : find_blur(u);
       widen_finding(blur, 0.0, &f);
       const bool sized = is_own_friction(f) && kNinetyFive * blur < 1.0;
       if (sized && blur > kPart) f["statement"] = f.value("statement", "") + " It is there in any unit; its size is as uncertain as the unit of this joint's effort.";

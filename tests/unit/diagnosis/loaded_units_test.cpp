@@ -31,7 +31,7 @@ TEST(LoadedUnits, WhereUnitsStandForAToolTheyAreAmbiguousAndNameIt) {
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) {
     const bool right = std::abs(std::log(u.scale / kTorqueOfUnit[static_cast<size_t>(u.joint)])) < 0.1;
-    EXPECT_TRUE(right || is_load_or_unit(u)) << u.joint << ": " << u.scale << " " << u.of_load;
+    EXPECT_TRUE(right || is_load_or_unit(u)) << u.joint << ": " << u.scale << " " << u.by_load;
   }
 }
 
@@ -89,7 +89,7 @@ Json make_of_joint(const char* effect, const char* parameter, double value, cons
 TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
   const Experiment e = make_amperes("loaded_friction", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.3;  // or another load and unit
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.by_load = 0.3;  // or another load and unit
   Reports reports;
   reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m"), make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2")});
   doubt_beside_units(e, {unit}, &reports);
@@ -97,10 +97,24 @@ TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
   EXPECT_EQ(friction["grade"], "supported");
   EXPECT_LT(friction["parameters"]["level"]["ci95"][0].get<double>(), 0.45);  // 1 - 1.96 x 0.3 = 0.41
   EXPECT_EQ(rotor["grade"], "ambiguous");
-  unit.of_load = 0.6;  // the interval holds none
+  unit.by_load = 0.6;  // the interval holds none
   reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m")});
   doubt_beside_units(e, {unit}, &reports);
   EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
+}
+
+// Masses that are a few per cent off look like a load of 0.1 +- 0.4 kg, which is a twentieth of the torque at most.
+TEST(UnitDoubts, ALoadThatIsHardlyToldBlursNoTorqueThatItIsASmallPartOf) {
+  const Experiment e = make_amperes("loaded_little", {});
+  EffortUnit unit;
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 1.9, unit.by_load = 0.1;
+  EXPECT_FALSE(is_load_or_unit(unit));
+  Reports reports;
+  reports.report["findings"] = Json::array({make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2"), make_payload()});
+  doubt_beside_units(e, {unit}, &reports);
+  EXPECT_EQ(reports.report["findings"][0]["grade"], "supported");
+  EXPECT_GT(reports.report["findings"][0]["parameters"]["inertia"]["ci95"][0].get<double>(), 0.17);
+  EXPECT_EQ(reports.report["findings"][1]["grade"], "ambiguous");
 }
 
 Json make_load_friction(double ratio) {
