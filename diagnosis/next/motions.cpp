@@ -10,7 +10,10 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kRest = 0.3;  // [s] at rest at both ends
-constexpr double kFade = 1.0;  // [s] in which a motion grows and fades
+constexpr double kFade = 1.0;  // [s] in which a motion fades, and in which it grows at least
+// A motion grows over a third of its time, at most this long [s]. A drive may be weaker than stated, and poor recordings do not
+// tell. Then a joint leaves its command after the first second: less is no recording that shows it.
+constexpr double kGrow = 2.0;
 
 // Replaces the distributions of <random>, which differ between libraries.
 class Draw {
@@ -129,10 +132,10 @@ Curve make_curve(const MotionPlan& plan, Draw& draw) {
 // Motion around the middle of the free range, from the start position and back to it.
 void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, double size, std::vector<double>* q) {
   const double middle = 0.5 * (limits.lower + limits.upper), half = 0.5 * (limits.upper - limits.lower);
-  const double end = static_cast<double>(q->size() - 1) * plan.period;
+  const double end = static_cast<double>(q->size() - 1) * plan.period, grows = std::clamp((end - 2.0 * kRest) / 3.0, kFade, kGrow);
   for (size_t k = 0; k < q->size(); ++k) {
     const double t = static_cast<double>(k) * plan.period;
-    const double share = rise((t - kRest) / kFade) * rise((end - kRest - t) / kFade);
+    const double share = rise((t - kRest) / grows) * rise((end - kRest - t) / kFade);
     (*q)[k] = limits.start + share * size * (middle - limits.start + half * curve(t));
   }
 }

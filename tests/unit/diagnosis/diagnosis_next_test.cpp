@@ -154,6 +154,20 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
   }
 }
 
+// A drive that is weaker than stated lets its joint fall behind. By then the recording must be long enough to show it.
+TEST(NextExperiment, AMotionGrowsSoSlowlyThatAWeakDriveLeavesARecording) {
+  const Limits limits = make_limits(simulate_arm("next_growth", {}), {});
+  for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
+    MotionPlan plan;
+    plan.family = static_cast<Family>(f), plan.moves = {1, 1}, plan.seconds = 6.0;
+    const Commands motion = make_motion(plan, limits);
+    const JointLimits& joint = limits.joints[kElbow];
+    double farthest = 0.0;
+    for (size_t k = 0; motion.time[k] < 1.0; ++k) farthest = std::max(farthest, std::abs(motion.position[kElbow][k] - joint.start));
+    EXPECT_LT(farthest, 0.2 * (joint.upper - joint.lower)) << get_family_word(plan.family);
+  }
+}
+
 // Efforts limit the quick sines of a wrist; the slow ones may then be larger.
 TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   const Experiment e = simulate_arm("next_slow_sines", {});
@@ -170,7 +184,7 @@ TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   };
   const auto [slow_travel, slow_acceleration] = measure(kSlowSines);
   const auto [quick_travel, quick_acceleration] = measure(kQuickSines);
-  EXPECT_GT(slow_travel, 0.8 * quick_travel);  // phases differ, so the sines do not add up at the same time
+  EXPECT_GT(slow_travel, 0.7 * quick_travel);  // phases differ, so the sines do not add up at the same time; some do while the motion grows
   EXPECT_LT(slow_acceleration, 0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
 }
 
