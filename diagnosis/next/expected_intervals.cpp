@@ -12,6 +12,7 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr double kForEver = 1e3;  // times that a motion is repeated, until the recordings before it no longer count
 constexpr double kUnknown = 1e6;  // standard deviation of a parameter that nothing shows
 
 // Slots of the columns of list_torque_samples().
@@ -68,7 +69,7 @@ void widen(const std::vector<double>& positions, std::pair<double, double>* rang
   }
 }
 
-ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows)
+ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows, const Limits& limits)
     : e_(experiment), terms_(terms), rows_(rows), known_(rows.calc_known(terms.best)) {
   for (size_t i = 0; i < terms.design.joints.size(); ++i) {
     slots_.push_back(list_slots(terms, i));
@@ -80,7 +81,14 @@ ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTer
   nothing_ = {Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
   for (ConsideredSums& sums : nothing_.considered) sums.xx.setZero(), sums.moved.setZero();
   if (terms_.values.empty()) return;
-  before_ = calc_std(known_), now_ = list_considered(nothing_);
+  before_ = calc_std(known_), now_ = least_ = list_considered(nothing_.considered, 1.0);
+  masses_ = kNinetyFive * calc_unsure_mass_std(terms.design, terms.best.model, terms.best.fit);
+  for (const OpenValue& v : terms.values) {
+    const bool own = terms.best.slots.whole.empty() || v.slot < terms.best.slots.whole[0];
+    if (!own || is_loss(get_effect(v.effect))) masses_[v.slot] = 0.0;
+  }
+  widest_ = nothing_.ranges;
+  for (size_t j = 0; j < widest_.size(); ++j) widen({limits.joints[j].lower, limits.joints[j].upper}, &widest_[j]);
 }
 
 std::vector<ConsideredSums> ExpectedIntervals::sum_along(const MotionRows& motion) const {
@@ -98,10 +106,10 @@ std::vector<ConsideredSums> ExpectedIntervals::sum_along(const MotionRows& motio
   return list;
 }
 
-std::vector<double> ExpectedIntervals::list_considered(const Gained& gained) const {
+std::vector<double> ExpectedIntervals::list_considered(const std::vector<ConsideredSums>& gained, double times) const {
   std::vector<double> widths(static_cast<size_t>(known_.rows()), 0.0);
   for (size_t i = 0; i < slots_.size(); ++i) {
-    const ConsideredSums all{sums_[i].xx + gained.considered[i].xx, sums_[i].moved + gained.considered[i].moved};
+    const ConsideredSums all{sums_[i].xx + times * gained[i].xx, sums_[i].moved + times * gained[i].moved};
     if (all.xx.size() == 0) continue;
     const Eigen::VectorXd variance = calc_considered_variance(all, e_.sample_time);
     const size_t own = slots_[i].size() - static_cast<size_t>(count_whole(terms_));
@@ -110,19 +118,25 @@ std::vector<double> ExpectedIntervals::list_considered(const Gained& gained) con
   return widths;
 }
 
+void ExpectedIntervals::allow(const std::vector<ConsideredSums>& along) {
+  const std::vector<double> reached = list_considered(along, kForEver);
+  for (size_t slot = 0; slot < least_.size(); ++slot) least_[slot] = std::min(least_[slot], reached[slot]);
+}
+
 std::vector<ExpectedInterval> ExpectedIntervals::list(const Gained& gained) const {
   std::vector<ExpectedInterval> list;
   if (terms_.values.empty()) return list;
   const Eigen::VectorXd after = calc_std(known_ + gained.fisher);
-  const std::vector<double> then = list_considered(gained);
+  const std::vector<double> then = list_considered(gained.considered, 1.0);
   for (const OpenValue& v : terms_.values) {
     const size_t slot = static_cast<size_t>(v.slot);
     const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
-    const double width = calc_expected_width(v.half_width, {kNinetyFive * before_[v.slot], calc_unseen(nothing_.ranges), now_[slot]},
-                                             {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot]});
+    const double width = calc_expected_width(v.half_width, {kNinetyFive * before_[v.slot], calc_unseen(nothing_.ranges), now_[slot], masses_[v.slot]},
+                                             {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot], masses_[v.slot]});
     // No report states less than the agreement of two implementations of a law.
     const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));
-    list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, std::max(floor, width)});
+    const double after_it = std::max(floor, width), stays = std::hypot(std::hypot(calc_unseen(widest_), masses_[v.slot]), least_[slot]);
+    list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, after_it, std::min(after_it, std::max(floor, stays))});
   }
   return list;
 }

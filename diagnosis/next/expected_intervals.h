@@ -25,15 +25,17 @@ struct Gained {
 class ExpectedIntervals {
  public:
   // All arguments must outlive this object.
-  ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows);
+  ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows, const Limits& limits);
 
   // Nothing beyond the recordings.
   const Gained& nothing() const { return nothing_; }
   std::vector<ConsideredSums> sum_along(const MotionRows& motion) const;  // by joint of the design
+  // Lowers ExpectedInterval::least to what a motion would reach if it were repeated for ever.
+  void allow(const std::vector<ConsideredSums>& along);
   std::vector<ExpectedInterval> list(const Gained& gained) const;
 
  private:
-  std::vector<double> list_considered(const Gained& gained) const;  // half width by slot of the report's model
+  std::vector<double> list_considered(const std::vector<ConsideredSums>& gained, double times) const;  // half width by slot of the report's model
 
   const Experiment& e_;
   const OpenTerms& terms_;
@@ -43,7 +45,9 @@ class ExpectedIntervals {
   std::vector<ConsideredSums> sums_;      // the same, of the recordings
   Gained nothing_;
   Eigen::VectorXd before_;                // standard deviation by slot, from the recordings alone
-  std::vector<double> now_;               // list_considered(nothing_)
+  std::vector<double> now_, least_;       // list_considered() of nothing more, and of the best repeated motion
+  Eigen::VectorXd masses_;                // half width by slot that is owed to uncertain masses
+  Ranges widest_;                         // of joints, within the limits
 };
 
 }  // namespace hrp::diagnosis

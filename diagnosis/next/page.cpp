@@ -111,10 +111,13 @@ std::string make_intervals(const json& motion) {
     const std::string unit = " " + escape(html::get_text(one, "unit"));
     rows += "<tr><td>" + escape(html::get_text(one, "effect")) + "</td><td>" + escape(html::get_text(one, "parameter")) + " " +
             format_number(html::get_number(one, "value", 0.0)) + unit + "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "half_width", 0.0), 2) +
-            "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "expected_half_width", 0.0), 2) + "</td></tr>";
+            "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "expected_half_width", 0.0), 2) +
+            "</td><td class='num'>&plusmn; " + format_number(html::get_number(one, "least_half_width", 0.0), 2) + "</td></tr>";
   }
   if (rows.empty()) return "";
-  return "<table><tr><th>effect</th><th>value now</th><th>95 % interval now</th><th>expected after this motion</th></tr>" + rows + "</table>";
+  return "<table><tr><th>effect</th><th>value now</th><th>95 % interval now</th><th>expected after this motion</th><th>no motion gets below</th></tr>" + rows +
+         "</table><p class='small'>The last column stays, however often a motion is repeated: masses and torque constants are known to 2 %, the time of an effort to half a "
+         "sample; dry friction varies over the part of a turn that the limits leave unseen (<code>--limit reach=</code> widens them); two implementations of a law agree to 0.1 %.</p>";
 }
 
 std::string make_stop(const json& motion) {

@@ -25,6 +25,7 @@ double calc_expected_width(double half_width, const WidthParts& before, const Wi
     const double part = std::min(other, now * now);
     other -= part, left += part * (now > 0.0 ? std::min(most, then * then / (now * now)) : 1.0);
   };
+  take(before.masses, after.masses, 1.0);
   take(before.noise, after.noise, 1.0), take(before.unseen, after.unseen, 1.0);
   take(before.considered, after.considered, std::numeric_limits<double>::infinity());
   return std::sqrt(other + left);

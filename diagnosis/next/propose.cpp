@@ -161,7 +161,7 @@ class Proposer {
         const double floor = kAgreement * effect.p[i];
         std::string unit = infos[i].unit;
         if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
-        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor)});
+        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor), kNinetyFive * std::abs(floor)});
       }
     }
     return list;

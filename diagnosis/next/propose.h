@@ -26,10 +26,11 @@ struct Expected {
   double difference = 0.0;     // rms difference [noise] that remains after fitting again
 };
 
-// A parameter of the best explanation, with half widths of its 95 % interval.
+// A parameter of the best explanation, with half widths of its 95 % interval. `least`: no tried motion goes
+// below it, however often it is repeated.
 struct ExpectedInterval {
   std::string label, parameter, unit;
-  double value = 0.0, before = 0.0, after = 0.0;
+  double value = 0.0, before = 0.0, after = 0.0, least = 0.0;
 };
 
 // Predictions of one signal under all explanations.

@@ -51,7 +51,7 @@ class TorqueProposer {
     if (!terms_.any()) return next_.nothing = "No joint's torque could be judged along the recordings.", next_;
     rows_ = std::make_unique<TorqueRows>(terms_);
     describe();
-    intervals_ = std::make_unique<ExpectedIntervals>(e_, terms_, *rows_);
+    intervals_ = std::make_unique<ExpectedIntervals>(e_, terms_, *rows_, limits_);
     for (const OpenQuestion& q : terms_.questions) known_rival_.push_back(rows_->calc_known(q.rival));
     if (terms_.questions.empty() && is_settled()) {
       next_.nothing = terms_.untold.empty() ? "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous."
@@ -178,6 +178,9 @@ class TorqueProposer {
     parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i, int worker) {
       try_motion(plans[static_cast<size_t>(i)], safety_[static_cast<size_t>(worker)].get(), &candidates_[static_cast<size_t>(i)]);
     });
+    for (const TorqueCandidate& c : candidates_) {
+      if (c.ok) intervals_->allow(c.considered);
+    }
     next_.tried = static_cast<int>(plans.size());
   }
 

@@ -71,7 +71,7 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
     expected.push_back({{"against", one.label}, {"probability", round_to(one.probability, 3)}, {"difference", round_to(one.difference, 3)}});
   for (const ExpectedInterval& one : p.intervals)
     intervals.push_back({{"effect", one.label}, {"parameter", one.parameter}, {"unit", one.unit}, {"value", round_to(one.value, 6)},
-                         {"half_width", round_to(one.before, 4)}, {"expected_half_width", round_to(one.after, 4)}});
+                         {"half_width", round_to(one.before, 4)}, {"expected_half_width", round_to(one.after, 4)}, {"least_half_width", round_to(one.least, 4)}});
   return {{"file", p.file},
           {"role", get_role(p)},
           {"loads", make_loads(p.plan.loads)},

@@ -199,15 +199,12 @@ class Grader {
         // Not further for terms of the whole robot: parts of one joint say little.
         const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
-        if (g.term.whole() || !is_loss(g.term)) g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
+        if (g.term.whole() || !is_loss(g.term.effect())) g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
       }
       const long slot = find_slot(g.place);
       if (g.term.row->load) g.width = take_place_widths(g.parameters, fit_.covariance.block<4, 4>(slot, slot), g.width);
     }
   }
-
-  // Friction reverses with the motion, and weight and inertia do not: they hardly tell on each other.
-  static bool is_loss(const Term& term) { return term.effect().family == EffectFamily::kDryFriction || term.effect().family == EffectFamily::kSpeedLoss; }
 
   long find_slot(const TermPlace& place) const { return place.joint >= 0 ? slots_.own[static_cast<size_t>(place.joint)][place.at] : slots_.whole[place.at]; }
 

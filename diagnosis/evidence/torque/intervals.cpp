@@ -192,6 +192,8 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
   return (invert_sums(precision).diagonal().head(slots.size) - exact).cwiseMax(0.0).cwiseSqrt();
 }
 
+bool is_loss(const EffectInfo& effect) { return effect.family == EffectFamily::kDryFriction || effect.family == EffectFamily::kSpeedLoss; }
+
 Eigen::Vector4d take_place_widths(const Eigen::Vector4d& x, const Eigen::Matrix4d& covariance, const Eigen::Vector4d& width) {
   Eigen::Vector4d out = width;
   for (long k = 1; k < 4 && x[0] != 0.0; ++k) {

@@ -43,6 +43,9 @@ Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueMode
 // looks like a rotor, a spring or a constant torque.
 Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit);
 
+// Friction reverses with the motion, and weight and inertia do not: they hardly tell on each other.
+bool is_loss(const EffectInfo& effect);
+
 // Of a load: widths of its coefficients m and m p, with those of m p replaced by m times the width of the place p = (m p) / m.
 // Postures tell the weight's moment m p well and m alone poorly, so p is known no better than m. `covariance`: of the
 // coefficients, which gives their correlation.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/proposal_parts.h"
@@ -97,6 +98,26 @@ TEST(NextByTorque, OnlyNoiseAndTheUnseenPartOfATurnBecomeNarrower) {
   EXPECT_NEAR(calc_expected_width(13.0, {3.0, 4.0}, {0.0, 0.0}), 12.0, 1e-12);
   EXPECT_NEAR(calc_expected_width(5.0, {30.0, 4.0}, {15.0, 4.0}), 2.5, 1e-12);  // no part is wider than the whole
   EXPECT_NEAR(calc_expected_width(5.0, {3.0, 0.0, 4.0}, {0.0, 0.0, 8.0}), 8.0, 1e-12);  // the time of a sample may matter more
+  EXPECT_NEAR(calc_expected_width(5.0, {4.0, 0.0, 0.0, 3.0}, {0.0, 0.0, 0.0, 3.0}), 3.0, 1e-12);  // masses are known to 2 %, whatever moves
+}
+
+// Of a rotor, a torque constant that is 2 % off takes 2 % of all that accelerates with it, links included. Of a level of dry
+// friction, the limits leave a part of the turn unseen. No repetition of a motion lowers either.
+TEST(NextByTorque, WhatNoMotionLowersIsStatedBesideEveryInterval) {
+  const Experiment e = simulate_arm("next_torque_least", make_arm_drives());
+  const auto list = [&](const char* reach) {
+    NextOptions options = make_options();
+    options.limits = {reach};
+    return propose_by_torque(e, make_open_report(), options, kQuietly).proposals.at(0).intervals;
+  };
+  const std::vector<ExpectedInterval> narrow = list("reach=0.3"), wide = list("reach=1");
+  const auto find = [](const std::vector<ExpectedInterval>& all, const std::string& label) {
+    return *std::find_if(all.begin(), all.end(), [&](const ExpectedInterval& x) { return x.label == label; });
+  };
+  for (const ExpectedInterval& x : wide) EXPECT_TRUE(x.least > 0.0 && x.least <= x.after) << x.label;
+  // The weight varies against the acceleration here, which takes a part of it off.
+  EXPECT_GT(find(wide, "rotor_inertia@elbow").least, kNinetyFive * 0.01 * find(wide, "rotor_inertia@elbow").value);
+  EXPECT_LT(find(wide, "coulomb_friction@elbow").least, find(narrow, "coulomb_friction@elbow").least);
 }
 
 // An effort that is late by half a sample looks like friction: along a sine, the rate of the inertia's torque is opposite to
