@@ -79,17 +79,28 @@ def find_size(value):
     return max(map(abs, value)) if isinstance(value, list) else abs(value)
 
 
-def list_wide(report):
-    """Parameters whose interval can be halved: wider than twice the floor of all reports."""
+def list_least(proposal):
+    """Half widths that no motion lowers, as the proposal says, by label and parameter."""
+    return {(i["effect"], i["parameter"]): i.get("least_half_width", 0.0) for motion in proposal.get("motions", [])[:1] for i in motion.get("intervals", [])}
+
+
+def list_wide(report, proposal):
+    """Parameters whose interval can be halved: wider than twice the floor of all reports, and than twice what no motion lowers."""
+    least = list_least(proposal)
+
+    def is_wide(finding, name, said):
+        place = score_dirty.place_of(finding)
+        floor = max(FLOOR * find_size(said["value"]), least.get((f"{finding['effect']}@{place[1]}", name), 0.0))
+        return said.get("ci95") and score_dirty.find_width(said) > 2 * floor
+
     return {(f["effect"], score_dirty.place_of(f), name) for f in (report or {}).get("findings") or []
-            for name, said in f["parameters"].items()
-            if said.get("ci95") and score_dirty.find_width(said) > 2 * FLOOR * find_size(said["value"])}
+            for name, said in f["parameters"].items() if is_wide(f, name, said)}
 
 
 def find_ratios(case, kind, wide=False):
     before, after = (list_half_widths(case["truth"], case[k]) for k in ("first", kind))
     keys = [key for key in before if key in after and before[key] > 0 and math.isfinite(after[key])]
-    kept = list_wide(case["first"]) if wide else keys
+    kept = list_wide(case["first"], case["next"]) if wide else keys
     return [after[key] / before[key] for key in keys if key in kept]
 
 

@@ -57,6 +57,14 @@ class ScoreNext(unittest.TestCase):
             self.assertEqual((out["proposed"]["right"], out["multisines"]["right"], out["loads"]), (0, 1, 1))
             self.assertEqual(score_next.judge(opened[0]["truth"], opened[0]["proposed"]), "no answer")
 
+    def test_an_interval_that_no_motion_halves_is_counted_apart(self):
+        said = lambda least: {"motions": [{"intervals": [{"effect": "coulomb_friction@a", "parameter": "level", "least_half_width": least}]}]}
+        case = lambda least: {"truth": CLEAN, "first": report(found("coulomb_friction", 0.4)),
+                              "proposed": report(found("coulomb_friction", 0.1)), "next": said(least)}
+        self.assertEqual(len(score_next.find_ratios(case(0.1), "proposed", wide=True)), 1)
+        self.assertEqual(len(score_next.find_ratios(case(0.3), "proposed", wide=True)), 0)
+        self.assertEqual(len(score_next.find_ratios(case(0.3), "proposed")), 1)
+
     def test_a_limit_is_passed_where_the_urdf_says_so(self):
         with tempfile.TemporaryDirectory() as folder:
             case = pathlib.Path(folder) / "multisines/cases/case-001"
