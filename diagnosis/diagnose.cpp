@@ -5,6 +5,7 @@
 #include "common/base/join_words.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/fixed_base.h"
+#include "diagnosis/floating/checks/drifting_zeros.h"
 #include "diagnosis/floating/diagnose.h"
 #include "diagnosis/held_feet/held_feet.h"
 #include "diagnosis/link_evidence.h"
@@ -127,7 +128,9 @@ bool is_of_bodies_alone(const Experiment& e) {
 
 }  // namespace
 
-Reports diagnose(const Problem& problem, const Progress& progress) {
+namespace {
+
+Reports diagnose_still(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;
   Reports walked;
@@ -163,6 +166,32 @@ Reports diagnose(const Problem& problem, const Progress& progress) {
   reports = diagnose_fixed_base(problem, progress);
   add_link_evidence(e, behind, problem.jobs, progress, &reports, &compared);
   say_what_was_not_compared(e, {"/imu", "/wrench", "/base", "/joint_states_link"}, progress, &reports, compared);
+  return reports;
+}
+
+// Before what was found in recordings that were rid of it.
+void add_drift(const floating::ZeroDrift& drift, const Progress& progress, Json* report) {
+  Evidence evidence;
+  evidence.findings = drift.findings;
+  const Json own = make_report(evidence)["findings"];
+  Json& findings = (*report)["findings"];
+  findings.insert(findings.begin(), own.begin(), own.end());
+  if ((*report)["verdict"] == "no_mismatch") (*report)["verdict"] = "explained";
+  for (const Finding& f : drift.findings) progress("    " + f.statement);
+}
+
+}  // namespace
+
+Reports diagnose(const Problem& problem, const Progress& progress) {
+  const Experiment& e = *problem.experiment;
+  const floating::ZeroDrift drift = e.scenario.floating_base ? floating::find_zero_drift(e) : floating::ZeroDrift{};
+  if (!drift.found()) return diagnose_still(problem, progress);
+  progress("zeros of force sensors drift: first they are taken out");
+  const Experiment still = floating::take_out(drift, e);
+  Problem rest = problem;
+  rest.experiment = &still;
+  Reports reports = diagnose_still(rest, progress);
+  add_drift(drift, progress, &reports.report);
   return reports;
 }
 

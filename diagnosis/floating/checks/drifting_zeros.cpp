@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/floating/checks/drifting_zeros.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/format.h"
+#include "diagnosis/data/mean.h"
+#include "diagnosis/data/recording.h"
+#include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/floating/checks/weight_check.h"
+#include "diagnosis/floating/equations/equations.h"
+#include "diagnosis/floating/fit/candidate_laws.h"
+#include "diagnosis/floating/log/contacts.h"
+#include "diagnosis/floating/report/words.h"
+
+namespace hrp::diagnosis::floating {
+namespace {
+
+constexpr int kAxes = 6;
+constexpr size_t kParts = kStretches;  // of each recording: how much a zero differs within it tells how much it may differ
+constexpr double kLever = 0.1;  // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
+constexpr double kChance = 1e-3;  // of one false drift in so many clean robots
+
+const char* const kNames[kAxes] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
+
+// One row of an equation, in units of what is left of that equation.
+struct Row {
+  size_t part = 0;           // recording * kParts + part of it
+  double y = 0;
+  Eigen::VectorXd constant;  // by what stays as it is: masses, scales, soles, joints
+  Eigen::VectorXd zero;      // by the zero of each axis of each sensor
+};
+
+// Probability that values of the same mean have such a variance between groups: F with two degrees of freedom exactly, with
+// a few more to a small factor.
+double calc_chance(double between, double within, double groups, double freedom) {
+  const double f = within > 0 ? between / within : 0;
+  return std::pow(1 + f * (groups - 1) / freedom, -0.5 * freedom);
+}
+
+class DriftFinder {
+ public:
+  DriftFinder(const LeggedLog& log, const std::vector<ChannelRows>& channels)
+      : log_(log), layout_(log), zeros_(kAxes * layout_.sensors), recordings_(log.experiment->recordings.size()) {
+    list_constants();
+    for (const ChannelRows* c : list_equations(channels)) add_rows(*c);
+  }
+
+  ZeroDrift run() {
+    ZeroDrift out;
+    const std::vector<size_t> counts = count_rows();
+    const bool enough = zeros_ > 0 && recordings_ >= kFewestToAgree && *std::min_element(counts.begin(), counts.end()) >= kFewestOfItsOwn;
+    if (!enough || !solve()) return out;
+    for (int z = 0; z < zeros_; ++z) chances_.push_back(find_chance(z));
+    if (*std::min_element(chances_.begin(), chances_.end()) > kChance / zeros_) return out;
+    // Now that zeros are known to drift, what differs between recordings is theirs first.
+    if (solve(kDetail)) write(&out);
+    return out;
+  }
+
+ private:
+  // Each with the size that it has in a usual robot: a tenth of a link's mass, a centimetre, faults of 0.02 or 0.1 m/s^2. What
+  // the motion within recordings tells of them counts more than that.
+  void list_constants() {
+    const auto add = [&](int first, int count, double prior) {
+      for (int i = 0; i < count; ++i) constants_.push_back({first + i, prior});
+    };
+    for (int l = 0; l < layout_.links; ++l) {
+      const double mass = log_.tree.links[static_cast<size_t>(l)].inertia.mass;
+      if (mass > 0) add(layout_.link(l, 0), 1, kDetail * mass), add(layout_.link(l, 1), 3, kDetail * kLever * mass);
+    }
+    for (int s = 0; s < layout_.sensors; ++s) add(layout_.sensor(s, kForceScaleColumn), 2, kKnown), add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
+    for (int i = 0; i < layout_.imus; ++i) add(layout_.imu(i, kAccelerometerTurnColumn), 3, kKnown), add(layout_.imu(i, kAccelerometerBiasColumn), 3, kDetail);
+    for (int j = 0; j < layout_.joints; ++j) add(layout_.joint(j, kOffsetColumn), 1, kKnown);
+  }
+
+  // The balance of the whole body, else its weight.
+  static std::vector<const ChannelRows*> list_equations(const std::vector<ChannelRows>& channels) {
+    std::vector<const ChannelRows*> out, weight;
+    for (const ChannelRows& c : channels) {
+      if (c.info.equation.is_balance()) out.push_back(&c);
+      else if (c.info.equation.is_vertical_force()) weight.push_back(&c);
+    }
+    return out.empty() ? weight : out;
+  }
+
+  void add_rows(const ChannelRows& c) {
+    const double spread = calc_rms(c.y);
+    if (spread <= 0) return;
+    const auto get = [&](size_t i, int column) {
+      const int at = c.find_column(column);
+      return at < 0 ? 0.0 : c.row(i)[at] / spread;
+    };
+    for (size_t i = 0; i < c.rows(); ++i) {
+      const auto r = static_cast<size_t>(c.recording[i]);
+      const std::vector<double>& time = log_.experiment->recordings[r].time;
+      Row row;
+      const double done = (c.time[i] - time.front()) / std::max(1e-9, time.back() - time.front());
+      row.part = r * kParts + std::min(kParts - 1, static_cast<size_t>(done * kParts)), row.y = c.y[i] / spread;
+      row.constant.resize(static_cast<long>(constants_.size())), row.zero.resize(zeros_);
+      for (size_t k = 0; k < constants_.size(); ++k) row.constant(static_cast<long>(k)) = get(i, constants_[k].column);
+      for (int z = 0; z < zeros_; ++z) row.zero(z) = get(i, layout_.sensor(z / kAxes, kForceBiasColumn + z % kAxes));
+      rows_.push_back(std::move(row));
+    }
+  }
+
+  std::vector<size_t> count_rows() const {
+    std::vector<size_t> out(kParts * std::max<size_t>(1, recordings_), 0);
+    for (const Row& row : rows_) ++out[row.part];
+    return out;
+  }
+
+  // [N], [N m] Of drifts that the equations cannot tell apart, the one that is smallest beside these is taken.
+  double find_prior(int zero) const {
+    const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
+    return kDetail * weight * (zero % kAxes < 3 ? 1 : kLever);
+  }
+
+  long at(size_t part, int zero) const { return static_cast<long>(constants_.size()) + static_cast<long>(part) * zeros_ + zero; }
+
+  // Constants of all recordings beside zeros of each part, in one least squares.
+  bool solve(double trust = 1) {
+    const auto n = static_cast<long>(constants_.size());
+    const long all = at(recordings_ * kParts, 0);
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(all, all);
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(all);
+    for (const Row& row : rows_) {
+      const long own = at(row.part, 0);
+      A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(row.constant);
+      A.block(own, 0, zeros_, n).noalias() += row.zero * row.constant.transpose();
+      A.block(own, own, zeros_, zeros_).noalias() += row.zero * row.zero.transpose();
+      b.head(n) += row.constant * row.y, b.segment(own, zeros_) += row.zero * row.y;
+    }
+    for (long k = 0; k < n; ++k) A(k, k) += 1 / std::pow(trust * constants_[static_cast<size_t>(k)].prior, 2);
+    for (size_t p = 0; p < recordings_ * kParts; ++p) {
+      for (int z = 0; z < zeros_; ++z) A(at(p, z), at(p, z)) += 1 / std::pow(find_prior(z), 2);
+    }
+    x_ = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>()).ldlt().solve(b);
+    return x_.allFinite();
+  }
+
+  double get_part(size_t recording, size_t part, int z) const { return x_(at(recording * kParts + part, z)); }
+  double find_middle(size_t recording, int z) const {
+    double sum = 0;
+    for (size_t p = 0; p < kParts; ++p) sum += get_part(recording, p, z) / kParts;
+    return sum;
+  }
+
+  double find_mean(int z) const {
+    double sum = 0;
+    for (size_t r = 0; r < recordings_; ++r) sum += find_middle(r, z) / static_cast<double>(recordings_);
+    return sum;
+  }
+
+  // What drifts between recordings does so within them: one slope of all of them is no scatter.
+  double get_freedom() const { return static_cast<double>(recordings_ * (kParts - 1) - 1); }
+
+  // From one part of a recording to the next one.
+  double find_slope(int z) const {
+    double xy = 0, xx = 0;
+    for (size_t r = 0; r < recordings_; ++r) {
+      for (size_t p = 0; p < kParts; ++p) xy += get_place(p) * get_part(r, p, z), xx += get_place(p) * get_place(p);
+    }
+    return xy / xx;
+  }
+  static double get_place(size_t part) { return static_cast<double>(part) - 0.5 * (kParts - 1); }
+
+  // Of the zeros of one recording's parts. Zeros wander while a part lasts, so that neighbours resemble each other: two of them
+  // count as one.
+  double find_variance_within(int z) const {
+    double sum = 0;
+    const double slope = find_slope(z);
+    for (size_t r = 0; r < recordings_; ++r) {
+      for (size_t p = 0; p < kParts; ++p) sum += std::pow(get_part(r, p, z) - find_middle(r, z) - slope * get_place(p), 2);
+    }
+    return sum / get_freedom();
+  }
+
+  double find_chance(int z) const {
+    double between = 0;
+    const auto n = static_cast<double>(recordings_);
+    for (size_t r = 0; r < recordings_; ++r) between += static_cast<double>(kParts) * std::pow(find_middle(r, z) - find_mean(z), 2) / (n - 1);
+    return is_steady(z) ? calc_chance(between, find_variance_within(z), n, 0.5 * get_freedom()) : 1;
+  }
+
+  // From each recording to the next one the same way.
+  bool is_steady(int z) const {
+    int up = 0, down = 0;
+    for (size_t r = 1; r < recordings_; ++r) ++(find_middle(r, z) > find_middle(r - 1, z) ? up : down);
+    return up == 0 || down == 0;
+  }
+
+  void write(ZeroDrift* out) const {
+    out->zero.assign(recordings_, std::vector<double>(static_cast<size_t>(zeros_)));
+    for (int z = 0; z < zeros_; ++z) {
+      for (size_t r = 0; r < recordings_; ++r) out->zero[r][static_cast<size_t>(z)] = find_middle(r, z) - find_mean(z);
+    }
+    for (int first = 0; first < zeros_; first += 3) {
+      int clearest = first;
+      for (int z = first; z < first + 3; ++z) clearest = chances_[static_cast<size_t>(z)] < chances_[static_cast<size_t>(clearest)] ? z : clearest;
+      if (chances_[static_cast<size_t>(clearest)] <= kChance / zeros_) out->findings.push_back(make_one_finding(first, clearest));
+    }
+    join(&out->findings);
+  }
+
+  // The value is how far the zero goes from the first to the last recording.
+  Finding make_one_finding(int first, int clearest) const {
+    Estimate value{"value", first % kAxes == 0 ? "N" : "N m", {}, {}, true};
+    for (int z = first; z < first + 3; ++z) {
+      value.value.push_back(find_middle(recordings_ - 1, z) - find_middle(0, z));
+      value.std.push_back(std::sqrt(2 * find_variance_within(z) / kParts));
+    }
+    const std::string sensor = "/wrench/" + log_.sensors[static_cast<size_t>(first / kAxes)].name + (first % kAxes == 0 ? "/force" : "/torque");
+    Finding f = make_finding(get_laws().sensor_bias.info(), {{"sensor", sensor}}, {value});
+    std::string each;
+    for (size_t r = 0; r < recordings_; ++r) each += (r ? ", " : "") + format("%+.3g", find_middle(r, clearest) - find_mean(clearest));
+    f.statement = sensor + ": its zero drifts, by " + each + " " + value.unit +
+                  " about " + kNames[clearest % kAxes] + " from its mean, in the order of the recordings (" + get_grade_name(Grade::kSupported) +
+                  "). The readings were rid of it before anything else was looked for.";
+    f.grade = Grade::kSupported, f.probability = 0.95, f.share = kHalf, f.weight = kHalf;
+    return f;
+  }
+
+  // Feet that stay add up to one force and one moment: whose zero it is, is not told.
+  void join(std::vector<Finding>* findings) const {
+    const auto size = [](const Finding& f) {
+      return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() / (f.parameters[0].unit == "N" ? 1 : kLever);
+    };
+    std::stable_sort(findings->begin(), findings->end(), [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
+    if (find_contacts(log_).walks) return;
+    Finding first = findings->front();
+    for (size_t i = 1; i < findings->size(); ++i) {
+      const Finding& other = (*findings)[i];
+      first.alternatives.push_back(make_alternative(get_laws().sensor_bias.info(), other.where, other.parameters, "each foot lifted in turn, in every recording"));
+    }
+    first.grade = Grade::kAmbiguous;
+    first.statement = say_ambiguous(first.statement) +
+                      " Feet that stay tell what all zeros together differ by, not whose they are; a load or a pull in some of the recordings looks the same.";
+    findings->assign(1, std::move(first));
+  }
+
+  struct Constant {
+    int column;
+    double prior;
+  };
+  const LeggedLog& log_;
+  ColumnLayout layout_;
+  int zeros_;
+  size_t recordings_;
+  std::vector<Constant> constants_;
+  std::vector<Row> rows_;
+  Eigen::VectorXd x_;
+  std::vector<double> chances_;  // by zero
+};
+
+}  // namespace
+
+ZeroDrift find_zero_drift(const LeggedLog& log, const std::vector<ChannelRows>& channels) { return DriftFinder(log, channels).run(); }
+
+ZeroDrift find_zero_drift(const Experiment& e) {
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  if (log.clips.empty() || log.sensors.empty()) return {};
+  const Contacts contacts = find_contacts(log);
+  const std::vector<ChannelRows> channels = make_equations(log, contacts).channels();
+  return has_raw_counts(log, contacts, channels, ColumnLayout(log)) ? ZeroDrift{} : find_zero_drift(log, channels);
+}
+
+Experiment take_out(const ZeroDrift& drift, Experiment e) {
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  for (size_t r = 0; r < e.recordings.size(); ++r) {
+    Recording& recording = e.recordings[r];
+    for (size_t z = 0; z < drift.zero[r].size(); ++z) {
+      const auto column = recording.other.find("/wrench/" + log.sensors[z / kAxes].name + "/" + kNames[z % kAxes]);
+      if (column == recording.other.end()) continue;
+      for (double& reading : column->second) reading -= drift.zero[r][z];
+    }
+  }
+  return e;
+}
+
+}  // namespace hrp::diagnosis::floating

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Zeros of foot force sensors that drift from recording to recording, as those of strain gauges do while they warm up. No
+// constant fault and no mass goes on with time, whatever the robot does; so the equations of the whole body tell a drift before
+// anything is fitted.
+#pragma once
+
+#include <vector>
+
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/floating/fit/row_table.h"
+#include "diagnosis/floating/log/legged_log.h"
+
+namespace hrp::diagnosis::floating {
+
+struct ZeroDrift {
+  // By recording, by sensor * 6 + axis (force x y z, torque x y z): its zero [N], [N m], less the mean over all recordings, which is a
+  // constant zero that other equations tell.
+  std::vector<std::vector<double>> zero;
+  std::vector<Finding> findings;                 // empty: zeros are constant
+  bool found() const { return !findings.empty(); }
+};
+
+ZeroDrift find_zero_drift(const LeggedLog& log, const std::vector<ChannelRows>& channels);
+ZeroDrift find_zero_drift(const Experiment& experiment);
+
+// The recordings as they would read without it.
+Experiment take_out(const ZeroDrift& drift, Experiment experiment);
+
+}  // namespace hrp::diagnosis::floating
