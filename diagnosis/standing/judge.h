@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "diagnosis/estimate/limits.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/fit.h"
 
@@ -88,14 +89,6 @@ void choose_laws(StandProblems* problems);
 // Problem with a third of the samples, enough to rank candidates. thin_out: its rows of a complete evaluation.
 StandProblem make_coarse(StandProblem problem);
 Evaluation thin_out(const Evaluation& evaluation, size_t channels);
-
-// Limit in standard deviations with the probability of `normal` deviations, if the deviation itself is estimated from
-// `degrees` independent errors. Student's t by Wallace's approximation, accurate to 1 % from four degrees on.
-double find_student(double normal, double degrees);
-
-// Limit on the length of a vector of `components` (1 to 3) independent unit normal errors. It has the probability that
-// one error exceeds `normal` standard deviations.
-double find_length(double normal, size_t components);
 
 // Distance of a vector from zero in standard deviations, independent of axes: sqrt(v^T C^-1 v).
 double calc_deviations(const Eigen::VectorXd& vector, const Eigen::MatrixXd& covariance);

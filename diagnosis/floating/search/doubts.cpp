@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/limits.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
@@ -26,7 +27,8 @@ void drop(size_t effect, const std::string& why, const std::vector<size_t>& unst
 double get_nominal(const SearchState& state, size_t channel) { return state.nominal.mean_square[1][channel]; }
 double get_left(const SearchState& state, size_t channel) { return state.chosen.mean_square[1][channel]; }
 
-// How many standard errors the effect is away from none.
+// How many standard errors the effect is away from none. Of three axes chance makes more than of one: the length counts as the
+// deviation of one axis that is as improbable.
 double calc_certainty(const FoundEffect& f) {
   if (make_estimates(f.effect, f.x, f.std).empty()) return 0;  // no parameter of it is told
   const std::vector<long>& core = f.effect.law->core;
@@ -35,10 +37,9 @@ double calc_certainty(const FoundEffect& f) {
   // which says no stiffness otherwise: shifts and damping are no sole, and what bends further up has them, too.
   for (const long k : core) square = std::max(square, std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2));
   if (!core.empty()) return std::sqrt(square);
-  for (long k = 0; k < (f.effect.vector ? f.x.size() : 1); ++k) {
-    square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
-  }
-  return std::sqrt(square);
+  const long axes = f.effect.vector ? f.x.size() : 1;
+  for (long k = 0; k < axes; ++k) square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
+  return std::sqrt(square) * kAboveNoise / find_length(kAboveNoise, static_cast<size_t>(std::min(3L, axes)));
 }
 
 // An effect that may be none, because recordings differ by as much as its size, is not claimed. The least certain one
