@@ -21,7 +21,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kWeights = 3.0;    // weights of the machine: as hard as a rope or a person pulls
 constexpr double kLoads = 2.0;      // masses of the machine: what more could it carry?
-constexpr double kTool = 0.5;       // [m] by which a carried object may extend beyond its link
 constexpr double kSink = 1e-3;      // [m] compression of a sole under half the weight
 constexpr double kTilt = 5e-3;      // [rad] tilt of a sole when half the weight moves by kMove
 constexpr double kMove = 0.05;      // [m]
@@ -135,7 +134,7 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
   if (!effect || (effect->place != PlaceKind::kLink && effect->place != PlaceKind::kJoint)) return "";
   const int link = find_link(tree, finding["where"]);
   const double mass = link >= 0 ? calc_mass(tree) : 0.0;
-  const double reach = link >= 0 ? calc_link_reach(tree, link) + (effect->of_whole_link ? 0.0 : kTool) : 0.0;
+  const double reach = link < 0 ? 0.0 : effect->of_whole_link ? calc_link_reach(tree, link) : calc_carried_reach(tree, link);
   for (const EffectParameter& p : effect->parameters) {
     if (p.axis > 0 || p.nuisance || !finding["parameters"].contains(p.name)) continue;
     const Json& stated = finding["parameters"][p.name];

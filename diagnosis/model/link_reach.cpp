@@ -16,4 +16,6 @@ double calc_link_reach(const TreeSpec& tree, int link) {
   return 0.1 + 2.0 * reach;
 }
 
+double calc_carried_reach(const TreeSpec& tree, int link) { return calc_link_reach(tree, link) + 0.5; }
+
 }  // namespace hrp::diagnosis

@@ -9,4 +9,7 @@ namespace hrp::diagnosis {
 // its fixed frames, and a hand's width.
 double calc_link_reach(const TreeSpec& tree, int link);
 
+// [m] The same of the centre of mass of what the link carries: half a metre more, as an object in a hand is long.
+double calc_carried_reach(const TreeSpec& tree, int link);
+
 }  // namespace hrp::diagnosis

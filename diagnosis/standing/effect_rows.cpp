@@ -6,6 +6,7 @@
 #include "common/spatial/gravity.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/link_reach.h"
 #include "diagnosis/standing/effect_rows.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/standing/layout.h"
@@ -241,6 +242,11 @@ StandRow make_joint_offset() {
 StandRow make_payload() {
   StandRow row = make_row(EffectId::kPayload, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true);
   row.apply = &apply_payload, row.to_table = &tell_payload, row.noisy = true;
+  // It hangs on the robot.
+  row.is_sensible = [](const StandProblem& problem, const Effect& e) {
+    const Vector3d moment(e.p[1], e.p[2], e.p[3]);
+    return moment.norm() < e.p[0] * calc_carried_reach(problem.tree, e.place.index);
+  };
   return row;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -120,7 +121,8 @@ bool is_sensible(const StandProblem& problem, const Effect& e) {
     }
     return true;
   }
-  if (is_factor(row)) return e.p[0] > 0.1 && e.p[0] < 5;
+  // A log may have another unit; a link's mass may not.
+  if (is_factor(row)) return e.p[0] > 0.1 && e.p[0] < 5 && (!is_link(e) || std::abs(std::log(e.p[0])) <= kFactor);
   return !row.is_sensible || row.is_sensible(problem, e);
 }
 

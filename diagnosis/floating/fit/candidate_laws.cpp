@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/floating/fit/candidate_laws.h"
 
+#include <cmath>
+
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/floating/fit/law_values.h"
 #include "diagnosis/floating/fit/least_squares.h"
@@ -54,6 +57,7 @@ void add_link_laws(LawTable* t) {
   t->payload.refine = &refine_payload;
   t->mass_error =
       make_scale(EffectId::kMassError, 0);  // its least value depends on the link's share of the robot's mass
+  t->mass_error.low = std::exp(-kFactor) - 1, t->mass_error.high = std::exp(kFactor) - 1;  // a log may have another unit, a mass not
   t->com_error = make_plain_law(EffectId::kComError);
   t->com_error.vector = true, t->com_error.is_sensible = &is_mass_within_link, t->com_error.refine = &refine_moved_mass;
 }

@@ -72,6 +72,16 @@ bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
   return away > kMinority * kMinority * size;
 }
 
+// What was possible beside the first effects may have become impossible beside the last ones, as a load that hangs metres away.
+bool drop_impossible(SearchState* state) {
+  for (size_t i = 0; i < state->chosen.effects.size(); ++i) {
+    if (!state->chosen.effects[i].is_listed() || is_possible(*state, state->chosen, i)) continue;
+    drop(i, "not possible:", {}, state);
+    return true;
+  }
+  return false;
+}
+
 // An effect that takes less than half of its equation's mismatch, where more than half is left, may stand in for the
 // cause of all of it. The one with the smallest share goes. Effects that every drive and sensor has may stay beside
 // another cause.
@@ -194,7 +204,7 @@ bool drop_unsteady(SearchState* state) {
 }
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
-  return drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
+  return drop_impossible(state) || drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
          drop_forced(found, state) || drop_stand_in(found, state);
 }
 

@@ -49,6 +49,17 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
   EXPECT_NEAR(solve_with({}, selection, h, x, y)(0), 2.0, 0.1) << "five deviations of 2 sqrt(2 / 20000)";
 }
 
+// A load hangs on the robot, and no log has another unit for a mass.
+TEST(StandingFit, ALoadMetresAwayAndALinkOfAThirdOfItsMassAreNotPossible) {
+  StandProblem p;
+  p.tree.links.resize(1);
+  const Place link{PlaceKind::kLink, 0, Reading::kAll};
+  EXPECT_TRUE(is_sensible(p, {EffectId::kPayload, link, {2, 0.4, 0, 0.6}}));
+  EXPECT_FALSE(is_sensible(p, {EffectId::kPayload, link, {0.05, 0, 0, 0.35}})) << "7 m away";
+  EXPECT_TRUE(is_sensible(p, {EffectId::kMassError, link, {0.5}}));
+  EXPECT_FALSE(is_sensible(p, {EffectId::kMassError, link, {0.35}}));
+}
+
 // The damping of a small robot's sole is within its noise: what is sure of the sole is not given up for that.
 TEST(StandingFit, ADampingBelowNothingDoesNotCostTheSole) {
   StandProblem p;
