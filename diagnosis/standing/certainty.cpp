@@ -275,6 +275,33 @@ bool StandSearcher::has_equal_drives() const {
   return false;
 }
 
+// True if another effect takes back nearly all that this one changes: a link that is too light and an accelerometer that reads
+// too little gravity are the same weight, and what both leave is the mismatch. Neither has a value of its own.
+bool StandSearcher::is_undone(const Hypothesis& h, size_t effect) const {
+  const Evaluation none = evaluate(p_, {}), one = evaluate(p_, {h[effect]});
+  for (size_t k = 0; k < h.size(); ++k) {
+    if (k == effect) continue;
+    const Evaluation other = evaluate(p_, {h[k]}), both = evaluate(p_, {h[effect], h[k]});
+    double first = 0, second = 0, sum = 0;
+    for (size_t r = 0; r < none.size(); ++r) {
+      for (size_t i = 0; i < none[r].residuals.size(); ++i) {
+        const double from = none[r].residuals[i], sigma = judge_.sigma()[i % channels()];
+        const auto add = [&](const Evaluation& e, double* square) { *square += std::pow((e[r].residuals[i] - from) / sigma, 2); };
+        add(one, &first), add(other, &second), add(both, &sum);
+      }
+    }
+    if (sum < kDetail * std::min(first, second)) return true;
+  }
+  return false;
+}
+
+bool StandSearcher::is_any_undone(const Hypothesis& h) const {
+  for (size_t i = 0; i < h.size(); ++i) {
+    if (is_undone(h, i)) return true;
+  }
+  return false;
+}
+
 // Removes uncertain effects if something remains unexplained. An effect may then be a stand-in, so it is named only if
 // it is the same in all recordings and explains its equations.
 void StandSearcher::doubt() {
@@ -283,7 +310,8 @@ void StandSearcher::doubt() {
     const bool joint = is_joint(out_.chosen.hypothesis[i]);
     const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven || out_.bent);
     const bool sure = !acts_on_balance(out_.chosen.hypothesis[i]) || is_balanced();
-    if (!refused && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
+    const bool undone = is_undone(out_.chosen.hypothesis, i);
+    if (!refused && !undone && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));

@@ -19,7 +19,9 @@ StandOutcome StandSearcher::run() {
   hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
   give_ = find_tilting(p_), significant_ = find_deviations(kSignificantInRobot);
   extend();
+  start_with_runner_up();
   if (out_.mismatch && !out_.explained) start_with_soles();
+  if (is_any_undone(out_.chosen.hypothesis)) out_.explained = false;
   if (out_.explained) refuse_couplings();
   if (out_.explained) refuse_bundles();
   if (out_.explained) refuse_uneven_friction();
@@ -71,6 +73,32 @@ void StandSearcher::start_with_soles() {
     const bool more = out_.chosen.hypothesis.size() > 1;
     if (!more || !out_.explained || !are_sensible(p_, out_.chosen.hypothesis)) out_ = before, judge_ = judge_before;
   }
+}
+
+// The first effect was chosen alone. If others had to follow, the one that came second may need fewer of them: a wrong first
+// one is mended by effects that are not there. Both results are judged by the same noise, each effect at the price that it
+// has in the search.
+void StandSearcher::start_with_runner_up() {
+  if (out_.chosen.hypothesis.size() < 2 || first_round_.size() < 2) return;
+  const StandFit second = first_round_[1].fit;
+  const Hypothesis& found = out_.chosen.hypothesis;
+  const bool has = std::any_of(found.begin(), found.end(), [&](const Effect& e) { return is_same(e, second.hypothesis.back()); });
+  if (has || second.score - first_round_[0].fit.score > kRicher) return;
+  const StandFit start = finish(second, second.hypothesis);
+  if (!is_significant(start)) return;
+  const StandOutcome before = out_;
+  const StandJudge judge_before = judge_;
+  if (progress_) progress_("again, from " + std::string(get_effect(second.hypothesis.back().id).name));
+  out_.rounds.assign(1, first_round_);
+  std::swap(out_.rounds[0][0], out_.rounds[0][1]);
+  update_noise(start.hypothesis);
+  out_.nominal = judge({});
+  out_.chosen = finish(judge_again(start), start.hypothesis);
+  extend();
+  const auto price = [](const StandFit& fit) { return fit.score + kGain * static_cast<double>(fit.hypothesis.size()); };
+  const bool better = (out_.explained || !before.explained) && price(out_.chosen) < price(judge(before.chosen.hypothesis));
+  const bool sound = is_any_undone(before.chosen.hypothesis) && !is_any_undone(out_.chosen.hypothesis);
+  if (!better && !sound) out_ = before, judge_ = judge_before;
 }
 
 bool StandSearcher::is_explained() const {
@@ -157,7 +185,7 @@ bool StandSearcher::add_effect() {
     }
     progress_(text);
   }
-  if (out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);  // reported even if nothing is accepted
+  if (out_.chosen.hypothesis.empty()) first_round_ = trials, out_.rounds.push_back(trials);  // reported even if nothing is accepted
   if (gain < std::max(kGain, kKnown * out_.nominal.mismatch)) return false;
   // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;

@@ -44,6 +44,7 @@ class StandSearcher {
   bool is_full() const;
   void extend();
   void start_with_soles();
+  void start_with_runner_up();
   bool is_explained() const;
   bool add_effect();
   void enrich_effects();
@@ -83,6 +84,8 @@ class StandSearcher {
   bool is_balanced() const;
   bool has_equal_drives() const;
   bool is_coupled(size_t effect) const;
+  bool is_undone(const Hypothesis& h, size_t effect) const;
+  bool is_any_undone(const Hypothesis& h) const;
   void refuse_couplings();
   void refuse_uneven_friction();
   void refuse_bundles();
@@ -95,6 +98,7 @@ class StandSearcher {
   int jobs_;
   Progress progress_;
   StandOutcome out_;
+  std::vector<StandTrial> first_round_;  // before any effect was found
   std::vector<size_t> all_;
   StandHints hints_;
   double slip_spread_ = 0, significant_ = 0;
