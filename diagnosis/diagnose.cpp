@@ -173,7 +173,8 @@ Reports diagnose_still(const Problem& problem, const Progress& progress) {
 void add_drift(const floating::ZeroDrift& drift, const Progress& progress, Json* report) {
   Evidence evidence;
   evidence.findings = drift.findings;
-  const Json own = make_report(evidence)["findings"];
+  Json own = make_report(evidence)["findings"];
+  for (Json& f : own) f["drifts"] = true;
   Json& findings = (*report)["findings"];
   findings.insert(findings.begin(), own.begin(), own.end());
   if ((*report)["verdict"] == "no_mismatch") (*report)["verdict"] = "explained";

@@ -49,6 +49,13 @@ TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
             std::string::npos) << text;
 }
 
+// The value is how far a zero goes from the first to the last recording: no constant zero.
+TEST(UpdatedScenario, HasNoConstantZeroInThePlaceOfOneThatDrifts) {
+  const std::string text = write_updated("updated_drift", {{{"effect", "sensor_bias"}, {"where", {{"sensor", "/wrench/l/force"}}}, {"drifts", true},
+                                                            {"parameters", {{"value", {{"value", {0.0, 0.0, 12.0}}}}}}}});
+  EXPECT_NE(text.find("# not simulated: sensor_bias at /wrench/l/force: it drifts, and the simulator's is constant; see report.json\n"), std::string::npos) << text;
+}
+
 // Two encoders tell stiffness and damping of a transmission, the torque tells the rotor: the simulator needs all three.
 TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
   const Json rotor = {{"effect", "rotor_inertia"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"inertia", {{"value", 0.02}}}}}};
