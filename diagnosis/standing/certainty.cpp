@@ -275,43 +275,45 @@ bool StandSearcher::has_equal_drives() const {
   return false;
 }
 
-// True if another effect takes back nearly all that this one changes: a link that is too light and an accelerometer that reads
-// too little gravity are the same weight, and what both leave is the mismatch. Neither has a value of its own.
-bool StandSearcher::is_undone(const Hypothesis& h, size_t effect) const {
-  const Evaluation none = evaluate(p_, {}), one = evaluate(p_, {h[effect]});
-  for (size_t k = 0; k < h.size(); ++k) {
-    if (k == effect) continue;
-    const Evaluation other = evaluate(p_, {h[k]}), both = evaluate(p_, {h[effect], h[k]});
-    double first = 0, second = 0, sum = 0;
+// Pairs of effects, the earlier one first, of which one takes back nearly all that the other changes: a link that is too light and
+// an accelerometer that reads too little gravity are the same weight, and what both leave is the mismatch. Neither has a value of
+// its own.
+std::vector<std::pair<size_t, size_t>> StandSearcher::list_undone(const Hypothesis& h) const {
+  std::vector<std::pair<size_t, size_t>> pairs;
+  if (h.size() < 2) return pairs;
+  const Evaluation none = evaluate(p_, {});
+  const auto calc_change = [&](const Evaluation& e) {  // in squares of the noise
+    double sum = 0;
     for (size_t r = 0; r < none.size(); ++r) {
       for (size_t i = 0; i < none[r].residuals.size(); ++i) {
-        const double from = none[r].residuals[i], sigma = judge_.sigma()[i % channels()];
-        const auto add = [&](const Evaluation& e, double* square) { *square += std::pow((e[r].residuals[i] - from) / sigma, 2); };
-        add(one, &first), add(other, &second), add(both, &sum);
+        sum += std::pow((e[r].residuals[i] - none[r].residuals[i]) / judge_.sigma()[i % channels()], 2);
       }
     }
-    if (sum < kDetail * std::min(first, second)) return true;
-  }
-  return false;
-}
-
-bool StandSearcher::is_any_undone(const Hypothesis& h) const {
+    return sum;
+  };
+  std::vector<double> alone;
+  for (const Effect& effect : h) alone.push_back(calc_change(evaluate(p_, {effect})));
   for (size_t i = 0; i < h.size(); ++i) {
-    if (is_undone(h, i)) return true;
+    for (size_t k = i + 1; k < h.size(); ++k) {
+      if (calc_change(evaluate(p_, {h[i], h[k]})) < kDetail * std::min(alone[i], alone[k])) pairs.emplace_back(i, k);
+    }
   }
-  return false;
+  return pairs;
 }
 
 // Removes uncertain effects if something remains unexplained. An effect may then be a stand-in, so it is named only if
 // it is the same in all recordings and explains its equations.
 void StandSearcher::doubt() {
   out_.opposite = out_.opposite || has_equal_drives();
+  const std::vector<std::pair<size_t, size_t>> undone = list_undone(out_.chosen.hypothesis);
+  std::vector<char> gone(out_.chosen.hypothesis.size(), 0);
   for (size_t i = out_.chosen.hypothesis.size(); i-- > 0;) {
     const bool joint = is_joint(out_.chosen.hypothesis[i]);
     const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven || out_.bent);
     const bool sure = !acts_on_balance(out_.chosen.hypothesis[i]) || is_balanced();
-    const bool undone = is_undone(out_.chosen.hypothesis, i);
-    if (!refused && !undone && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
+    const bool alone = std::none_of(undone.begin(), undone.end(), [&](const auto& pair) { return pair.second == i || (pair.first == i && !gone[pair.second]); });
+    if (!refused && alone && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
+    gone[i] = 1;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);
     out_.chosen.hypothesis.erase(out_.chosen.hypothesis.begin() + static_cast<long>(i));
     out_.rounds.erase(out_.rounds.begin() + static_cast<long>(i));

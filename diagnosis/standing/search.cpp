@@ -21,7 +21,7 @@ StandOutcome StandSearcher::run() {
   extend();
   start_with_runner_up();
   if (out_.mismatch && !out_.explained) start_with_soles();
-  if (is_any_undone(out_.chosen.hypothesis)) out_.explained = false;
+  if (!list_undone(out_.chosen.hypothesis).empty()) out_.explained = false;
   if (out_.explained) refuse_couplings();
   if (out_.explained) refuse_bundles();
   if (out_.explained) refuse_uneven_friction();
@@ -97,7 +97,7 @@ void StandSearcher::start_with_runner_up() {
   extend();
   const auto price = [](const StandFit& fit) { return fit.score + kGain * static_cast<double>(fit.hypothesis.size()); };
   const bool better = (out_.explained || !before.explained) && price(out_.chosen) < price(judge(before.chosen.hypothesis));
-  const bool sound = is_any_undone(before.chosen.hypothesis) && !is_any_undone(out_.chosen.hypothesis);
+  const bool sound = !list_undone(before.chosen.hypothesis).empty() && list_undone(out_.chosen.hypothesis).empty();
   if (!better && !sound) out_ = before, judge_ = judge_before;
 }
 

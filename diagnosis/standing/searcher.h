@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/standing/search.h"
@@ -84,8 +85,7 @@ class StandSearcher {
   bool is_balanced() const;
   bool has_equal_drives() const;
   bool is_coupled(size_t effect) const;
-  bool is_undone(const Hypothesis& h, size_t effect) const;
-  bool is_any_undone(const Hypothesis& h) const;
+  std::vector<std::pair<size_t, size_t>> list_undone(const Hypothesis& h) const;
   void refuse_couplings();
   void refuse_uneven_friction();
   void refuse_bundles();
