@@ -126,10 +126,6 @@ bool is_of_bodies_alone(const Experiment& e) {
   });
 }
 
-}  // namespace
-
-namespace {
-
 Reports diagnose_still(const Problem& problem, const Progress& progress) {
   Reports reports;
   const Experiment& e = *problem.experiment;

@@ -7,14 +7,13 @@
 
 #include "common/base/format.h"
 #include "diagnosis/data/mean.h"
-#include "diagnosis/data/recording.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
-#include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/weight_check.h"
 #include "diagnosis/floating/equations/equations.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
+#include "diagnosis/floating/log/clip_maker.h"
 #include "diagnosis/floating/log/contacts.h"
 #include "diagnosis/floating/report/words.h"
 
@@ -25,8 +24,6 @@ constexpr int kAxes = 6;
 constexpr size_t kParts = kStretches;  // of each recording: how much a zero differs within it tells how much it may differ
 constexpr double kLever = 0.1;  // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
 constexpr double kChance = 1e-3;  // of one false drift in so many clean robots
-
-const char* const kNames[kAxes] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
 
 // One row of an equation, in units of what is left of that equation.
 struct Row {
@@ -45,8 +42,8 @@ double calc_chance(double between, double within, double groups, double freedom)
 
 class DriftFinder {
  public:
-  DriftFinder(const LeggedLog& log, const std::vector<ChannelRows>& channels)
-      : log_(log), layout_(log), zeros_(kAxes * layout_.sensors), recordings_(log.experiment->recordings.size()) {
+  DriftFinder(const LeggedLog& log, bool walks, const std::vector<ChannelRows>& channels)
+      : log_(log), walks_(walks), layout_(log), zeros_(kAxes * layout_.sensors), recordings_(log.experiment->recordings.size()) {
     list_constants();
     for (const ChannelRows* c : list_equations(channels)) add_rows(*c);
   }
@@ -54,8 +51,7 @@ class DriftFinder {
   ZeroDrift run() {
     ZeroDrift out;
     const std::vector<size_t> counts = count_rows();
-    const bool enough = zeros_ > 0 && recordings_ >= kFewestToAgree && *std::min_element(counts.begin(), counts.end()) >= kFewestOfItsOwn;
-    if (!enough || !solve()) return out;
+    if (*std::min_element(counts.begin(), counts.end()) < kFewestOfItsOwn || !solve()) return out;
     for (int z = 0; z < zeros_; ++z) chances_.push_back(find_chance(z));
     if (*std::min_element(chances_.begin(), chances_.end()) > kChance / zeros_) return out;
     // Now that zeros are known to drift, what differs between recordings is theirs first.
@@ -110,7 +106,7 @@ class DriftFinder {
   }
 
   std::vector<size_t> count_rows() const {
-    std::vector<size_t> out(kParts * std::max<size_t>(1, recordings_), 0);
+    std::vector<size_t> out(kParts * recordings_, 0);
     for (const Row& row : rows_) ++out[row.part];
     return out;
   }
@@ -143,6 +139,8 @@ class DriftFinder {
     x_ = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>()).ldlt().solve(b);
     return x_.allFinite();
   }
+
+  std::string get_column(int z) const { return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)], z % kAxes); }
 
   double get_part(size_t recording, size_t part, int z) const { return x_(at(recording * kParts + part, z)); }
   double find_middle(size_t recording, int z) const {
@@ -196,9 +194,9 @@ class DriftFinder {
   }
 
   void write(ZeroDrift* out) const {
-    out->zero.assign(recordings_, std::vector<double>(static_cast<size_t>(zeros_)));
     for (int z = 0; z < zeros_; ++z) {
-      for (size_t r = 0; r < recordings_; ++r) out->zero[r][static_cast<size_t>(z)] = find_middle(r, z) - find_mean(z);
+      std::vector<double>& by_recording = out->zero[get_column(z)];
+      for (size_t r = 0; r < recordings_; ++r) by_recording.push_back(find_middle(r, z) - find_mean(z));
     }
     for (int first = 0; first < zeros_; first += 3) {
       int clearest = first;
@@ -215,12 +213,12 @@ class DriftFinder {
       value.value.push_back(find_middle(recordings_ - 1, z) - find_middle(0, z));
       value.std.push_back(std::sqrt(2 * find_variance_within(z) / kParts));
     }
-    const std::string sensor = "/wrench/" + log_.sensors[static_cast<size_t>(first / kAxes)].name + (first % kAxes == 0 ? "/force" : "/torque");
+    const std::string column = get_column(clearest), sensor = column.substr(0, column.rfind('/')), axis = column.substr(sensor.rfind('/') + 1);
     Finding f = make_finding(get_laws().sensor_bias.info(), {{"sensor", sensor}}, {value});
     std::string each;
     for (size_t r = 0; r < recordings_; ++r) each += (r ? ", " : "") + format("%+.3g", find_middle(r, clearest) - find_mean(clearest));
     f.statement = sensor + ": its zero drifts, by " + each + " " + value.unit +
-                  " about " + kNames[clearest % kAxes] + " from its mean, in the order of the recordings (" + get_grade_name(Grade::kSupported) +
+                  " about " + axis + " from its mean, in the order of the recordings (" + get_grade_name(Grade::kSupported) +
                   "). The readings were rid of it before anything else was looked for.";
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = kHalf, f.weight = kHalf;
     return f;
@@ -232,7 +230,7 @@ class DriftFinder {
       return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() / (f.parameters[0].unit == "N" ? 1 : kLever);
     };
     std::stable_sort(findings->begin(), findings->end(), [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
-    if (find_contacts(log_).walks) return;
+    if (walks_) return;
     Finding first = findings->front();
     for (size_t i = 1; i < findings->size(); ++i) {
       const Finding& other = (*findings)[i];
@@ -249,6 +247,7 @@ class DriftFinder {
     double prior;
   };
   const LeggedLog& log_;
+  bool walks_;
   ColumnLayout layout_;
   int zeros_;
   size_t recordings_;
@@ -260,24 +259,21 @@ class DriftFinder {
 
 }  // namespace
 
-ZeroDrift find_zero_drift(const LeggedLog& log, const std::vector<ChannelRows>& channels) { return DriftFinder(log, channels).run(); }
-
 ZeroDrift find_zero_drift(const Experiment& e) {
+  if (e.recordings.size() < kFewestToAgree) return {};
   const LeggedLog log = make_legged_log(e, Half::kEven);
   if (log.clips.empty() || log.sensors.empty()) return {};
   const Contacts contacts = find_contacts(log);
   const std::vector<ChannelRows> channels = make_equations(log, contacts).channels();
-  return has_raw_counts(log, contacts, channels, ColumnLayout(log)) ? ZeroDrift{} : find_zero_drift(log, channels);
+  return has_raw_counts(log, contacts, channels, ColumnLayout(log)) ? ZeroDrift{} : DriftFinder(log, contacts.walks, channels).run();
 }
 
 Experiment take_out(const ZeroDrift& drift, Experiment e) {
-  const LeggedLog log = make_legged_log(e, Half::kEven);
-  for (size_t r = 0; r < e.recordings.size(); ++r) {
-    Recording& recording = e.recordings[r];
-    for (size_t z = 0; z < drift.zero[r].size(); ++z) {
-      const auto column = recording.other.find("/wrench/" + log.sensors[z / kAxes].name + "/" + kNames[z % kAxes]);
-      if (column == recording.other.end()) continue;
-      for (double& reading : column->second) reading -= drift.zero[r][z];
+  for (const auto& [name, zero] : drift.zero) {
+    for (size_t r = 0; r < e.recordings.size(); ++r) {
+      const auto column = e.recordings[r].other.find(name);
+      if (column == e.recordings[r].other.end()) continue;
+      for (double& reading : column->second) reading -= zero[r];
     }
   }
   return e;

@@ -4,23 +4,23 @@
 // anything is fitted.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
+#include "diagnosis/data/recording.h"
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/floating/fit/row_table.h"
-#include "diagnosis/floating/log/legged_log.h"
 
 namespace hrp::diagnosis::floating {
 
 struct ZeroDrift {
-  // By recording, by sensor * 6 + axis (force x y z, torque x y z): its zero [N], [N m], less the mean over all recordings, which is a
-  // constant zero that other equations tell.
-  std::vector<std::vector<double>> zero;
-  std::vector<Finding> findings;                 // empty: zeros are constant
+  // By column of a sensor, by recording: its zero [N], [N m], less the mean over all recordings, which is a constant zero that
+  // other equations tell.
+  std::map<std::string, std::vector<double>> zero;
+  std::vector<Finding> findings;  // empty: zeros are constant
   bool found() const { return !findings.empty(); }
 };
 
-ZeroDrift find_zero_drift(const LeggedLog& log, const std::vector<ChannelRows>& channels);
 ZeroDrift find_zero_drift(const Experiment& experiment);
 
 // The recordings as they would read without it.
