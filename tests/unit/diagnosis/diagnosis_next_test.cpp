@@ -172,7 +172,7 @@ TEST(NextExperiment, AMotionGrowsSoSlowlyThatAWeakDriveLeavesARecording) {
 TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   const Experiment e = simulate_arm("next_slow_sines", {});
   const Limits limits = make_limits(e, {});
-  const std::vector<MotionPlan> plans = list_plans(e, limits, {1, 1}, 10.0);
+  const std::vector<MotionPlan> plans = list_plans(e, limits, {1, 1}, 20.0);  // [s] little of it grows
   const auto measure = [&](double quickest) {  // largest travel [rad] and acceleration [rad/s^2] of the elbow
     const auto plan = std::find_if(plans.begin(), plans.end(), [&](const MotionPlan& p) { return p.family == Family::kMultisine && p.quickest == quickest; });
     const Commands motion = make_motion(*plan, limits);
@@ -184,7 +184,7 @@ TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   };
   const auto [slow_travel, slow_acceleration] = measure(kSlowSines);
   const auto [quick_travel, quick_acceleration] = measure(kQuickSines);
-  EXPECT_GT(slow_travel, 0.7 * quick_travel);  // phases differ, so the sines do not add up at the same time; some do while the motion grows
+  EXPECT_GT(slow_travel, 0.8 * quick_travel);  // phases differ, so the sines do not add up at the same time
   EXPECT_LT(slow_acceleration, 0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
 }
 
