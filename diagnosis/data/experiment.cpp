@@ -21,9 +21,9 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/repair.h"
+#include "diagnosis/data/repaired_robot.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/data/unrecorded.h"
-#include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -206,7 +206,7 @@ Experiment load_experiment(const std::string& path) {
   e.path = e.scenario.path;
   e.folder = fs::path(e.path).parent_path().string();
   e.keys = parse_experiment_keys(e.scenario.text, e.path);
-  e.robot = load_robot(e.scenario);
+  e.robot = load_repaired_robot(&e.scenario);
   if (!adopt_loops(e.scenario, e.robot.scenario).loops.empty()) {
     throw InputError(e.scenario.make_diagnostic(
         "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));

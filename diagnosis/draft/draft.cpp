@@ -14,9 +14,9 @@
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/repaired_robot.h"
 #include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
-#include "servers/model_parser/robot_loader.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -125,7 +125,7 @@ class DraftWriter {
     Scenario scenario;
     scenario.robot = fs::absolute(robot).string();
     scenario.floating_base = false;
-    tree_ = load_robot(scenario).tree;
+    tree_ = load_repaired_robot(&scenario).tree;
     for (int i = 0; i < tree_.num_joints(); ++i) joints_.push_back(tree_.joint(i).name);
     if (joints_.empty()) refuse_input(robot, "has no joint that moves: write the experiment by hand (docs/diagnosis.md)");
   }

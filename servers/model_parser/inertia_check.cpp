@@ -11,6 +11,7 @@ namespace {
 // Files carry about six digits: a thin plate, which reaches the bound exactly, may miss it by this much.
 constexpr double kTriangleTolerance = 1e-5;
 constexpr double kSmallestGyration = 1e-3;  // [m] of a repaired inertia
+constexpr double kSmallestMass = 1e-3;      // [kg] of a link that had none: less than any screw that holds it
 
 std::string format_moments(const Vector3d& moments) {
   char text[120];
@@ -43,11 +44,13 @@ std::string find_inertia_fault(const LinkInertia& inertia) {
 
 LinkInertia repair_inertia(const LinkInertia& inertia) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(inertia.I_LLcm_L);
-  const double smallest = std::max(inertia.mass * kSmallestGyration * kSmallestGyration, 1e-12);
+  const double mass = inertia.mass > 0.0 ? inertia.mass : kSmallestMass;
+  const double smallest = std::max(mass * kSmallestGyration * kSmallestGyration, 1e-12);
   Vector3d moments = solver.eigenvalues().cwiseMax(smallest);
   const double missing = moments[2] - (moments[0] + moments[1]);
   if (missing > 0.0) moments.head<2>().array() += 0.5 * missing;
   LinkInertia repaired = inertia;
+  repaired.mass = mass;
   const Matrix3d I = solver.eigenvectors() * moments.asDiagonal() * solver.eigenvectors().transpose();
   repaired.I_LLcm_L = 0.5 * (I + I.transpose());
   return repaired;

@@ -245,12 +245,12 @@ TEST(Suspicions, EffortsOfJointsThatHoldStillAreNotExchangedForBeingNearEachOthe
 }
 
 // An arm of two joints with a finger, and a recording of two joints of these names.
-Experiment load_arm_with_finger(const std::string& first, const std::string& second) {
-  const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_finger_" + first + "_" + second);
+Experiment load_arm_with_finger(const std::string& first, const std::string& second, double izz = 0.01, const std::string& more = "") {
+  const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_finger_" + first + "_" + second + "_" + std::to_string(izz));
   std::filesystem::create_directories(folder);
   std::string urdf = R"(<robot name="arm"><link name="base"/>)", parent = "base";
   for (const char* joint : {"shoulder", "elbow", "finger"}) {
-    urdf += "<link name=\"" + std::string(joint) + "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>"
+    urdf += "<link name=\"" + std::string(joint) + "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"" + std::to_string(izz) + "\"/></inertial></link>"
             "<joint name=\"" + joint + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + joint + "_link\"/>"
             "<axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
     parent = std::string(joint) + "_link";
@@ -267,7 +267,7 @@ Experiment load_arm_with_finger(const std::string& first, const std::string& sec
   csv << "\n";
   csv.close();
   std::ofstream(folder / "experiment.yaml")
-      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nservo: {joints: {finger: {kp: 5, kd: 0.1}}}\nrecordings:\n- {file: r.csv, role: train}\n";
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nservo: {joints: {finger: {kp: 5, kd: 0.1}}}\nrecordings:\n- {file: r.csv, role: train}\n" << more;
   return load_experiment((folder / "experiment.yaml").string());
 }
 
@@ -315,6 +315,14 @@ TEST(Recordings, AJointBeforeOneThatMovesIsNotFixedAndAMisspeltOneIsRefused) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), testing::HasSubstr("the robot has no joint 'elbw'; did you mean 'elbow'?"));
   }
+}
+
+// Published models often have inertias that no body can have. Their masses and joints are worth judging all the same.
+TEST(Recordings, AModelWithAnImpossibleInertiaIsRepairedAndSaidUnlessItsUserForbidsIt) {
+  const Experiment e = load_arm_with_finger("shoulder", "finger", 0.03);
+  EXPECT_THAT(e.warnings, testing::Contains(testing::HasSubstr("breaks the triangle inequality")).Times(3));
+  EXPECT_TRUE(parse_scenario(e.scenario.text, e.path).repair_inertias) << "what the diagnosis writes must run";
+  EXPECT_THROW(load_arm_with_finger("shoulder", "finger", 0.03, "repair_inertias: false\n"), InputError);
 }
 
 // A log of the whole machine, a model of its arm: what the model does not have is left out, and said.

@@ -164,6 +164,16 @@ TEST(RobotLoader, FaultsAreNamedWithLineAndElement) {
   for (const auto& c : cases) EXPECT_THAT(find_complaint(c.body), HasSubstr(c.expected)) << c.body;
 }
 
+// With a repair, a moving link without mass or with all its mass in one point is a ball of 1 mm radius of gyration.
+TEST(RobotLoader, RepairsPointMassesAndMovingLinksWithoutMass) {
+  const std::string tip = make_link("b", "<inertial><mass value='2'/><inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>") + make_link("c", "");
+  const RobotDescription robot = parse_robot("<robot name='r'>\n" + make_link("a") + tip + make_joint("j", "continuous", "a", "b") +
+                                             make_joint("k", "continuous", "b", "c") + "</robot>\n", "r.urdf", make_scenario("repair_inertias: true\n"));
+  EXPECT_DOUBLE_EQ(robot.tree.links[1].inertia.I_LLcm_L(0, 0), 2e-6);
+  EXPECT_DOUBLE_EQ(robot.tree.links[2].inertia.mass, 1e-3);
+  EXPECT_THAT(robot.warnings, testing::Contains(HasSubstr("repaired to")).Times(2));
+}
+
 TEST(RobotLoader, ScenarioNamesAreCheckedAgainstTheRobot) {
   const std::string body = make_link("left_foot");
   EXPECT_THAT(find_complaint(body, "feet: [lft_foot]"), HasSubstr("s.yaml:2:8: error: feet[0]: the robot has no link 'lft_foot'; did you mean 'left_foot'?"));
