@@ -37,7 +37,7 @@ class RowReader {
     while (cells_.size() > layout_.cells && trim_cell(cells_.back()).empty()) cells_.pop_back();  // a separator at its end
     if (cells_.size() > layout_.cells) {
       refuse_input({table_.file, "", line, static_cast<int>(layout_.cells) + 1},
-                   "more cells than the " + std::to_string(layout_.cells) + " columns of " + first());
+                   "more cells than the " + std::to_string(layout_.cells) + " columns of " + first() + hint_at_lists(text));
     }
     if (cells_.size() < layout_.cells && layout_.separator == '\t') split_by_spaces(text);
     cut_ = cells_.size() < layout_.cells;
@@ -60,6 +60,11 @@ class RowReader {
   }
 
  private:
+  // A cell for all joints, as pandas writes arrays: "[0.1, 0.2]".
+  static std::string hint_at_lists(const std::string& text) {
+    return text.find('[') == std::string::npos ? "" : "; its cells hold lists: scripts/diagnosis/to_text.py FILE writes a column for each value";
+  }
+
   // A line with spaces in place of tabs, as people write them who mend a log by hand.
   void split_by_spaces(const std::string& text) {
     CsvLayout spaces;
@@ -80,7 +85,7 @@ class RowReader {
       return kMissing;
     }
     refuse_input({table_.file, entry.signal, line, static_cast<int>(layout_.source[i]) + 1},
-                 "'" + trim_cell(cell).substr(0, 40) + "' is no number");
+                 "'" + trim_cell(cell).substr(0, 40) + "' is no number" + hint_at_lists(trim_cell(cell)));
   }
 
   const std::vector<SignalColumn> signals_;

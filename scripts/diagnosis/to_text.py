@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Writes a recording of NumPy, MATLAB, HDF5 or JSON as a text recording, for the diagnosis.
+"""Writes a recording of NumPy, MATLAB, HDF5, JSON, or text with lists in its cells as a text recording, for the diagnosis.
 
 to_text.py RECORDING [--out RECORDING.csv] [--force]
 
@@ -8,6 +8,7 @@ to_text.py RECORDING [--out RECORDING.csv] [--force]
   .mat          MATLAB, up to 7.2 (python3-scipy) and 7.3 (python3-h5py); structures, too
   .h5, .hdf5    HDF5 (python3-h5py)
   .json, .jsonl JSON: lists of numbers by name, or a list of records, or a record on each line
+  .csv, .txt    text whose cells hold lists, such as "[0.1, 0.2]"; becomes RECORDING.columns.csv
 
 Each array that has one value, or one row, for each sample becomes one or more columns: q with seven values a sample becomes
 q_0 to q_6 (of MATLAB q_1 to q_7). Single numbers stand in comments at the head of the file. What has another length is left
@@ -15,8 +16,10 @@ out, and named.
 """
 import argparse
 import collections
+import csv
 import json
 import pathlib
+import re
 import sys
 
 import numpy as np
@@ -82,7 +85,29 @@ def read_json(path):
     return unfolded if isinstance(unfolded, dict) else {path.stem: unfolded}
 
 
-READERS = {".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5, ".json": read_json, ".jsonl": read_json}
+def read_cell(text):
+    """A number, or what stands in brackets: numbers between commas, semicolons, spaces or ends of lines."""
+    if not text.lstrip().startswith(("[", "(")):
+        return float(text or "nan")
+    return [float(number) for number in re.split(r"[\s,;]+", text.strip(" \t[]()")) if number]
+
+
+def read_lists(path):
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file, skipinitialspace=True))
+    if not any("[" in cell or "(" in cell for cell in (rows[0].values() if rows else ()) if isinstance(cell, str)):
+        raise Refused("has no lists in its cells: the diagnosis reads it as it is")
+    found = {}
+    for name in rows[0]:
+        try:
+            found[name] = np.asarray([read_cell(row[name]) for row in rows], dtype=float)
+        except (TypeError, ValueError, AttributeError):  # words, lists of several lengths, cells that are not there
+            found[name] = np.asarray("")
+    return found
+
+
+READERS = {".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5, ".json": read_json, ".jsonl": read_json,
+           ".csv": read_lists, ".txt": read_lists}
 
 
 def flatten(name, value, found):
@@ -153,10 +178,10 @@ def convert(source, target):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("recording", type=pathlib.Path)
-    parser.add_argument("--out", type=pathlib.Path, help="default: the recording's name with .csv")
+    parser.add_argument("--out", type=pathlib.Path, help="default: the recording's name with .csv, or .columns.csv if it is text")
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     arguments = parser.parse_args()
-    source, target = arguments.recording, arguments.out or arguments.recording.with_suffix(".csv")
+    source, target = arguments.recording, arguments.out or arguments.recording.with_suffix(".columns.csv" if READERS.get(arguments.recording.suffix) is read_lists else ".csv")
     try:
         if not source.is_file():
             raise Refused("no such file")

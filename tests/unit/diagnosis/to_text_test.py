@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""to_text_test.py BIN SOURCE: recordings of NumPy, MATLAB, HDF5 and JSON become text with the same numbers, and a draft from it."""
+"""to_text_test.py BIN SOURCE: recordings of NumPy, MATLAB, HDF5, JSON and lists in cells become text with the same numbers, and a draft from it."""
 import csv
 import json
 import pathlib
@@ -65,6 +65,23 @@ class ToText(unittest.TestCase):
         _, columns, said = self.read("tests.json")
         self.check_motion(columns, "fast_0", ["fast_1", "fast_2"])
         self.assertIn("other lengths: slow (", said)
+
+    def test_lists_in_the_cells_of_a_text_become_columns(self):
+        with open(self.folder / "run.csv", "w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["type", "time", "positions", "torques"])
+            writer.writerows(["STATE", t, q.tolist(), str(q)] for t, q in zip(T.tolist(), Q))  # of JSON, and as NumPy prints arrays
+        robot = SOURCE / "models/test_robots/arm.urdf"
+        refused = subprocess.run([BIN / "hrp-draft-experiment", robot, self.folder / "run.csv", "--out", self.folder / "draft.yaml"],
+                                 capture_output=True, text=True)
+        self.assertIn("its cells hold lists: scripts/diagnosis/to_text.py", refused.stderr)
+        done = self.convert("run.csv")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rows = list(csv.reader((self.folder / "run.columns.csv").read_text().splitlines()))
+        columns = dict(zip(rows[0], np.array(rows[1:], dtype=float).T))
+        self.check_motion(columns, "time", ["positions_0", "positions_1"])
+        self.assertLess(np.abs(columns["torques_1"] - Q[:, 1]).max(), 1e-7)  # NumPy prints eight digits
+        self.assertIn("has no lists", self.convert("run.columns.csv").stderr)
 
     def test_structures_of_matlab_have_dots(self):
         try:
