@@ -126,6 +126,7 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
     meaning.counts = meaning.counts || word->second.counts;
     useless = useless || word->second.useless;
   }
+  if (meaning.joint >= 0 && words.empty()) meaning.kind = ColumnKind::kPosition;  // the joint's name and nothing else
   if (useless) meaning.kind = ColumnKind::kNone;
   if (meaning.of == EffortOf::kDuty || meaning.of == EffortOf::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
   if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;

@@ -301,7 +301,18 @@ class DraftWriter {
       const auto [low, high] = std::minmax_element(values.begin(), values.end());
       out_ << format_short(*low) << " to " << format_short(*high) << find_relation(i) << "\n";
     }
+    ask_for_joints();
     if (any && log_.names.empty()) ask("which column is which signal: the file has no header. The comments at the end of the draft describe each column");
+  }
+
+  // Columns whose names say what they are, but not of which joint: the current of one of two drives.
+  void ask_for_joints() {
+    for (size_t i = 0; i < meanings_.size() && joints_.size() > 1; ++i) {
+      const ColumnMeaning& m = meanings_[i];
+      if (used_[i] || m.joint >= 0 || m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;
+      const char* what = m.kind == ColumnKind::kPosition ? "a position" : m.kind == ColumnKind::kVelocity ? "a velocity" : "an effort";
+      ask("which joint column " + find_place(i) + " belongs to: by its name it is " + what + (m.command ? ", commanded" : ""));
+    }
   }
 
   // "; the rate of column 3": both ends of each derivative.

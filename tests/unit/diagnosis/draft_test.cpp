@@ -73,6 +73,13 @@ TEST(ColumnNames, NumbersCountTheJointsFromZeroOrOne) {
   EXPECT_EQ(find_meanings({"angle"}, {"pendulum"})[0].joint, 0);
 }
 
+TEST(ColumnNames, AJointsNameAloneIsItsPosition) {
+  const ColumnMeaning knee = find_meaning("knee", kLeg), load = find_meaning("knee_temperature", kLeg);
+  EXPECT_EQ(knee.kind, ColumnKind::kPosition);
+  EXPECT_EQ(knee.joint, 1);
+  EXPECT_EQ(load.kind, ColumnKind::kNone);
+}
+
 TEST(ColumnNames, TheLongestNameOfAJointCounts) {
   const std::vector<std::string> joints{"hip_yaw", "left_hip_yaw"};
   EXPECT_EQ(find_meaning("left_hip_yaw_pos", joints).joint, 1);
@@ -177,6 +184,19 @@ TEST_F(Drafts, AskForTheCountsOfATurnWhereNoSpeedTellsThem) {
 TEST_F(Drafts, AVoltageBesideAnEffortIsNotUsed) {
   write("log.csv", "time,q,voltage,current\n0.00,0,12,1\n0.01,5,12,1\n0.02,20,12,1\n");
   EXPECT_THAT(make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).text, HasSubstr("effort: {column: 'current', scale: 1}"));
+}
+
+TEST_F(Drafts, AskWhoseAnEffortIsThatNamesNoneOfTwoJoints) {
+  write("two.urdf",
+        "<robot name=\"two\"><link name=\"base\"/>"
+        "<link name=\"upper\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        "<link name=\"lower\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        "<joint name=\"arm\" type=\"continuous\"><parent link=\"base\"/><child link=\"upper\"/></joint>"
+        "<joint name=\"pendulum\" type=\"continuous\"><parent link=\"upper\"/><child link=\"lower\"/></joint></robot>");
+  write("log.csv", "time,arm,pendulum,current\n0.00,0,0,1\n0.01,5,0,1\n0.02,20,0,1\n");
+  const Draft draft = make_draft(path("two.urdf"), {path("log.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("/joint_states/pendulum/position: 'pendulum'"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("which joint column 'current' belongs to: by its name it is an effort"));
 }
 
 TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
