@@ -31,9 +31,9 @@ constexpr double kFirst = 240.0;
 // Of less there is nothing to be gained by a first answer: joint-seconds, or as many samples as these have at 200 Hz, as a
 // simulation takes its time by the sample.
 constexpr double kWorthFirst = 60.0, kWorthFirstSamples = 200.0 * kWorthFirst;
-// Times what the first answer took for so many joint-seconds that the whole takes for as many, from recorded efforts and
-// from commands (measured with make_long_recordings: 12 joints, 600 s at 200 Hz).
-constexpr double kWholeOfEfforts = 7.0, kWholeOfCommands = 18.0;
+// Times what the first answer took for so many joint-seconds that the whole takes for as many (measured with
+// make_long_recordings: 12 joints, 600 s at 200 Hz).
+constexpr double kWhole = 7.0;
 
 bool is_in_torque_space(const Experiment& e) {
   return !e.scenario.floating_base && e.scenario.drive != "motion" && e.num_joints() > 0;
@@ -90,7 +90,7 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
   first->report["checks"] = checks;
   write_first(*first);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const double whole = took * calc_searched(e) / kFirst * (e.scenario.drive == "servo" ? kWholeOfCommands : kWholeOfEfforts);
+  const double whole = took * calc_searched(e) / kFirst * kWhole;
   progress("a first answer is written (report.json, marked preliminary)" +
            (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
 }

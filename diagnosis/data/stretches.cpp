@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
@@ -227,10 +228,19 @@ double calc_joint_samples(const Experiment& e) {
 }
 
 Experiment make_screened(const Experiment& e, double joint_seconds) {
+  std::vector<int> all(e.recordings.size());
+  std::iota(all.begin(), all.end(), 0);
+  return make_screened(e, joint_seconds, all);
+}
+
+Experiment make_screened(const Experiment& e, double joint_seconds, const std::vector<int>& recordings) {
   Experiment out;
   copy_all_but_recordings(e, &out);
   std::vector<const Recording*> train, held;
-  for (const Recording& r : e.recordings) (r.spec.train ? train : held).push_back(&r);
+  for (int i : recordings) {
+    const Recording& r = e.recordings[static_cast<size_t>(i)];
+    (r.spec.train ? train : held).push_back(&r);
+  }
   const double seconds = joint_seconds / std::max(1, e.num_joints());
   const double of_held = held.empty() ? 0.0 : train.empty() ? seconds : kHeldOut * seconds;
   out.recordings = cut_all(train, seconds - of_held);

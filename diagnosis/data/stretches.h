@@ -35,6 +35,8 @@ std::vector<Recording> cut_to_stretches(const Recording& recording, double secon
 // Experiment with recordings of at most `joint_seconds` (joints times seconds), a third of them held out; noise and
 // warnings of the whole one. For models that are simulated many times.
 Experiment make_screened(const Experiment& experiment, double joint_seconds);
+// The same of the recordings with these indices.
+Experiment make_screened(const Experiment& experiment, double joint_seconds, const std::vector<int>& recordings);
 
 // Joints times seconds that a search works with; longer recordings are cut to that by make_screened(). Infinite for robots
 // whose recordings are not cut.

@@ -15,6 +15,7 @@
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/model/tree.h"
 #include "diagnosis/report/json.h"
+#include "diagnosis/report/report.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/significance.h"
 #include "diagnosis/search/starts.h"
@@ -117,9 +118,17 @@ class Gear {
     return recordings;
   }
 
+  // Whether each reading of the joint leaves no more than its noise, or is as predicted to what two integrators agree.
   bool is_quiet(const Hypothesis& h) const {
-    const Score score = alone_.score(h, alone_.problem.validate);
-    return !score.ok || score.rms() < kAboveNoise;
+    const Score all = alone_.score(h, alone_.problem.validate);
+    if (!all.ok || all.rms() < kAboveNoise) return true;
+    const Score score = calc_score(alone_.problem, h, alone_.problem.validate);
+    for (int q = 0; q < kQuantities; ++q) {
+      const auto channel = static_cast<size_t>(joint_ * kQuantities + q);
+      const double left = score.rms(channel), spread = calc_channel_spread(*alone_.problem.experiment, alone_.problem.validate, channel);
+      if (left > std::max(kAboveNoise, kAgreement * spread * alone_.problem.weights[channel])) return false;
+    }
+    return true;
   }
 
   Fitted judge(const Hypothesis& h) const {

@@ -35,7 +35,8 @@ struct LooseGear {
 // and it improves the prediction, but no gear is named by it.
 bool is_gear(const Effect& law);
 
-// Judges the joints in `joints` whose rigid rotor leaves more than twice the noise. A gear is loose if it removes
+// Judges the joints in `joints` whose rigid rotor leaves more than twice the noise, and more of the motion than two
+// integrators differ by. A gear is loose if it removes
 // enough of the squared residual in training and in held-out recordings, and some of it in every recording. Sorted by
 // `left`. Judge the later ones again beside the first: its link is not where its encoder says, which affects
 // neighbours.

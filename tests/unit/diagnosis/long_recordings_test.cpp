@@ -8,6 +8,8 @@
 
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/stretches.h"
+#include "diagnosis/search/fitted_part.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -157,6 +159,22 @@ TEST(LongRecordings, ShapeOfATextIsKnownFromItsBegin) {
   EXPECT_EQ(shape.columns, 3.0);
   EXPECT_NEAR(shape.rate, 500.0, 1.0);
   EXPECT_NEAR(shape.rows, 5000.0, 500.0);  // later lines have a digit or two more
+}
+
+// A search by simulation of twenty minutes of an arm would take an hour. Torques along the motion are judged on all of it.
+TEST(LongRecordings, AreFittedBySimulationInTheirRichestTenMinutesOfAllJoints) {
+  Experiment e = make_simulated_experiment("long_fit", kArm, {"shoulder", "elbow"}, {});
+  const Problem shorter = make_problem(e, 2);
+  EXPECT_FALSE(FittedPart(shorter, shorter).is_cut());
+  const std::vector<Recording> once = e.recordings;
+  while (calc_joint_seconds(e) < 700.0) e.recordings.insert(e.recordings.end(), once.begin(), once.end());
+  const Problem longer = make_problem(e, 2);
+  const FittedPart part(longer, longer);
+  ASSERT_TRUE(part.is_cut());
+  EXPECT_LE(part.seconds(), 300.0 + 10.0);  // 600 joint-seconds of two joints, to a piece
+  EXPECT_GT(part.seconds(), 200.0);
+  EXPECT_FALSE(part.problem().train.empty());
+  EXPECT_FALSE(part.problem().validate.empty());
 }
 
 }  // namespace
