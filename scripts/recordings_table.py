@@ -30,7 +30,7 @@ def parameters(finding):
     out = []
     for name, p in (finding.get("parameters") or {}).items():
         value, interval = p.get("value"), p.get("ci95")
-        text = f"{name} {number(value)}" if isinstance(value, (int, float)) else f"{name} {value}"
+        text = f"{name} [{', '.join(map(number, value))}]" if isinstance(value, list) else f"{name} {number(value)}"
         if isinstance(value, (int, float)) and isinstance(interval, list) and len(interval) == 2:
             text += f" [{number(interval[0])}, {number(interval[1])}]"
         out.append((text + " " + str(p.get("unit", ""))).strip())
