@@ -37,8 +37,11 @@ double calc_certainty(const FoundEffect& f) {
   // which says no stiffness otherwise: shifts and damping are no sole, and what bends further up has them, too.
   for (const long k : core) square = std::max(square, std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2));
   if (!core.empty()) return std::sqrt(square);
+  // Zeros, turns and displacements look like what the equations are not exact to, so that counts as well; what follows the
+  // motion does not.
   const long axes = f.effect.vector ? f.x.size() : 1;
-  for (long k = 0; k < axes; ++k) square += std::pow(f.x(k) / std::max(1e-300, f.scatter(k)), 2);
+  const Eigen::VectorXd& error = f.effect.vector ? f.std : f.scatter;
+  for (long k = 0; k < axes; ++k) square += std::pow(f.x(k) / std::max(1e-300, error(k)), 2);
   return std::sqrt(square) * kAboveNoise / find_length(kAboveNoise, static_cast<size_t>(std::min(3L, axes)));
 }
 
