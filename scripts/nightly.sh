@@ -13,6 +13,7 @@
 #   sanitize    unit tests, sanitizers address and undefined             scripts/sanitize.sh address,undefined
 #   threads     tests of code with threads, thread sanitizer             scripts/sanitize.sh thread
 #   tidy        static analysis                                          scripts/tidy.sh --all
+#   long        tests that take long                                     scripts/test.sh -C nightly -L nightly
 #   mutations   broken equations must fail their tests                   scripts/mutate_equations.py
 #
 #   --only STEP,...  only these steps, in the order above

@@ -116,10 +116,27 @@ function(hrp_test_places target)
   target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/test_places)
 endfunction()
 
+# Tests of this folder that have no COST begin evenly spread over a run: those of one folder wait for processes, those of
+# another compute, and a core is idle where three that wait run at once.
+function(hrp_spread_tests)
+  get_property(tests DIRECTORY PROPERTY TESTS)
+  list(LENGTH tests left)
+  math(EXPR step "4000 / (${left} + 1)")  # below 40 [s], in hundredths: longer ones have a COST
+  foreach(test IN LISTS tests)
+    get_property(cost TEST ${test} PROPERTY COST)
+    math(EXPR spread "${left} * ${step} / 100")
+    if(NOT cost)
+      set_tests_properties(${test} PROPERTIES COST ${spread})
+    endif()
+    math(EXPR left "${left} - 1")
+  endforeach()
+endfunction()
+
 # hrp_test(NAME LABEL unit LINK x ...): builds NAME.cpp of this folder with GoogleTest and registers it. COST: seconds that it
-# takes, of the longest ones: they start first, so that the last test does not run alone.
+# takes, of the longest ones: they start first, so that the last test does not run alone. NIGHTLY: suites with Nightly in their
+# name are a test of their own, NAME_nightly, that only `ctest -C nightly` runs.
 function(hrp_test name)
-  cmake_parse_arguments(ARG "" "LABEL;TIMEOUT;COST" "LINK;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "NIGHTLY" "LABEL;TIMEOUT;COST" "LINK;SOURCES" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 600) # only ends a test that hangs; a busy machine may take several times as long
   endif()
@@ -131,7 +148,13 @@ function(hrp_test name)
   hrp_quick(${name} hrp_test_headers)
   hrp_test_places(${name})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  add_test(NAME ${name} COMMAND ${name})
+  if(ARG_NIGHTLY)
+    add_test(NAME ${name} COMMAND ${name} --gtest_filter=-*Nightly*)
+    add_test(NAME ${name}_nightly CONFIGURATIONS nightly COMMAND ${name} --gtest_filter=*Nightly*)
+    set_tests_properties(${name}_nightly PROPERTIES LABELS nightly TIMEOUT ${ARG_TIMEOUT})
+  else()
+    add_test(NAME ${name} COMMAND ${name})
+  endif()
   set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABEL}" TIMEOUT ${ARG_TIMEOUT})
   if(ARG_COST)
     set_tests_properties(${name} PROPERTIES COST ${ARG_COST})

@@ -71,6 +71,7 @@ def make_steps(options):
         Step("sanitize", [SCRIPTS / "sanitize.sh", "address,undefined"], count_tests),
         Step("threads", [SCRIPTS / "sanitize.sh", "thread"], count_tests),
         Step("tidy", [SCRIPTS / "tidy.sh", "--all"], count_rows),
+        Step("long", [SCRIPTS / "test.sh", "-C", "nightly", "-L", "nightly"], count_tests),
         Step("mutations", [SCRIPTS / "mutate_equations.py"], count_mutations),
     ]
     return [Step(step.name, [str(word) for word in step.command], step.count) for step in steps]

@@ -140,7 +140,8 @@ run(async () => {
   const world = join(folder, "world.yaml");
   writeFileSync(world, readFileSync(standing, "utf8").replace("robot: ../", `robot: ${root}/models/`) +
     "objects: {crate: {size: [0.2, 0.2, 0.2], mass: 5, position: [0.2, 0.7, 0.1]}}\n");
-  const simulation = await startRun("live", ["--speed", "1", "--duration", "90"], world);   // a busy machine may take half a minute to start a browser
+  // 90 s until it ends by itself: a busy machine may take half a minute to start a browser. After the reset it is run again.
+  const simulation = await startRun("live", ["--speed", "0.33", "--duration", "30"], world);
   const viewer = await startViewer(["--domain", String(simulation.domain), "--then", simulation.log]);
   const browser = await startBrowser();
   const page = await openPage(browser, viewer.url);

@@ -171,7 +171,7 @@ TEST(Drives, DragWithTheSquareOfSpeedIsALossThatGrowsWithSpeedAtMost) {
   for (const Json& claim : list_claims(e)) EXPECT_EQ(claim["effect"], "viscous_friction");
 }
 
-TEST(Drives, FrictionThatGrowsTowardsOneEndOfTheRangeIsDryFrictionAtMost) {
+TEST(DrivesNightly, FrictionThatGrowsTowardsOneEndOfTheRangeIsDryFrictionAtMost) {
   Experiment e = make_experiment("range", 1, 2, kFew);
   simulate([](double, double q, double v) { return 0.8 * (1.0 + std::tanh(6.0 * q)) * std::tanh(v / 0.01); }, &e);
   for (const Json& claim : list_claims(e)) EXPECT_EQ(claim["family"], "dry_friction") << claim["statement"];
@@ -183,7 +183,7 @@ TEST(Drives, APushForAWhileIsNotNamed) {
   EXPECT_TRUE(list_claims(e).empty());
 }
 
-TEST(Drives, AStopInTheRangeIsNotNamed) {
+TEST(DrivesNightly, AStopInTheRangeIsNotNamed) {
   Experiment e = make_experiment("stop", 1, 2, kFew);
   simulate([](double, double q, double v) { return q > 0.15 ? 60.0 * (q - 0.15) + 1.0 * v : 0.0; }, &e);
   EXPECT_TRUE(list_claims(e).empty());

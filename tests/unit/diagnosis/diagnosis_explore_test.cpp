@@ -38,7 +38,7 @@ TEST(DiagnosisExplore, PlayBehindAHeavyRotorIsProposed) {
 }
 
 // On a small joint a rotor of some 1e-3 kg m^2 rattles at gear stiffnesses far below 1e3 N m/rad.
-TEST(DiagnosisExplore, PlayOfASmallJointIsProposed) {
+TEST(DiagnosisExploreNightly, PlayOfASmallJointIsProposed) {
   const Proposal best = find_play("explore_small", {EffectId::kBacklash, kElbow, {0.02, 300.0, 0.12, 0.004}});
   EXPECT_LT(best.left, 0.2);  // the shoulder, as recorded, feels the play of the elbow, too
 }

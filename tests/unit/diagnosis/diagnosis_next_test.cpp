@@ -218,10 +218,24 @@ TEST(NextExperiment, SinesMoveEveryJointSlowlyAndFast) {
   }
 }
 
+// The arm that is asked about, and two motions for it: one to fit values to, one held out.
+const Experiment& get_poor_experiment() {
+  static const Experiment e = make_poor_experiment("next_friction", kArm, make_viscous());
+  return e;
+}
+
+const Next& get_two_motions() {
+  static const Next next = [] {
+    NextOptions options = make_options();
+    options.count = 2;
+    return propose(get_poor_experiment(), make_open_report(), options, kQuietly);
+  }();
+  return next;
+}
+
 TEST(NextExperiment, ViscousAgainstDryFrictionMovesAtTwoSpeedsAndExpectsADecision) {
-  const Experiment e = make_poor_experiment("next_friction", kArm, make_viscous());
-  const Next next = propose(e, make_open_report(), make_options(), kQuietly);
-  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  const Next& next = get_two_motions();
+  ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   const Proposal& p = next.proposals[0];
   const auto dry = std::find_if(p.expected.begin(), p.expected.end(), [](const Expected& x) { return x.label == "coulomb_friction@elbow"; });
   ASSERT_NE(dry, p.expected.end());
@@ -234,7 +248,7 @@ TEST(NextExperiment, ViscousAgainstDryFrictionMovesAtTwoSpeedsAndExpectsADecisio
 }
 
 TEST(NextExperiment, NoMotionPassesAJointsLimitUnderAnyExplanation) {
-  const Experiment e = make_poor_experiment("next_limits", kArm, make_viscous());
+  const Experiment& e = get_poor_experiment();
   NextOptions options = make_options();
   options.count = 2;
   options.limits = {"elbow.upper=0.25", "elbow.lower=-0.7", "speed=1", "shoulder.effort=30"};
@@ -259,9 +273,7 @@ TEST(NextExperiment, NoMotionPassesAJointsLimitUnderAnyExplanation) {
 
 // The report fits values to the recordings for training.
 TEST(NextExperiment, AHeldOutMotionNarrowsNoInterval) {
-  NextOptions options = make_options();
-  options.count = 2;
-  const Next next = propose(make_poor_experiment("next_held_out", kArm, make_viscous()), make_open_report(), options, kQuietly);
+  const Next& next = get_two_motions();
   ASSERT_EQ(next.proposals.size(), 2u);
   ASSERT_FALSE(next.proposals[0].intervals.empty());
   for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
@@ -271,7 +283,7 @@ TEST(NextExperiment, AHeldOutMotionNarrowsNoInterval) {
 }
 
 TEST(NextExperiment, AMotionThatNeedsMoreEffortThanAllowedIsNotProposed) {
-  const Experiment e = make_poor_experiment("next_effort", kArm, make_viscous());
+  const Experiment& e = get_poor_experiment();
   NextOptions options = make_options();
   options.limits = {"shoulder.effort=5"};  // N m: its own weight takes 9.4
   const Next next = propose(e, make_open_report(), options, kQuietly);
@@ -304,9 +316,9 @@ TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
 
 // Fitted to the recordings and the proposed motion as the robot then moves; the noise is drawn once.
 TEST(NextExperiment, TheExpectedIntervalIsThatOfTheRepeatedExperiment) {
-  Experiment e = make_poor_experiment("next_interval", kArm, make_viscous());
-  const Next next = propose(e, make_open_report(), make_options(), kQuietly);
-  ASSERT_EQ(next.proposals.size(), 1u);
+  Experiment e = get_poor_experiment();
+  const Next& next = get_two_motions();
+  ASSERT_EQ(next.proposals.size(), 2u);
   const Proposal& p = next.proposals[0];
   ASSERT_EQ(p.intervals.size(), 1u);
   Experiment bare = e;
