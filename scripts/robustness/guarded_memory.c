@@ -5,8 +5,8 @@
  *
  * Each block ends at a page that nobody may touch, so whatever reads or writes behind it ends there with the places of the
  * calls. Up to 15 bytes between a block and that page, and 64 before the block, are looked at when it is freed. Fresh and
- * freed memory is full of 0xff: numbers that were never set are NaN, pointers lead nowhere. It takes about one and a half
- * times as long, and a page for each small block. Not seen: indices that land in another block, and blocks beyond the
+ * freed memory is full of 0xff: numbers that were never set are NaN, pointers lead nowhere. It takes up to
+ * twice as long, and a page for each small block. Not seen: indices that land in another block, and blocks beyond the
  * first 31 000 at a time (Linux allows 65 530 pieces of memory in a process).
  */
 #define _GNU_SOURCE
