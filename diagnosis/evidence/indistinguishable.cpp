@@ -76,9 +76,10 @@ bool is_one_sided(const TorqueData& data, int joint) {
 // Under a load that keeps its side the teeth touch on one side: the link is half a gap from where its encoder says.
 void add_play(const TorqueData& data, const GradedTerm& g, std::vector<Alternative>* list) {
   const auto add = [&](const Term& zero, const Eigen::VectorXd& offset, const Eigen::VectorXd& width) {
+    if (zero.effect().id != EffectId::kJointOffset) return;  // the place of another term may be a link, or the base
     const JointSpec& joint = data.experiment->robot.tree.joint(zero.place);
     const bool turns = joint.actuated && joint.kind == JointKind::kRevolute;
-    if (zero.effect().id != EffectId::kJointOffset || !turns || 2.0 * std::abs(offset[0]) > kMostPlay || !is_one_sided(data, zero.place)) return;
+    if (!turns || 2.0 * std::abs(offset[0]) > kMostPlay || !is_one_sided(data, zero.place)) return;
     list->push_back(make_alternative(get_effect(EffectId::kBacklash), {{"joint", joint.name}}, {make_one("gap", "rad", 2.0 * std::abs(offset[0]), 2.0 * width[0])}, kSides));
   };
   add(g.term, g.parameters, g.width);

@@ -90,6 +90,18 @@ TEST(TorqueRivals, StribeckFrictionHasNoValuesWhereTheMotionIsTooFastToTellTheFr
   EXPECT_EQ(count_values({50.0, -2000.0, 2100.0}), 0);
 }
 
+// The place of a mass is a link, and there is no joint of the last one's number: it was read behind the end of the list.
+TEST(TorqueRivals, AMassAtTheLastLinkIsNoPlayOfAJoint) {
+  Experiment e;
+  e.robot.tree.links.resize(2);
+  TorqueData data;
+  data.experiment = &e;
+  GradedTerm mass;
+  mass.term = {&find_term_row(&TermRow::load), 1};
+  mass.parameters = mass.width = Eigen::VectorXd::Constant(4, 0.01);
+  EXPECT_TRUE(list_indistinguishable(data, mass, nullptr, nullptr).empty());
+}
+
 // kArm, hanging down.
 std::string make_hanging_arm() {
   std::string arm = kArm;
