@@ -88,7 +88,7 @@ class Nightly(unittest.TestCase):
     def test_an_unknown_step_is_refused_with_the_names_of_all(self):
         run, _ = self.run_nightly("--only", "kils")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("there is no step kils: fuzz, kills, faults, soak, sanitize, threads, tidy, mutations", run.stderr)
+        self.assertIn("there is no step kils: fuzz, kills, faults, soak, sanitize, threads, tidy, long, mutations", run.stderr)
 
 
 class Counts(unittest.TestCase):
