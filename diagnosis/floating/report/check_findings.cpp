@@ -9,6 +9,7 @@
 #include "diagnosis/floating/checks/weight_check.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/fit/remaining.h"
+#include "diagnosis/model/tree.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -36,6 +37,13 @@ bool explains_weight(const LeggedLog& log, const Finding& found, const Finding& 
   return is_of_mass(found) || is_at(found, "/wrench") || scales || holds_weight(log, found, weight);
 }
 
+// Whether the zero of an encoder between the base and a foot is off.
+bool is_zero_of_leg(const LeggedLog& log, const Finding& found) {
+  if (!is(found, get_laws().joint_offset) || !found.where.contains("joint")) return false;
+  const int link = log.tree.find_joint(found.where.at("joint").get<std::string>()) + 1;
+  return std::any_of(log.feet.begin(), log.feet.end(), [&](const Foot& foot) { return is_above(log.tree, link, foot.link); });
+}
+
 // Whether a finding of the search is the cause of what a check found.
 bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const Finding& check) {
   const LawTable& laws = get_laws();
@@ -44,8 +52,8 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
   const bool told = std::any_of(check.alternatives.begin(), check.alternatives.end(), [&](const Alternative& a) { return a.effect == found.effect && a.where == found.where; });
   if (is(check, laws.joint_offset) && (told || is(found, laws.flat_sole))) return true;
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
-  // Soles that give sink by what they carry, which looks like a slope.
-  if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole))) return true;
+  // Soles that give sink by what they carry, and a leg whose zero is off reaches another height in each posture: like a slope.
+  if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole) || is_zero_of_leg(log, found))) return true;
   // Scale and zero of one sensor are the same number. When it was read is another one.
   const bool alternatives = check.grade == Grade::kAmbiguous && !is(check, laws.sensor_delay) && !is(found, laws.sensor_delay);
   return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;

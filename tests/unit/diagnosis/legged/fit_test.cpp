@@ -290,6 +290,20 @@ TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
   EXPECT_EQ(findings[0].alternatives.back().where.at("link"), "l_shin") << "what the search named is kept";
 }
 
+// A foot's height by a capture of the base goes through the encoders of its leg.
+TEST(LeggedChecks, HeightsThatDriftBesideAWrongZeroInThatLegAreNoSlope) {
+  RowHalves rows(1, 100, {{kWeight, {0}}});
+  rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
+  const LeggedFitter fitter(rows.merge(), 1);
+  const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
+  CheckResult checks;
+  checks.findings = {make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}}, {make_one("pitch", "rad", 0.003, 0.001)})};
+  const Finding zero = make_finding(get_laws().joint_offset.info(), {{"joint", "l_hip"}}, {make_one("offset", "rad", -0.02, 0.001)});
+  const Finding load = make_finding(get_laws().payload.info(), {{"link", "pelvis"}}, {make_one("mass", "kg", 1, 0.1)});
+  EXPECT_EQ(report_checks(fitter, outcome, checks, {zero}).size(), 1u);
+  EXPECT_EQ(report_checks(fitter, outcome, checks, {load}).size(), 2u);
+}
+
 Finding make_turned(double pitch, double roll_std) {
   return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}}, {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
 }
