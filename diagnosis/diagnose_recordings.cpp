@@ -18,8 +18,9 @@
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque/findings.h"
-#include "diagnosis/findings/odd_sizes.h"
+#include "diagnosis/findings/doubtful_constants.h"
 #include "diagnosis/findings/grading.h"
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/page/terminal.h"
 
@@ -60,6 +61,7 @@ void finish(const Experiment& e, Reports* reports) {
   report["fit"]["held_out"] = has_held_out(e.recordings);
   name_simpler_laws(&report);
   lower_grades(&report);
+  doubt_constants_of_masses(e, &report);
   doubt_upright_forces(e, &report);
   drop_idle_findings(&report);
   list_once(&report);

@@ -5,6 +5,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/best_model.h"
+#include "diagnosis/findings/doubtful_constants.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/simpler_law.h"
@@ -271,6 +272,29 @@ TEST(Numbers, AHundredWithTwoDigitsIsPrintedAsPeopleWriteIt) {
   EXPECT_EQ(number(1234.0, 2), "1200");
   EXPECT_EQ(number(0.01234, 2), "0.012");
   EXPECT_EQ(number(1.2e6, 2), "1.2e+06");
+}
+
+// A torso's mass that is not where the model has it, or a sensor's zero: until that is told, a constant torque of the waist may
+// be its weight.
+TEST(DoubtfulConstants, OfARobotOnItsFeetMayBeTheWeightOfAMisplacedMass) {
+  const Json torso{{"effect", "com_error"}, {"family", "mass and its place"}, {"where", {{"link", "torso"}}}, {"parameters", Json::object()}};
+  const auto grade_constant = [&](bool on_feet, const char* grade_of_zero) {
+    Experiment e;
+    e.scenario.floating_base = on_feet;
+    Json report;
+    report["findings"] = {{{"effect", "sensor_bias"}, {"grade", grade_of_zero}, {"alternatives", {torso}}},
+                          {{"effect", "constant_torque"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}}, {"alternatives", Json::array()}},
+                          {{"effect", "joint_offset"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}}, {"alternatives", Json::array()}}};
+    doubt_constants_of_masses(e, &report);
+    EXPECT_EQ(report["findings"][2]["grade"], "supported");
+    return report["findings"][1];
+  };
+  const Json constant = grade_constant(true, "ambiguous");
+  EXPECT_EQ(constant["grade"], "ambiguous");
+  ASSERT_EQ(constant["alternatives"].size(), 1u);
+  EXPECT_EQ(constant["alternatives"][0], torso);
+  EXPECT_EQ(grade_constant(true, "supported")["grade"], "supported");
+  EXPECT_EQ(grade_constant(false, "ambiguous")["grade"], "supported");
 }
 
 }  // namespace
