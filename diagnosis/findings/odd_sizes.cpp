@@ -126,6 +126,17 @@ void drop_odd_alternatives(const TreeSpec& tree, Json* finding) {
   list = kept;
 }
 
+// Whether a limit of the drive's torque may be no larger than a level of dry friction, by the latter's interval.
+bool is_within(const Json& limit, const Json& friction) {
+  for (const auto& a : limit["parameters"].items()) {
+    for (const auto& b : friction["parameters"].items()) {
+      if (a.value()["unit"] != b.value()["unit"] || !b.value().contains("ci95") || !a.value()["value"].is_number()) continue;
+      if (a.value()["value"].get<double>() <= b.value()["ci95"][1].get<double>()) return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
@@ -167,6 +178,21 @@ void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
     if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_stiff_sole(f, half_weight)) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") + " This is as stiff as floors and force sensors are: what gives here is not told.";
+  }
+}
+
+void doubt_limits_within_friction(Json* report) {
+  Json& findings = (*report)["findings"];
+  for (Json& f : findings) {
+    const bool told = f.value("grade", "") != get_grade_name(Grade::kAmbiguous);
+    if (!told || f.value("family", "") != get_family_name(EffectFamily::kLimits) || !f["where"].contains("joint")) continue;
+    for (const Json& other : findings) {
+      if (other.value("family", "") != get_family_name(EffectFamily::kDryFriction) || other["where"] != f["where"] || !is_within(f, other)) continue;
+      make_ambiguous(&f);
+      f["statement"] = f.value("statement", "") + " A drive that gives no more than the dry friction found here would not move the joint: that friction may vary instead.";
+      f["alternatives"].push_back({{"effect", other["effect"]}, {"family", other["family"]}, {"where", other["where"]}, {"parameters", other["parameters"]}});
+      break;
+    }
   }
 }
 

@@ -27,6 +27,10 @@ void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 // of the compliance is unknown.
 void doubt_stiff_soles(const TreeSpec& tree, nlohmann::ordered_json* report);
 
+// Makes limits of a drive's torque `ambiguous` that may be no larger than the dry friction found at the same joint: such a drive
+// would not move it, and friction that varies while the joint sticks looks the same.
+void doubt_limits_within_friction(nlohmann::ordered_json* report);
+
 // Removes ambiguous findings within a quarter of a standard deviation of neutral from the report, not from the model.
 // Keeps them if no other finding remains.
 void drop_idle_findings(nlohmann::ordered_json* report);

@@ -297,5 +297,22 @@ TEST(DoubtfulConstants, OfARobotOnItsFeetMayBeTheWeightOfAMisplacedMass) {
   EXPECT_EQ(grade_constant(false, "ambiguous")["grade"], "supported");
 }
 
+// Torque of a joint that sticks ends where its friction does.
+TEST(OddSizes, ALimitOfTheDriveWithinTheJointsOwnFrictionMayBeThatFriction) {
+  const auto grade_limit = [](double limit, const char* unit, double most_friction) {
+    Json report;
+    report["findings"] = {
+        {{"effect", "coulomb_friction"}, {"family", "dry friction"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}},
+         {"parameters", {{"level", {{"value", 4.2}, {"ci95", {3.4, most_friction}}, {"unit", "N m"}}}}}},
+        {{"effect", "torque_saturation"}, {"family", "limits"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}},
+         {"parameters", {{"limit", {{"value", limit}, {"ci95", {limit - 0.1, limit + 0.1}}, {"unit", unit}}}}}, {"alternatives", Json::array()}}};
+    doubt_limits_within_friction(&report);
+    return report["findings"][1]["grade"].get<std::string>();
+  };
+  EXPECT_EQ(grade_limit(4.3, "N m", 5.1), "ambiguous");
+  EXPECT_EQ(grade_limit(12.0, "N m", 5.1), "supported");
+  EXPECT_EQ(grade_limit(4.3, "rad/s", 5.1), "supported");  // of the speed
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
