@@ -192,6 +192,7 @@ class DraftWriter {
     if (positions == 0) ask("which columns are the joints' positions");
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
+    ask_for_joints();
     write_unused();
     if (std::any_of(meanings_.begin(), meanings_.end(), [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) && joints_.size() > 1)
       ask("whether the numbers in the columns' names count the joints in the model's order: " + list_joints());
@@ -301,7 +302,6 @@ class DraftWriter {
       const auto [low, high] = std::minmax_element(values.begin(), values.end());
       out_ << format_short(*low) << " to " << format_short(*high) << find_relation(i) << "\n";
     }
-    ask_for_joints();
     if (any && log_.names.empty()) ask("which column is which signal: the file has no header. The comments at the end of the draft describe each column");
   }
 

@@ -36,10 +36,9 @@ struct LooseGear {
 bool is_gear(const Effect& law);
 
 // Judges the joints in `joints` whose rigid rotor leaves more than twice the noise, and more of the motion than two
-// integrators differ by. A gear is loose if it removes
-// enough of the squared residual in training and in held-out recordings, and some of it in every recording. Sorted by
-// `left`. Judge the later ones again beside the first: its link is not where its encoder says, which affects
-// neighbours.
+// integrators differ by. A gear is loose if it removes enough of the squared residual in training and in held-out
+// recordings, and some of it in every recording. Sorted by `left`. Judge the later ones again beside the first: its link is
+// not where its encoder says, which affects neighbours.
 std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model, const std::vector<int>& joints);
 
 // Accepts the best gear, judges the other joints again beside it, and repeats. Replaces the effects of these joints in

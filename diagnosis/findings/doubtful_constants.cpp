@@ -22,7 +22,7 @@ std::vector<Json> list_masses(const Json& findings) {
   std::vector<Json> masses;
   for (const Json& f : findings) {
     if (f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
-    if (is_of_mass(f)) masses.push_back({{"effect", f["effect"]}, {"family", f["family"]}, {"where", f["where"]}, {"parameters", f["parameters"]}});
+    if (is_of_mass(f)) masses.push_back(state_as_alternative(f));
     if (!f.contains("alternatives")) continue;
     for (const Json& a : f["alternatives"]) {
       if (is_of_mass(a)) masses.push_back(a);

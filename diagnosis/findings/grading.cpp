@@ -69,6 +69,10 @@ void make_ambiguous(Json* finding) {
   if (finding->contains("statement")) (*finding)["statement"] = say_ambiguous((*finding)["statement"]);
 }
 
+Json state_as_alternative(const Json& finding) {
+  return {{"effect", finding["effect"]}, {"family", finding["family"]}, {"where", finding["where"]}, {"parameters", finding["parameters"]}};
+}
+
 void doubt_unconfirmed(const std::vector<Finding>& torque, Json* report) {
   for (Json& f : (*report)["findings"]) {
     const auto same = std::find_if(torque.begin(), torque.end(), [&](const Finding& t) {

@@ -20,6 +20,9 @@ bool holds(const nlohmann::ordered_json& interval, double value);
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
+// A finding as an alternative of another one.
+nlohmann::ordered_json state_as_alternative(const nlohmann::ordered_json& finding);
+
 // For simulations without held-out recordings: makes findings ambiguous that the missing torque does not support at the
 // same place, and adds its alternatives.
 void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_json* report);

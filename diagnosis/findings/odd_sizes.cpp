@@ -190,7 +190,7 @@ void doubt_limits_within_friction(Json* report) {
       if (other.value("family", "") != get_family_name(EffectFamily::kDryFriction) || other["where"] != f["where"] || !is_within(f, other)) continue;
       make_ambiguous(&f);
       f["statement"] = f.value("statement", "") + " A drive that gives no more than the dry friction found here would not move the joint: that friction may vary instead.";
-      f["alternatives"].push_back({{"effect", other["effect"]}, {"family", other["family"]}, {"where", other["where"]}, {"parameters", other["parameters"]}});
+      f["alternatives"].push_back(state_as_alternative(other));
       break;
     }
   }

@@ -86,10 +86,10 @@ def read_json(path):
 
 
 def read_cell(text):
-    """A number, or what stands in brackets: numbers between commas, semicolons, spaces or ends of lines."""
-    if not text.lstrip().startswith(("[", "(")):
-        return float(text or "nan")
-    return [float(number) for number in re.split(r"[\s,;]+", text.strip(" \t[]()")) if number]
+    """What a number, or each of several between brackets, is written as; commas, semicolons or spaces separate them."""
+    if not text or not text.lstrip().startswith(("[", "(")):
+        return text or "nan"
+    return [number for number in re.split(r"[\s,;]+", text.strip(" \t[]()")) if number]
 
 
 def read_lists(path):
@@ -97,13 +97,7 @@ def read_lists(path):
         rows = list(csv.DictReader(file, skipinitialspace=True))
     if not any("[" in cell or "(" in cell for cell in (rows[0].values() if rows else ()) if isinstance(cell, str)):
         raise Refused("has no lists in its cells: the diagnosis reads it as it is")
-    found = {}
-    for name in rows[0]:
-        try:
-            found[name] = np.asarray([read_cell(row[name]) for row in rows], dtype=float)
-        except (TypeError, ValueError, AttributeError):  # words, lists of several lengths, cells that are not there
-            found[name] = np.asarray("")
-    return found
+    return {name: unfold([read_cell(row[name]) for row in rows]) for name in rows[0] if name is not None}  # None: cells beyond the header
 
 
 READERS = {".npz": read_numpy, ".npy": read_numpy, ".mat": read_matlab, ".h5": read_hdf5, ".hdf5": read_hdf5, ".json": read_json, ".jsonl": read_json,
@@ -181,7 +175,9 @@ def main():
     parser.add_argument("--out", type=pathlib.Path, help="default: the recording's name with .csv, or .columns.csv if it is text")
     parser.add_argument("--force", action="store_true", help="overwrite an existing file")
     arguments = parser.parse_args()
-    source, target = arguments.recording, arguments.out or arguments.recording.with_suffix(".columns.csv" if READERS.get(arguments.recording.suffix) is read_lists else ".csv")
+    source = arguments.recording
+    is_text = READERS.get(source.suffix.lower()) is read_lists
+    target = arguments.out or source.with_suffix(".columns.csv" if is_text else ".csv")
     try:
         if not source.is_file():
             raise Refused("no such file")

@@ -72,7 +72,7 @@ LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
   if (inertia.mass == 0.0 && inertia.I_LLcm_L.isZero(0.0)) return inertia;
   const std::string field = "link '" + link.name + "' <inertial>";
   if (inertia.mass == 0.0) {
-    add(link.inertial_line, field, scenario_.repair_inertias ? "has an inertia but no mass; ignored" : "has an inertia but no mass", !scenario_.repair_inertias);
+    add(link.inertial_line, field, std::string("has an inertia but no mass") + (scenario_.repair_inertias ? "; ignored" : ""), !scenario_.repair_inertias);
     return LinkInertia();
   }
   if (inertia.I_LLcm_L.isZero(0.0)) return inertia;  // a point mass: judged with what it is fixed to
@@ -296,17 +296,17 @@ void TreeBuilder::check_moving_masses() {
     const int line = scan_.find_link_line(links[i].name);
     const std::string field = "link '" + links[i].name + "'";
     const LinkInertia& inertia = links[i].inertia;
-    const bool hopeless = inertia.mass == 0.0 && (i == 0 || (carried[i] == 0.0 && links[i].joint.rotor_inertia == 0.0));
-    std::string fault;
-    if (inertia.mass == 0.0) fault = hopeless ? "moves but has no mass, and carries none" : "moves but has no mass of its own";
-    else if (inertia.I_LLcm_L.isZero(0.0)) fault = "moves and is a point mass: its inertia is zero, expected one that is positive definite";
-    else continue;
-    const bool point = inertia.mass > 0.0, repaired = scenario_.repair_inertias && (point || (hopeless && i > 0));
-    if (repaired) {
-      robot_.tree.links[i].inertia = repair_inertia(inertia);
-      fault += point ? "; repaired to a small ball" : "; repaired to a small ball of 1 g";
+    const bool light = inertia.mass == 0.0;
+    if (!light && !inertia.I_LLcm_L.isZero(0.0)) continue;
+    if (light && i > 0 && (carried[i] != 0.0 || links[i].joint.rotor_inertia != 0.0)) {
+      add(line, field, "moves but has no mass of its own", false);
+      continue;
     }
-    add(line, field, fault, !repaired && (point || hopeless));
+    const bool repaired = scenario_.repair_inertias && !(light && i == 0);  // a robot without a base is none
+    const std::string fault = light ? "moves but has no mass, and carries none"
+                                    : "moves and is a point mass: its inertia is zero, expected one that is positive definite";
+    add(line, field, fault + (!repaired ? "" : light ? "; repaired to a small ball of 1 g" : "; repaired to a small ball"), !repaired);
+    if (repaired) robot_.tree.links[i].inertia = repair_inertia(inertia);
   }
 }
 
