@@ -12,6 +12,12 @@ using Json = nlohmann::ordered_json;
 
 Estimate make_one(const std::string& name, const std::string& unit, double value, double std) { return {name, unit, {value}, {std}, false}; }
 
+Estimate make_assumed_centre(const Eigen::Vector3d& p) {
+  Estimate e{"com", "m", {p.x(), p.y(), p.z()}, {1, 1, 1}, true};
+  e.assumed = true;
+  return e;
+}
+
 nlohmann::ordered_json make_estimate(const Estimate& e) {
   const bool list = e.vector || e.value.size() != 1;
   Json value = Json::array(), std = Json::array(), interval = Json::array(), unseen = Json::array();
@@ -27,6 +33,7 @@ nlohmann::ordered_json make_estimate(const Estimate& e) {
   if (!list) return {{"value", value[0]}, {"std", std[0]}, {"ci95", interval[0]}, {"unit", e.unit}};
   Json vector{{"value", value}, {"std", std}, {"ci95", interval}, {"unit", e.unit}};
   if (!unseen.empty()) vector["unseen"] = unseen;
+  if (e.assumed) vector["assumed"] = true;
   return vector;
 }
 

@@ -3,6 +3,7 @@
 // the contents of report.json, schema 2 (docs/report.md).
 #pragma once
 
+#include <Eigen/Core>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct Estimate {
   std::vector<double> std;  // contains differences between recordings, halves and regimes; empty: not calculated
   bool vector = false;      // reported as a list even with a single element
   std::vector<std::pair<double, double>> ends = {};  // of the interval, where it does not lie evenly about the value
+  bool assumed = false;  // nothing was measured of it: the value is the model's, and std covers every place of a body
 
   // Nothing of this axis of a vector shows in the recordings: a planar arm does not tell how far a mass is out of its plane.
   bool is_unseen(size_t axis) const { return value.size() == 3 && std.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0; }
@@ -110,6 +112,8 @@ struct Fit {
 
 // One number with its deviation.
 Estimate make_one(const std::string& name, const std::string& unit, double value, double std);
+// A load's centre [m, link] that the recordings do not tell; `p` is the link's own.
+Estimate make_assumed_centre(const Eigen::Vector3d& p);
 
 // What every finding and every alternative says of an effect; grade, share and words are the caller's. `motion` would tell
 // the alternative from the finding.

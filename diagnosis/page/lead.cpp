@@ -22,11 +22,12 @@ std::string describe_interval(const std::vector<double>& ci) {
 
 // "(0.1 ± 0.02, 0.3 ± 0.02, 0)": each axis with its interval.
 std::string describe_vector(const json& p) {
+  const bool assumed = get(p, "assumed") == json(true);
   const json &values = get(p, "value"), &intervals = get_list(p, "ci95");
   std::string out;
   for (size_t i = 0; i < values.size(); ++i) {
     out += (out.empty() ? "(" : ", ") + format_value(values[i], 3);
-    if (i < intervals.size()) out += describe_interval(get_numbers({{"ci95", intervals[i]}}, "ci95"));
+    if (!assumed && i < intervals.size()) out += describe_interval(get_numbers({{"ci95", intervals[i]}}, "ci95"));
   }
   return out + ")";
 }
@@ -39,7 +40,7 @@ std::string describe_parameter(const std::string& name, const json& p) {
   std::string out = words + " " + (vector ? describe_vector(p) : format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95")));
   for (const json& axis : get_list(p, "unseen")) out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
   const std::string unit = typeset(get_text(p, "unit"));
-  return out + (unit.empty() || unit == "1" ? "" : " " + unit);
+  return out + (unit.empty() || unit == "1" ? "" : " " + unit) + (get(p, "assumed") == json(true) ? " (assumed)" : "");
 }
 
 }  // namespace

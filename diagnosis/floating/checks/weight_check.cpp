@@ -215,8 +215,7 @@ class WeightChecker {
     const std::vector<Estimate> scale{make_value(heavier, 1 + more / g / own, error / g / own)};
     Finding f = make_finding(heavier, link, scale);
     if (more > 0) {
-      const Estimate place{"com", "m", {root.p_LLcm_L.x(), root.p_LLcm_L.y(), root.p_LLcm_L.z()}, {1, 1, 1}, true};
-      f = make_finding(load, link, {make_value(load, more / g, error / g), place});
+      f = make_finding(load, link, {make_value(load, more / g, error / g), make_assumed_centre(root.p_LLcm_L)});
       f.alternatives.push_back(make_alternative(heavier, link, scale, kMotion));
     }
     f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;

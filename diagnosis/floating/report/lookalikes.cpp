@@ -120,11 +120,9 @@ void add_load_at_centre(const ReportState& state, const FoundEffect& f, Finding*
   if (there) return;
   const LinkInertia& link = state.log.tree.links[static_cast<size_t>(f.effect.place)].inertia;
   const double more = heavy->parameters[0].value[0] - 1, std = heavy->parameters[0].std[0];
-  const Vector3d c = link.p_LLcm_L;
-  const Estimate com{"com", "m", {c.x(), c.y(), c.z()}, {1, 1, 1}, true};
   heavy->alternatives.insert(
       heavy->alternatives.begin(),
-      make_alternative(payload, heavy->where, {make_value(payload, more * link.mass, std * link.mass), com},
+      make_alternative(payload, heavy->where, {make_value(payload, more * link.mass, std * link.mass), make_assumed_centre(link.p_LLcm_L)},
                        "turns of the body: a load hangs at one point"));
 }
 

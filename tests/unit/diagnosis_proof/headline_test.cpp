@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "diagnosis/page/headline.h"
+#include "diagnosis/page/lead.h"
 #include "diagnosis/page/terminal.h"
 
 namespace hrp::diagnosis {
@@ -155,6 +156,12 @@ TEST(Headline, ASingleFindingOfAWalkKeepsTheStatementOfItsCheck) {
   EXPECT_THAT(text, HasSubstr("The feet carry 1.033 ± 0.004 of the weight. The model is too light by 3.3 %, or the scale is off."));
   EXPECT_THAT(text, Not(HasSubstr("By phase")));
   EXPECT_THAT(text, Not(HasSubstr("payload")));
+}
+
+TEST(Headline, APlaceThatIsAssumedHasNoInterval) {
+  json load = make_finding("payload", "waist", "ambiguous", "mass", 1.08, 0.14, "kg");
+  load["parameters"]["com"] = {{"value", {0.02, 0.0, -0.04}}, {"ci95", {{-1.94, 1.98}, {-1.96, 1.96}, {-2.0, 1.92}}}, {"unit", "m"}, {"assumed", true}};
+  EXPECT_THAT(html::describe_parameters(load), HasSubstr("com (0.02, 0, -0.04) m (assumed)"));
 }
 
 TEST(Headline, OfEqualWeightTheMoreProbableStandsFirst) {
