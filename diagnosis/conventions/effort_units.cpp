@@ -47,8 +47,9 @@ double discount_chance(double share, const UnitRows& rows, long regressors) {
   return free > 0.0 ? std::max(0.0, 1.0 - (1.0 - share) * (samples - 1.0) / free) : 0.0;
 }
 
-// The bracket of effort and tau beside these regressors. Empty if they explain tau, or if it is too wide.
+// The bracket of effort and tau beside these regressors. Empty without samples, if they explain tau, or if it is too wide.
 std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& rows, const Eigen::MatrixXd& beside, int joint) {
+  if (rows.tau.size() == 0) return std::nullopt;
   const Eigen::VectorXd tau = take_out(beside, rows.tau), effort = take_out(beside, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
   const bool told = tt > kMuch * kMuch * calc_variance(rows.tau) * static_cast<double>(tau.size());
