@@ -242,6 +242,7 @@ std::vector<Eigen::MatrixXd> calc_whole_columns(const TorqueData& data, const To
   long width = 0;
   for (const Term& term : terms) width += term.columns();
   const long n = r.q.cols(), count = r.is_sharp() ? r.q.rows() : r.kept();
+  if (width == 0) return std::vector<Eigen::MatrixXd>(static_cast<size_t>(n), Eigen::MatrixXd(r.kept(), 0));
   std::vector<Eigen::MatrixXd> out(static_cast<size_t>(n), Eigen::MatrixXd(count, width));
   WholeColumns maker(data, r, terms);
   Eigen::MatrixXd rows(n, width);
