@@ -143,6 +143,7 @@ class BagDrafter {
       out_.found.push_back("topic " + content.topic->name + ": sensor '" + name + "'");
       if (!known) out_.asked.push_back("the link of the sensor '" + name + "': the model has no '" + content.frame + "'");
     }
+    if (!text.empty() && kind == "imu") out_.imu = true;
     if (!text.empty()) sensors_ += "  " + kind + ":\n" + text;
   }
 

@@ -12,6 +12,7 @@ namespace hrp::diagnosis {
 struct BagDraft {
   std::string text;                // the sections `topics` and `sensors`
   bool commands = false, efforts = false;  // it has some
+  bool imu = false;                // and an inertial sensor
   std::vector<std::string> found, asked;   // as of Draft
 };
 

@@ -55,21 +55,6 @@ const std::map<std::string, Word>& list_words() {
   return words;
 }
 
-// Runs of letters, and runs of digits; an upper-case letter after a lower-case one begins a word: "motorTorque_3".
-std::vector<std::string> split_words(const std::string& text) {
-  std::vector<std::string> words;
-  char before = ' ';
-  for (const char c : text) {
-    const bool digit = std::isdigit(static_cast<unsigned char>(c)), letter = std::isalpha(static_cast<unsigned char>(c));
-    const bool digit_before = std::isdigit(static_cast<unsigned char>(before)), letter_before = std::isalpha(static_cast<unsigned char>(before));
-    const bool camel = std::isupper(static_cast<unsigned char>(c)) && std::islower(static_cast<unsigned char>(before));
-    if ((digit && !digit_before) || (letter && (!letter_before || camel))) words.emplace_back();
-    if (digit || letter) words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    before = c;
-  }
-  return words;
-}
-
 std::string drop_digits(std::string text) {
   text.erase(std::remove_if(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); }), text.end());
   return text;
@@ -104,6 +89,20 @@ int take_joint(const std::vector<std::string>& joints, std::vector<std::string>*
 }
 
 }  // namespace
+
+std::vector<std::string> split_words(const std::string& text) {
+  std::vector<std::string> words;
+  char before = ' ';
+  for (const char c : text) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)), letter = std::isalpha(static_cast<unsigned char>(c));
+    const bool digit_before = std::isdigit(static_cast<unsigned char>(before)), letter_before = std::isalpha(static_cast<unsigned char>(before));
+    const bool camel = std::isupper(static_cast<unsigned char>(c)) && std::islower(static_cast<unsigned char>(before));
+    if ((digit && !digit_before) || (letter && (!letter_before || camel))) words.emplace_back();
+    if (digit || letter) words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    before = c;
+  }
+  return words;
+}
 
 ColumnMeaning find_meaning(const std::string& column, const std::vector<std::string>& joints) {
   ColumnMeaning meaning;

@@ -23,6 +23,9 @@ struct ColumnMeaning {
   bool counts = false;   // of an encoder; the name does not say how many a turn has
 };
 
+// Runs of letters, and runs of digits, in lower case; an upper-case letter after a lower-case one begins a word: "motorTorque_3".
+std::vector<std::string> split_words(const std::string& text);
+
 // Of one column. `joints`: names of the model's joints.
 ColumnMeaning find_meaning(const std::string& column, const std::vector<std::string>& joints);
 

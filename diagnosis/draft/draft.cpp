@@ -17,6 +17,7 @@
 #include "diagnosis/data/repaired_robot.h"
 #include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
+#include "diagnosis/draft/imu_columns.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -131,13 +132,12 @@ class DraftWriter {
   }
 
   Draft write() {
-    write_head();
     write_recordings();
     const auto text = std::find_if(logs_.begin(), logs_.end(), is_text);
     if (text != logs_.end()) write_columns(*text);
     else if (is_ros_bag(logs_[0])) write_topics(logs_[0]);
     else write_drive(true, true);
-    draft_.text = out_.str();
+    draft_.text = make_head() + out_.str();
     return draft_;
   }
 
@@ -146,9 +146,16 @@ class DraftWriter {
 
   void ask(const std::string& what) { draft_.asked.push_back(what); }
 
-  void write_head() {
-    out_ << "# A draft: look at every line. Lines with (?) ask for what only you know.\n"
-         << "robot: " << quote_name(name_from_folder(robot_)) << "\nbase: fixed        # (?) or floating, for a robot on its feet\n";
+  // A robot that carries an inertial sensor on a root with a mass moves as a whole. A root that is the world has none.
+  std::string make_head() {
+    const bool floats = imu_ && tree_.links[0].inertia.mass > 0.0;
+    std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
+    if (floats) {
+      base = "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
+             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: []           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+      ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
+    }
+    return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " + quote_name(name_from_folder(robot_)) + "\n" + base;
   }
 
   void write_recordings() {
@@ -164,6 +171,7 @@ class DraftWriter {
     const BagDraft bag = draft_bag(path, tree_);
     write_drive(bag.commands, bag.efforts);
     out_ << bag.text;
+    imu_ = bag.imu;
     draft_.found.insert(draft_.found.end(), bag.found.begin(), bag.found.end());
     draft_.asked.insert(draft_.asked.end(), bag.asked.begin(), bag.asked.end());
   }
@@ -181,6 +189,7 @@ class DraftWriter {
     columns << "columns:            # docs/text_recordings.md\n";
     write_time(&columns);
     used_.resize(log_.count, false);
+    write_imu(&columns);
     take_turns_from_speeds();
     const size_t commands = write_signals(ColumnKind::kPosition, true, "position", &columns);
     const size_t positions = write_signals(ColumnKind::kPosition, false, "position", &columns);
@@ -190,6 +199,7 @@ class DraftWriter {
     const size_t commanded = write_efforts(true, &columns);
     if (efforts == 0 && commands == 0) efforts = commanded;
     if (positions == 0) ask("which columns are the joints' positions");
+    if (imu_) out_ << "sensors:\n  imu:\n    body: {link: " << quote_name(tree_.links[0].name) << "}   # (?) the link that carries it\n";
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
     ask_for_joints();
@@ -199,6 +209,14 @@ class DraftWriter {
     const std::string of = " of " + std::to_string(joints_.size()) + " joints: ";
     draft_.found.push_back("positions" + of + std::to_string(positions) + "; velocities: " + std::to_string(velocities) +
                            "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
+  }
+
+  void write_imu(std::ostringstream* columns) {
+    for (const ImuColumn& found : find_imu_columns(log_.names)) {
+      *columns << "  /imu/body/" << found.signal << ": " << find_place(found.column) << "\n";
+      used_[found.column] = imu_ = true;
+    }
+    if (imu_) draft_.found.push_back("an inertial sensor, taken as mounted along the axes of the link '" + tree_.links[0].name + "'");
   }
 
   // Counts of an encoder, by the velocity beside them if its unit is known.
@@ -358,6 +376,7 @@ class DraftWriter {
   LogColumns log_;
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;
+  bool imu_ = false;                 // the log has an inertial sensor
   int time_ = -1;
   double time_scale_ = 1.0;  // of its column, to seconds
   std::ostringstream out_;

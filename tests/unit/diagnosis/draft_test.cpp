@@ -11,6 +11,7 @@
 #include "diagnosis/data/recording.h"
 #include "diagnosis/draft/column_names.h"
 #include "diagnosis/draft/draft.h"
+#include "diagnosis/draft/imu_columns.h"
 #include "tests/catch_complaint.h"
 #include "tests/unit/diagnosis/bag_writer.h"
 
@@ -230,6 +231,40 @@ TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
   ASSERT_EQ(experiment.recordings.size(), 1u) << draft.text;
   EXPECT_TRUE(experiment.recordings[0].has("/imu/imu_data/linear_acceleration/x"));
   EXPECT_TRUE(experiment.recordings[0].has("/wrench/tool/force/z"));
+}
+
+TEST(ImuColumns, AreReadAsPeopleWriteThem) {
+  for (const std::vector<std::string>& names : {
+           std::vector<std::string>{"imu_gyro_x", "imu_gyro_y", "imu_gyro_z", "imu_accel_x", "imu_accel_y", "imu_accel_z"},
+           {"base_ang_vel_x", "base_ang_vel_y", "base_ang_vel_z", "base_lin_acc_x", "base_lin_acc_y", "base_lin_acc_z"},
+           {"/imu/angular_velocity.x", "/imu/angular_velocity.y", "/imu/angular_velocity.z", "linear_acceleration.x", "linear_acceleration.y", "linear_acceleration.z"},
+           {"GyrX", "GyrY", "GyrZ", "AccX [m/s^2]", "AccY [m/s^2]", "AccZ [m/s^2]"}}) {
+    const std::vector<ImuColumn> found = find_imu_columns(names);
+    ASSERT_EQ(found.size(), 6u) << names[0];
+    EXPECT_EQ(found[0].signal, "angular_velocity/x") << names[0];
+    EXPECT_EQ(found[5].signal, "linear_acceleration/z") << names[0];
+    EXPECT_EQ(found[5].column, 5u) << names[0];
+  }
+  // A turn alone may be that of a camera's pose; two axes of three are no sensor; a speed along a line is none either.
+  EXPECT_TRUE(find_imu_columns({"quat_w", "quat_x", "quat_y", "quat_z", "gyro_x", "gyro_y", "lin_vel_x", "lin_vel_y", "lin_vel_z"}).empty());
+}
+
+TEST_F(Drafts, OfARobotWithAnInertialSensorOnItsBodyFloat) {
+  write("leg.urdf",
+        "<robot name=\"leg\"><link name=\"trunk\"><inertial><mass value=\"5\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        "<link name=\"shin\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" iyy=\"0.01\" izz=\"0.01\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>"
+        "<joint name=\"knee\" type=\"revolute\"><parent link=\"trunk\"/><child link=\"shin\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"10\" velocity=\"10\"/></joint></robot>");
+  std::string rows = "time,knee_pos,knee_torque,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n";
+  for (int k = 0; k < 300; ++k) rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",1,0,0,0,0,0,9.81\n";
+  write("log.csv", rows);
+  const Draft draft = make_draft(path("leg.urdf"), {path("log.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("base: floating"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("which links of the model are its feet"));
+  write("experiment.yaml", draft.text);
+  EXPECT_TRUE(load_experiment(path("experiment.yaml")).recordings[0].has("/imu/body/linear_acceleration/z")) << draft.text;
+  // The root of this one has no mass: it is the world.
+  write("arm.csv", "time,shoulder_pos,shoulder_torque,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n" + rows.substr(rows.find('\n') + 1));
+  EXPECT_THAT(make_draft(path("arm.urdf"), {path("arm.csv")}, folder_.string()).text, HasSubstr("base: fixed"));
 }
 
 TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
