@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/multibody/kinematics.h"
 
@@ -11,6 +12,8 @@
 
 namespace hrp::diagnosis::floating {
 namespace {
+
+constexpr double kAskew = 0.05;  // slope of a floor, or error of an attitude (3 degrees), at which two feet still both stand
 
 constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
 constexpr double kEqual = 1e-9;    // share of the stance's force: smoothing of equal readings leaves less
@@ -62,20 +65,28 @@ std::vector<char> find_by_force(const LeggedLog& log, const Clip& clip, size_t s
   return loaded;
 }
 
-// Feet near the height of the lowest one.
+// Feet near the height of the lowest one. An attitude that is off, ground that slopes and tyres or soles that give raise one
+// foot above another in the model all the time: up to kAskew, each foot's own lowest height is that of the ground below it.
 std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
   std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
   if (out.empty()) return out;
   BodyMotion motion(log, clip);
-  std::vector<double> height(log.feet.size());
+  std::vector<std::vector<double>> raised(log.feet.size(), std::vector<double>(clip.size()));  // [m] above the lowest one
+  std::vector<double> ground(log.feet.size(), std::numeric_limits<double>::infinity());        // [m] the least of it
+  std::vector<Vector3d> sole(log.feet.size());
   for (size_t k = 0; k < clip.size(); ++k) {
     motion.update(k);
     const Vector3d up = motion.find_up(k);
-    for (size_t f = 0; f < height.size(); ++f) {
-      height[f] = up.dot(get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC) - log.feet[f].radius;
+    for (size_t f = 0; f < sole.size(); ++f) sole[f] = get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC - log.feet[f].radius * up;
+    const Vector3d lowest = *std::min_element(sole.begin(), sole.end(), [&](const Vector3d& a, const Vector3d& b) { return up.dot(a) < up.dot(b); });
+    for (size_t f = 0; f < sole.size(); ++f) {
+      raised[f][k] = up.dot(sole[f] - lowest);
+      if (raised[f][k] <= kAskew * (sole[f] - lowest).norm()) ground[f] = std::min(ground[f], raised[f][k]);
     }
-    const double lowest = *std::min_element(height.begin(), height.end());
-    for (size_t f = 0; f < height.size(); ++f) out[f][k] = height[f] < lowest + kRaisedFoot;
+  }
+  for (size_t f = 0; f < sole.size(); ++f) {
+    const double level = std::isfinite(ground[f]) ? ground[f] : 0.0;
+    for (size_t k = 0; k < clip.size(); ++k) out[f][k] = raised[f][k] < level + kRaisedFoot;
   }
   return out;
 }

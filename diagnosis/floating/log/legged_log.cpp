@@ -77,8 +77,23 @@ void cut_below_sensors(LeggedLog* log) {
   }
 }
 
+// Links at which a robot may touch the ground if nobody says which ones do.
+std::vector<std::string> list_limb_ends(const TreeSpec& tree) {
+  std::vector<char> ends(tree.links.size(), 1);
+  for (size_t l = 1; l < tree.links.size(); ++l) ends[static_cast<size_t>(tree.links[l].parent)] = 0;
+  std::vector<std::string> names;
+  for (size_t l = 1; l < tree.links.size(); ++l) {
+    if (ends[l]) names.push_back(tree.links[l].name);
+  }
+  return names;
+}
+
 void find_feet(const Experiment& e, LeggedLog* log) {
-  for (const std::string& name : e.scenario.feet) {
+  const bool told = !e.scenario.feet.empty() || !e.scenario.floating_base;
+  const std::vector<std::string> names = told ? e.scenario.feet : list_limb_ends(e.robot.tree);
+  if (!told && !names.empty())
+    log->missing.push_back("the key 'feet': any limb may stand on the ground, and its joints' torques then contain the ground's force");
+  for (const std::string& name : names) {
     const int frame = e.robot.tree.find_frame(name);
     if (frame < 0) continue;
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];

@@ -2,9 +2,12 @@
 // What single signals tell: tracks, landings, checks on whole recordings, the load share.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <random>
+#include <string>
+#include <utility>
 
 #include "diagnosis/floating/checks/checks.h"
 #include "diagnosis/floating/checks/landings.h"
@@ -12,10 +15,47 @@
 #include "diagnosis/floating/diagnose.h"
 #include "diagnosis/floating/log/correct_log.h"
 #include "diagnosis/floating/log/tracks.h"
+#include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
+
+constexpr Recorded kLeansWithImu{.leans = true};
+const std::string kLeftHip = "0 0.1 0", kRightHip = "0 -0.1 0";
+
+// Share of the time in which a foot without a force sensor counts as standing.
+double find_standing(const LeggedLog& log, size_t foot) {
+  const std::vector<char> loaded = find_contacts(log).loaded[0][foot];
+  return static_cast<double>(std::count(loaded.begin(), loaded.end(), 1)) / static_cast<double>(loaded.size());
+}
+
+// Of the right foot, 0.6 m from the left one, on a hip that the model has `higher` [m] than it is.
+double find_standing_if_raised(double higher) {
+  Experiment e = make_biped({}, kLeansWithImu);
+  std::string urdf = make_biped_urdf();
+  for (const auto& [from, to] : {std::pair<std::string, std::string>{kLeftHip, "0 0.3 0"}, {kRightHip, "0 -0.3 " + std::to_string(higher)}})
+    urdf.replace(urdf.find(from), from.size(), to);
+  e.scenario.sensors.wrenches.clear();
+  e.robot = parse_robot(urdf, "biped.urdf", e.scenario);
+  return find_standing(make_legged_log(e, Half::kEven), 1);
+}
+
+TEST(LeggedContacts, AFootThatAnAttitudeAskewRaisesAllTheTimeStands) {
+  EXPECT_DOUBLE_EQ(find_standing_if_raised(0.02), 1);  // 2 degrees across 0.6 m
+  EXPECT_DOUBLE_EQ(find_standing_if_raised(0.06), 0);  // 6 degrees: held up
+}
+
+// Where nobody says which links are feet, the ground's force is in the torques of every leg, and no fault of a joint.
+TEST(LeggedContacts, EndsOfLimbsMayStandWhereNoFeetAreTold) {
+  Experiment e = make_biped({}, kLeansWithImu);
+  e.scenario.sensors.wrenches.clear(), e.scenario.feet.clear();
+  const LeggedLog log = make_legged_log(e, Half::kEven);
+  ASSERT_EQ(log.feet.size(), 2u);
+  EXPECT_DOUBLE_EQ(find_standing(log, 0), 1);
+  EXPECT_TRUE(std::any_of(log.missing.begin(), log.missing.end(), [](const std::string& m) { return m.find("'feet'") != std::string::npos; }));
+  EXPECT_TRUE(diagnose_legged(e, nullptr).evidence.findings.empty());
+}
 
 TEST(LeggedTracks, GapsAreFoundAndNothingCrossesThem) {
   std::vector<double> time;
@@ -183,7 +223,7 @@ TEST(LeggedObstacle, OfAnImuAloneIsWhatWouldTellTheSame) {
 // What tells the same without the ground is compared; the rest is not, and nothing is claimed of it.
 TEST(LeggedObstacle, WithoutFeetTheImuIsStillComparedWithTheMotion) {
   Experiment e = make_biped({});
-  e.scenario.feet.clear();
+  e.scenario.feet = {"no_link"};
   const LeggedReport report = diagnose_legged(e, [](const std::string&) {});
   EXPECT_TRUE(report.evidence.findings.empty());
   e.scenario.sensors.imus.clear();
