@@ -12,14 +12,7 @@ namespace {
 
 // Gain and coefficients of the columns of one shape alone.
 Regression solve_columns(const Signatures& s, const std::vector<int>& columns) {
-  const long p = static_cast<long>(columns.size());
-  Eigen::MatrixXd gram(p, p);
-  Eigen::VectorXd projection(p);
-  for (long i = 0; i < p; ++i) {
-    projection[i] = s.projection[columns[static_cast<size_t>(i)]];
-    for (long j = 0; j < p; ++j) gram(i, j) = s.gram(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
-  }
-  return solve_gram(gram, projection);
+  return solve_gram(s.gram(columns, columns), s.projection(columns));
 }
 
 }  // namespace

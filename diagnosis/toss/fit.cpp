@@ -253,14 +253,9 @@ std::vector<double> calc_gains(const TossProblem& problem, const TossFit& fit, c
       const size_t effect = parameters[i].effect;
       if (effect < fit.hypothesis.size() || effect == fit.hypothesis.size() + c) rows.push_back(static_cast<long>(i));
     }
-    const auto n = static_cast<long>(rows.size());
-    Eigen::MatrixXd A(n, n);
-    Eigen::VectorXd b(n);
-    for (long i = 0; i < n; ++i) {
-      b[i] = normal.b[rows[static_cast<size_t>(i)]];
-      for (long j = 0; j < n; ++j) A(i, j) = normal.A(rows[static_cast<size_t>(i)], rows[static_cast<size_t>(j)]);
-    }
-    A.diagonal() += 1e-9 * A.diagonal() + Eigen::VectorXd::Constant(n, 1e-12);
+    Eigen::MatrixXd A = normal.A(rows, rows);
+    const Eigen::VectorXd b = normal.b(rows);
+    A.diagonal() += 1e-9 * A.diagonal() + Eigen::VectorXd::Constant(b.size(), 1e-12);
     gains.push_back(0.5 * b.dot(A.ldlt().solve(b)));
   }
   return gains;
