@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/findings/doubtful_constants.h"
 
+#include <algorithm>
+
 #include "common/effects/effect_info.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/grading.h"
@@ -17,16 +19,17 @@ bool is_constant_torque(const Json& finding) {
   return info && info->place == PlaceKind::kJoint && info->family == EffectFamily::kZero && info->linear;
 }
 
-// Masses and their places that ambiguous findings may be, as alternatives.
+// Masses and their places that ambiguous findings may be, as alternatives. What several of them may be is listed once.
 std::vector<Json> list_masses(const Json& findings) {
   std::vector<Json> masses;
+  const auto add = [&](const Json& mass) {
+    const auto is_same = [&](const Json& m) { return m["effect"] == mass["effect"] && m["where"] == mass["where"]; };
+    if (is_of_mass(mass) && std::none_of(masses.begin(), masses.end(), is_same)) masses.push_back(mass);
+  };
   for (const Json& f : findings) {
     if (f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
-    if (is_of_mass(f)) masses.push_back(state_as_alternative(f));
-    if (!f.contains("alternatives")) continue;
-    for (const Json& a : f["alternatives"]) {
-      if (is_of_mass(a)) masses.push_back(a);
-    }
+    if (is_of_mass(f)) add(state_as_alternative(f));
+    for (const Json& a : f.value("alternatives", Json::array())) add(a);
   }
   return masses;
 }
