@@ -86,8 +86,7 @@ void drop_attitude(const std::string& name, Recording* r) {
 }
 
 double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  double found = kNaN;
+  double found = std::nan("");
   std::array<double, 4> last{};
   for (size_t k = 0; k < xyzw[0]->size(); ++k) {
     double square = 0.0, dot = 0.0;
@@ -97,7 +96,7 @@ double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
     if (!unit && std::isnan(found)) found = std::sqrt(square);
     for (size_t i = 0; i < 4; ++i) {
       double& part = (*xyzw[i])[k];
-      part = unit ? std::copysign(1.0, dot) * part : kNaN;
+      part = unit ? std::copysign(1.0, dot) * part : std::nan("");
       if (unit) last[i] = part;
     }
   }

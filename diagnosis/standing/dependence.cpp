@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr size_t kFew = 12;         // fewest samples of a recording for a relation
 constexpr double kOwnMotion = 1.0;  // [Hz] a robot's own sway is slower
 
 // Quantities that the residual of a joint may depend on, or that of another channel (joint -1).
@@ -64,7 +64,7 @@ Halves observe_all(const StandProblem& p, const Channel& channel, size_t index, 
   Halves all;
   for (size_t r = 0; r < evaluation.size(); ++r) {
     const Observed one = observe(p, channel, index, r, evaluation[r]);
-    if (one.y.size() >= kFew) (p.recordings[r].train ? all.train : all.test).push_back(one);
+    if (one.y.size() >= kFewestToTell) (p.recordings[r].train ? all.train : all.test).push_back(one);
   }
   if (all.test.empty()) all.test = all.train;
   return all;
@@ -168,7 +168,7 @@ Eigen::Matrix<double, Eigen::Dynamic, 4> collect_friction(const StandProblem& p,
 double calc_uneven_gain(const StandProblem& p, const Evaluation& evaluation, size_t channel, size_t joint) {
   const auto train = collect_friction(p, evaluation, channel, joint, true);
   const auto held = collect_friction(p, evaluation, channel, joint, false);
-  if (train.rows() < static_cast<long>(4 * kFew) || held.rows() < static_cast<long>(kFew)) return 0;
+  if (train.rows() < static_cast<long>(4 * kFewestToTell) || held.rows() < static_cast<long>(kFewestToTell)) return 0;
   const auto left = [&](long columns) {
     const Eigen::VectorXd x = train.leftCols(columns).colPivHouseholderQr().solve(train.col(3));
     return (held.col(3) - held.leftCols(columns) * x).squaredNorm();

@@ -15,7 +15,6 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kFew = 8;  // samples of noise that are added to each rms
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
 // Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
 constexpr double kLeadingOrder = 2;
@@ -202,8 +201,8 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
     }
   }
   sum = std::max(0.0, sum - said * extra);
-  // Adds kFew samples of pure noise, because a few samples may be large by chance.
-  const double square = (sum / (sigma_[c] * sigma_[c]) + kFew) / (said + kFew);
+  // Adds one independent sample of pure noise, because a few samples may be large by chance.
+  const double square = (sum / (sigma_[c] * sigma_[c]) + kCorrelated) / (said + kCorrelated);
   if (channels_[c].kind == ChannelKind::kGyro) count = said;
   // A free link follows the noise of the feet, so a residual below the noise gains nothing.
   const bool free = c < find_places(*problem_) + count_places(*problem_) && is_loose(fit->hypothesis);

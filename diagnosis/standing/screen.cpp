@@ -83,14 +83,14 @@ std::vector<double> StandSearcher::find_noise_of(const Hypothesis& h, const Scre
   return out;
 }
 
-// Candidates of the next round. From kMostEffects effects on, effects of joints must be of a kind that was found at
+// Candidates of the next round. From kLargestSet effects on, effects of joints must be of a kind that was found at
 // another joint.
 std::vector<Effect> StandSearcher::list_next(const StandFit& so_far, const Evaluation& base) const {
   StandHints hints = hints_;
   hints.ripples = find_ripples(coarse_, base);
   for (size_t j = 0; j < hints.play.size(); ++j) hints.play[j] = find_play(coarse_, so_far.hypothesis, j);
   std::vector<Effect> list = list_candidates(p_, so_far.hypothesis, hints);
-  if (so_far.hypothesis.size() < kMostEffects) return list;
+  if (so_far.hypothesis.size() < kLargestSet) return list;
   const auto is_new = [&](const Effect& candidate) {
     const Hypothesis& h = so_far.hypothesis;
     return !is_joint(candidate) ||

@@ -40,10 +40,10 @@ void StandSearcher::look_below_noise() {
   out_.mismatch = std::any_of(out_.shared.begin(), out_.shared.end(), [](double s) { return s > 0; });
 }
 
-bool StandSearcher::is_full() const { return out_.chosen.hypothesis.size() >= kMostEffects; }
+bool StandSearcher::is_full() const { return out_.chosen.hypothesis.size() >= kLargestSet; }
 
 void StandSearcher::extend() {
-  while (out_.chosen.hypothesis.size() < kMostEffects && add_effect()) {
+  while (out_.chosen.hypothesis.size() < kLargestSet && add_effect()) {
   }
   if (out_.chosen.hypothesis.size() > 1) exchange_effects(false);
   while (is_full() && out_.chosen.hypothesis.size() < kMostAlike && add_effect()) {

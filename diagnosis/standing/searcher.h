@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/search/search.h"
 #include "diagnosis/standing/search.h"
 
 namespace hrp::diagnosis::standing {
@@ -15,7 +16,6 @@ namespace hrp::diagnosis::standing {
 // ln(500 / 1e-3): 500 starts, one false effect in a thousand robots.
 constexpr double kGain = kCorrelated * 13.1;
 constexpr double kRicher = 40;  // score gain of a richer law at the same place
-constexpr size_t kMostEffects = 3;
 // Most effects in total. Drives of a robot are alike, so an effect of one joint may occur at others.
 constexpr size_t kMostAlike = 12;
 

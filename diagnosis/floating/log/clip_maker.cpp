@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/base/format.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
 
@@ -14,7 +15,6 @@ namespace {
 
 constexpr double kSigma = 0.015;     // [s] kernel: passes what a walking body does, below 10 Hz
 constexpr double kSamples = 1.2;     // the same in samples, at least: coarser grids alias
-constexpr double kGapSamples = 3.5;  // kLongestStep in samples, at least
 constexpr double kSlowest = 0.02;    // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
 constexpr double kShortest = 0.6;    // [s] of a clip that is used
 constexpr double kOfEdge = 4;        // times the kernel's reach that a clip is long: half of it is left
@@ -36,7 +36,7 @@ class ClipMaker {
     find_fresh();
     find_periods();
     std::vector<Gap> gaps;
-    const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongestStep, kGapSamples * step_), &gaps);
+    const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongestStep, kLostPeriods * step_), &gaps);
     note_gaps(gaps);
     const size_t before = log_.clips.size();
     for (const Span& span : spans) {
@@ -76,7 +76,7 @@ class ClipMaker {
   // Where a sensor wrote nothing for long, no other one's reading stands for it.
   void add_blanks(const std::vector<double>* column, std::vector<char>* blank) const {
     size_t last = 0;
-    const double longest = std::max(kLongestStep, kGapSamples * (periods_.empty() ? 0 : periods_.back()));
+    const double longest = std::max(kLongestStep, kLostPeriods * (periods_.empty() ? 0 : periods_.back()));
     for (size_t k = 1; k <= column->size(); ++k) {
       if (k < column->size() && !std::isfinite((*column)[k])) continue;
       if (k - last > 1 && r_.time[std::min(k, r_.size() - 1)] - r_.time[last] > longest) {

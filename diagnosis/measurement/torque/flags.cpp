@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
 
 namespace hrp::diagnosis {
@@ -21,7 +22,6 @@ constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed
 constexpr double kSudden = 8.0;
 // Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
 // out.
-constexpr double kLostSamples = 3.5;  // [sampling periods] at least
 constexpr double kGapReach = 1.0;    // [periods of the cutoff] left out around a gap
 
 // Range of each joint's effort over the samples with `still` == `wanted`.
@@ -54,7 +54,7 @@ Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cut
 void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
                double cutoff, Flags* read) {
   if (signal.empty()) return;
-  const double least = std::max(kFilterReach / cutoff, kLostSamples * sample_time);
+  const double least = std::max(kFilterReach / cutoff, kLostPeriods * sample_time);
   double last = r.begin;
   const auto mark = [&](double from, double to) {
     if (to - from <= least) return;
