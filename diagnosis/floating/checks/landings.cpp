@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
@@ -24,17 +25,24 @@ constexpr size_t kFewestFlat = 6;              // samples of a landing that tell
 constexpr double kFirstLags[] = {1e-3, 2e-3, 4e-3, 8e-3, 16e-3};  // [s] of all soles, where a fit starts from
 constexpr double kLeastLag = 2e-4, kMostLag = 0.05;               // [s] that a fit may reach
 constexpr double kChange = 1.5;                // factor of a lag in a round, at most: far off, columns are no tangents
-constexpr double kDifference = 1e-4;           // [s] for the derivative by a lag
+constexpr double kLagStep = 1e-4, kGiveStep = 1e-9;  // [s], [m/N] for derivatives
 constexpr int kFirstRounds = 3, kRounds = 30;
 
-// Columns by give and lag of each foot, at a hypothesis [give, lag] by foot; the mean over flat samples is taken out, since
-// how high the ground is under each foot is not known.
+// [m] How far a sole sinks whose `mass` rides on its rubber.
+std::vector<double> sink(const std::vector<double>& force, double step, double give, double lag, double mass) {
+  std::vector<double> z = calc_sinking(force, step, lag, mass * std::max(0.0, give));
+  for (double& v : z) v *= give;
+  return z;
+}
+
+// Columns by give and lag of each foot, at a hypothesis [give, lag] by foot and a share of the feet that rides on the rubber; the
+// mean over flat samples is taken out, since how high the ground is under each foot is not known.
 struct Rows {
   Eigen::MatrixXd x;
   Eigen::VectorXd left;  // [m] of the height
 };
 
-Rows make_rows(const Landing& l, const Eigen::VectorXd& law) {
+Rows make_rows(const Landing& l, const Eigen::VectorXd& law, double share) {
   std::vector<size_t> at;
   for (size_t k = 0; k < l.flat.size(); ++k) {
     if (l.flat[k]) at.push_back(k);
@@ -42,13 +50,15 @@ Rows make_rows(const Landing& l, const Eigen::VectorXd& law) {
   const auto n = static_cast<long>(at.size());
   Rows rows{Eigen::MatrixXd::Zero(n, law.size()), Eigen::VectorXd(n)};
   for (long i = 0; i < n; ++i) rows.left(i) = l.height[at[static_cast<size_t>(i)]];
-  for (const auto& [foot, force, sign] : {std::tuple(l.foot, &l.force, -1.0), std::tuple(l.other, &l.others, 1.0)}) {
+  for (const auto& [foot, force, mass, sign] : {std::tuple(l.foot, &l.force, l.mass, -1.0), std::tuple(l.other, &l.others, l.others_mass, 1.0)}) {
     const auto g = static_cast<long>(2 * foot);
-    const std::vector<double> z = calc_sinking(*force, l.step, law(g + 1)), later = calc_sinking(*force, l.step, law(g + 1) + kDifference);
+    const double give = law(g), lag = law(g + 1), rides = share * mass;
+    const std::vector<double> z = sink(*force, l.step, give, lag, rides);
+    const std::vector<double> softer = sink(*force, l.step, give + kGiveStep, lag, rides), later = sink(*force, l.step, give, lag + kLagStep, rides);
     for (long i = 0; i < n; ++i) {
       const size_t k = at[static_cast<size_t>(i)];
-      rows.x(i, g) = sign * z[k], rows.x(i, g + 1) = sign * law(g) * (later[k] - z[k]) / kDifference;
-      rows.left(i) -= sign * law(g) * z[k];
+      rows.x(i, g) = sign * (softer[k] - z[k]) / kGiveStep, rows.x(i, g + 1) = sign * (later[k] - z[k]) / kLagStep;
+      rows.left(i) -= sign * z[k];
     }
   }
   rows.left.array() -= rows.left.mean();
@@ -65,7 +75,8 @@ struct Sums {
 
 class LandingFitter {
  public:
-  LandingFitter(const std::vector<Landing>& landings, const std::vector<char>& soft) : soft_(soft) {
+  // `share`: of the feet below their sensors, that rides on the rubber.
+  LandingFitter(const std::vector<Landing>& landings, const std::vector<char>& soft, double share) : soft_(soft), share_(share) {
     for (const Landing& l : landings) {
       const auto flat = static_cast<size_t>(std::count(l.flat.begin(), l.flat.end(), 1));
       if (flat >= kFewestFlat && (soft[l.foot] || soft[l.other])) landings_.push_back(l);
@@ -91,7 +102,7 @@ class LandingFitter {
 
  private:
   Sums sum_up(const Landing& l) const {
-    const Rows rows = make_rows(l, law_);
+    const Rows rows = make_rows(l, law_, share_);
     Eigen::MatrixXd x(rows.x.rows(), static_cast<long>(free_.size()));
     for (size_t c = 0; c < free_.size(); ++c) x.col(static_cast<long>(c)) = rows.x.col(free_[c]);
     return {x.transpose() * x, x.transpose() * rows.left, rows.left.squaredNorm() / static_cast<double>(rows.left.size())};
@@ -162,6 +173,7 @@ class LandingFitter {
   }
 
   std::vector<char> soft_;
+  double share_;
   std::vector<Landing> landings_;
   Eigen::VectorXd law_;     // give [m/N] and lag [s] by foot
   std::vector<long> free_;  // of them, those of soft soles
@@ -189,6 +201,8 @@ class WindowReader {
   Landing read(const Contact& spell) {
     Landing l;
     l.step = c_.step, l.foot = spell.foot, l.other = 1 - spell.foot;
+    const auto hangs = [&](size_t f) { return log_.sensors[static_cast<size_t>(log_.feet[f].sensor)].hangs; };
+    l.mass = hangs(l.foot), l.others_mass = hangs(l.other);
     const auto before = static_cast<size_t>(kBefore / c_.step), after = static_cast<size_t>(kAfter / c_.step);
     const size_t end = std::min(spell.begin + after, spell.end);
     for (size_t k = spell.begin - std::min(before, spell.begin); k < end; ++k) add(k, k >= spell.begin, &l);
@@ -234,26 +248,46 @@ bool can_tell(const LeggedLog& log) {
 
 }  // namespace
 
-std::vector<double> calc_sinking(const std::vector<double>& force, double step, double lag) {
-  Track x;
-  x.value = force, x.rate.resize(force.size()), x.second.resize(force.size());
-  return lag_track(x, step, lag).value;
+std::vector<double> calc_sinking(const std::vector<double>& force, double step, double lag, double inertia) {
+  using Complex = std::complex<double>;
+  // Roots of inertia s^2 + lag s + 1; without inertia the second one is at minus infinity.
+  const Complex bend = std::sqrt(Complex(lag * lag - 4 * inertia)), slow = -2.0 / (lag + bend);
+  const bool rides = inertia > kTrace * kTrace * lag * lag && std::abs(bend) > 0;
+  const Complex fast = rides ? -(lag + bend) / (2 * inertia) : Complex(0);
+  const Complex slow_keep = std::exp(slow * step), fast_keep = std::exp(fast * step);
+  std::vector<double> z = force;
+  double rate = 0;
+  for (size_t k = 1; k < force.size(); ++k) {
+    // Along a line, z = force - slope lag, and what is left of where it began dies away by both roots.
+    const double slope = (force[k] - force[k - 1]) / step;
+    const Complex begin = z[k - 1] - force[k - 1] + slope * lag, speed = rate - slope;
+    const Complex by_fast = rides ? (speed - slow * begin) / (fast - slow) : Complex(0), by_slow = begin - by_fast;
+    z[k] = force[k] - slope * lag + (by_slow * slow_keep + by_fast * fast_keep).real();
+    rate = slope + (by_slow * slow * slow_keep + by_fast * fast * fast_keep).real();
+  }
+  return z;
 }
 
 // How a force went between two samples is not known. A fit of every second sample bounds the error that this makes: the error
-// grows with the square of the step, so that it differs by three times the error of the whole fit.
+// grows with the square of the step, so that it differs by three times the error of the whole fit. Nor is it known how much of
+// a foot rides on its rubber, from none to all: a twelfth of the squared difference is the variance of an even draw.
 std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const std::vector<char>& soft) {
-  std::vector<SoleLaw> laws = LandingFitter(landings, soft).run();
-  const std::vector<SoleLaw> even = LandingFitter(take_every_second(landings, 0), soft).run();
-  const std::vector<SoleLaw> odd = LandingFitter(take_every_second(landings, 1), soft).run();
+  std::vector<SoleLaw> laws = LandingFitter(landings, soft, kHalf).run();
+  const std::vector<SoleLaw> even = LandingFitter(take_every_second(landings, 0), soft, kHalf).run();
+  const std::vector<SoleLaw> odd = LandingFitter(take_every_second(landings, 1), soft, kHalf).run();
+  const std::vector<SoleLaw> bare = LandingFitter(landings, soft, 0).run(), whole = LandingFitter(landings, soft, 1).run();
+  const double stamps = landings.empty() ? 0 : kDetail * landings[0].step;  // [s] between the instants at which sensors of a row are read
   for (size_t f = 0; f < laws.size(); ++f) {
     SoleLaw& law = laws[f];
-    if (even[f].landings == 0 || odd[f].landings == 0) law = {};
+    const auto is_empty = [f](const std::vector<SoleLaw>& l) { return l[f].landings == 0; };
+    if (is_empty(even) || is_empty(odd) || is_empty(bare) || is_empty(whole)) law = {};
     if (law.landings == 0) continue;
-    law.kz_std = std::hypot(std::hypot(law.kz_std, kExactShare * law.kz), 0.5 * (0.5 * (even[f].kz + odd[f].kz) - law.kz));
-    // Instants at which the sensors of a row are read.
-    const double stamps = landings.empty() ? 0 : kDetail * landings[0].step * law.kz;
-    law.cz_std = std::hypot(std::hypot(law.cz_std, stamps), 0.5 * (0.5 * (even[f].cz + odd[f].cz) - law.cz));
+    const auto widen = [&](double SoleLaw::* value, double least, double* std) {
+      const double steps = 0.5 * (0.5 * (even[f].*value + odd[f].*value) - law.*value), rides = (whole[f].*value - bare[f].*value) / std::sqrt(12.0);
+      *std = std::hypot(std::hypot(*std, least), std::hypot(steps, rides));
+    };
+    widen(&SoleLaw::kz, kExactShare * law.kz, &law.kz_std);
+    widen(&SoleLaw::cz, stamps * law.kz, &law.cz_std);
   }
   return laws;
 }

@@ -14,20 +14,23 @@ namespace hrp::diagnosis::floating {
 struct Landing {
   double step = 0;                    // [s]
   size_t foot = 0, other = 0;         // that comes down; that stands meanwhile
-  std::vector<double> force, others;  // [N] that press the soles of both
+  std::vector<double> force, others;  // [N] that the sensors of both read, downwards
+  double mass = 0, others_mass = 0;   // [kg] of each foot below its sensor: the upper part of it rides on the rubber
   std::vector<double> height;         // [m] of the middle of the foot's sole over the other's
   std::vector<char> flat;             // samples at which both soles lie flat: there the height tells how far they sink
 };
 
-// kz z + cz dz/dt = force: how far a sole sinks. Deviations hold what landings differ by.
+// m d2z/dt2 + cz dz/dt + kz z = force: how far a sole sinks under a mass m that rides on it. Deviations hold what landings differ
+// by, and that m is unknown: from nothing to all of the foot below its sensor.
 struct SoleLaw {
   double kz = 0, kz_std = 0;  // [N/m]
   double cz = 0, cz_std = 0;  // [N s/m]
   size_t landings = 0;        // of the foot, or of the other one while this one stands; 0: nothing is told
 };
 
-// How far a sole sinks [m] for one unit of give [m/N] at each sample: the force, late by lag = cz / kz [s].
-std::vector<double> calc_sinking(const std::vector<double>& force, double step, double lag);
+// How far a sole sinks [m] for one unit of give [m/N] at each sample: inertia z'' + lag z' + z = force, with lag = cz / kz [s] and
+// inertia = mass on the rubber / kz [s^2], at rest before the first sample. Exact for a force that is a line between samples.
+std::vector<double> calc_sinking(const std::vector<double>& force, double step, double lag, double inertia);
 
 // The laws of soles, by foot. Feet that are not `soft` are rigid; theirs are empty.
 std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const std::vector<char>& soft);
