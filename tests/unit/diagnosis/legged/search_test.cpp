@@ -178,6 +178,27 @@ TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
   EXPECT_NEAR(out.effects[0].x(0), 0.05, 0.004);  // four standard errors of 600 rows
 }
 
+// A constant in one of three forces whose signals are exact to half a percent of their spread, 1.4 N.
+size_t count_constants(double force) {
+  std::mt19937 random(67);
+  std::normal_distribution<double> normal;
+  RowHalves rows(3, 900, {{{{EquationKind::kForce, 0}, "f", "N", "link", "a"}, {0}}, {{{EquationKind::kForce, 1}, "f", "N", "link", "a"}, {1}}, {{{EquationKind::kForce, 2}, "f", "N", "link", "a"}, {2}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      for (int c = 0; c < 3; ++c) half->begin_row(c, (c == 0 ? force : 0) + 0.1 * normal(random), 400 * std::sin(0.1 * i)), half->add(c, c, 1);
+    });
+  }
+  Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}, {{2, 1.0}}});
+  zero.vector = true;
+  return search(rows.merge(), 3, {zero}).effects.size();
+}
+
+// Chance alone would make far less: the zero's scatter is 0.01 N.
+TEST(LeggedSearch, AZeroWithinWhatItsEquationIsExactToIsNotNamed) {
+  EXPECT_EQ(count_constants(2.5), 0u);
+  EXPECT_EQ(count_constants(10), 1u);
+}
+
 // A delay whose column is of first order leaves two thirds of the mismatch. Where the equations are made about its
 // value, they are exact, and what is left then counts.
 TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
