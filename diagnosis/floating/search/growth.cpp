@@ -5,8 +5,10 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/search/gain.h"
 #include "diagnosis/floating/search/trials.h"
+#include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -73,6 +75,34 @@ bool exchange(Pool pool, SearchState* state) {
     any = true;
   }
   return any;
+}
+
+// Whether its size alone speaks against an effect by more than what gains decide by: the zero of an encoder, or half of a gap, that
+// is many times what joints are made and calibrated to. Odds of a large error fall with its square (Cauchy), so that none is
+// impossible.
+bool is_odd(const Candidate& c, const Eigen::VectorXd& x) {
+  const LawTable& laws = get_laws();
+  if (c.law != &laws.joint_offset && c.law != &laws.backlash) return false;
+  const double angle = c.law == &laws.backlash ? kHalf * x(0) : x(0);
+  return 2 * std::log1p(std::pow(angle / kMountingError, 2)) > kTie;
+}
+
+// Puts an effect of a usual size in the place of one whose size is odd, if it explains as much. A robot that hardly turns shows a
+// displaced mass, a wrong zero and play that always leans to one side as the same constant moment.
+bool exchange_odd(SearchState* state) {
+  for (size_t i = 0; i < state->chosen.effects.size(); ++i) {
+    if (!is_odd(state->chosen.effects[i], state->chosen.get(i))) continue;
+    const LeggedFit rest = fit_without(*state, i);
+    const double before = calc_total_gain(*state, rest, state->chosen), least = before - std::max(kTie, kDetail * before);
+    for (const LeggedTrial& t : list_confirmed(*state, rest, Pool::kListed)) {
+      if (t.gain + t.held + calc_cost(t.added()) < least || is_odd(t.added(), t.fit.get(t.at()))) continue;
+      if (!is_significant(*state, t.fit, t.at())) continue;
+      say_of(*state, "of a usual size:", t.added());
+      settle(t.fit.effects, state);
+      return true;
+    }
+  }
+  return false;
 }
 
 bool merge_two(size_t first, size_t second, SearchState* state) {
@@ -174,6 +204,8 @@ void grow_listed(SearchState* state) {
   prune(state);
   exchange(Pool::kListed, state);
   while (merge_any(state)) {
+  }
+  while (exchange_odd(state)) {
   }
   prune(state);
 }

@@ -199,6 +199,30 @@ TEST(LeggedSearch, AZeroWithinWhatItsEquationIsExactToIsNotNamed) {
   EXPECT_EQ(count_constants(10), 1u);
 }
 
+// A constant moment that play of `gap` [rad] and another cause explain alike, the play a little better.
+EffectId find_constant(double gap) {
+  std::mt19937 random(71);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{kBalance, {0, 1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double leans = 1 + 0.1 * normal(random);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 2 * leans + 0.02 * normal(random), 2 * std::sin(0.1 * i));
+      half->add(0, 0, 2 / gap * leans), half->add(0, 1, leans + 0.003 * normal(random));
+    });
+  }
+  Candidate play = make_candidate(EffectId::kBacklash, "A", {{{0, 1.0}}});
+  play.law = &get_laws().backlash;
+  const LeggedOutcome out = search(rows.merge(), 2, {play, make_candidate(EffectId::kSpring, "B", {{{1, 1.0}}})});
+  return out.effects.size() == 1 ? out.effects[0].effect.law->effect : EffectId::kNamed;
+}
+
+// No usable transmission has gaps of ten degrees, unless nothing else explains what is there.
+TEST(LeggedSearch, AnotherCauseTakesThePlaceOfPlayThatIsHugeAndOfNoOther) {
+  EXPECT_EQ(find_constant(0.19), EffectId::kSpring);
+  EXPECT_EQ(find_constant(0.02), EffectId::kBacklash);
+}
+
 // A delay whose column is of first order leaves two thirds of the mismatch. Where the equations are made about its
 // value, they are exact, and what is left then counts.
 TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
