@@ -120,9 +120,8 @@ class Gear {
 
   // Whether each reading of the joint leaves no more than its noise, or is as predicted to what two integrators agree.
   bool is_quiet(const Hypothesis& h) const {
-    const Score all = alone_.score(h, alone_.problem.validate);
-    if (!all.ok || all.rms() < kAboveNoise) return true;
     const Score score = calc_score(alone_.problem, h, alone_.problem.validate);
+    if (!score.ok || score.rms() < kAboveNoise) return true;
     for (int q = 0; q < kQuantities; ++q) {
       const auto channel = static_cast<size_t>(joint_ * kQuantities + q);
       const double left = score.rms(channel), spread = calc_channel_spread(*alone_.problem.experiment, alone_.problem.validate, channel);
