@@ -140,7 +140,7 @@ class DriftFinder {
     return x_.allFinite();
   }
 
-  std::string get_column(int z) const { return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)], z % kAxes); }
+  std::string get_column(int z) const { return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)].name, z % kAxes); }
 
   double get_part(size_t recording, size_t part, int z) const { return x_(at(recording * kParts + part, z)); }
   double find_middle(size_t recording, int z) const {

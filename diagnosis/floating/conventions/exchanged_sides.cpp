@@ -14,6 +14,7 @@
 #include "diagnosis/floating/checks/imu_over_legs.h"
 #include "diagnosis/floating/checks/load_share.h"
 #include "diagnosis/floating/conventions/sides.h"
+#include "diagnosis/floating/log/clip_maker.h"
 #include "diagnosis/floating/log/contacts.h"
 #include "diagnosis/floating/log/foot_sensors.h"
 
@@ -195,8 +196,8 @@ Experiment convert_sides(Experiment e, const ExchangedSides& exchanged) {
   for (Recording& r : e.recordings) {
     for (const auto& [a, b] : exchanged.legs) std::swap(r.joints[static_cast<size_t>(a)], r.joints[static_cast<size_t>(b)]);
     for (const auto& [a, b] : exchanged.feet) {
-      for (const char* part : {"/force/x", "/force/y", "/force/z", "/torque/x", "/torque/y", "/torque/z"}) {
-        const auto one = r.other.find("/wrench/" + a + part), other = r.other.find("/wrench/" + b + part);
+      for (int axis = 0; axis < 6; ++axis) {
+        const auto one = r.other.find(get_force_column(a, axis)), other = r.other.find(get_force_column(b, axis));
         if (one != r.other.end() && other != r.other.end()) std::swap(one->second, other->second);
       }
     }

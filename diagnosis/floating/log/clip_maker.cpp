@@ -160,7 +160,7 @@ class ClipMaker {
 
   void read_sensors(const Resampler& resampler, Clip* clip) const {
     for (const ForceSensor& s : log_.sensors) {
-      for (int i = 0; i < 6; ++i) clip->force.push_back(read(resampler, get_force_column(s, i)));
+      for (int i = 0; i < 6; ++i) clip->force.push_back(read(resampler, get_force_column(s.name, i)));
     }
     for (const ImuSensor& imu : log_.imus) {
       ImuTracks t;
@@ -190,7 +190,7 @@ class ClipMaker {
     // An IMU feels every impact. Without one, vertical forces alone have to say where impacts are.
     const bool felt = !log_.imus.empty();
     for (size_t s = 0; s < log_.sensors.size(); ++s) {
-      if (log_.sensors[s].has_force() || (!felt && log_.sensors[s].axis[2])) add_roughness(resampler, get_force_column(log_.sensors[s], 2), clip->force[6 * s + 2], clip);
+      if (log_.sensors[s].has_force() || (!felt && log_.sensors[s].axis[2])) add_roughness(resampler, get_force_column(log_.sensors[s].name, 2), clip->force[6 * s + 2], clip);
     }
   }
 
@@ -220,9 +220,9 @@ class ClipMaker {
 
 }  // namespace
 
-std::string get_force_column(const ForceSensor& sensor, int axis) {
+std::string get_force_column(const std::string& sensor, int axis) {
   static const char* const kAxes[] = {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"};
-  return "/wrench/" + sensor.name + "/" + kAxes[axis];
+  return "/wrench/" + sensor + "/" + kAxes[axis];
 }
 
 void add_clips(const Experiment& e, size_t index, Half half, LeggedLog* log) { ClipMaker(e, index, half, log).run(); }

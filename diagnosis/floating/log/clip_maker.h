@@ -12,7 +12,7 @@ namespace hrp::diagnosis::floating {
 constexpr double kLongestStep = 0.05;
 
 // Column of a force sensor; axis: 0 to 2 force x y z [N], 3 to 5 torque x y z [N m].
-std::string get_force_column(const ForceSensor& sensor, int axis);
+std::string get_force_column(const std::string& sensor, int axis);
 
 // Adds the clips of recording `index` with the sensors, feet and joints that `log` lists; notes gaps, readings that were
 // held, and recordings that are too short.

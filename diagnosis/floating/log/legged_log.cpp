@@ -51,7 +51,7 @@ void find_sensors(const Experiment& e, LeggedLog* log) {
     s.world = world != e.keys.wrench_frame.end() && world->second == "world";
     std::vector<std::string> lacking;
     for (int i = 0; i < 6; ++i) {
-      const std::string column = get_force_column(s, i);
+      const std::string column = get_force_column(s.name, i);
       s.axis[i] = has_in_all(e, column);
       if (!s.axis[i]) lacking.push_back(lacking.empty() ? column : column.substr(std::string("/wrench/" + s.name + "/").size()));
     }

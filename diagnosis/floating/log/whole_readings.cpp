@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/floating/log/clip_maker.h"
 #include "diagnosis/floating/log/contacts.h"
 
 namespace hrp::diagnosis::floating {
@@ -41,7 +42,7 @@ bool is_cut(const Experiment& e, const ForceSensor& sensor, const ForceLevels& l
   const double sign = std::copysign(1.0, sensor.X_LS.R(2, 2)), limit = level.air + kMinor * (level.stance - level.air);
   std::vector<double> air;
   for (const Recording& r : e.recordings) {
-    const auto column = r.other.find("/wrench/" + sensor.name + "/force/z");
+    const auto column = r.other.find(get_force_column(sensor.name, 2));
     if (column == r.other.end()) continue;
     for (double v : column->second) {
       if (std::isfinite(v) && sign * v < limit) air.push_back(sign * v);
@@ -70,7 +71,7 @@ void fill_cut(const LeggedLog& log, const ForceSensor& sensor, double mass, Expe
   const double sign = std::copysign(1.0, sensor.X_LS.R(2, 2));
   for (const Clip& clip : log.clips) {
     Recording& r = e->recordings[clip.recording];
-    const auto column = r.other.find("/wrench/" + sensor.name + "/force/z");
+    const auto column = r.other.find(get_force_column(sensor.name, 2));
     if (column == r.other.end() || column->second.empty()) continue;
     std::vector<double>& z = column->second;
     double least = 1e300;
