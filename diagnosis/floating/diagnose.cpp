@@ -118,7 +118,7 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
   SearchResult out;
   out.fitter = std::make_unique<LeggedFitter>(std::move(channels), layout.count());
   out.about = Eigen::VectorXd::Zero(layout.count());
-  out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, &out.about);
+  out.outcome = search_legged(out.fitter.get(), candidates, layout, progress, &out.about);
   for (int round = 0; round < kRounds; ++round) {
     const Correction next = find_correction(layout, out.outcome.effects);
     if (is_same_correction(out.about, next)) break;
@@ -126,7 +126,7 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
     if (progress) progress("again, about the faults of sensors that were found");
     out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, used), layout.count());
     const bool last = round + 1 == kRounds;
-    out.outcome = search_legged(out.fitter.get(), candidates, layout, kReach, progress, last ? nullptr : &out.about);
+    out.outcome = search_legged(out.fitter.get(), candidates, layout, progress, last ? nullptr : &out.about);
   }
   return out;
 }

@@ -21,11 +21,11 @@ struct CandidateLaw {
   double worth = 0;               // share of an equation's spread that it must take away
   // Coefficients by which it is certain and of one size in all regimes; none: those of its kind.
   std::vector<long> core{};
-  // Whether the values are possible; a load lies within `reach` [m] of its link's origin. Null: all are.
-  bool (*is_sensible)(const Candidate& candidate, const Eigen::VectorXd& x, double reach) = nullptr;
+  // Whether the values are possible; a load lies within kReach of its link's origin. Null: all are.
+  bool (*is_sensible)(const Candidate& candidate, const Eigen::VectorXd& x) = nullptr;
   // Takes the terms (of a sole: the prior) about the values x, where they are exact then; false: x has no place that is
   // possible. Null: they are exact everywhere.
-  bool (*refine)(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate) = nullptr;
+  bool (*refine)(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* candidate) = nullptr;
   // A free law: physics that the table of effects does not hold, so that no scenario can. Completes "hip_yaw: ".
   const char* unlisted = nullptr;
 

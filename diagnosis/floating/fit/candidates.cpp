@@ -85,7 +85,7 @@ class Lister {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const Where where{{"link", link.name}};
     Candidate& load = add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4));
-    load.least = kExactShare * log_.mass, load.prior = make_place_prior(log_.mass, kReach);
+    load.least = kExactShare * log_.mass, load.prior = make_place_prior(log_.mass);
     const double stated = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia.mass;
     if (link.inertia.mass < 1e-3 * log_.mass || stated <= 0) return;
     add_own_mass(l, link.inertia, where);
@@ -298,8 +298,8 @@ Matrix3d calc_inertia_slope(const Vector3d& c, int i) {
 }  // namespace
 
 // Two deviations are the reach.
-std::vector<double> make_place_prior(double mass, double reach) {
-  const double axis = kHalf * reach * mass;
+std::vector<double> make_place_prior(double mass) {
+  const double axis = kHalf * kReach * mass;
   return {std::numeric_limits<double>::infinity(), axis, axis, axis};
 }
 
@@ -335,11 +335,11 @@ std::vector<Estimate> make_estimates(const Candidate& c, const Eigen::VectorXd& 
   return c.law->make_estimates(c, x, std);
 }
 
-bool is_sensible(const Candidate& c, const Eigen::VectorXd& x, double reach) {
+bool is_sensible(const Candidate& c, const Eigen::VectorXd& x) {
   if (!x.allFinite()) return false;
   if (c.law->positive && x(0) <= 0) return false;
   if (x(0) < c.law->low || x(0) > c.law->high) return false;
-  return !c.law->is_sensible || c.law->is_sensible(c, x, reach);
+  return !c.law->is_sensible || c.law->is_sensible(c, x);
 }
 
 bool is_expected(const EffectInfo& effect) {

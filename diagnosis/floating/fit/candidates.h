@@ -52,9 +52,9 @@ std::vector<Candidate> list_candidates(const LeggedLog& log, const ColumnLayout&
 // A load is a point: its inertia follows from mass and place. Adds the terms for a load at `place` [m] in its link.
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& place);
 
-// Of a load of about `mass` [kg]: any mass, at a place within `reach` [m] of its link's origin. A walk may not tell its height:
+// Of a load of about `mass` [kg]: any mass, at a place within kReach of its link's origin. A walk may not tell its height:
 // weights do not change with it, and a body that turns little hardly does.
-std::vector<double> make_place_prior(double mass, double reach);
+std::vector<double> make_place_prior(double mass);
 
 // A link's mass that lies elsewhere turns about its origin otherwise, too: the terms about a mass moved by `offset`
 // [m]. Its inertia about its own centre stays.
@@ -66,8 +66,8 @@ std::vector<long> find_core(const Candidate& candidate);
 // Parameters as the report has them; none: no value is told.
 std::vector<Estimate> make_estimates(const Candidate& candidate, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 
-// Whether the values are possible: a load lies within `reach` [m] of its link, a stiffness is positive, and so on.
-bool is_sensible(const Candidate& candidate, const Eigen::VectorXd& x, double reach);
+// Whether the values are possible: a load lies within kReach of its link, a stiffness is positive, and so on.
+bool is_sensible(const Candidate& candidate, const Eigen::VectorXd& x);
 
 // Whether an effect is plausible beside any other cause. Every drive has friction and a rotor, and every sensor has a
 // zero, which means alone tell. Any other effect may stand in for another cause where most of a mismatch is left.

@@ -104,45 +104,45 @@ Estimates make_hold(const Candidate&, const Eigen::VectorXd& x, const Eigen::Vec
   return {make_one("force", "N", x(0), std(0))};
 }
 
-bool is_small_angle(const Candidate&, const Eigen::VectorXd& x, double) { return x.norm() < kLargestAngle; }
+bool is_small_angle(const Candidate&, const Eigen::VectorXd& x) { return x.norm() < kLargestAngle; }
 
-bool is_payload_near(const Candidate&, const Eigen::VectorXd& x, double reach) {
-  return x.tail<3>().norm() / x(0) < reach;
+bool is_payload_near(const Candidate&, const Eigen::VectorXd& x) {
+  return x.tail<3>().norm() / x(0) < kReach;
 }
 
-bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x, double reach) {
-  return x.norm() < reach && (c.center + x).norm() < c.extent;
+bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x) {
+  return x.norm() < kReach && (c.center + x).norm() < c.extent;
 }
 
-bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x, double) {
+bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x) {
   const auto [least, most] = std::minmax(x(kRollGiveColumn), x(kPitchGiveColumn));
   return most > kRigidTilt && least > -kRigidTilt;
 }
 
-bool is_soft_point(const Candidate&, const Eigen::VectorXd& x, double) { return x(0) > kRigidHeight; }
+bool is_soft_point(const Candidate&, const Eigen::VectorXd& x) { return x(0) > kRigidHeight; }
 
 // A transmission does not turn by radians: it gives less than its prior.
-bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x, double) { return c.prior.empty() || x(0) < c.prior[0]; }
+bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x) { return c.prior.empty() || x(0) < c.prior[0]; }
 
-bool is_bend(const Candidate&, const Eigen::VectorXd& x, double) {
+bool is_bend(const Candidate&, const Eigen::VectorXd& x) {
   // Noise may make the give about one axis negative.
   return x.maxCoeff() > 0 && x.minCoeff() > -kHalf * x.maxCoeff();
 }
 
-bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {
+bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* c) {
   if (!x.allFinite() || x(0) <= 0) return false;
-  const std::vector<double> prior = make_place_prior(x(0), reach);
+  const std::vector<double> prior = make_place_prior(x(0));
   const bool known = c->prior.size() == prior.size() && std::abs(c->prior[1] - prior[1]) < kTrace * prior[1];
   c->prior = prior;
   const Vector3d at = x.tail<3>() / x(0);
-  if (at.norm() > reach) return !known;
+  if (at.norm() > kReach) return !known;
   *c = make_load(*c, layout, at);
   return true;
 }
 
 // A person's push leans a robot with a force in proportion to the moment of its soles. Their gives are told all the same,
 // because the point about which a sole turns is near its face.
-bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, double, Candidate* c) {
+bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, Candidate* c) {
   if (!x.allFinite()) return false;
   bool changed = false;
   for (const auto& [give, shift] : {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
@@ -154,9 +154,9 @@ bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, double, Candidat
   return changed;
 }
 
-bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* c) {
+bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* c) {
   const Vector3d by = x.head<3>();
-  if (!by.allFinite() || by.norm() > reach) return false;
+  if (!by.allFinite() || by.norm() > kReach) return false;
   *c = make_moved(*c, layout, by);
   return true;
 }

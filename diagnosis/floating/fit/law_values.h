@@ -26,17 +26,17 @@ Estimates make_bend(const Candidate& c, const Eigen::VectorXd& x, const Eigen::V
 Estimates make_pull(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 Estimates make_hold(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 
-bool is_small_angle(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_payload_near(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_soft_sole(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_soft_point(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x, double reach);
-bool is_bend(const Candidate& c, const Eigen::VectorXd& x, double reach);
+bool is_small_angle(const Candidate& c, const Eigen::VectorXd& x);
+bool is_payload_near(const Candidate& c, const Eigen::VectorXd& x);
+bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x);
+bool is_soft_sole(const Candidate& c, const Eigen::VectorXd& x);
+bool is_soft_point(const Candidate& c, const Eigen::VectorXd& x);
+bool is_stiff_enough(const Candidate& c, const Eigen::VectorXd& x);
+bool is_bend(const Candidate& c, const Eigen::VectorXd& x);
 
 // The candidate with its terms about the values x; false: x has no place that is possible.
-bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
-bool refine_sole(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
-bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, double reach, Candidate* candidate);
+bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* candidate);
+bool refine_sole(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* candidate);
+bool refine_moved_mass(const ColumnLayout& layout, const Eigen::VectorXd& x, Candidate* candidate);
 
 }  // namespace hrp::diagnosis::floating

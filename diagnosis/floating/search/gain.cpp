@@ -92,7 +92,7 @@ bool is_possible(const SearchState& state, const LeggedFit& fit, size_t effect) 
       if (x(k) < 0 && !is_told(x(k), own(k, k))) x(k) = 0;
     }
   }
-  return is_sensible(c, x, state.reach);
+  return is_sensible(c, x);
 }
 
 bool is_significant(const SearchState& state, const LeggedFit& fit, size_t effect) {

@@ -27,8 +27,8 @@ std::vector<FoundEffect> find_effects(SearchState* state) {
 }  // namespace
 
 LeggedOutcome search_legged(LeggedFitter* fitter, const std::vector<Candidate>& candidates, const ColumnLayout& layout,
-                            double reach, const Say& say, const Eigen::VectorXd* about) {
-  SearchState state{*fitter, candidates, layout, reach, say, about, {}, {}, {}, {}};
+                            const Say& say, const Eigen::VectorXd* about) {
+  SearchState state{*fitter, candidates, layout, say, about, {}, {}, {}, {}};
   std::vector<FoundEffect> effects = find_effects(&state);
   // Rows at impacts normally weigh little. An effect that needs large accelerations, such as the rotor of a knee, may
   // show in those rows alone.

@@ -45,11 +45,10 @@ struct LeggedOutcome {
 // Takes a sentence on the progress of the search. It may be empty.
 using Say = std::function<void(const std::string&)>;
 
-// `reach` [m]: the farthest place of a load from the origin of its link.
 // `about`: the values of sensors' and drives' faults, by column, that the equations were made about. A delay or a turn
 // that is far from its value there is not judged by what it leaves, because its columns are of first order. Null: every
 // effect is judged.
 LeggedOutcome search_legged(LeggedFitter* fitter, const std::vector<Candidate>& candidates, const ColumnLayout& layout,
-                            double reach, const Say& say, const Eigen::VectorXd* about = nullptr);
+                            const Say& say, const Eigen::VectorXd* about = nullptr);
 
 }  // namespace hrp::diagnosis::floating

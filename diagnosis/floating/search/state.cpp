@@ -14,7 +14,7 @@ constexpr int kRounds = 4;
 
 // Takes the terms of a mass about the place that a fit has found. False: its terms need no place, or none is possible.
 bool place_mass(const SearchState& state, const Eigen::VectorXd& x, Candidate* effect) {
-  return effect->law->refine && effect->law->refine(state.layout, x, state.reach, effect);
+  return effect->law->refine && effect->law->refine(state.layout, x, effect);
 }
 
 // Bans chosen effects with a column that is noise alone by the present weights, and returns the others. It happens when

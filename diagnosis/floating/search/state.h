@@ -13,7 +13,6 @@ struct SearchState {
   LeggedFitter& fitter;
   const std::vector<Candidate>& candidates;
   const ColumnLayout& layout;
-  double reach;  // [m] the farthest place of a load from the origin of its link
   const Say& say;
   const Eigen::VectorXd* about;  // search_legged()
   LeggedFit nominal;  // without effects

@@ -20,7 +20,7 @@ LeggedOutcome search(std::vector<ChannelRows> rows, int columns, const std::vect
                      const Eigen::VectorXd* about = nullptr) {
   LeggedFitter fitter(std::move(rows), columns);
   const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
-  return search_legged(&fitter, candidates, layout, 1.0, nullptr, about);
+  return search_legged(&fitter, candidates, layout, nullptr, about);
 }
 
 // Its second column tells while rough rows weigh little. When its first one has explained them, they do not.
@@ -328,7 +328,7 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
   const LeggedFit nominal = fitter.fit({}), chosen = fitter.fit({a});
   const Say silent;
-  const SearchState state{fitter, candidates, layout, 1.0, silent, nullptr, nominal, chosen, {}, {}};
+  const SearchState state{fitter, candidates, layout, silent, nullptr, nominal, chosen, {}, {}};
   FoundEffect found;
   found.effect = a, found.gain = calc_total_gain(state, nominal, chosen), found.channel = 0;
   const std::vector<Rival> rivals = list_rivals(state, nominal, found);
