@@ -3,7 +3,6 @@
 
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/search.h"
-#include "diagnosis/standing/free_play.h"
 #include "diagnosis/many_drives/many_drives.h"
 
 namespace hrp::diagnosis::standing {
@@ -16,8 +15,7 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
   make_stand_problem(*problem.experiment, {Parity::kEven, std::sqrt(2.0)}, &stands.wide_even, &why);
   make_stand_problem(*problem.experiment, {Parity::kOdd, std::sqrt(2.0)}, &stands.wide_odd, &why);
   const StandProblem& stand = stands.all;
-  const auto halves = {&stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd};
-  for (StandProblem* half : halves) {
+  for (StandProblem* half : {&stands.even, &stands.odd, &stands.wide_even, &stands.wide_odd}) {
     // Samples of both halves are multiplied with each other, so all halves keep the same ones.
     for (size_t r = 0; r < stand.recordings.size(); ++r) {
       half->recordings[r].samples = stand.recordings[r].samples;
@@ -25,11 +23,7 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
     }
   }
   choose_laws(&stands);
-  const Evaluation nominal = evaluate(stand, {});
-  StandJudge judge(stand);
-  judge.update_sigma(nominal, {});
-  stands.all.slack = find_slack(stand, nominal), stands.all.noise = judge.sigma();
-  for (StandProblem* half : halves) half->slack = stand.slack, half->noise = stand.noise;
+  fill_noise(&stands);
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
   if (!diagnose_many_drives(stands, problem.jobs, progress, out)) {
     const StandOutcome outcome = search_standing(stands, problem.jobs, progress);

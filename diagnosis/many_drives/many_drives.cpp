@@ -22,12 +22,7 @@ StandProblem make_without_drives(StandProblem problem) {
 StandProblems make_without_drives(const StandProblems& p) {
   StandProblems out{make_without_drives(p.all), make_without_drives(p.even), make_without_drives(p.odd),
                     make_without_drives(p.wide_even), make_without_drives(p.wide_odd)};
-  const Evaluation nominal = evaluate(out.all, {});
-  StandJudge judge(out.all);
-  judge.update_sigma(nominal, {});
-  out.all.slack = find_slack(out.all, nominal), out.all.noise = judge.sigma();
-  for (StandProblem* half : {&out.even, &out.odd, &out.wide_even, &out.wide_odd})
-    half->slack = out.all.slack, half->noise = out.all.noise;
+  fill_noise(&out);
   return out;
 }
 
@@ -94,6 +89,14 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
 }
 
 }  // namespace
+
+void fill_noise(StandProblems* p) {
+  const Evaluation nominal = evaluate(p->all, {});
+  StandJudge judge(p->all);
+  judge.update_sigma(nominal, {});
+  p->all.slack = find_slack(p->all, nominal), p->all.noise = judge.sigma();
+  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd}) half->slack = p->all.slack, half->noise = p->all.noise;
+}
 
 bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out) {
   const TorqueVerdict alone = judge_torque(make_joint_torques(problems.all, {}), jobs);
