@@ -240,9 +240,14 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
+bool has_turned(const std::vector<EffortUnit>& units) {
+  return std::any_of(units.begin(), units.end(), [](const EffortUnit& u) { return u.scale < 0.0; });
+}
+
 // A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
 // looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
-// nothing else is off.
+// nothing else is off. Drives that count the torque on the motor, not on the link, turn the signs of all efforts: that is one
+// convention, while each zero is a value of its own.
 void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   const Experiment in_time = convert_motion(e, *out);
   const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
@@ -251,6 +256,11 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   if (zeros.empty()) return;
   const ListFit by_zeros = fit_list(convert_zeros(as_logged, zeros), jobs);
   if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
+  if (has_turned(out->units)) {
+    const Experiment turned = turn_efforts(in_time, -1);
+    const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
+    if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) < kConventionNats + zeros_cost) return;
+  }
   const TorqueData at_zeros = make_torque_data(convert_zeros(in_time, zeros));
   if (!find_effort_units(at_zeros).empty()) return;
   out->units.clear(), out->untold = list_untold_units(at_zeros, {}), out->friction = friction, out->zeros = zeros;

@@ -99,7 +99,8 @@ bool leaves_much(const ListFit& by_joints) {
                      "] m/s^2: is the robot mounted otherwise?"));
 }
 
-// All efforts, or that of one joint, with the other sign.
+}  // namespace
+
 Experiment turn_efforts(Experiment e, int joint) {
   for (Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
@@ -109,8 +110,6 @@ Experiment turn_efforts(Experiment e, int joint) {
   }
   return e;
 }
-
-}  // namespace
 
 // No load and no force is named for a robot that hangs on a wall.
 void check_mounting(const Experiment& e, int jobs) {
@@ -136,11 +135,14 @@ void check_mounting(const Experiment& e, int jobs) {
 
 void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
   const Mounting best = find_best(e, calc_left_squares(make_torque_data(e)), jobs);
-  const auto beats = [&](int turned) { return compare_torques(best.by_joints, fit_list(turn_efforts(e, turned), jobs)) >= kConventionNats; };
-  if (!best.g_W.isZero() && beats(joint) && beats(-1)) refuse_gravity(e, best.g_W);
+  const ListFit of_one = fit_list(turn_efforts(e, joint), jobs), of_all = fit_list(turn_efforts(e, -1), jobs);
+  const auto beats = [&](const ListFit& turned) { return compare_torques(best.by_joints, turned) >= kConventionNats; };
+  if (!best.g_W.isZero() && beats(of_one) && beats(of_all)) refuse_gravity(e, best.g_W);
   const std::string column = e.signal_name(joint, Quantity::kEffort);
-  refuse_input(e.recordings.front().find_place(column),
-               "is " + number(1.0 / scale, 3) + " times the torque that the motion takes: is its sign turned?");
+  const std::string whose = e.num_joints() > 1 && compare(of_all, of_one) >= kConventionNats
+                                ? "are the signs of all efforts turned? 'columns' of the experiment can turn them (scale: -1)"
+                                : "is its sign turned?";
+  refuse_input(e.recordings.front().find_place(column), "is " + number(1.0 / scale, 3) + " times the torque that the motion takes: " + whose);
 }
 
 }  // namespace hrp::diagnosis

@@ -129,14 +129,30 @@ TEST(LogConventions, AShortLogTellsTheAxisAlongWhichGravityActs) {
   EXPECT_NE(refuse(e).find("[0, 0, -9.81] m/s^2"), std::string::npos) << refuse(e);
 }
 
-TEST(LogConventions, EffortsOfTheWrongSignAreRefusedAsSuch) {
-  Experiment e = make_table("signs_turned");
-  for (Recording& r : e.recordings) {
+void turn_all_efforts(Experiment* e) {
+  for (Recording& r : e->recordings) {
     for (JointColumns& joint : r.joints) {
       for (double& y : joint.signal[2]) y = -y;
     }
   }
+}
+
+TEST(LogConventions, EffortsOfTheWrongSignAreRefusedAsSuch) {
+  Experiment e = make_table("signs_turned");
+  turn_all_efforts(&e);
   EXPECT_NE(refuse(e).find("/joint_states/lift/effort: is -"), std::string::npos) << refuse(e);
+}
+
+// Some drives count the torque on the motor, not on the link.
+TEST(LogConventions, WhereAllEffortsHaveTheWrongSignAllAreAskedFor) {
+  Experiment e = make_logged("all_signs_turned", kShoulder, 0.0, 1.0);
+  turn_all_efforts(&e);
+  EXPECT_NE(refuse(e).find("signs of all efforts"), std::string::npos) << refuse(e);
+  e = make_logged("one_sign_turned", kShoulder, 0.0, 1.0);
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[kShoulder].signal[2]) y = -y;
+  }
+  EXPECT_NE(refuse(e).find("is its sign turned?"), std::string::npos) << refuse(e);
 }
 
 TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
