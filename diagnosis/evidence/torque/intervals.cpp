@@ -171,6 +171,7 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
     const double to = get_known_to(design, model, t);
     if (to > 0.0) known.emplace_back(t, to), size += design.whole[t].columns();
   }
+  if (slots.size == 0) return {};
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(size, size);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
