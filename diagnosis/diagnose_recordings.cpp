@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/diagnose_recordings.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
@@ -139,12 +138,6 @@ Experiment mend_log(const Experiment& logged) {
   return leave_out_dropouts(std::move(e), dropouts);
 }
 
-bool has_efforts(const Experiment& e) {
-  return std::any_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) {
-    return std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return !j.signal[static_cast<int>(Quantity::kEffort)].empty(); });
-  });
-}
-
 }  // namespace
 
 Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
@@ -174,7 +167,7 @@ std::string check_recordings(const Experiment& logged) {
   const Experiment& searched = part ? *part : e;
   if (e.scenario.floating_base) return print_checks(make_checks(e, searched, make_remarks(e, find_conventions(searched, 1))));  // at once
   ConventionRemarks remarks;
-  if (has_efforts(e)) remarks.not_looked_for = {"units and signs of all efforts, zeros and gears: only the diagnosis compares efforts with the motion"};
+  if (has_effort(e)) remarks.not_looked_for = {"units and signs of all efforts, zeros and gears: only the diagnosis compares efforts with the motion"};
   return print_checks(make_checks(e, searched, remarks));
 }
 

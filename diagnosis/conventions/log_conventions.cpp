@@ -240,8 +240,10 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
-bool has_turned(const std::vector<EffortUnit>& units) {
-  return std::any_of(units.begin(), units.end(), [](const EffortUnit& u) { return u.scale < 0.0; });
+// The effort whose sign is turned; null if none is.
+const EffortUnit* find_turned(const std::vector<EffortUnit>& units) {
+  const auto at = std::find_if(units.begin(), units.end(), [](const EffortUnit& u) { return u.scale < 0.0; });
+  return at == units.end() ? nullptr : &*at;
 }
 
 // A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
@@ -256,7 +258,7 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   if (zeros.empty()) return;
   const ListFit by_zeros = fit_list(convert_zeros(as_logged, zeros), jobs);
   if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
-  if (has_turned(out->units)) {
+  if (find_turned(out->units)) {
     const Experiment turned = turn_efforts(in_time, -1);
     const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
     if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) < kConventionNats + zeros_cost) return;
@@ -295,9 +297,8 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   const Experiment in_time = convert_commands(of_links, out.commands);
   const TorqueData as_logged = make_torque_data(in_time);
   out.units = find_effort_units(as_logged);
-  const auto find_turned = [&] { return std::find_if(out.units.begin(), out.units.end(), [](const EffortUnit& u) { return u.scale < 0.0; }); };
-  if (find_turned() != out.units.end()) prefer_zeros_alone(e, jobs, &out);
-  if (find_turned() != out.units.end()) refuse_turned_effort(in_time, find_turned()->joint, find_turned()->scale, jobs);
+  if (find_turned(out.units)) prefer_zeros_alone(e, jobs, &out);
+  if (const EffortUnit* turned = find_turned(out.units)) refuse_turned_effort(in_time, turned->joint, turned->scale, jobs);
   out.untold = list_untold_units(as_logged, out.units);
   Experiment in_torques = convert_efforts(in_time, out.units);
   out.friction = find_refuted_friction(in_torques);

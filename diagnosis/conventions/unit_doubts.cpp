@@ -107,13 +107,6 @@ void doubt_share_of_load(const Experiment& e, const EffortUnit& u, Json* finding
     doubt_beside(e, {u}, " The unit of this joint's effort is not known well enough to tell this share of the load.", finding);
 }
 
-bool has_effort(const Experiment& e) {
-  for (const Recording& r : e.recordings) {
-    if (std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); })) return true;
-  }
-  return false;
-}
-
 // True if a force across gravity may be none: what is left of it along each axis is within its interval. The simulator's
 // axes are the world's, and so is gravity's.
 bool is_upright(const Vector3d& gravity_W, const Json& force) {
@@ -161,6 +154,13 @@ void warn(const std::string& text, Reports* reports) {
 }
 
 }  // namespace
+
+bool has_effort(const Experiment& e) {
+  for (const Recording& r : e.recordings) {
+    if (std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); })) return true;
+  }
+  return false;
+}
 
 std::vector<EffortUnit> list_untold_units(const TorqueData& data, const std::vector<EffortUnit>& units) {
   std::vector<EffortUnit> untold;

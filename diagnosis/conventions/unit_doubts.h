@@ -7,6 +7,9 @@
 
 namespace hrp::diagnosis {
 
+// Whether any joint's effort was recorded.
+bool has_effort(const Experiment& experiment);
+
 // Joints whose motion does not tell the unit of their recorded effort. One log has one unit, so torques at one joint are
 // torques at all. Counts of drives differ, so the unit of others' counts says nothing. With the scale that each has without
 // a rotor; 1 if there is none.

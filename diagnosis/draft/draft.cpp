@@ -137,6 +137,7 @@ class DraftWriter {
     if (text != logs_.end()) write_columns(*text);
     else if (is_ros_bag(logs_[0])) write_topics(logs_[0]);
     else write_drive(true, true);
+    if (floats()) ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
     draft_.text = make_head() + out_.str();
     return draft_;
   }
@@ -147,13 +148,13 @@ class DraftWriter {
   void ask(const std::string& what) { draft_.asked.push_back(what); }
 
   // A robot that carries an inertial sensor on a root with a mass moves as a whole. A root that is the world has none.
-  std::string make_head() {
-    const bool floats = imu_ && tree_.links[0].inertia.mass > 0.0;
+  bool floats() const { return imu_ && tree_.links[0].inertia.mass > 0.0; }
+
+  std::string make_head() const {
     std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
-    if (floats) {
+    if (floats()) {
       base = "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
              "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: []           # (?) the links that touch the ground: [left_foot, right_foot]\n";
-      ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
     }
     return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " + quote_name(name_from_folder(robot_)) + "\n" + base;
   }

@@ -2,16 +2,17 @@
 #include "diagnosis/draft/imu_columns.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <map>
-#include <utility>
 
+#include "common/base/has.h"
 #include "diagnosis/draft/column_names.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 bool has_any(const std::vector<std::string>& words, std::initializer_list<const char*> names) {
-  return std::any_of(words.begin(), words.end(), [&](const std::string& word) { return std::find(names.begin(), names.end(), word) != names.end(); });
+  return std::any_of(words.begin(), words.end(), [&](const std::string& word) { return has(names, word); });
 }
 
 // Of the words before the axis; "" for another quantity. A linear velocity or an acceleration of angles is none of them.
@@ -28,7 +29,11 @@ std::string find_quantity(const std::vector<std::string>& words) {
 
 std::vector<ImuColumn> find_imu_columns(const std::vector<std::string>& columns) {
   // By quantity and the words before the axis, in the order of the file: axis and column.
-  std::vector<std::pair<std::pair<std::string, std::string>, std::map<std::string, size_t>>> groups;
+  struct Group {
+    std::string quantity, before;
+    std::map<std::string, size_t> axes;
+  };
+  std::vector<Group> groups;
   for (size_t i = 0; i < columns.size(); ++i) {
     std::vector<std::string> words = split_words(columns[i]);
     // "linear_acceleration.x [m/s^2]": what follows the axis is a unit.
@@ -38,18 +43,17 @@ std::vector<ImuColumn> find_imu_columns(const std::vector<std::string>& columns)
     for (auto word = words.begin(); word != axis; ++word) before += *word + " ";
     const std::string quantity = find_quantity({words.begin(), axis});
     if (quantity.empty()) continue;
-    const std::pair<std::string, std::string> key{quantity, before};
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == key; });
-    if (group == groups.end()) group = groups.insert(groups.end(), {key, {}});
-    group->second.emplace(*axis, i);
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.quantity == quantity && g.before == before; });
+    if (group == groups.end()) group = groups.insert(groups.end(), {quantity, before, {}});
+    group->axes.emplace(*axis, i);
   }
   std::vector<ImuColumn> found;
   for (const char* quantity : {"angular_velocity", "linear_acceleration", "orientation"}) {
     const size_t axes = std::string(quantity) == "orientation" ? 4 : 3;
     if (axes == 4 && found.empty()) break;  // a pose alone is no sensor of motion
-    const auto whole = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first.first == quantity && g.second.size() == axes; });
+    const auto whole = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.quantity == quantity && g.axes.size() == axes; });
     if (whole == groups.end()) continue;
-    for (const auto& [axis, column] : whole->second) found.push_back({column, std::string(quantity) + "/" + axis});
+    for (const auto& [axis, column] : whole->axes) found.push_back({column, std::string(quantity) + "/" + axis});
   }
   return found;
 }

@@ -5,7 +5,6 @@
 
 #include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/many_drives/joint_torques.h"
-#include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/search.h"
 
 namespace hrp::diagnosis::standing {
@@ -89,14 +88,6 @@ Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& 
 }
 
 }  // namespace
-
-void fill_noise(StandProblems* p) {
-  const Evaluation nominal = evaluate(p->all, {});
-  StandJudge judge(p->all);
-  judge.update_sigma(nominal, {});
-  p->all.slack = find_slack(p->all, nominal), p->all.noise = judge.sigma();
-  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd}) half->slack = p->all.slack, half->noise = p->all.noise;
-}
 
 bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out) {
   const TorqueVerdict alone = judge_torque(make_joint_torques(problems.all, {}), jobs);

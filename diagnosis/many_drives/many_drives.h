@@ -13,9 +13,6 @@ namespace hrp::diagnosis::standing {
 
 using Progress = std::function<void(const std::string&)>;
 
-// Fills in, for all five problems, the noise of each channel of the nominal robot and the torques that exceed it.
-void fill_noise(StandProblems* problems);
-
 // Returns false if the drives of most joints are as stated. `problems` must be prepared as in diagnose_standing().
 bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progress& progress, Reports* out);
 

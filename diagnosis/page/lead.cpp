@@ -20,9 +20,8 @@ std::string describe_interval(const std::vector<double>& ci) {
   return " \u00b1 " + format_number(0.5 * (ci[1] - ci[0]), 2);
 }
 
-// "(0.1 ± 0.02, 0.3 ± 0.02, 0)": each axis with its interval.
-std::string describe_vector(const json& p) {
-  const bool assumed = get(p, "assumed") == json(true);
+// "(0.1 ± 0.02, 0.3 ± 0.02, 0)": each axis with its interval, unless it is assumed.
+std::string describe_vector(const json& p, bool assumed) {
   const json &values = get(p, "value"), &intervals = get_list(p, "ci95");
   std::string out;
   for (size_t i = 0; i < values.size(); ++i) {
@@ -36,11 +35,11 @@ std::string describe_vector(const json& p) {
 std::string describe_parameter(const std::string& name, const json& p) {
   std::string words = name;
   std::replace(words.begin(), words.end(), '_', ' ');
-  const bool vector = get(p, "value").is_array();
-  std::string out = words + " " + (vector ? describe_vector(p) : format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95")));
+  const bool vector = get(p, "value").is_array(), assumed = get(p, "assumed") == json(true);
+  std::string out = words + " " + (vector ? describe_vector(p, assumed) : format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95")));
   for (const json& axis : get_list(p, "unseen")) out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
   const std::string unit = typeset(get_text(p, "unit"));
-  return out + (unit.empty() || unit == "1" ? "" : " " + unit) + (get(p, "assumed") == json(true) ? " (assumed)" : "");
+  return out + (unit.empty() || unit == "1" ? "" : " " + unit) + (assumed ? " (assumed)" : "");
 }
 
 }  // namespace

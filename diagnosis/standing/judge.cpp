@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit.h"
+#include "diagnosis/standing/free_play.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -243,6 +244,14 @@ FitSelection StandJudge::select(const StandFit& so_far) const {
 
 bool StandJudge::is_quiet(double left, double before) {
   return left <= kLeftOver || left * left <= 1e-3 * before * before;
+}
+
+void fill_noise(StandProblems* p) {
+  const Evaluation nominal = evaluate(p->all, {});
+  StandJudge judge(p->all);
+  judge.update_sigma(nominal, {});
+  p->all.slack = find_slack(p->all, nominal), p->all.noise = judge.sigma();
+  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd}) half->slack = p->all.slack, half->noise = p->all.noise;
 }
 
 void choose_laws(StandProblems* problems) {

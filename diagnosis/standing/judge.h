@@ -86,6 +86,9 @@ class StandJudge {
 // halves the noise of the equation. The log is still compared with the law.
 void choose_laws(StandProblems* problems);
 
+// Fills in, for all five problems, the noise of each channel of the nominal robot and the torques that exceed it.
+void fill_noise(StandProblems* problems);
+
 // Problem with a third of the samples, enough to rank candidates. thin_out: its rows of a complete evaluation.
 StandProblem make_coarse(StandProblem problem);
 Evaluation thin_out(const Evaluation& evaluation, size_t channels);

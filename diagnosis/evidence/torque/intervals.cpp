@@ -165,13 +165,13 @@ Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueMode
 
 Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit) {
   const Slots slots = list_slots(design, model);
+  if (slots.size == 0) return {};
   std::vector<std::pair<size_t, double>> known;  // terms of the whole robot, and to what they are known
   long size = slots.size;
   for (size_t t = 0; t < design.whole.size(); ++t) {
     const double to = get_known_to(design, model, t);
     if (to > 0.0) known.emplace_back(t, to), size += design.whole[t].columns();
   }
-  if (slots.size == 0) return {};
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(size, size);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];

@@ -7,6 +7,7 @@
 #include "common/multibody/tree_mass.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/floating/log/clip_maker.h"
+#include "diagnosis/model/tree.h"
 #include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
@@ -79,11 +80,9 @@ void cut_below_sensors(LeggedLog* log) {
 
 // Links at which a robot may touch the ground if nobody says which ones do.
 std::vector<std::string> list_limb_ends(const TreeSpec& tree) {
-  std::vector<char> ends(tree.links.size(), 1);
-  for (size_t l = 1; l < tree.links.size(); ++l) ends[static_cast<size_t>(tree.links[l].parent)] = 0;
   std::vector<std::string> names;
   for (size_t l = 1; l < tree.links.size(); ++l) {
-    if (ends[l]) names.push_back(tree.links[l].name);
+    if (is_last(tree, static_cast<int>(l))) names.push_back(tree.links[l].name);
   }
   return names;
 }
