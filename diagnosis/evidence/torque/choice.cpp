@@ -46,6 +46,9 @@ class Chooser {
     return choice;
   }
 
+  // The joints' best subsets beside terms of the whole robot. A joint fit gives the parameters of the latter.
+  Choice choose_beside(const Terms& whole) const { return choose_beside(whole, list_usual_terms(design_)); }
+
  private:
   long whole_width() const {
     return std::accumulate(design_.whole.begin(), design_.whole.end(), 0L,
@@ -144,9 +147,6 @@ class Chooser {
     }
     return list;
   }
-
-  // The joints' best subsets beside terms of the whole robot. A joint fit gives the parameters of the latter.
-  Choice choose_beside(const Terms& whole) const { return choose_beside(whole, list_usual_terms(design_)); }
 
   // The same, starting from given terms of the joints: their values and those of the whole robot's terms depend on each
   // other.
@@ -288,6 +288,14 @@ class Chooser {
   const Timing timing_;
 };
 
+bool has_late_terms(const TorqueDesign& design, const TorqueModel& model) {
+  const auto is_late_in = [](const std::vector<Term>& terms) { return [&terms](size_t t) { return terms[t].row->late; }; };
+  for (size_t i = 0; i < model.own.size(); ++i) {
+    if (std::any_of(model.own[i].begin(), model.own[i].end(), is_late_in(design.joints[i].terms))) return true;
+  }
+  return std::any_of(model.whole.begin(), model.whole.end(), is_late_in(design.whole));
+}
+
 // True if the term alone is so much more than all of the missing torque that other terms take it back but for less than a
 // detail: a constant and dry friction of a joint that turns one way. Their sum shows, neither of them does.
 bool is_taken_back(const JointDesign& joint, size_t term, const Eigen::VectorXd& p) {
@@ -357,6 +365,19 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
 }
 
 Choice choose_joint_terms(const TorqueDesign& design, int jobs) { return Chooser(design, jobs, Timing::kFree).run_joints(); }
+
+std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueModel& model, size_t at, int jobs) {
+  const Chooser chooser(design, jobs, has_late_terms(design, model) ? Timing::kFree : Timing::kAsRecorded);
+  std::vector<Choice> list;
+  for (size_t load = 0; load < design.whole.size(); ++load) {
+    if (!design.whole[load].row->load || has(model.whole, load)) continue;
+    Terms whole = model.whole;
+    whole.erase(whole.begin() + static_cast<long>(at)), whole.push_back(load);
+    Choice with = chooser.choose_beside(whole);
+    if (is_model_physical(design, with.model, with.fit)) list.push_back(std::move(with));
+  }
+  return list;
+}
 
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }
 

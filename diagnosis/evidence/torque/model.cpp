@@ -131,7 +131,9 @@ class Fitter {
     }
     for (size_t t = 0; t < model_.whole.size(); ++t) {
       const Term& term = design_.whole[model_.whole[t]];
-      out->evidence -= calc_term_cost(*term.row, out->theta.segment(slots_.whole[t], term.columns()));
+      const Eigen::VectorXd p = out->theta.segment(slots_.whole[t], term.columns());
+      out->evidence -= calc_term_cost(*term.row, p);
+      if (term.row->pulls) out->evidence -= calc_direction_cost(p, design_.data->experiment->scenario.gravity_W);
     }
   }
 
@@ -169,6 +171,13 @@ double calc_mass_cost(double factor) {
 double calc_term_cost(const TermRow& row, const Eigen::VectorXd& p) {
   if (row.factor) return row.cost + calc_mass_cost(1.0 + p[0]);
   return row.cost + (row.scales_effort ? calc_factor_cost(1.0 - p[0]) : 0.0);
+}
+
+double calc_direction_cost(const Vector3d& force_W, const Vector3d& gravity_W) {
+  const double size = force_W.norm() * gravity_W.norm();
+  if (!(size > 0.0)) return 0.0;
+  const double narrowest = 1.0 - std::cos(kKnown);
+  return std::log(2.0 / std::max(narrowest, 1.0 - force_W.dot(gravity_W) / size));
 }
 
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {

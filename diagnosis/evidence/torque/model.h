@@ -80,6 +80,9 @@ double calc_factor_cost(double factor);
 double calc_mass_cost(double factor);
 // Prior cost [nats] of a term with these parameters: of its presence, and of its size if it is a factor.
 double calc_term_cost(const TermRow& row, const Eigen::VectorXd& parameters);
+// Prior cost [nats] of a force [N] that points down like a weight: a force that may have any direction lies within the angle
+// theta of the vertical with probability (1 - cos theta) / 2. No angle counts below 0.02 rad, to which bases are level.
+double calc_direction_cost(const Vector3d& force_W, const Vector3d& gravity_W);
 
 // True if the parameters of a joint's terms are physical: friction opposes motion, inertias are positive, delays are
 // positive and short, and no term is ten times the missing torque, which the others would have to take back.
@@ -109,6 +112,9 @@ struct Choice {
 // kFree: commands may be late. kAsRecorded: the models contain no delays of commands.
 enum class Timing { kFree, kAsRecorded };
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
+// Each load in the place of the term `at` of the whole robot, as the last one, with newly chosen terms of the joints: those beside
+// a force were chosen for the force. Only physical ones.
+std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueModel& model, size_t at, int jobs);
 // Chooses terms of the joints only, without terms of the whole robot.
 Choice choose_joint_terms(const TorqueDesign& design, int jobs);
 

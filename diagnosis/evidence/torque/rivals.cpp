@@ -25,6 +25,7 @@ class RivalSearch {
     compare_whole();
     if (add_constant()) compare_own(), compare_whole(), add_less_inertia();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
+    if (g_.term.row->pulls) add_loads();
     add_turned_link();
     return rivals_;
   }
@@ -126,6 +127,16 @@ class RivalSearch {
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
       if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
         add_whole(other, p, model);
+    }
+  }
+
+  // A force that points down may be a weight.
+  void add_loads() {
+    for (const Choice& with : list_loads_instead(design_, model_, static_cast<size_t>(g_.place.at), 1)) {
+      const size_t load = with.model.whole.back();
+      if (with.fit.evidence < fit_.evidence - kOdds || is_listed(design_.whole[load])) continue;
+      const Term& other = design_.whole[load];
+      add_whole(other, with.fit.theta.segment(list_slots(design_, with.model).whole.back(), other.columns()), with.model);
     }
   }
 

@@ -86,6 +86,7 @@ struct TermRow {
   bool scales_effort = false;  // the drive's gain, by the recorded effort; its column by the model is next in the list
   bool scales_model = false;   // the drive's gain, by the model's torque: the other bound
   bool load = false;           // a carried mass and its position: contains wrong mass and centre of mass of the link
+  bool pulls = false;          // a force in any direction
   bool moves_model = false;    // its columns move the model, so they are computed after the others
   int constant = -1;           // index of a constant column; -1: none
   int shape_parameter = -1;    // index of the parameter that is the shape; -1: none

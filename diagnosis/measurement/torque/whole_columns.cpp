@@ -212,7 +212,7 @@ std::vector<TermRow> make_whole_rows() {
           .worth_saying_from(kMaterialFactor).is(&T::factor).is(&T::needs_drive),
       Row("com_error", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_com)
           .shapes(&list_own_mass).is(&T::within_reach).is(&T::needs_drive),
-      Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force).is(&T::needs_drive),
+      Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force).is(&T::needs_drive).is(&T::pulls),
       Row("joint_offset", 4.0, kSweeps).in_all_rows(PlaceKind::kJoint, 1, &At::fill_offset)
           .small_angle(kMostAngle).is(&T::moves_model),
       Row("base_tilt", 5.0, kPostures).in_all_rows(PlaceKind::kNone, 2, &At::fill_tilt)

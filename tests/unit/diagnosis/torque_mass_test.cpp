@@ -210,6 +210,42 @@ TEST(TorqueMass, TwoWrongCentresOfMassHaveTheOneLoadThatMovesBothAsAlternative) 
   }
 }
 
+// Joints' terms that were chosen beside a force hide the load whose weight it is: a gain takes what the force leaves.
+TEST(TorqueMass, AForceThatPointsDownHasTheLoadWhoseWeightItIsAsAlternative) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kPayload, kFore, {0.5, 0.25, 0.0, 0.0, 0.0}});
+  Experiment e = make_simulated_experiment("torque_weight", kArm, kArmJoints, hidden);
+  add_texture(0.1, &e);
+  for (Recording& r : e.recordings) forget_commands(&r);
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
+  Choice choice = choose_torque_model(design, 1);
+  choice.model = {list_usual_terms(design), {}};
+  for (size_t i : {size_t{kShoulder}, size_t{kElbow}}) {
+    add_own(design, i, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
+    add_own(design, i, [](const Term& t) { return t.row->effect->id == EffectId::kSpring; }, &choice.model);
+  }
+  const auto pulls = std::find_if(design.whole.begin(), design.whole.end(), [](const Term& t) { return t.row->pulls && t.place == kFore; });
+  ASSERT_NE(pulls, design.whole.end());
+  choice.model.whole = {static_cast<size_t>(pulls - design.whole.begin())};
+  choice.fit = fit_torque(design, choice.model);
+  const GradedTerm g = grade_term(design, choice, {-1, 0});
+  const auto load = std::find_if(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
+  ASSERT_NE(load, g.rivals.end());
+  EXPECT_NEAR(load->parameters[0], 0.5, 0.05);  // a tenth, as above
+  EXPECT_NE(g.grade, Grade::kSupported);
+}
+
+// A force may have any direction: that it lies within 10 degrees of the vertical is one case of 130, and a weight's always.
+TEST(TorqueMass, AForceAlongGravityIsLessLikelyThanAWeightByTheConeItLiesIn) {
+  const Vector3d gravity_W(0.0, 0.0, -9.81);
+  const auto cost = [&](double angle) { return calc_direction_cost(5.0 * Vector3d(std::sin(angle), 0.0, -std::cos(angle)), gravity_W); };
+  EXPECT_NEAR(std::exp(cost(M_PI / 18.0)), 131.6, 0.1);
+  EXPECT_NEAR(cost(M_PI / 2.0), std::log(2.0), 1e-12);
+  EXPECT_NEAR(cost(M_PI), 0.0, 1e-12);                 // up: no weight
+  EXPECT_EQ(cost(0.0), cost(0.01));                    // no base is so level
+  EXPECT_EQ(calc_direction_cost(gravity_W, Vector3d::Zero()), 0.0);
+}
+
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueMass, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
   const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
