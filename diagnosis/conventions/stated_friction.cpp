@@ -47,8 +47,8 @@ class Refuter {
   explicit Refuter(const TorqueDesign& design)
       : design_(design), model_(make_model(design)), fit_(fit_torque(design, model_, true)), slots_(list_slots(design, model_)) {}
 
-  // Of a joint of whose friction one part is refuted, the other goes, too: they were written down together. What there is of
-  // it is found again.
+  // Of a joint of whose friction one part is refuted, the other goes, too, unless the recordings confirm it: they were written
+  // down together. What there is of it is found again.
   std::vector<RefutedFriction> run(const TreeSpec& tree) const {
     std::vector<RefutedFriction> out;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
@@ -73,7 +73,8 @@ class Refuter {
     if (!(stated > 0.0)) return false;
     const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
     const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
-    out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
+    const bool confirmed = std::abs(more) < kNinetyFive * std && stated > kUnlikely * std;
+    if (!confirmed) out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
     return -more > std::max(kSignificantInJoint * std, kPart * stated) && size > kBlur * joint.spread;
   }
 

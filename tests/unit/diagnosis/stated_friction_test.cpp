@@ -47,6 +47,12 @@ TEST(StatedFriction, ThatIsThereStaysAndADriveThatGivesMoreDoesNotRefuteIt) {
   EXPECT_TRUE(find_refuted_friction(strong).empty());
 }
 
+TEST(StatedFriction, ThatIsThereStaysBesideAPlaceholderOfTheOtherKind) {
+  Experiment e = simulate_arm("one_right", make_friction(0.2, 0.3));
+  state_friction(1.0, 0.3, &e);
+  for (const RefutedFriction& r : find_refuted_friction(e)) EXPECT_FALSE(r.effect->dry) << r.found << " of " << r.stated << " +- " << r.std;
+}
+
 TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
   Experiment e = simulate_arm("nothing_there", {});
   state_friction(0.5, 0.0, &e);
