@@ -39,9 +39,9 @@ TEST_P(OpenCase, IsNamedInTheRightPlace) {
   EXPECT_LE(report["fit"]["validate"]["after"].get<double>(), 1.2);  // noise deviations: the bar of a held-out fit
 }
 
-// An arm with nothing hidden, a biped with an effect that is named; the other way round, and one more, at night.
-INSTANTIATE_TEST_SUITE_P(Few, OpenCase, testing::Values("open-03", "open-04"));
-INSTANTIATE_TEST_SUITE_P(Nightly, OpenCase, testing::Values("open-05", "open-08", "open-16"));
+// An arm with nothing hidden; at night a biped with an effect that is named, both the other way round, and one more.
+INSTANTIATE_TEST_SUITE_P(Few, OpenCase, testing::Values("open-03"));
+INSTANTIATE_TEST_SUITE_P(Nightly, OpenCase, testing::Values("open-04", "open-05", "open-08", "open-16"));
 
 }  // namespace
 }  // namespace hrp::diagnosis

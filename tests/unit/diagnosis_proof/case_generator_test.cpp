@@ -138,7 +138,7 @@ TEST(CaseGenerator, AStandingRobotsFootSensorsCarryWhatIsAboveThem) {
 
 // The ground holds a light sole that is pressed flat. In the air only the bush holds it, and the bush's damping needs
 // shorter steps than the servos do.
-TEST(CaseGenerator, ASoftSoleThatLeavesTheGroundNeedsShorterSteps) {
+TEST(CaseGeneratorNightly, ASoftSoleThatLeavesTheGroundNeedsShorterSteps) {
   Prng random(3);
   RobotPlan robot = make_biped(random);
   robot.base_position[2] += 0.01;  // [m] dropped: 45 ms in the air, 2.5 s before the recording

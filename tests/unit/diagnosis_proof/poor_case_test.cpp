@@ -142,7 +142,7 @@ std::string make_hold(const std::string& csv) {
 }
 
 // Two short walks; what is proposed for them is played by the same robot, on its feet.
-TEST(PoorCase, AWalkerPlaysAProposedMotionAfterItsWalks) {
+TEST(PoorCaseNightly, AWalkerPlaysAProposedMotionAfterItsWalks) {
   CaseOptions options;
   options.poor = 4.5, options.models = std::string(HRP_SOURCE_DIR) + "/models";
   const CaseRequest request = parse_request("walk:viscous_friction");
