@@ -10,6 +10,7 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/measurement/load_or_unit.h"
 
 namespace hrp::diagnosis {
@@ -30,6 +31,18 @@ struct Fit {
   Eigen::VectorXd p, std;  // kBoth
   double nats = 0.0, left = 0.0, without = 1e-300;
 };
+
+double calc_seconds(const Experiment& e, bool train) {
+  double seconds = 0.0;
+  for (const Recording& r : e.recordings) seconds += r.spec.train == train ? r.duration() : 0.0;
+  return seconds;
+}
+
+// True if a part of the recordings of each role is left: pieces that are too short for a recording are none.
+bool keeps_enough(const Experiment& e, const OddLoad& load) {
+  const Experiment rest = leave_out(e, load);
+  return calc_seconds(rest, true) >= kPart * calc_seconds(e, true) && calc_seconds(rest, false) >= kPart * calc_seconds(e, false);
+}
 
 class OddLoadSearch {
  public:
@@ -189,6 +202,8 @@ class OddLoadSearch {
     const Fit f = fit(parts, load);
     const double mass = f.p[kLoadColumns];
     if (f.nats < kCost + kOdds || f.left > kHalf * f.without || mass < kUnlikely * f.std[kLoadColumns]) return std::nullopt;
+    // No load that it takes up: something else, and no reason to leave recordings out.
+    if (!is_possible_load(data_.experiment->robot.tree, mass)) return std::nullopt;
     OddLoad odd{{}, loads_[load].place, mass, std::hypot(f.std[kLoadColumns], calc_blur(parts) * mass), f.p.tail<3>() / mass, f.std.tail<3>() / mass, 1.0 - f.left / f.without, false};
     for (const Part& p : parts) {
       const File& file = files_[p.file];
@@ -196,7 +211,7 @@ class OddLoadSearch {
                            file.begin + file.piece() * static_cast<double>(p.end)});
     }
     if (std::all_of(odd.parts.begin(), odd.parts.end(), [](const LoadedPart& p) { return p.whole; }) && parts.size() == files_.size()) return std::nullopt;
-    odd.leave_out = has_enough(parts, true) && has_enough(parts, false);
+    odd.leave_out = keeps_enough(*data_.experiment, odd);
     return odd;
   }
 
@@ -205,20 +220,6 @@ class OddLoadSearch {
     double ends = 0.0, pieces = 0.0;
     for (const Part& p : parts) ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
     return std::sqrt(ends / 12.0) / pieces;
-  }
-
-  // True if a part of the recordings with this role is elsewhere, or if there are none.
-  bool has_enough(const Parts& parts, bool train) const {
-    double all = 0.0, left = 0.0;
-    for (const TorqueRecording& r : data_.recordings) {
-      const File& file = files_[find_file(r)];
-      for (long k = 0; k < r.kept() && r.train == train; ++k) {
-        const size_t piece = find_piece(file, r.time(k));
-        const auto is_in = [&](const Part& p) { return files_[p.file].name == file.name && piece >= p.begin && piece < p.end; };
-        all += 1.0, left += std::any_of(parts.begin(), parts.end(), is_in) ? 0.0 : 1.0;
-      }
-    }
-    return left >= kPart * all;
   }
 
   const TorqueData& data_;

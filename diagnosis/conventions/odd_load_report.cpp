@@ -18,14 +18,17 @@ namespace {
 
 // "train_1.csv", or "train_1.csv from 5.2 s on".
 std::string describe(const Experiment& e, const LoadedPart& part) {
-  if (part.whole) return part.file;
+  std::string name;
   double first = HUGE_VAL, last = -HUGE_VAL;
   for (const Recording& r : e.recordings) {
-    if (r.spec.file == part.file) first = std::min(first, r.time.front()), last = std::max(last, r.time.back());
+    if (r.spec.file != part.file) continue;
+    name = r.spec.name.substr(0, r.spec.name.find(" ("));  // pieces add their times
+    first = std::min(first, r.time.front()), last = std::max(last, r.time.back());
   }
+  if (part.whole) return name;
   const double piece = kDetail * (last - first);  // ends are told to a piece of the file
   const std::string from = part.begin > first + piece ? " from about " + number(part.begin, 3) + " s" : "", until = part.end < last - piece ? " until about " + number(part.end, 3) + " s" : " on";
-  return part.file + from + until;
+  return name + from + until;
 }
 
 }  // namespace

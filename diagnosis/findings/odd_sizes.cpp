@@ -139,6 +139,11 @@ bool is_within(const Json& limit, const Json& friction) {
 
 }  // namespace
 
+bool is_possible_load(const TreeSpec& tree, double mass) {
+  const double own = calc_mass(tree);
+  return own <= 0.0 || mass <= kLoads * own;
+}
+
 std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
   if (finding.contains("of_log")) return "";

@@ -17,6 +17,9 @@ namespace hrp::diagnosis {
 // - a spring that rests more than a turn beyond the joint's range.
 std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& finding);
 
+// False for a load of more than twice the mass of the moving links.
+bool is_possible_load(const TreeSpec& tree, double mass);
+
 // Makes findings of an implausible size `ambiguous` and says why. Other `certain` findings become `ambiguous` as well,
 // because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`. Alternatives of an
 // implausible size are not listed.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "diagnosis/conventions/odd_load.h"
+#include "diagnosis/data/stretches.h"
 #include "diagnosis/diagnose_recordings.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -80,6 +81,28 @@ TEST(OddLoad, ALoadThatIsTakenUpWithinARecordingIsFoundFromThenOn) {
   for (const Recording& r : leave_out(e, *odd).recordings) EXPECT_TRUE(r.spec.file != odd->parts[0].file || r.time.back() < 3.0);
 }
 
+// A short recording has no piece left that is long enough: all training recordings were gone, and the search crashed.
+TEST(OddLoad, WhatIsLeftOfAShortRecordingIsTooShortToLeaveAnythingOut) {
+  Experiment e = make_taken_up("odd_load_short", {0.9, 100.0, 100.0});
+  e.recordings[0] = cut_recording(e.recordings[0], 0, static_cast<size_t>(1.8 / e.sample_time));
+  e.recordings.erase(e.recordings.begin() + 1);  // one to train with, one held out
+  const std::optional<OddLoad> odd = find(e);
+  ASSERT_TRUE(odd);
+  EXPECT_FALSE(odd->leave_out);
+}
+
+// Efforts in another unit: the second half of the motion asks for a load of many times the machine.
+TEST(OddLoad, ALoadThatTheMachineCannotCarryIsNone) {
+  Experiment e = make_taken_up("odd_load_units", {3.0, 100.0, 100.0});
+  ASSERT_TRUE(find(e));
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      for (double& effort : joint.signal[static_cast<int>(Quantity::kEffort)]) effort *= 1000.0;
+    }
+  }
+  EXPECT_FALSE(find(e));
+}
+
 TEST(OddLoad, ALoadThatIsTakenUpInEachRecordingIsFoundInEach) {
   const std::optional<OddLoad> odd = find(make_taken_up("odd_load_each", {2.0, 3.0, 4.0}));
   ASSERT_TRUE(odd);
@@ -103,10 +126,10 @@ TEST(OddLoad, TheReportNamesTheLoadWithItsRecordingAndTheModelIsThatOfTheOthers)
     if (f["effect"] != "payload") continue;
     ++loads;
     ASSERT_TRUE(f.contains("only_in")) << f["statement"];
-    EXPECT_EQ(f["only_in"][0], e.recordings[0].spec.file);
+    EXPECT_EQ(f["only_in"][0], e.recordings[0].spec.name);
   }
   EXPECT_EQ(loads, 1);
-  const std::string summary = reports.report["summary"], only = "only in " + e.recordings[0].spec.file;
+  const std::string summary = reports.report["summary"], only = "only in " + e.recordings[0].spec.name;
   EXPECT_NE(summary.find(only), std::string::npos) << summary;
 }
 
