@@ -161,6 +161,13 @@ void split_cells(const CsvLayout& layout, const std::string& line, std::vector<C
 
 namespace {
 
+bool has_number(const std::vector<Cell>& cells, char separator) {
+  return std::any_of(cells.begin(), cells.end(), [&](const Cell& cell) {
+    double value = 0.0;
+    return parse_cell(cell, separator, &value) && std::isfinite(value);
+  });
+}
+
 // The names in a comment before lines of numbers, if it has one for most cells: words between the same separators.
 // Words between spaces may be a sentence, so then all cells need one.
 std::vector<std::string> read_comment(const CsvLayout& layout, const std::string& comment) {
@@ -176,6 +183,13 @@ std::vector<std::string> read_comment(const CsvLayout& layout, const std::string
   if (!enough || names.size() > layout.cells || are_numbers(cells, layout.separator)) return {};
   names.resize(layout.cells);
   return names;
+}
+
+// A comment that names all cells of a line with words and numbers, as `rostopic echo -p` writes it. A header has no numbers.
+bool is_named_row(const CsvLayout& layout, const std::vector<Cell>& cells, const std::string& comment) {
+  const std::vector<std::string> names = read_comment(layout, comment);
+  if (names.empty() || std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.empty(); })) return false;
+  return has_number(cells, layout.separator);
 }
 
 }  // namespace
@@ -195,7 +209,7 @@ CsvLayout read_layout(const std::string& text, const std::string& comment, int n
     else split_cells(layout, line, &cells);
   }
   layout.cells = cells.size();
-  layout.header = !are_numbers(cells, layout.separator);
+  layout.header = !are_numbers(cells, layout.separator) && !is_named_row(layout, cells, comment);
   for (const Cell& cell : cells) {
     if (layout.header) layout.names.push_back(trim_cell(cell));
   }

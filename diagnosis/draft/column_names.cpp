@@ -15,6 +15,7 @@ struct Word {
   double scale = 0.0;
   EffortOf of = EffortOf::kTorque;
   bool counts = false;
+  bool bare = false;  // beside a joint's name alone it tells a position: "hip_cmd", "meas_hip"
 };
 
 const std::map<std::string, Word>& list_words() {
@@ -31,15 +32,18 @@ const std::map<std::string, Word>& list_words() {
     add({"nsec", "nanos", "nanoseconds"}, {Q::kTime, false, false, 1e-9});
     add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"}, {Q::kPosition, false, false, 0.0});
     add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"}, {Q::kVelocity, false, false, 0.0});
-    add({"tau", "torque", "torques", "effort", "efforts", "trq", "moment", "force"}, {Q::kEffort, false, false, 0.0});
+    add({"tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "force"}, {Q::kEffort, false, false, 0.0});
     add({"current", "currents", "cur", "iq", "amp", "amps", "ampere", "amperes"}, {Q::kEffort, false, false, 0.0, EffortOf::kCurrent});
     add({"pwm", "duty", "dutycycle", "load"}, {Q::kEffort, false, false, 0.0, EffortOf::kDuty});  // servos call their duty a load
     add({"voltage", "voltages", "volt", "volts"}, {Q::kEffort, false, false, 0.0, EffortOf::kVoltage});
-    add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint", "action"}, {Q::kNone, true, false, 0.0});
+    add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint"},
+        {Q::kNone, true, false, 0.0, EffortOf::kTorque, false, true});
+    add({"action"}, {Q::kNone, true, false, 0.0});  // of a policy, alone: in a unit of its own
+    add({"meas", "measured", "actual", "present", "feedback", "fb"}, {Q::kNone, false, false, 0.0, EffortOf::kTorque, false, true});
     add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "error", "err", "jerk", "gyro", "imu", "quat",
          "battery", "bus", "supply", "input"},
         {Q::kNone, false, true, 0.0});
-    add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295});
+    add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295, EffortOf::kTorque, false, true});
     // Only speeds have these units: "left_rpm".
     add({"rpm"}, {Q::kVelocity, false, false, 0.10471975511965977});
     add({"dps", "degps"}, {Q::kVelocity, false, false, 0.017453292519943295});
@@ -108,24 +112,25 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
   ColumnMeaning meaning;
   std::vector<std::string> words = split_words(column);
   meaning.joint = take_joint(joints, &words);
-  bool useless = false;
+  bool useless = false, bare = meaning.joint >= 0;  // the joint's name, and nothing that tells of another quantity
   for (size_t i = 0; i < words.size(); ++i) {
+    const auto known = list_words().find(words[i]);
+    bare = bare && known != list_words().end() && known->second.bare;
     if (is_number(words[i])) {
       if (words[i].size() < 4) meaning.index = std::stoi(words[i]);
       continue;
     }
     // "q_d", "dq_d" are what libfranka calls desired ones.
     if (words[i] == "d" && i > 0 && meaning.kind != ColumnKind::kNone) meaning.command = true;
-    const auto word = list_words().find(words[i]);
-    if (word == list_words().end()) continue;
+    if (known == list_words().end()) continue;
     // "target_pos_rate" is a velocity, "time_error" none: the later word tells more.
-    if (word->second.kind != ColumnKind::kNone) meaning.kind = word->second.kind, meaning.of = word->second.of;
-    if (word->second.scale > 0.0) meaning.scale = word->second.scale;
-    meaning.command = meaning.command || word->second.command;
-    meaning.counts = meaning.counts || word->second.counts;
-    useless = useless || word->second.useless;
+    if (known->second.kind != ColumnKind::kNone) meaning.kind = known->second.kind, meaning.of = known->second.of;
+    if (known->second.scale > 0.0) meaning.scale = known->second.scale;
+    meaning.command = meaning.command || known->second.command;
+    meaning.counts = meaning.counts || known->second.counts;
+    useless = useless || known->second.useless;
   }
-  if (meaning.joint >= 0 && words.empty()) meaning.kind = ColumnKind::kPosition;  // the joint's name and nothing else
+  if (bare) meaning.kind = ColumnKind::kPosition;
   if (useless) meaning.kind = ColumnKind::kNone;
   if (meaning.of == EffortOf::kDuty || meaning.of == EffortOf::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
   if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;
@@ -158,6 +163,23 @@ std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns
     }
   }
   return meanings;
+}
+
+void take_named_joints(const std::vector<std::string>& columns, const std::vector<std::string>& first, const std::vector<std::string>& joints,
+                       std::vector<ColumnMeaning>* meanings) {
+  std::map<int, int> joint_of;  // by the number in the columns' names
+  for (size_t i = 0; i < columns.size() && i < first.size(); ++i) {
+    const std::vector<std::string> words = split_words(columns[i]);
+    const auto joint = std::find(joints.begin(), joints.end(), first[i]);
+    const bool name = std::any_of(words.begin(), words.end(), [](const std::string& word) { return word == "name" || word == "names"; });
+    if (name && joint != joints.end() && (*meanings)[i].index >= 0) joint_of[(*meanings)[i].index] = static_cast<int>(joint - joints.begin());
+  }
+  for (ColumnMeaning& m : *meanings) {
+    if (joint_of.empty() || m.index < 0 || m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;
+    const auto named = joint_of.find(m.index);
+    m.joint = named == joint_of.end() ? -1 : named->second, m.index = -1;
+    if (m.joint < 0) m.kind = ColumnKind::kNone;  // of a joint that the model does not have
+  }
 }
 
 }  // namespace hrp::diagnosis

@@ -32,4 +32,8 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
 // Of all columns of a file: numbers in names become joints where a group of columns has one for each joint.
 std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns, const std::vector<std::string>& joints);
 
+// Of logs that hold the joints' names in cells: "field.position2" is of the joint that "field.name2" says in the first row.
+void take_named_joints(const std::vector<std::string>& columns, const std::vector<std::string>& first, const std::vector<std::string>& joints,
+                       std::vector<ColumnMeaning>* meanings);
+
 }  // namespace hrp::diagnosis

@@ -13,10 +13,10 @@
 #include "common/log/ros_bag.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
-#include "diagnosis/data/quantile.h"
 #include "diagnosis/data/repaired_robot.h"
 #include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
+#include "diagnosis/draft/column_relations.h"
 #include "diagnosis/draft/imu_columns.h"
 
 namespace hrp::diagnosis {
@@ -24,32 +24,39 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLongestPeriod = 0.2;  // [s] between samples: slower logs are in a finer unit of time
-
 struct LogColumns {
   std::vector<std::string> names;  // of the header; empty when there is none
   size_t count = 0;
+  std::vector<std::string> first;  // cells of the first row below them
   Table table;                     // all columns, by number
 };
 
 bool is_text(const std::string& path) { return !is_ros_bag(path) && fs::path(path).extension() != ".mcap"; }
 
-// The names in the first line, or in the comment before it, whatever they are.
+// The names in the first line, or in the comment before it, whatever they are, and the row below.
 LogColumns read_names(const std::string& path) {
   std::ifstream file = open_text(path);
   LogColumns log;
   std::string comment;
+  CsvLayout layout;
   for (std::string line; std::getline(file, line);) {
     if (is_blank(line)) {
       if (line.size() > 1) comment = line;
       continue;
     }
     log.table.file = path;
-    const CsvLayout layout = read_layout(line, comment, 1, {SignalColumn{"first", "", 1}}, &log.table);
-    log.count = layout.cells, log.names = layout.names;
+    if (layout.cells == 0) {
+      layout = read_layout(line, comment, 1, {SignalColumn{"first", "", 1}}, &log.table);
+      log.count = layout.cells, log.names = layout.names;
+      if (layout.header) continue;
+    }
+    std::vector<Cell> cells;
+    split_cells(layout, line, &cells);
+    for (const Cell& cell : cells) log.first.push_back(trim_cell(cell));
     return log;
   }
-  refuse_input(path, "is empty: expected a table of samples");
+  if (log.count == 0) refuse_input(path, "is empty: expected a table of samples");
+  return log;
 }
 
 LogColumns read_log_columns(const std::string& path) {
@@ -65,24 +72,6 @@ std::vector<double> find_values(const std::vector<double>& column) {
   std::vector<double> values;
   std::copy_if(column.begin(), column.end(), std::back_inserter(values), [](double v) { return std::isfinite(v); });
   return values;
-}
-
-// Median difference from row to row; 0 when the column goes back.
-double find_period(const std::vector<double>& column) {
-  std::vector<double> steps;
-  for (size_t i = 1; i < column.size(); ++i) {
-    if (column[i] < column[i - 1]) return 0.0;
-    if (column[i] > column[i - 1]) steps.push_back(column[i] - column[i - 1]);
-  }
-  return steps.size() < column.size() / 2 ? 0.0 : find_median(steps);
-}
-
-// Of a column of stamps: seconds, or the coarsest unit in which a period is short enough.
-double find_time_scale(double period) {
-  for (const double scale : {1.0, 1e-3, 1e-6, 1e-9}) {
-    if (period * scale <= kLongestPeriod) return scale;
-  }
-  return 1.0;
 }
 
 // Of a column of efforts that is no torque: what it is, and the factor that only its owner knows.
@@ -181,6 +170,7 @@ class DraftWriter {
   void write_columns(const std::string& path) {
     log_ = read_log_columns(path);
     meanings_ = find_meanings(log_.names, joints_);
+    take_named_joints(log_.names, log_.first, joints_, &meanings_);
     if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") != log_.names.end()) {
       draft_.found.push_back("the header names the signals itself: no columns are needed");
       write_drive(true, true);
@@ -227,8 +217,8 @@ class DraftWriter {
       if (m.kind != ColumnKind::kPosition || !m.counts || m.scale > 0.0) continue;
       for (size_t v = 0; v < meanings_.size(); ++v) {
         const ColumnMeaning& speed = meanings_[v];
-        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || calc_rate_correlation(i, v) < 0.9) continue;
-        m.scale = speed.scale * time_scale_ * calc_travel_ratio(i, v);
+        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || calc_rate_correlation(column(i), column(v), time()) < 0.9) continue;
+        m.scale = speed.scale * time_scale_ * calc_travel_ratio(column(i), column(v), time());
         draft_.found.push_back("column " + find_place(i) + ": " + std::to_string(std::lround(2.0 * M_PI / m.scale)) + " counts a turn, by column " + find_place(v));
         break;
       }
@@ -248,7 +238,7 @@ class DraftWriter {
 
   void write_time(std::ostringstream* columns) {
     for (size_t i = 0; i < log_.count; ++i) {
-      const double period = find_period(log_.table.columns[i]);
+      const double period = find_stamp_period(log_.table.columns[i]);
       const bool named = i < meanings_.size() && meanings_[i].kind == ColumnKind::kTime;
       if (period <= 0.0 || !(named || log_.names.empty())) continue;
       const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
@@ -258,7 +248,9 @@ class DraftWriter {
       time_ = static_cast<int>(i);
       return;
     }
-    out_ << "sample_rate: 100    # (?) [Hz]: no column of time was found\n";
+    const RatePair pair = find_rate_pair(log_.table.columns);
+    const std::string by = pair.rate > 0.0 ? "; so column " + find_place(pair.velocity) + " is the rate of column " + find_place(pair.position) + " in the same unit" : "";
+    out_ << "sample_rate: " << (pair.rate > 0.0 ? format_short(pair.rate) : "100") << "    # (?) [Hz]: no column of time was found" << by << "\n";
     ask("the rate of the samples, or the column of time");
   }
 
@@ -338,36 +330,13 @@ class DraftWriter {
   std::string find_relation(size_t column) const {
     for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
       if (other == column || static_cast<int>(other) == time_) continue;
-      if (calc_rate_correlation(other, column) > 0.9) return "; the rate of column " + find_place(other);
+      if (calc_rate_correlation(this->column(other), this->column(column), time()) > 0.9) return "; the rate of column " + find_place(other);
     }
     return "";
   }
 
-  // Of the central differences of one column with another one.
-  double calc_rate_correlation(size_t position, size_t velocity) const {
-    const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
-    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, syy = 0.0, sxy = 0.0;
-    for (size_t i = 1; i + 1 < q.size(); ++i) {
-      const double x = (q[i + 1] - q[i - 1]) / (t[i + 1] - t[i - 1]), y = v[i];
-      if (!std::isfinite(x) || !std::isfinite(y)) continue;
-      n += 1.0, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
-    }
-    const double spread = (n * sxx - sx * sx) * (n * syy - sy * sy);
-    return spread > 0.0 ? (n * sxy - sx * sy) / std::sqrt(spread) : 0.0;
-  }
-
-  // The integral of a velocity by the travel of a position, as a slope: speeds that are late hardly change it.
-  double calc_travel_ratio(size_t position, size_t velocity) const {
-    const std::vector<double>&q = log_.table.columns[position], &v = log_.table.columns[velocity], &t = log_.table.columns[static_cast<size_t>(time_)];
-    double n = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, integral = 0.0;
-    for (size_t i = 1; i < q.size(); ++i) {
-      const double step = 0.5 * (v[i] + v[i - 1]) * (t[i] - t[i - 1]), x = q[i] - q[0];
-      if (!std::isfinite(step) || !std::isfinite(x)) continue;
-      integral += step;
-      n += 1.0, sx += x, sy += integral, sxx += x * x, sxy += x * integral;
-    }
-    return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-  }
+  const std::vector<double>& column(size_t i) const { return log_.table.columns[i]; }
+  const std::vector<double>& time() const { return column(static_cast<size_t>(time_)); }
 
   std::string robot_;
   std::vector<std::string> logs_;

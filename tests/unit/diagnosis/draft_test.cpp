@@ -42,7 +42,8 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
            {"position_error_1", Q::kNone, false, -1, 1, 0.0}, {"Iq", Q::kEffort, false, -1, -1, 0.0}, {"hip_iq_ref", Q::kEffort, true, 0, -1, 0.0},
            {"motor_amps", Q::kEffort, false, -1, -1, 0.0}, {"hip_rpm", Q::kVelocity, false, 0, -1, M_PI / 30}, {"vel_knee_degps", Q::kVelocity, false, 1, -1, M_PI / 180},
            {"pwm_cmd", Q::kEffort, false, -1, -1, 0.0}, {"Output Voltage (V)", Q::kEffort, false, -1, -1, 0.0},
-           {"battery_voltage", Q::kNone, false, -1, -1, 0.0}}) {
+           {"cmd_hip", Q::kPosition, true, 0, -1, 0.0}, {"meas_knee_deg", Q::kPosition, false, 1, -1, M_PI / 180}, {"eff_hip", Q::kEffort, false, 0, -1, 0.0},
+           {"hip_action", Q::kNone, true, 0, -1, 0.0}, {"battery_voltage", Q::kNone, false, -1, -1, 0.0}}) {
     const ColumnMeaning m = find_meaning(r.name, kLeg);
     EXPECT_EQ(m.kind, r.kind) << r.name;
     EXPECT_EQ(m.command, r.command) << r.name;
@@ -205,6 +206,32 @@ TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
   const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("sample_rate: 100    # (?)"));
   EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder_tau'"));
+}
+
+TEST_F(Drafts, TakeTheRateFromAVelocityWhereThereAreNoStamps) {
+  const std::string rows = make_rows(" ");
+  std::string without;
+  for (size_t at = 0; at < rows.size(); at = rows.find('\n', at) + 1) without += rows.substr(rows.find(' ', at) + 1, rows.find('\n', at) - rows.find(' ', at));
+  write("log.txt", without);
+  EXPECT_THAT(make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string()).text, HasSubstr("sample_rate: 100    # (?) [Hz]: no column of time was found; so column 2 is the rate of column 1"));
+}
+
+// The first row has words, and its names stand in a comment: it was taken for the header. Joints come in the driver's order.
+TEST_F(Drafts, OfRostopicEchoTakeTheJointsFromTheirCells) {
+  std::string rows = "%time,field.header.seq,field.header.frame_id,field.name0,field.name1,field.position0,field.position1,field.effort0,field.effort1\n";
+  for (int k = 0; k < 100; ++k) {
+    rows += std::to_string(1747657995240000000 + 10000000LL * k) + "," + std::to_string(k) + ",base,gripper,shoulder,0," + std::to_string(std::sin(0.05 * k)) + ",0,1.5\n";
+  }
+  for (const char* name : {"one.csv", "two.csv"}) write(name, rows);
+  const Draft draft = make_draft(path("arm.urdf"), {path("one.csv"), path("two.csv")}, folder_.string());
+  EXPECT_THAT(draft.asked, ::testing::IsEmpty()) << draft.text;
+  EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'field.effort1'"));
+  write("experiment.yaml", draft.text);
+  const Recording recording = load_experiment(path("experiment.yaml")).recordings.at(0);
+  EXPECT_EQ(recording.size(), 100u);
+  EXPECT_NEAR(recording.time.back() - recording.time.front(), 0.99, 1e-6);
+  EXPECT_NEAR(recording.joints[0].signal[static_cast<int>(Quantity::kPosition)][0], 0.0, 1e-9);
+  EXPECT_NEAR(recording.joints[0].signal[static_cast<int>(Quantity::kPosition)][50], std::sin(2.5), 1e-6);
 }
 
 TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
