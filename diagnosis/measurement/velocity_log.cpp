@@ -25,7 +25,7 @@ constexpr int kFilterRounds = 8;        // the same towards a filter's time cons
 // Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
 // delay. A filter that attenuates fast motion has its c, so it does not look like a scale.
 constexpr int kRates = 3, kColumns = 4;
-const Columns kAll = {0, 1, 2, 3};
+const Columns kAll = {0, 1, 2, 3}, kUndamped = {0, 1, kRates};
 
 // The rate and its derivatives along one recording, on a uniform grid.
 struct Motion {
@@ -96,14 +96,23 @@ VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& colu
   return out;
 }
 
+// A motion of one frequency does not tell a scale from the damping of a filter: of both readings the one that claims less.
+void take_smaller_scale(const VelocityReading& undamped, VelocityReading* out) {
+  if (undamped.ratio == 0.0 || std::abs(undamped.scale - 1.0) > std::abs(out->scale - 1.0)) return;
+  out->scale = out->ratio = undamped.scale;
+  out->scale_std = out->ratio_std = undamped.scale_std;
+}
+
 // A velocity that is late by up to kLongest. `as_logged`: the sums without a delay.
 VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, const std::vector<Gram>& as_logged, double sample_time) {
   VelocityReading out;
   double late = 0.0;
   for (int round = 0; round < kRounds; ++round) {
-    out = read_columns(round == 0 ? as_logged : add_stretches(motions, joint, late), kAll, sample_time);
+    const std::vector<Gram> folds = round == 0 ? as_logged : add_stretches(motions, joint, late);
+    out = read_columns(folds, kAll, sample_time);
     late += out.late, out.late = late;
     if (out.ratio == 0.0 || !(std::abs(late) < kLongest)) return {};
+    take_smaller_scale(read_columns(folds, kUndamped, sample_time), &out);
   }
   return out;
 }
@@ -127,7 +136,7 @@ VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, 
       m.columns.col(0) = pass_filter(m.columns.col(0), m.step, time);
       m.columns.col(1) = pass_filter(pass_filter(m.columns.col(1), m.step, time), m.step, time);
     }
-    out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), {0, 1, kRates}, sample_time);
+    out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), kUndamped, sample_time);
     time += out.late, out.late = time;
     if (out.ratio == 0.0 || !(time > kHalf * kLongest)) return {};
   }

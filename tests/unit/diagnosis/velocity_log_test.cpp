@@ -74,6 +74,32 @@ TEST(VelocityLog, AFilterThatDampsFastMotionIsNoScale) {
   EXPECT_NEAR(log.late, kTime, 0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
 }
 
+// The elbow swings at 2 Hz for 1.5 s, and its drive logs `scale` times its velocity in whole degrees per second, `late` [s].
+VelocityReading read_one_frequency(const std::string& name, double scale, double late) {
+  Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
+  constexpr double kTurn = 2.0 * M_PI * 2.0, kDegree = M_PI / 180.0;
+  e.recordings.resize(1);
+  Recording& r = e.recordings[0];
+  r.time.resize(300);
+  for (JointColumns& c : r.joints) {
+    for (std::vector<double>& signal : c.signal) signal.resize(std::min(signal.size(), r.size()));
+  }
+  JointColumns& elbow = r.joints[kElbow];
+  for (size_t k = 0; k < r.size(); ++k) {
+    elbow.signal[0][k] = 0.5 * std::sin(kTurn * r.time[k]);
+    elbow.signal[1][k] = kDegree * std::round(scale / kDegree * 0.5 * kTurn * std::cos(kTurn * (r.time[k] - late)));
+  }
+  return find_velocity_readings(e)[kElbow];
+}
+
+// A filter's damping is a scale at one frequency.
+TEST(VelocityLog, OneFrequencyShowsNoScaleThatADampingCouldBe) {
+  EXPECT_FALSE(read_one_frequency("velocity_one_frequency", 1.0, 0.006).is_scaled());
+  const VelocityReading scaled = read_one_frequency("velocity_one_frequency_scaled", 1.2, 0.006);
+  ASSERT_TRUE(scaled.is_scaled());
+  EXPECT_NEAR(scaled.scale, 1.2, 0.02);
+}
+
 // No bus is late by 0.2 s. The rate of the position serves as the velocity then.
 TEST(VelocityLog, ASlowFilterOfAVelocityIsReadWithItsTimeConstantAndLeftOut) {
   constexpr double kTime = 0.2;  // [s] of a first-order filter
