@@ -22,8 +22,11 @@ std::string find_obstacle(const Experiment& e) {
   if (e.num_joints() == 0) return "the robot has no joints";
   if (!e.scenario.feet.empty() && e.scenario.ground.present)
     return "a foot of a robot on a rail or stand touches the ground, and contact is not predicted here";
-  if (e.scenario.drive == "motion")
-    return "the joints are taken as recorded and no other signal of a fixed base is predicted";
+  if (e.scenario.drive == "motion") {
+    std::string obstacle = "the joints are taken as recorded and no other signal of a fixed base is predicted";
+    for (const std::string& note : find_link_sensors(e).notes) obstacle += "; " + note;
+    return obstacle;
+  }
   for (const Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;

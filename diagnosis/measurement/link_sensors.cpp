@@ -141,6 +141,21 @@ class Finder {
       return has_all(r, sensor.name + "/angular_velocity", "xyz") && has_all(r, sensor.name + "/linear_acceleration", "xyz");
     });
     if (there) out_.sensors.push_back(sensor);
+    if (!there && measures_some(sensor.name)) out_.notes.push_back(sensor.name + " is compared only with three rates and three accelerations");
+  }
+
+  // Of an IMU: rates or accelerations of some axes, in no recording all of them.
+  bool measures_some(const std::string& imu) const {
+    bool some = false;
+    for (const Recording& r : e_.recordings) {
+      bool all = true;
+      for (const char* quantity : {"/angular_velocity", "/linear_acceleration"}) {
+        all = all && has_all(r, imu + quantity, "xyz");
+        for (char axis : {'x', 'y', 'z'}) some = some || r.has(imu + quantity + "/" + axis);
+      }
+      if (all) return false;
+    }
+    return some;
   }
 
   const Experiment& e_;

@@ -339,6 +339,15 @@ TEST(LinkSensors, ADeclaredSensorThatWasNotRecordedIsRefused) {
               testing::HasSubstr("/joint_states_link/elbow/effort: is missing: sensors.joint_torque"));
 }
 
+TEST(LinkSensors, AnImuWithoutAllAxesIsComparedWithNothingAndSaysWhy) {
+  Experiment e = make_arm("gyro_alone");
+  ImuSpec imu;
+  imu.name = "hand", imu.link = "fore";
+  e.scenario.sensors.imus.push_back(imu);
+  for (Recording& r : e.recordings) r.other["/imu/hand/angular_velocity/y"].assign(r.size(), 0.1);
+  EXPECT_THAT(find_link_sensors(e).notes, testing::ElementsAre("/imu/hand is compared only with three rates and three accelerations"));
+}
+
 TEST(LinkSensors, JointsThatTheRobotHasNotAreRefusedWithTheNearest) {
   Experiment e = make_arm("unknown");
   Experiment declared = e;
