@@ -56,8 +56,27 @@ class RivalSearch {
     const auto rotor = std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.effect().id == EffectId::kRotorInertia; });
     if (rotor == terms.end() || has(rest_.own[i_], static_cast<size_t>(rotor - terms.begin()))) return;
     const OwnTerm less = fit_own(static_cast<size_t>(rotor - terms.begin()), rest_);
-    if (less.value[0] < 0.0 && -less.value[0] < calc_own_inertia(tree, joint) && fills(*rotor, less.fit, less.value))
+    if (!(less.value[0] < 0.0) || !fills(*rotor, less.fit, less.value)) return;
+    if (-less.value[0] < calc_own_inertia(tree, joint))
       rivals_.push_back({*rotor, less.value, {}, less.model, {static_cast<int>(i_), less.at}});
+    else
+      add_shorter_link(joint, less.value[0]);
+  }
+
+  // A small mass at the end of a link has no inertia of its own to lose, but may be nearer to the axis: at x, inertia over moment,
+  // (I + m x^2) / (m x), is that with `less` [kg m^2] of inertia.
+  void add_shorter_link(int joint, double less) {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const std::optional<LastLink> last = find_last_link(tree, joint);
+    if (!last) return;
+    const double mass = tree.links[static_cast<size_t>(joint) + 1].inertia.mass, own = calc_own_inertia(tree, joint);
+    const double half = 0.5 * (last->length + (own + less) / (mass * last->length)), root = half * half - own / mass;
+    if (!(half > 0.0) || root < 0.0) return;
+    const double change = half + std::sqrt(root) - last->length;
+    const std::vector<TermRow>& rows = list_term_rows();
+    const auto centre = std::find_if(rows.begin(), rows.end(), [](const TermRow& row) { return row.effect->id == EffectId::kComError; });
+    const double width = std::abs(change * g_.width[0] / g_.parameters[0]);
+    rivals_.push_back({{&*centre, joint + 1}, change * last->out, width * last->out.cwiseAbs(), {}, {}});
   }
 
   bool has_level() const {

@@ -132,6 +132,22 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromLessInertia) {
   EXPECT_NEAR(less->parameters[0].value[0], 1.0 - kLess / kInertia, 0.15) << spring->statement;
 }
 
+// All of a model's mass at the end of its rod has no inertia to lose, but the rod may be shorter. A spring was `supported`.
+TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
+  constexpr double kRod = 0.36, kPoint = 1e-5;  // [m, kg m^2] of the model
+  Experiment e = make_experiment("short", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, 0.0, 0.02});
+  LinkInertia& rod = e.robot.tree.links[1].inertia;
+  rod.p_LLcm_L = Vector3d(0.0, 0.0, -kRod), rod.I_LLcm_L = kPoint * Matrix3d::Identity();
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  const Finding* spring = find(verdict, "parallel_spring");
+  ASSERT_NE(spring, nullptr);
+  EXPECT_EQ(spring->grade, Grade::kAmbiguous) << spring->statement;
+  const auto nearer = std::find_if(spring->alternatives.begin(), spring->alternatives.end(), [](const Alternative& a) { return a.effect == "com_error"; });
+  ASSERT_NE(nearer, spring->alternatives.end()) << spring->statement;
+  const double length = (kInertia + kMass * kLength * kLength) / (kMass * kLength);  // of a point mass that swings alike
+  EXPECT_NEAR(kRod - nearer->parameters[0].value[2], length, 0.01) << spring->statement;
+}
+
 // True if a warning of the verdict on this experiment contains the word.
 bool warns_of(const Experiment& e, const std::string& word) {
   const TorqueVerdict verdict = judge_torque(e, 1);
