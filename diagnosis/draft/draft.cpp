@@ -59,10 +59,20 @@ LogColumns read_names(const std::string& path) {
   return log;
 }
 
+bool is_date(const std::string& text) {
+  const Cell cell(text.data(), text.data() + text.size());
+  double value = 0.0;
+  return !parse_cell(cell, ',', &value) && parse_stamp(cell, &value);
+}
+
 LogColumns read_log_columns(const std::string& path) {
   LogColumns log = read_names(path);
   ColumnMap all;
-  for (size_t i = 0; i < log.count; ++i) all.columns.push_back({"column " + std::to_string(i + 1), "", static_cast<int>(i) + 1});
+  for (size_t i = 0; i < log.count; ++i) {
+    // Cells of time alone are read as dates or times of day.
+    const std::string signal = i < log.first.size() && is_date(log.first[i]) ? "time" : "column " + std::to_string(i + 1);
+    all.columns.push_back({signal, "", static_cast<int>(i) + 1});
+  }
   std::vector<std::string> ignored;
   log.table = read_csv_averaged(path, 1, &ignored, all);
   return log;

@@ -208,6 +208,13 @@ TEST_F(Drafts, AskForTheRateWhereThereAreNoStamps) {
   EXPECT_THAT(draft.text, HasSubstr("/joint_states/shoulder/effort: 'shoulder_tau'"));
 }
 
+TEST_F(Drafts, TakeTimesOfDayAsStamps) {
+  std::string log = "Timestamp,shoulder_position\n";
+  for (int k = 0; k < 50; ++k) log += "14:43:24." + std::to_string(110 + 10 * k) + "," + std::to_string(0.01 * k) + "\n";
+  write("log.csv", log);
+  EXPECT_THAT(make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).text, HasSubstr("time: {column: 'Timestamp', scale: 1}   # 100 Hz"));
+}
+
 TEST_F(Drafts, TakeTheRateFromAVelocityWhereThereAreNoStamps) {
   const std::string rows = make_rows(" ");
   std::string without;
