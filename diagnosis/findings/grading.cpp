@@ -30,11 +30,11 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, both are
-// ambiguous, and so is what takes nothing away.
+// Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, or the same one
+// elsewhere, both are ambiguous, and so is what takes nothing away.
 Grade find_grade(const Json& finding, bool may_be_certain) {
   const Json& others = finding["alternatives"];
-  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return a["family"] != finding["family"]; });
+  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return a["family"] != finding["family"] || a["where"] != finding["where"]; });
   if (rivalled || may_be_absent(finding) || finding["share"].get<double>() <= 0.0) return Grade::kAmbiguous;
   return may_be_certain ? Grade::kCertain : Grade::kSupported;
 }

@@ -21,13 +21,13 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr int kAxes = 6;
-constexpr size_t kParts = kStretches;  // of each recording: how much a zero differs within it tells how much it may differ
+constexpr size_t kParts = kStretches;  // of each group: how much a zero differs within it tells how much it may differ
 constexpr double kLever = 0.1;  // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
 constexpr double kChance = 1e-3;  // of one false drift in so many clean robots
 
 // One row of an equation, in units of what is left of that equation.
 struct Row {
-  size_t part = 0;           // recording * kParts + part of it
+  size_t part = 0;           // group * kParts + part of it
   double y = 0;
   Eigen::VectorXd constant;  // by what stays as it is: masses, scales, soles, joints
   Eigen::VectorXd zero;      // by the zero of each axis of each sensor
@@ -40,10 +40,21 @@ double calc_chance(double between, double within, double groups, double freedom)
   return std::pow(1 + f * (groups - 1) / freedom, -0.5 * freedom);
 }
 
+// `done`: share of a recording's time. Each stretch's zero is that of its middle; between the middles and beyond them a zero goes on
+// evenly.
+double find_zero_at(double done, const std::vector<double>& stretches) {
+  const size_t n = stretches.size();
+  if (n < 2) return stretches[0];
+  const double place = done * static_cast<double>(n) - kHalf;
+  const auto from = static_cast<size_t>(std::clamp(place, 0.0, static_cast<double>(n - 2)));
+  return stretches[from] + (place - static_cast<double>(from)) * (stretches[from + 1] - stretches[from]);
+}
+
 class DriftFinder {
  public:
   DriftFinder(const LeggedLog& log, bool walks, const std::vector<ChannelRows>& channels)
-      : log_(log), walks_(walks), layout_(log), zeros_(kAxes * layout_.sensors), recordings_(log.experiment->recordings.size()) {
+      : log_(log), walks_(walks), layout_(log), zeros_(kAxes * layout_.sensors), stretches_(count_stretches(log.experiment->recordings.size())),
+        groups_(stretches_ * log.experiment->recordings.size()) {
     list_constants();
     for (const ChannelRows* c : list_equations(channels)) add_rows(*c);
   }
@@ -97,7 +108,8 @@ class DriftFinder {
       const std::vector<double>& time = log_.experiment->recordings[r].time;
       Row row;
       const double done = (c.time[i] - time.front()) / std::max(1e-9, time.back() - time.front());
-      row.part = r * kParts + std::min(kParts - 1, static_cast<size_t>(done * kParts)), row.y = c.y[i] / spread;
+      const size_t parts = stretches_ * kParts;
+      row.part = r * parts + std::min(parts - 1, static_cast<size_t>(done * static_cast<double>(parts))), row.y = c.y[i] / spread;
       row.constant.resize(static_cast<long>(constants_.size())), row.zero.resize(zeros_);
       for (size_t k = 0; k < constants_.size(); ++k) row.constant(static_cast<long>(k)) = get(i, constants_[k].column);
       for (int z = 0; z < zeros_; ++z) row.zero(z) = get(i, layout_.sensor(z / kAxes, kForceBiasColumn + z % kAxes));
@@ -106,7 +118,7 @@ class DriftFinder {
   }
 
   std::vector<size_t> count_rows() const {
-    std::vector<size_t> out(kParts * recordings_, 0);
+    std::vector<size_t> out(kParts * groups_, 0);
     for (const Row& row : rows_) ++out[row.part];
     return out;
   }
@@ -119,10 +131,14 @@ class DriftFinder {
 
   long at(size_t part, int zero) const { return static_cast<long>(constants_.size()) + static_cast<long>(part) * zeros_ + zero; }
 
-  // Constants of all recordings beside zeros of each part, in one least squares.
+  // Zeros go on while one long recording lasts as they do from one to the next. Where too few recordings follow one another to
+  // agree, their stretches do.
+  static size_t count_stretches(size_t recordings) { return recordings < kFewestToAgree ? kStretches / std::max<size_t>(1, recordings) : 1; }
+
+  // Constants of all groups beside zeros of each part, in one least squares.
   bool solve(double trust = 1) {
     const auto n = static_cast<long>(constants_.size());
-    const long all = at(recordings_ * kParts, 0);
+    const long all = at(groups_ * kParts, 0);
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(all, all);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(all);
     for (const Row& row : rows_) {
@@ -133,7 +149,7 @@ class DriftFinder {
       b.head(n) += row.constant * row.y, b.segment(own, zeros_) += row.zero * row.y;
     }
     for (long k = 0; k < n; ++k) A(k, k) += 1 / std::pow(trust * constants_[static_cast<size_t>(k)].prior, 2);
-    for (size_t p = 0; p < recordings_ * kParts; ++p) {
+    for (size_t p = 0; p < groups_ * kParts; ++p) {
       for (int z = 0; z < zeros_; ++z) A(at(p, z), at(p, z)) += 1 / std::pow(find_prior(z), 2);
     }
     x_ = Eigen::MatrixXd(A.selfadjointView<Eigen::Lower>()).ldlt().solve(b);
@@ -142,98 +158,104 @@ class DriftFinder {
 
   std::string get_column(int z) const { return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)].name, z % kAxes); }
 
-  double get_part(size_t recording, size_t part, int z) const { return x_(at(recording * kParts + part, z)); }
-  double find_middle(size_t recording, int z) const {
+  double get_part(size_t group, size_t part, int z) const { return x_(at(group * kParts + part, z)); }
+  double find_middle(size_t group, int z) const {
     double sum = 0;
-    for (size_t p = 0; p < kParts; ++p) sum += get_part(recording, p, z) / kParts;
+    for (size_t p = 0; p < kParts; ++p) sum += get_part(group, p, z) / kParts;
     return sum;
   }
 
   double find_mean(int z) const {
     double sum = 0;
-    for (size_t r = 0; r < recordings_; ++r) sum += find_middle(r, z) / static_cast<double>(recordings_);
+    for (size_t g = 0; g < groups_; ++g) sum += find_middle(g, z) / static_cast<double>(groups_);
     return sum;
   }
 
-  // What drifts between recordings does so within them: one slope of all of them is no scatter.
-  double get_freedom() const { return static_cast<double>(recordings_ * (kParts - 1) - 1); }
+  // What drifts between groups does so within them: one slope of all of them is no scatter.
+  double get_freedom() const { return static_cast<double>(groups_ * (kParts - 1) - 1); }
 
-  // From one part of a recording to the next one.
+  // From one part of a group to the next one.
   double find_slope(int z) const {
     double xy = 0, xx = 0;
-    for (size_t r = 0; r < recordings_; ++r) {
-      for (size_t p = 0; p < kParts; ++p) xy += get_place(p) * get_part(r, p, z), xx += get_place(p) * get_place(p);
+    for (size_t g = 0; g < groups_; ++g) {
+      for (size_t p = 0; p < kParts; ++p) xy += get_place(p) * get_part(g, p, z), xx += get_place(p) * get_place(p);
     }
     return xy / xx;
   }
   static double get_place(size_t part) { return static_cast<double>(part) - 0.5 * (kParts - 1); }
 
-  // Of the zeros of one recording's parts. Zeros wander while a part lasts, so that neighbours resemble each other: two of them
+  // Of the zeros of one group's parts. Zeros wander while a part lasts, so that neighbours resemble each other: two of them
   // count as one.
   double find_variance_within(int z) const {
     double sum = 0;
     const double slope = find_slope(z);
-    for (size_t r = 0; r < recordings_; ++r) {
-      for (size_t p = 0; p < kParts; ++p) sum += std::pow(get_part(r, p, z) - find_middle(r, z) - slope * get_place(p), 2);
+    for (size_t g = 0; g < groups_; ++g) {
+      for (size_t p = 0; p < kParts; ++p) sum += std::pow(get_part(g, p, z) - find_middle(g, z) - slope * get_place(p), 2);
     }
     return sum / get_freedom();
   }
 
   double find_chance(int z) const {
     double between = 0;
-    const auto n = static_cast<double>(recordings_);
-    for (size_t r = 0; r < recordings_; ++r) between += static_cast<double>(kParts) * std::pow(find_middle(r, z) - find_mean(z), 2) / (n - 1);
+    const auto n = static_cast<double>(groups_);
+    for (size_t g = 0; g < groups_; ++g) between += static_cast<double>(kParts) * std::pow(find_middle(g, z) - find_mean(z), 2) / (n - 1);
     return is_steady(z) ? calc_chance(between, find_variance_within(z), n, 0.5 * get_freedom()) : 1;
   }
 
-  // From each recording to the next one the same way.
+  // From each group to the next one the same way.
   bool is_steady(int z) const {
     int up = 0, down = 0;
-    for (size_t r = 1; r < recordings_; ++r) ++(find_middle(r, z) > find_middle(r - 1, z) ? up : down);
+    for (size_t g = 1; g < groups_; ++g) ++(find_middle(g, z) > find_middle(g - 1, z) ? up : down);
     return up == 0 || down == 0;
   }
 
   void write(ZeroDrift* out) const {
     for (int z = 0; z < zeros_; ++z) {
-      std::vector<double>& by_recording = out->zero[get_column(z)];
-      for (size_t r = 0; r < recordings_; ++r) by_recording.push_back(find_middle(r, z) - find_mean(z));
+      std::vector<std::vector<double>>& by_recording = out->zero[get_column(z)];
+      by_recording.resize(log_.experiment->recordings.size());
+      for (size_t g = 0; g < groups_; ++g) by_recording[g / stretches_].push_back(find_middle(g, z) - find_mean(z));
     }
+    std::vector<Finding> all;
     for (int first = 0; first < zeros_; first += 3) {
-      int clearest = first;
-      for (int z = first; z < first + 3; ++z) clearest = chances_[static_cast<size_t>(z)] < chances_[static_cast<size_t>(clearest)] ? z : clearest;
-      if (chances_[static_cast<size_t>(clearest)] <= kChance / zeros_) out->findings.push_back(make_one_finding(first, clearest));
+      if (log_.experiment->recordings[0].other.count(get_column(first)) == 0) continue;
+      const auto own = chances_.begin() + first, clearest = std::min_element(own, own + 3);
+      all.push_back(make_one_finding(first, static_cast<int>(clearest - chances_.begin())));
+      if (*clearest <= kChance / zeros_) out->findings.push_back(all.back());
     }
-    join(&out->findings);
+    join(all, &out->findings);
   }
 
-  // The value is how far the zero goes from the first to the last recording.
+  // The value is how far the zero goes from the first to the last group.
   Finding make_one_finding(int first, int clearest) const {
     Estimate value{"value", first % kAxes == 0 ? "N" : "N m", {}, {}, true};
     for (int z = first; z < first + 3; ++z) {
-      value.value.push_back(find_middle(recordings_ - 1, z) - find_middle(0, z));
+      value.value.push_back(find_middle(groups_ - 1, z) - find_middle(0, z));
       value.std.push_back(std::sqrt(2 * find_variance_within(z) / kParts));
     }
     const std::string column = get_column(clearest), sensor = column.substr(0, column.rfind('/')), axis = column.substr(sensor.rfind('/') + 1);
     Finding f = make_finding(get_laws().sensor_bias.info(), {{"sensor", sensor}}, {value});
     std::string each;
-    for (size_t r = 0; r < recordings_; ++r) each += (r ? ", " : "") + format("%+.3g", find_middle(r, clearest) - find_mean(clearest));
+    for (size_t g = 0; g < groups_; ++g) each += (g ? ", " : "") + format("%+.3g", find_middle(g, clearest) - find_mean(clearest));
     f.statement = sensor + ": its zero drifts, by " + each + " " + value.unit +
-                  " about " + axis + " from its mean, in the order of the recordings (" + get_grade_name(Grade::kSupported) +
+                  " about " + axis + " from its mean, in the order of the " + (stretches_ > 1 ? "stretches" : "recordings") + " (" +
+                  get_grade_name(Grade::kSupported) +
                   "). The readings were rid of it before anything else was looked for.";
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = kHalf, f.weight = kHalf;
     return f;
   }
 
   // Feet that stay add up to one force and one moment: whose zero it is, is not told.
-  void join(std::vector<Finding>* findings) const {
+  void join(std::vector<Finding> all, std::vector<Finding>* findings) const {
     const auto size = [](const Finding& f) {
       return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() / (f.parameters[0].unit == "N" ? 1 : kLever);
     };
-    std::stable_sort(findings->begin(), findings->end(), [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
+    for (std::vector<Finding>* list : {&all, findings}) {
+      std::stable_sort(list->begin(), list->end(), [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
+    }
     if (walks_) return;
     Finding first = findings->front();
-    for (size_t i = 1; i < findings->size(); ++i) {
-      const Finding& other = (*findings)[i];
+    for (const Finding& other : all) {
+      if (other.where == first.where) continue;
       first.alternatives.push_back(make_alternative(get_laws().sensor_bias.info(), other.where, other.parameters, "each foot lifted in turn, in every recording"));
     }
     first.grade = Grade::kAmbiguous;
@@ -250,7 +272,7 @@ class DriftFinder {
   bool walks_;
   ColumnLayout layout_;
   int zeros_;
-  size_t recordings_;
+  size_t stretches_, groups_;  // of each recording, of all of them
   std::vector<Constant> constants_;
   std::vector<Row> rows_;
   Eigen::VectorXd x_;
@@ -260,7 +282,6 @@ class DriftFinder {
 }  // namespace
 
 ZeroDrift find_zero_drift(const Experiment& e) {
-  if (e.recordings.size() < kFewestToAgree) return {};
   const LeggedLog log = make_legged_log(e, Half::kEven);
   if (log.clips.empty() || log.sensors.empty()) return {};
   const Contacts contacts = find_contacts(log);
@@ -273,7 +294,9 @@ Experiment take_out(const ZeroDrift& drift, Experiment e) {
     for (size_t r = 0; r < e.recordings.size(); ++r) {
       const auto column = e.recordings[r].other.find(name);
       if (column == e.recordings[r].other.end()) continue;
-      for (double& reading : column->second) reading -= zero[r];
+      const std::vector<double>& time = e.recordings[r].time;
+      const double whole = std::max(1e-9, time.back() - time.front());
+      for (size_t k = 0; k < time.size(); ++k) column->second[k] -= find_zero_at((time[k] - time.front()) / whole, zero[r]);
     }
   }
   return e;

@@ -48,6 +48,21 @@ TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
   EXPECT_EQ(judge(0.2), "certain");
 }
 
+// Feet that stay show the zeros of one foot's sensor as those of the other's: the cause is known, its place is not.
+TEST(Grades, WhatFitsAsWellElsewhereIsNotCertain) {
+  const auto judge = [](const char* other) {
+    Evidence evidence;
+    evidence.verdict = Verdict::kExplained, evidence.fit.validate_before = 9.8, evidence.fit.validate_after = 0.7;
+    const EffectInfo& zero = get_effect(EffectId::kSensorBias);
+    evidence.findings = {make_finding(zero, {{"sensor", "/wrench/l/force"}}, {})};
+    evidence.findings[0].share = 1.0;
+    evidence.findings[0].alternatives.push_back(make_alternative(zero, {{"sensor", other}}, {}, ""));
+    return make_graded_report(true, evidence)["findings"][0]["grade"].get<std::string>();
+  };
+  EXPECT_EQ(judge("/wrench/r/force"), "ambiguous");
+  EXPECT_EQ(judge("/wrench/l/force"), "certain");
+}
+
 // A standing robot with one recording ended the program here, behind the search.
 TEST(Grades, WithoutHeldOutRecordingsTheFittedOnesSayWhatIsExplained) {
   Evidence evidence;

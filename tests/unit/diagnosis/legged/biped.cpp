@@ -70,7 +70,7 @@ class Maker {
   // Hip, knee, ankle of both legs: a body that leans and squats over feet that stand.
   double lean(int part, double t) const {
     const double at[] = {-0.3, 0.6, -0.3}, size[] = {0.15, 0.12, 0.06}, rate[] = {1.7 + 0.2 * turn_, 1.1, 2.3};
-    return at[part] + size[part] * std::sin(rate[part] * t + part);
+    return at[part] + size[part] * std::sin(rate[part] * t + part) + (part == 0 ? recorded_.creep * t : 0);
   }
   static Matrix3d turn_y(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix(); }
   Matrix3d attitude(double t) const {

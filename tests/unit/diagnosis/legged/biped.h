@@ -44,6 +44,7 @@ struct Recorded {
   bool whole_feet = false; // forces of the ground on the whole foot, not of an ankle on the leg
   bool lifts = false;      // bears all of its weight on one foot in turn
   bool pose = false;       // motion capture of the base
+  double creep = 0;        // [rad/s] by which hips that lean go on leaning
 };
 
 // Encoders and force sensors alone. Flat feet that stand tell how the body moves.
