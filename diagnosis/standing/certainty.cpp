@@ -149,6 +149,28 @@ std::optional<Effect> StandSearcher::find_weight(size_t effect) const {
   return needed ? std::nullopt : std::optional<Effect>(heavier);
 }
 
+// Links that carry the one whose centre of mass was found elsewhere. Where the joints between them hardly move, all of them displace
+// the robot's centre alike, and slow errors of sensors decide between them: the model of the noise does not hold these. Returns the
+// displacements that leave no more than the noise of any equation, or than the found one does.
+std::vector<Effect> StandSearcher::find_displaced(size_t effect) const {
+  std::vector<Effect> out;
+  const Effect& found = out_.chosen.hypothesis[effect];
+  if (found.id != EffectId::kComError) return out;
+  for (int l = found.place.index; l > 0;) {
+    l = p_.tree.links[static_cast<size_t>(l)].parent;
+    if (l < 0 || p_.tree.links[static_cast<size_t>(l)].inertia.mass <= 0) continue;
+    Hypothesis h = out_.chosen.hypothesis;
+    h.erase(h.begin() + static_cast<long>(effect));
+    h.push_back({found.id, {PlaceKind::kLink, l}, {0, 0, 0}});
+    const StandFit fit = fit_trial(out_.chosen, h, 3);
+    const auto leaves_more = [&](auto set, size_t c) { return (fit.*set)[c] > (1 + kDetail) * std::max(1.0, (out_.chosen.*set)[c]); };
+    bool more = fit.score >= 1e299;
+    for (size_t c = 0; c < channels(); ++c) more = more || leaves_more(&StandFit::channel_rms, c) || leaves_more(&StandFit::train_rms, c);
+    if (!more) out.push_back(fit.hypothesis.back());
+  }
+  return out;
+}
+
 // True if the equations that need an effect are noise with it. A stand-in hardly ever explains its equations
 // completely. Equations at one place count together. An unknown force on the body appears in its balance as a force or
 // a moment, and a displaced mass may remove only one of them.

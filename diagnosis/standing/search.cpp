@@ -283,6 +283,10 @@ void StandSearcher::find_indistinguishable() {
     for (const std::optional<Effect>& load : {find_load(i), find_weight(i)}) {
       if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
     }
+    for (const Effect& e : find_displaced(i)) {
+      const std::vector<Effect>& others = out_.indistinguishable.back();
+      if (std::none_of(others.begin(), others.end(), [&](const Effect& o) { return is_same(o, e); })) out_.indistinguishable.back().push_back(e);
+    }
     if (!get_effect(found.id).felt_elsewhere) continue;
     const auto joint = static_cast<size_t>(found.place.index);
     if (!may_be_play(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;

@@ -76,6 +76,7 @@ class StandSearcher {
   bool exceeds_ground(const StandFit& fit) const;
   std::optional<Effect> find_load(size_t effect) const;
   std::optional<Effect> find_weight(size_t effect) const;
+  std::vector<Effect> find_displaced(size_t effect) const;
   void exchange_effects(bool all);
   void look_below_noise();
   void find_indistinguishable();
