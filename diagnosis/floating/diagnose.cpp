@@ -17,6 +17,7 @@
 #include "diagnosis/floating/checks/weight_check.h"
 #include "diagnosis/floating/conventions/force_clock.h"
 #include "diagnosis/floating/equations/equations.h"
+#include "diagnosis/floating/equations/leg_friction.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/fit/servo_fit.h"
 #include "diagnosis/floating/fit/usable_rows.h"
@@ -106,6 +107,7 @@ std::vector<ChannelRows> make_channels(Halves logs, const ColumnLayout& layout, 
   RowTable even = make_equations(logs.even, logs.contacts), odd = make_equations(logs.odd, logs.contacts);
   even.add_back(about), odd.add_back(about);
   std::vector<ChannelRows> out = join_halves(even, odd);
+  leave_out_leg_friction(layout, &out);
   drop_unused(used, &out);
   return out;
 }
@@ -149,7 +151,9 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
 }
 
 std::vector<ChannelRows> make_channels(const Halves& logs) {
-  return join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+  std::vector<ChannelRows> out = join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+  leave_out_leg_friction(ColumnLayout(logs.even), &out);
+  return out;
 }
 
 // Faults of IMUs that other rates tell, and of sensors of the vertical force alone that the feet in turn tell.

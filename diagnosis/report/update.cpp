@@ -158,7 +158,7 @@ std::string make_note(const nlohmann::json& effect, const std::string& why) {
 // A fault of the joints' log: what the driver writes is not what its servo reads.
 bool is_of_log(const nlohmann::json& effect) {
   const std::string sensor = effect.at("where").value("sensor", "");
-  return sensor.rfind("/joint_states/", 0) == 0 || sensor.rfind("/joint_commands", 0) == 0;
+  return sensor == "/joint_states" || sensor.rfind("/joint_states/", 0) == 0 || sensor.rfind("/joint_commands", 0) == 0;
 }
 
 // Throws InputError where the simulator would refuse the scenario: a transmission that gives needs a rotor behind it.

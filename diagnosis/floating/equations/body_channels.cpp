@@ -8,6 +8,7 @@
 #include "common/effects/units.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/equations/joint_turns.h"
+#include "diagnosis/floating/equations/leg_forces.h"
 #include "diagnosis/floating/fit/candidates.h"
 
 namespace hrp::diagnosis::floating {
@@ -82,6 +83,41 @@ void add_balance(const LeggedLog& log, const std::vector<int>& columns, BodyChan
   }
 }
 
+// Columns of a joint's drive, as far as its torque tells them.
+void add_drive_columns(const ColumnLayout& layout, int j, std::vector<int>* out) {
+  for (int c = 0; c < kOffsetColumn; ++c) out->push_back(layout.joint(j, c));
+}
+
+// [m] How far from the base's origin its legs begin.
+double find_lever_of_legs(const LeggedLog& log) {
+  double out = 0;
+  for (const LinkSpec& link : log.tree.links) {
+    const bool bears = link.parent == 0 && std::any_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
+      return is_above(log.tree, static_cast<int>(&link - log.tree.links.data()), f.link);
+    });
+    if (bears) out = std::max(out, link.joint.X_PF.p.norm());
+  }
+  return out;
+}
+
+// Where no foot has a force sensor: forces by the legs' torques.
+void add_balance_by_legs(const LeggedLog& log, const ColumnLayout& layout, std::vector<int> columns,
+                         BodyChannels* channels, RowTable* table) {
+  channels->legs = list_legs_that_tell(log);
+  if (channels->legs.empty()) return;
+  channels->balances = true;
+  for (size_t j = 0; j < channels->legs.size(); ++j) {
+    if (channels->legs[j]) add_drive_columns(layout, static_cast<int>(j), &columns);
+  }
+  // [N] What drives hold without showing it: torques by currents are good to some percent of what legs bear.
+  const double force = kMinor * log.mass * log.experiment->scenario.gravity_W.norm(), lever = find_lever_of_legs(log);
+  for (int i = 0; i < 6; ++i) {
+    const EquationKind kind = i < 3 ? EquationKind::kLegMoment : EquationKind::kLegForce;
+    channels->row[static_cast<size_t>(i)] =
+        table->add_channel({{kind, i % 3}, "/joint_states", i < 3 ? "N m" : "N", "link", log.tree.links[0].name, force * (i < 3 ? lever : 1)}, columns);
+  }
+}
+
 void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, BodyChannels* channels,
               RowTable* table) {
   if (log.feet.empty() || !log.tree.floating_base) return;
@@ -90,6 +126,7 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
   const bool moves = is_motion_known(log, contacts);
   const std::vector<int> columns = list_columns(log, layout, channels->pulled, 0);
   if (forces && moves) return add_balance(log, columns, channels, table);
+  if (!vertical && is_base_felt(log, contacts)) return add_balance_by_legs(log, layout, columns, channels, table);
   // A foot that stands tells the base's motion well enough for a weight, in walking, too.
   const MotionSource source = BodyMotion::find_force_source(log);
   if (!vertical || !(forces ? source == MotionSource::kFoot : source != MotionSource::kNone)) return;
@@ -113,7 +150,7 @@ void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayou
   const std::string unit = get_joint_unit(joint, "N m");
   if (is_compared(log, contacts, j)) {
     std::vector<int> columns = list_columns(log, layout, channels->pulled, j + 1);
-    for (int c = 0; c < kOffsetColumn; ++c) columns.push_back(layout.joint(j, c));
+    add_drive_columns(layout, j, &columns);
     if (!log.has_effort[i]) columns.push_back(layout.joint(j, kDelayColumn));
     channels->row[static_cast<size_t>(kJointRow + j)] =
         table->add_channel({EquationKind::kJoint, signal, unit, "joint", joint.name}, columns);

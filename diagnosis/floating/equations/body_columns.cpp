@@ -91,7 +91,7 @@ void add_drive_columns(const BodyEquations& equations, BodyRows* rows) {
   const BodySample& at = rows->at();
   for (int j = 0; j < equations.layout.joints; ++j) {
     const auto i = static_cast<size_t>(j);
-    if (!rows->is_open(kJointRow + j)) continue;
+    if (!rows->uses_joint(j)) continue;
     const Track& q = at.clip.position[i];
     const bool moves = !q.empty();
     const double v = moves ? q.rate[at.k] : 0, a = moves ? q.second[at.k] : 0,

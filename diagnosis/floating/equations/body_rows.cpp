@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/floating/equations/body_rows.h"
 
+#include "diagnosis/floating/equations/leg_forces.h"
+
 namespace hrp::diagnosis::floating {
 
 BodyRows::BodyRows(const BodyEquations& equations, const BodySample& sample)
@@ -10,19 +12,31 @@ BodyRows::BodyRows(const BodyEquations& equations, const BodySample& sample)
       nominal_(calc_residuals(at_, equations.channels, normal_)) {
   const BodyChannels& channels = equations.channels;
   open_.assign(channels.row.size(), 0);
-  for (int row = 0; row < kJointRow; ++row) {
+  if (!channels.legs.empty()) open_by_legs();
+  for (int row = 0; row < kJointRow && channels.legs.empty(); ++row) {
     if (channels.row[static_cast<size_t>(row)] < 0) continue;
-    if (!channels.weighs || is_weight_known(at_, equations.contacts, channels)) open(row);
+    if (!channels.weighs || is_weight_known(at_, equations.contacts, channels)) open(row, nominal_.y(row), nominal_.measured(row));
   }
   for (int j = 0; j < equations.layout.joints; ++j) {
-    if (channels.joint(j) >= 0 && is_joint_known(at_, equations.contacts, j)) open(kJointRow + j);
+    const int row = kJointRow + j;
+    if (channels.joint(j) >= 0 && is_joint_known(at_, equations.contacts, j)) open(row, nominal_.y(row), nominal_.measured(row));
   }
 }
 
-void BodyRows::open(int row) {
+void BodyRows::open(int row, double y, double measured) {
   open_[static_cast<size_t>(row)] = 1;
-  equations_.table.begin_row(equations_.channels.row[static_cast<size_t>(row)], nominal_.y(row),
-                             nominal_.measured(row));
+  equations_.table.begin_row(equations_.channels.row[static_cast<size_t>(row)], y, measured);
+}
+
+// What is measured is what the legs' torques say of the ground.
+void BodyRows::open_by_legs() {
+  shares_ = find_leg_shares(at_, equations_.contacts);
+  if (shares_.size() == 0) return;
+  const Eigen::VectorXd ground = -shares_ * nominal_.y.tail(shares_.cols());
+  for (int row = 0; row < kJointRow; ++row) open(row, nominal_.y(row) + ground(row), ground(row));
+  for (int j = 0; j < shares_.cols(); ++j) {
+    if (shares_.col(j).any()) nominal_.load(j) = nominal_.measured(kJointRow + j);  // the ground's part is in it
+  }
 }
 
 void BodyRows::put_all(const Eigen::VectorXd& by_row, int column) {
@@ -34,7 +48,13 @@ void BodyRows::put_wrench(const PointWrench& wrench, double sign, int column) {
 }
 
 Eigen::VectorXd BodyRows::calc_slope(double step) const {
-  return (calc_residuals(at_, equations_.channels, normal_).y - nominal_.y) / step;
+  const Eigen::VectorXd y = calc_residuals(at_, equations_.channels, normal_).y;
+  Eigen::VectorXd slope = (y - nominal_.y) / step;
+  if (shares_.size() == 0) return slope;
+  // The levers of the legs move, too.
+  const Eigen::MatrixXd shares = find_leg_shares(at_, equations_.contacts);
+  if (shares.size() > 0) slope.head<kJointRow>() -= (shares - shares_) * y.tail(shares_.cols()) / step;
+  return slope;
 }
 
 }  // namespace hrp::diagnosis::floating

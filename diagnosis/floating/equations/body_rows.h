@@ -29,10 +29,14 @@ class BodyRows {
   const Vector3d& normal() const { return normal_; }
   const BodyResiduals& nominal() const { return nominal_; }
   bool is_open(int row) const { return open_[static_cast<size_t>(row)] != 0; }
+  // Whether an equation that is open has the torque of a joint in it.
+  bool uses_joint(int j) const { return is_open(kJointRow + j) || (shares_.size() > 0 && shares_.col(j).any()); }
 
-  // Adds to a column what one unit of its effect changes in a row, if the row is open.
+  // Adds to a column what one unit of its effect changes in a row, if the row is open. A torque of a leg that tells the
+  // ground's force changes the base's equations, too.
   void put(int row, double value, int column) {
     if (is_open(row)) equations_.table.add(equations_.channels.row[static_cast<size_t>(row)], column, value);
+    for (int i = 0; row >= kJointRow && i < shares_.rows(); ++i) put(i, -shares_(i, row - kJointRow) * value, column);
   }
   // The same in all rows.
   void put_all(const Eigen::VectorXd& by_row, int column);
@@ -42,13 +46,15 @@ class BodyRows {
   Eigen::VectorXd calc_slope(double step) const;
 
  private:
-  void open(int row);
+  void open(int row, double y, double measured);
+  void open_by_legs();
 
   const BodyEquations& equations_;
   BodySample at_;
   Vector3d normal_;
   BodyResiduals nominal_;
   std::vector<char> open_;  // by row
+  Eigen::MatrixXd shares_;  // of joints in the base's equations (leg_forces.h); empty: they are not compared by legs
 };
 
 // Columns of links: mass, first moments and inertia.

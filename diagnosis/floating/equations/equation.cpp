@@ -8,6 +8,7 @@ namespace hrp::diagnosis::floating {
 std::string get_name(EquationKind kind) {
   switch (kind) {
     case EquationKind::kMoment: case EquationKind::kForce: return "balance";
+    case EquationKind::kLegMoment: case EquationKind::kLegForce: return "balance by legs";
     case EquationKind::kWeight: return "weight";
     case EquationKind::kJoint: return "joint";
     case EquationKind::kServo: return "servo";
@@ -26,8 +27,8 @@ std::string get_text(const Equation& e) {
   if (e.axis < 0) return name;
   if (e.is(EquationKind::kTilt)) return name + (e.axis == 0 ? ", roll" : ", pitch");
   const char axis = "xyz"[e.axis];
-  if (e.is(EquationKind::kMoment)) return name + ", moment " + axis;
-  if (e.is(EquationKind::kForce)) return name + ", force " + axis;
+  if (e.is(EquationKind::kMoment) || e.is(EquationKind::kLegMoment)) return name + ", moment " + axis;
+  if (e.is(EquationKind::kForce) || e.is(EquationKind::kLegForce)) return name + ", force " + axis;
   if (e.is(EquationKind::kGyroscopeOverFeet)) return name + " over standing feet, " + axis;
   return name + ' ' + axis;
 }

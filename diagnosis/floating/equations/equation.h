@@ -13,7 +13,8 @@ enum class EquationKind {
   kGyroscope,              // against another measured rate
   kGyroscopeOverFeet,      // against encoders over feet that stand
   kAccelerometer, kGravity,  // sample by sample, and its mean over time
-  kTilt, kHeight           // of soles on the ground
+  kTilt, kHeight,          // of soles on the ground
+  kLegMoment, kLegForce    // balance of the whole body with forces of the feet that torques of standing legs tell
 };
 
 struct Equation {
@@ -22,6 +23,7 @@ struct Equation {
   bool operator==(const Equation& o) const { return kind == o.kind && axis == o.axis; }
   bool is(EquationKind k) const { return kind == k; }
   bool is_balance() const { return is(EquationKind::kMoment) || is(EquationKind::kForce); }
+  bool is_balance_by_legs() const { return is(EquationKind::kLegMoment) || is(EquationKind::kLegForce); }
   bool is_gyroscope() const { return is(EquationKind::kGyroscope) || is(EquationKind::kGyroscopeOverFeet); }
   bool is_vertical_force() const { return is(EquationKind::kWeight) || *this == Equation(EquationKind::kForce, 2); }
 

@@ -2,6 +2,7 @@
 // Every equation whose signals were recorded, along the recorded motion:
 //
 //   balance        the six equations of the whole body: feet's wrenches against what the motion takes, base axes
+//   balance by legs  the same, where no sensor feels the ground, with forces by torques of standing legs (leg_forces.h)
 //   weight         the vertical one of them, where feet tell no more
 //   joint          a drive's torque (logged, else by its servo law) against inverse dynamics with the feet's wrenches
 //   servo          a logged effort against the servo law

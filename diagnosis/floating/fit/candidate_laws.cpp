@@ -83,6 +83,12 @@ void add_sensor_laws(LawTable* t) {
   t->sensor_misalignment.linearized = true;
 }
 
+// Drives of one kind have one torque constant, or one error of it.
+void add_effort_laws(LawTable* t) {
+  t->effort_scale = make_scale(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, kKnown);
+  t->effort_scale.make_estimates = &make_reading_scale;
+}
+
 void add_ground_laws(LawTable* t) {
   t->flat_sole = make_plain_law(EffectId::kFootCompliance);
   t->point_foot = t->flat_sole;
@@ -104,7 +110,7 @@ void add_free_laws(LawTable* t) {
 
 LawTable make_table() {
   LawTable out{};
-  add_link_laws(&out), add_joint_laws(&out), add_sensor_laws(&out), add_ground_laws(&out), add_free_laws(&out);
+  add_link_laws(&out), add_joint_laws(&out), add_sensor_laws(&out), add_effort_laws(&out), add_ground_laws(&out), add_free_laws(&out);
   return out;
 }
 

@@ -45,6 +45,8 @@ struct LawTable {
   CandidateLaw flat_sole, point_foot, ground_slope;
   // Free laws of a joint, a link, a foot.
   CandidateLaw bend, pull, hold;
+  // Of the efforts of all joints.
+  CandidateLaw effort_scale;
 };
 const LawTable& get_laws();
 

@@ -34,6 +34,7 @@ class Lister {
   std::vector<Candidate> run() {
     for (int l = 0; l < at_.links; ++l) add_link(l);
     for (int j = 0; j < at_.joints; ++j) add_joint(j);
+    add_all_efforts();
     for (int s = 0; s < at_.sensors; ++s) add_sensor(s);
     if (at_.sensors > 1) add_all_sensors();
     for (int i = 0; i < at_.imus; ++i) add_imu(i);
@@ -139,6 +140,15 @@ class Lister {
       add(laws_.sensor_scale, effort, j,
           {{{at_.joint(j, kEffortScaleColumn), 1.0}, {at_.joint(j, kGainColumn), -1.0}}});
     }
+  }
+
+  // One factor of all efforts. Where legs that stand carry a body, it looks like a wrong mass of all.
+  void add_all_efforts() {
+    Terms gain;
+    for (int j = 0; j < at_.joints; ++j) {
+      if (log_.has_effort[static_cast<size_t>(j)]) gain.emplace_back(at_.joint(j, kGainColumn), 1.0);
+    }
+    if (gain.size() > 1) add(laws_.effort_scale, {{"sensor", "/joint_states"}}, -1, {gain});
   }
 
   void add_sensor(int s) {

@@ -46,6 +46,11 @@ Estimates make_plain(const Candidate& c, const Eigen::VectorXd& x, const Eigen::
   return out;
 }
 
+Estimates make_reading_scale(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
+  const double factor = 1 / (1 + x(0));
+  return {make_value(c.info(), factor, std(0) * factor * factor)};
+}
+
 Estimates make_payload(const Candidate&, const Eigen::VectorXd& x, const Eigen::VectorXd& std) {
   const Vector3d com = x.tail<3>() / x(0);
   const Vector3d s = ((std.tail<3>() / x(0)).array().square() + (com * std(0) / x(0)).array().square()).sqrt();

@@ -11,6 +11,8 @@ using Estimates = std::vector<Estimate>;
 
 // Parameter = its neutral value + coefficient.
 Estimates make_plain(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
+// Torque = (1 + coefficient) x reading: the reading is the torque times the factor 1 / (1 + coefficient).
+Estimates make_reading_scale(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 // Mass [kg], mass times place [kg m].
 Estimates make_payload(const Candidate& c, const Eigen::VectorXd& x, const Eigen::VectorXd& std);
 // Stiffness [N m/rad], -stiffness times rest [N m].
