@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/floating/equations/leg_forces.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
@@ -41,13 +43,13 @@ double find_reach(const BodySample& at, const Foot& foot) {
 
 }  // namespace
 
-std::optional<Eigen::MatrixXd> calc_share_of_base(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double reach) {
-  if (A.rows() < A.cols()) return std::nullopt;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::VectorXd& s = svd.singularValues();
+Eigen::MatrixXd calc_share_of_base(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double reach) {
+  if (A.rows() < A.cols()) return {};
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> squares(A.transpose() * A);
   // A lever of a tenth of the leg: an error of a torque is ten times as large in the force.
-  if (s(s.size() - 1) < kDetail * reach) return std::nullopt;
-  return Eigen::MatrixXd(B * svd.matrixV() * s.cwiseInverse().asDiagonal() * svd.matrixU().transpose());
+  if (squares.eigenvalues()(0) < std::pow(kDetail * reach, 2)) return {};
+  const Eigen::MatrixXd& V = squares.eigenvectors();
+  return B * V * squares.eigenvalues().cwiseInverse().asDiagonal() * V.transpose() * A.transpose();
 }
 
 std::vector<char> list_legs_that_tell(const LeggedLog& log) {
@@ -71,9 +73,9 @@ Eigen::MatrixXd find_leg_shares(const BodySample& at, const Contacts& contacts) 
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(6, n);
   for (const Foot* foot : list_pressed_feet(at, contacts)) {
     const Eigen::MatrixXd Jt = calc_sole_jacobian(at, *foot).bottomRows(count_directions(*foot)).transpose();
-    const std::optional<Eigen::MatrixXd> share = calc_share_of_base(Jt.bottomRows(n), Jt.topRows(6), find_reach(at, *foot));
-    if (!share) return {};
-    out += *share;
+    const Eigen::MatrixXd share = calc_share_of_base(Jt.bottomRows(n), Jt.topRows(6), find_reach(at, *foot));
+    if (share.size() == 0) return {};
+    out += share;
   }
   return out;
 }

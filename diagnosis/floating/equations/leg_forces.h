@@ -7,16 +7,14 @@
 // encoders and masses that no unknown force is in (Featherstone, Rigid Body Dynamics Algorithms, 2008, section 9.5).
 #pragma once
 
-#include <optional>
-
 #include "diagnosis/floating/equations/residuals.h"
 
 namespace hrp::diagnosis::floating {
 
 // B A^+ [6 x joints] of the six equations of the base, moments first, for legs with the rows A [joints x forces] and
-// B [6 x forces]. None: fewer joints than forces, or a leg so straight that its torques do not tell a force along it.
+// B [6 x forces]. Empty: fewer joints than forces, or a leg so straight that its torques do not tell a force along it.
 // `reach` [m]: the lever of such a force.
-std::optional<Eigen::MatrixXd> calc_share_of_base(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double reach);
+Eigen::MatrixXd calc_share_of_base(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, double reach);
 
 // Joints of a log whose torques carry a foot that no sensor feels, by joint.
 std::vector<char> list_legs_that_tell(const LeggedLog& log);
