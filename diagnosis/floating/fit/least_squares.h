@@ -81,6 +81,8 @@ class LeggedFitter {
   std::vector<double> calc_residuals(const LeggedFit& fit, size_t channel, bool noise = false) const;
   // Rows by coefficients: of the halves' mean, or half their difference.
   Eigen::MatrixXd calc_columns(size_t channel, const std::vector<Candidate>& effects, bool noise) const;
+  // Whether an equation changes with an effect.
+  bool changes(size_t channel, const Candidate& effect) const;
   // Whether any equation changes with both.
   bool have_common_equation(const Candidate& a, const Candidate& b) const;
   // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without noise.
@@ -92,7 +94,6 @@ class LeggedFitter {
 
  private:
   std::vector<std::pair<int, double>> find_local(size_t channel, const Terms& terms) const;
-  bool changes(size_t channel, const Candidate& effect) const;
   void add_normal(Part part, size_t channel, const std::vector<Candidate>& effects, Eigen::MatrixXd* A,
                   Eigen::VectorXd* b) const;
   double calc_left(Part part, size_t channel, const LeggedFit& fit) const;

@@ -47,6 +47,14 @@ double calc_total_gain(const SearchState& state, const LeggedFit& without, const
   return state.fitter.calc_gain(Part::kTrain, without, with) + state.fitter.calc_gain(Part::kHeld, without, with);
 }
 
+double calc_own_held_gain(const SearchState& state, const LeggedFit& without, size_t effect) {
+  double sum = 0;
+  for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
+    if (state.fitter.changes(c, state.chosen.effects[effect])) sum += state.fitter.calc_gain(Part::kHeld, c, without, state.chosen);
+  }
+  return sum;
+}
+
 size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with) {
   return find_most(state, [&](size_t c) {
     return state.fitter.calc_gain(Part::kHeld, c, without, with) + state.fitter.calc_gain(Part::kTrain, c, without, with);

@@ -19,6 +19,10 @@ double calc_cost(const Candidate& candidate);
 // On fitted and held-out rows together.
 double calc_total_gain(const SearchState& state, const LeggedFit& without, const LeggedFit& with);
 
+// What a chosen effect wins on held-out rows of the equations that it changes. In the others, effects beside it change: a zero of an
+// IMU that differs from recording to recording wins or loses there by what it is taken for in these.
+double calc_own_held_gain(const SearchState& state, const LeggedFit& without, size_t effect);
+
 // The equation that gains most.
 size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with);
 // The same by the errors after the step. Before it, a constant error of another equation counts as one.

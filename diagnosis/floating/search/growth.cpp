@@ -41,7 +41,7 @@ bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
   const Candidate& c = chosen.effects[effect];
   const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kStay * calc_cost(c);
   const double held = state.fitter.calc_gain(Part::kHeld, rest, chosen);
-  const bool wins = gain + held > 0 && held > kStay * kLeastHeldGain;
+  const bool wins = gain + held > 0 && calc_own_held_gain(state, rest, effect) > kStay * kLeastHeldGain;
   if (!wins || !is_possible(state, chosen, effect)) return false;
   const size_t channel = find_main_channel(state, rest, chosen);
   return (!c.is_listed() || matters(state, rest, chosen, channel)) && is_significant(state, chosen, effect);

@@ -336,6 +336,31 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
 }
 
+// A foot's scale of 7 % makes 11 N and, as the body sways, 0.6 N more or less. An accelerometer's zero makes the same weight, and in the
+// held-out recording just as much of a tilt, as zeros of IMUs differ: that is no word against the scale.
+TEST(LeggedSearch, AScaleIsHeldOutByTheForcesThatItChangesNotByATiltThatAnotherEffectTakes) {
+  std::mt19937 random(67);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{kBalance, {0, 1}}, {make_joint_channel("A"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double force = 160 + 8 * std::sin(0.9 * i), zero = 3 * i < 2 * rows.cells() ? -0.03 : -0.33;
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 0.07 * force + 0.3 * normal(random), 340), half->add(0, 0, force), half->add(0, 1, -34);
+      half->begin_row(1, zero + 0.1 * normal(random), 1), half->add(1, 1, 1);
+    });
+  }
+  const Candidate scale = make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}), zero = make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}});
+  const std::vector<Candidate> candidates{scale, zero};
+  LeggedFitter fitter(rows.merge(), 2);
+  const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
+  const LeggedFit nominal = fitter.fit({}), chosen = fitter.fit({scale, zero}), rest = fitter.fit({zero});
+  const Say silent;
+  const SearchState state{fitter, candidates, layout, silent, nullptr, nominal, chosen, {}, {}};
+  EXPECT_LT(fitter.calc_gain(Part::kHeld, 1, rest, chosen), 0) << "the zero wins there what the scale is not about";
+  EXPECT_EQ(calc_own_held_gain(state, rest, 0), fitter.calc_gain(Part::kHeld, 0, rest, chosen));
+  EXPECT_GT(calc_own_held_gain(state, rest, 0), kLeastHeldGain);
+}
+
 // A foot in the air hardly loads its ankle: friction is the effort, and the effort times 1 is the friction.
 TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
   std::mt19937 random(71);
