@@ -73,10 +73,8 @@ class RivalSearch {
     const double half = 0.5 * (last->length + (own + less) / (mass * last->length)), root = half * half - own / mass;
     if (!(half > 0.0) || root < 0.0) return;
     const double change = half + std::sqrt(root) - last->length;
-    const std::vector<TermRow>& rows = list_term_rows();
-    const auto centre = std::find_if(rows.begin(), rows.end(), [](const TermRow& row) { return row.effect->id == EffectId::kComError; });
     const double width = std::abs(change * g_.width[0] / g_.parameters[0]);
-    rivals_.push_back({{&*centre, joint + 1}, change * last->out, width * last->out.cwiseAbs(), {}, {}});
+    rivals_.push_back({{&find_term_row(&TermRow::within_reach), joint + 1}, change * last->out, width * last->out.cwiseAbs(), {}, {}});
   }
 
   bool has_level() const {
@@ -151,10 +149,9 @@ class RivalSearch {
 
   // A force that points down may be a weight.
   void add_loads() {
-    for (const Choice& with : list_loads_instead(design_, model_, static_cast<size_t>(g_.place.at), 1)) {
-      const size_t load = with.model.whole.back();
-      if (with.fit.evidence < fit_.evidence - kOdds || is_listed(design_.whole[load])) continue;
-      const Term& other = design_.whole[load];
+    for (const Choice& with : list_loads_instead(design_, model_, g_.place.at, 1)) {
+      const Term& other = design_.whole[with.model.whole.back()];
+      if (with.fit.evidence < fit_.evidence - kOdds || is_listed(other)) continue;
       add_whole(other, with.fit.theta.segment(list_slots(design_, with.model).whole.back(), other.columns()), with.model);
     }
   }
