@@ -2,6 +2,7 @@
 """clang-tidy over sources of ours; scripts/tidy.sh says how to call it."""
 import argparse
 import concurrent.futures
+import functools
 import hashlib
 import json
 import pathlib
@@ -46,12 +47,23 @@ def select_named(sources, names):
     return [source for source in sources if any(name == source or name in source.parents for name in wanted)]
 
 
-def hash_rest():
-    """Of all that a source may depend on beside itself: headers of ours, and the checks."""
+@functools.lru_cache(maxsize=None)
+def find_included(file):
+    """Headers of ours that a file includes itself. Include paths start at the top of the tree."""
+    names = re.findall(r'^#include "([^"]+)"', file.read_text(encoding="utf-8"), re.M)
+    return [ROOT / name for name in names if (ROOT / name).exists()]
+
+
+def hash_all(source):
+    """Of all that the answer depends on: the checks, the source, and headers of ours that it includes, directly or not."""
+    files, waiting = {source}, [source]
+    while waiting:
+        added = set(find_included(waiting.pop())) - files
+        files |= added
+        waiting += added
     state = hashlib.sha256((ROOT / ".clang-tidy").read_bytes())
-    for folder in OURS:
-        for header in sorted((ROOT / folder).rglob("*.h")):
-            state.update(header.read_bytes())
+    for file in sorted(files):
+        state.update(str(file).encode() + file.read_bytes())
     return state.hexdigest()
 
 
@@ -61,12 +73,12 @@ def drop_eigen(said):
     return "".join(finding for finding in findings if "/eigen3/" not in finding.split(":", 1)[0])
 
 
-def look(source, build, rest, plugin):
+def look(source, build, options):
     """What clang-tidy says of a source; empty when nothing."""
-    clean = build / "clean" / hashlib.sha256((rest + str(source)).encode() + source.read_bytes()).hexdigest()
+    clean = build / "clean" / hash_all(source)
     if clean.exists():
         return ""
-    done = subprocess.run(["clang-tidy", "-p", str(build), "--quiet", *plugin, str(source)], capture_output=True, text=True)
+    done = subprocess.run(["clang-tidy", "-p", str(build), "--quiet", *options, str(source)], capture_output=True, text=True)
     said = drop_eigen(done.stdout)
     if done.returncode == 0 or (done.stdout and not said):
         clean.touch()
@@ -76,12 +88,11 @@ def look(source, build, rest, plugin):
     return said or f"{source}: clang-tidy ended with status {done.returncode} and without a word\n"
 
 
-def look_at_all(sources, build, jobs, plugin):
+def look_at_all(sources, build, jobs, options):
     """(source, words) of each, and the progress on a terminal."""
-    rest = hash_rest()
     (build / "clean").mkdir(exist_ok=True)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        for number, (source, words) in enumerate(zip(sources, pool.map(lambda s: look(s, build, rest, plugin), sources)), 1):
+        for number, (source, words) in enumerate(zip(sources, pool.map(lambda s: look(s, build, options), sources)), 1):
             yield source, words
             if sys.stderr.isatty():
                 sys.stderr.write(f"\r\x1b[K{number} of {len(sources)}: {source.relative_to(ROOT)}")
@@ -105,6 +116,8 @@ def main():
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--plugin", help="a library that clang-tidy loads")
+    parser.add_argument("--headers", help="precompiled headers")
+    parser.add_argument("--argument", action="append", default=[], help="of the compiler, for all sources")
     options = parser.parse_intermixed_args()  # names after options, too
     sources = find_sources(options.build)
     if options.names:
@@ -113,8 +126,10 @@ def main():
             sys.exit("tidy.sh: a build makes nothing of what lies there")
     elif not options.all:
         sources = select_changed(sources, find_changed())
-    seen, plugin = [], ["--load", options.plugin] if options.plugin else []
-    for source, words in look_at_all(sources, options.build, options.jobs, plugin):
+    arguments = [*options.argument, *(["-include-pch", options.headers] if options.headers else [])]
+    words_for_tool = [*(["--load", options.plugin] if options.plugin else []), *(f"--extra-arg={word}" for word in arguments)]
+    seen = []
+    for source, words in look_at_all(sources, options.build, options.jobs, words_for_tool):
         seen.append((source, words))
         if words:
             print(words, flush=True)
