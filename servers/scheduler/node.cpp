@@ -161,7 +161,7 @@ std::string SchedulerNode::follow(const msg::RunControl& message) {
 std::string SchedulerNode::push(const msg::Push& push) {
   if (has_ended()) return "the run has ended";
   if (tree_.links.empty()) return "the robot is not known yet";
-  const std::string fault = find_push_fault(push, tree_, movers_);
+  std::string fault = find_push_fault(push, tree_, movers_);
   if (fault.empty()) pushes_.add(push);
   return fault;
 }
