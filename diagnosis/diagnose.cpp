@@ -42,7 +42,7 @@ std::string get_source(const std::string& column) { return column.substr(0, colu
 // What nothing was compared with, as it is said; empty where something was. Attitude is an estimate of the IMU's own:
 // only what the IMU measures is predicted.
 std::string find_left_out(const std::string& column, const std::set<std::string>& compared) {
-  const std::string source = get_source(column);
+  std::string source = get_source(column);
   const bool any = compared.count(column) > 0 || compared.count(source) > 0;
   if (!any) return source;
   return column.find("/orientation/") == std::string::npos ? "" : source + "/orientation";
