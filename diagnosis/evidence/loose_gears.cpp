@@ -123,7 +123,7 @@ class Gear {
     const Score score = calc_score(alone_.problem, h, alone_.problem.validate);
     if (!score.ok || score.rms() < kAboveNoise) return true;
     for (int q = 0; q < kQuantities; ++q) {
-      const auto channel = static_cast<size_t>(joint_ * kQuantities + q);
+      const size_t channel = static_cast<size_t>(joint_) * kQuantities + static_cast<size_t>(q);
       const double left = score.rms(channel), spread = calc_channel_spread(*alone_.problem.experiment, alone_.problem.validate, channel);
       if (left > std::max(kAboveNoise, kAgreement * spread * alone_.problem.weights[channel])) return false;
     }
