@@ -25,6 +25,10 @@ constexpr double kFollows = 0.6;
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
+// True if the motion moves the torque enough beside friction, rotor and springs, which leave `variance` of it: a unit that rests
+// on a small part of the torque is off where masses and lengths of the model are off by as much.
+bool is_moved(double variance, const UnitRows& rows) { return variance > kMuch * kMuch * calc_variance(rows.tau); }
+
 // True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly any
 // friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
 // joint turns the torque itself.
@@ -52,7 +56,7 @@ std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& r
   if (rows.tau.size() == 0) return std::nullopt;
   const Eigen::VectorXd tau = take_out(beside, rows.tau), effort = take_out(beside, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
-  const bool told = tt > kMuch * kMuch * calc_variance(rows.tau) * static_cast<double>(tau.size());
+  const bool told = is_moved(tt / static_cast<double>(tau.size()), rows);
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
   EffortUnit unit;
   unit.joint = joint, unit.low = te / ee, unit.high = tt / te;  // with opposite biases
@@ -176,8 +180,9 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
 }
 
 // True if y follows the torque closely enough for a unit (find_bracket()).
-bool tells_loaded(const LoadedUnit& u) {
+bool tells_loaded(const TorqueData& data, const LoadedUnit& u) {
   const double width = u.share > 0.0 ? -std::log(u.share) : 1e300;
+  if (!is_moved(u.moved * u.moved, collect_efforts(data, u.joint))) return false;
   return u.scale > 0.0 && width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), -2.0 * std::log(kFollows));
 }
 
@@ -193,7 +198,7 @@ void refine_beside_load(const TorqueData& data, std::vector<EffortUnit>* units) 
   const LoadedUnits found = find_loaded_units(data, joints);
   for (const LoadedUnit& u : found.joints) {
     const auto known = std::find_if(units->begin(), units->end(), [&](const EffortUnit& other) { return other.joint == u.joint; });
-    if (!tells_loaded(u)) {
+    if (!tells_loaded(data, u)) {
       if (known != units->end()) units->erase(known);
       continue;
     }

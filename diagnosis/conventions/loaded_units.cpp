@@ -69,7 +69,7 @@ Rows collect(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
 struct Sums {
   int joint = 0;
   long beside = 0;
-  double independent = 0.0;  // samples
+  double samples = 0.0, independent = 0.0;
   std::vector<Eigen::MatrixXd> folds;
 
   // y, tau and the link's load beside friction and rotor, and spring; without the stretch `out`.
@@ -93,7 +93,7 @@ struct Sums {
 Sums sum_up(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
   const Rows rows = collect(data, joint, loads);
   const long n = rows.X.rows(), width = rows.X.cols();
-  Sums out{joint, rows.beside, 0.0, std::vector<Eigen::MatrixXd>(kFolds, Eigen::MatrixXd::Zero(width, width))};
+  Sums out{joint, rows.beside, static_cast<double>(n), 0.0, std::vector<Eigen::MatrixXd>(kFolds, Eigen::MatrixXd::Zero(width, width))};
   for (long f = 0; f < kFolds; ++f) {
     const auto part = rows.X.middleRows(f * n / kFolds, (f + 1) * n / kFolds - f * n / kFolds);
     out.folds[static_cast<size_t>(f)] = part.transpose() * part;
@@ -108,6 +108,7 @@ Sums sum_up(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
 // What the joint's best scale of tau + L p leaves of y, and the scale.
 struct Profile {
   double left = 0.0, scale = 0.0, share = 0.0;
+  double moved = 0.0;  // sum of squares of tau + L p
 };
 
 Profile profile(const Seen& s, const Load& p) {
@@ -115,7 +116,7 @@ Profile profile(const Seen& s, const Load& p) {
   u << 1.0, p;
   const double xx = u.dot(s.bottomRightCorner<kSeen - 1, kSeen - 1>() * u), xy = s.row(0).tail<kSeen - 1>().dot(u);
   const double share = xx > 0.0 && s(0, 0) > 0.0 ? xy * xy / (xx * s(0, 0)) : 0.0;
-  return {std::max(1e-300, s(0, 0) * (1.0 - share)), xx > 0.0 ? xy / xx : 0.0, share};
+  return {std::max(1e-300, s(0, 0) * (1.0 - share)), xx > 0.0 ? xy / xx : 0.0, share, std::max(0.0, xx)};
 }
 
 // Root mean square of the load's torque, relative to that of all bodies.
@@ -269,7 +270,7 @@ class Search {
       double square = std::pow(1.0 / profile(freely.get(i), free.p).scale - 1.0 / at.scale, 2);
       for (size_t f = 0; f < parts.size(); ++f) square += kJackknife * std::pow(1.0 / profile(parts[f].get(i), loads[f]).scale - 1.0 / at.scale, 2);
       if (c.link >= 0) out->of_torque = std::max(out->of_torque, out->blur * calc_part(all.get(i), c.p));
-      LoadedUnit unit{sums_[i].joint, 1.0 / at.scale, std::sqrt(square), at.share};
+      LoadedUnit unit{sums_[i].joint, 1.0 / at.scale, std::sqrt(square), at.share, std::sqrt(at.moved / sums_[i].samples)};
       weigh_spring(c, i, &unit);
       out->joints.push_back(unit);
     }

@@ -21,6 +21,7 @@ struct LoadedUnit {
   int joint = 0;
   double scale = 1.0, std = 0.0;  // torque [N m or N] per logged unit; it contains the load's uncertainty
   double share = 0.0;             // of what friction and rotor leave of y that the torque explains, 0 to 1
+  double moved = 0.0;             // [N m or N] standard deviation of the torque that friction, rotor and spring leave
 };
 
 struct LoadedUnits {

@@ -111,9 +111,9 @@ inline Experiment simulate_arm(const std::string& name, const Hypothesis& hidden
   return make_simulated_experiment(name, kArm, kArmJoints, hidden);
 }
 
-// The arm driven by efforts that are logged in other units; `torque_of_unit` [N m] of one, by joint.
-inline Experiment simulate_currents(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
-  Experiment e = simulate_arm(name, hidden);
+// An arm of these joints driven by efforts that are logged in other units; `torque_of_unit` [N m] of one, by joint.
+inline Experiment simulate_currents(const std::string& name, const std::string& urdf, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
+  Experiment e = make_simulated_experiment(name, urdf, kArmJoints, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
@@ -121,6 +121,10 @@ inline Experiment simulate_currents(const std::string& name, const Hypothesis& h
     }
   }
   return e;
+}
+
+inline Experiment simulate_currents(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
+  return simulate_currents(name, kArm, hidden, torque_of_unit);
 }
 
 // A description that states no limits of effort.
