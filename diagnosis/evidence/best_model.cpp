@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/effort_rows.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
@@ -60,6 +61,12 @@ struct Errors {
   double position = kNoError, effort = kNoError;
   std::vector<double> positions, efforts;  // by joint, in the signal's unit; NaN: not compared
 };
+
+// ", efforts miss 3 % of their spread"; empty if nothing was compared: joints without a drive have no effort, and a recording
+// shorter than a window has no positions to compare.
+std::string describe_miss(const char* what, double error) {
+  return error < kNoError ? std::string(what) + " miss " + number(100.0 * error, 3) + " % of their spread" : "";
+}
 
 // A model that was compared.
 struct Compared {
@@ -203,9 +210,7 @@ class Chooser {
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return kNoError;
     compared_.push_back({hypothesis, errors});
-    const bool driven = errors.effort < kNoError;  // joints without a drive have no effort
-    progress_("    " + std::string(name) + ": held out, positions miss " + number(100.0 * errors.position, 3) +
-              " % of their spread" + (driven ? ", efforts " + number(100.0 * errors.effort, 3) + " %" : ""));
+    progress_("    " + std::string(name) + ": held out" + describe_miss(", positions", errors.position) + describe_miss(", efforts", errors.effort));
     const double cost = calc_cost(errors);
     if (cost < share * least_) best_ = trial, least_ = cost;
     return cost;
@@ -223,12 +228,32 @@ class Chooser {
   double least_ = kNoError;
 };
 
+// Share [1] of a joint's logged effort that its drive gives, as root mean squares along the recordings. A limit far below the
+// efforts takes the drive away: the missing torque is small then, but only as all torques are. 1 without a log.
+double calc_given_share(const Experiment& e, const JointLaws& laws, size_t joint) {
+  double logged = 0.0, given = 0.0;
+  for (const Recording& r : e.recordings) {
+    const JointColumns& c = r.joints[joint];
+    if (!c.has(Quantity::kEffort) || !c.has(Quantity::kVelocity)) continue;
+    for (size_t k = 0; k < r.size(); ++k) {
+      const double effort = laws.torque_scale * c.signal[2][k], torque = calc_given_torque(laws, c.signal[2][k], c.signal[1][k]);
+      if (std::isfinite(effort + torque)) logged += effort * effort, given += torque * torque;
+    }
+  }
+  return logged > 0.0 ? std::sqrt(given / logged) : 1.0;
+}
+
 }  // namespace
 
 std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const Hypothesis& named) {
   for (const Effect& effect : model) {
     if (contains(named, effect.id, effect.place)) continue;
     const std::string name = get_effect(effect.id).name;
+    if (get_effect(effect.id).family == EffectFamily::kLimits && effect.place.kind == PlaceKind::kJoint) {
+      const auto j = static_cast<size_t>(effect.place.index);
+      const double share = calc_given_share(e, make_plant(e, model).laws[j], j);
+      if (share < std::exp(-kFactor)) return name + ": a drive that gives a factor of " + number(share, 3) + " of its logged effort";
+    }
     const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_estimates(list_estimates(e, effect, {}))}});
     if (!why.empty()) return name + ": " + why;
   }

@@ -131,6 +131,13 @@ TEST(BestModel, HasNoCentreOfMassBeyondItsLink) {
   EXPECT_FALSE(contains(best.hypothesis, far.id, far.place));
 }
 
+// Limits far below the efforts leave little torque to miss: relative to that of the log, such a model would seem to be good.
+TEST(BestModel, HasNoDriveThatGivesAHundredthOfItsLoggedEffort) {
+  const Experiment e = make_simulated_experiment("best_limit", kArm, kJoints, make_drives());
+  EXPECT_NE(find_odd_effect(e, {{EffectId::kSaturation, kShoulder, {0.05}}}, {}), "");
+  EXPECT_EQ(find_odd_effect(e, {{EffectId::kSaturation, kShoulder, {8.0}}}, {}), "");
+}
+
 // Models are compared by these: without it a model with the true hysteresis loses to one that has none.
 TEST(TorqueResiduals, HaveFrictionWithMemoryAlongTheRecordedMotion) {
   Hypothesis hidden = make_drives();
