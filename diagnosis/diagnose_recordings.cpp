@@ -62,6 +62,7 @@ void finish(const Experiment& e, Reports* reports) {
   name_simpler_laws(&report);
   lower_grades(&report);
   doubt_constants_of_masses(e, &report);
+  doubt_constants_of_commands(e, &report);
   doubt_limits_within_friction(&report);
   doubt_upright_forces(e, &report);
   drop_idle_findings(&report);

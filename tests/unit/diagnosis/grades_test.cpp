@@ -313,6 +313,25 @@ TEST(DoubtfulConstants, OfARobotOnItsFeetMayBeTheWeightOfAMisplacedMass) {
   EXPECT_EQ(grade_constant(false, "ambiguous")["grade"], "supported");
 }
 
+// Both cancel: the zero of the commands explains them with one number.
+TEST(DoubtfulConstants, AZeroOfAnEffortThatAConstantTorqueCancelsMayBeThatOfTheCommands) {
+  const Experiment e = make_simulated_experiment("doubtful_commands", kArm, kArmJoints, {});
+  const auto grade = [&](double torque) {
+    Json report;
+    const auto state = [](double value) { return Json{{"value", value}, {"std", 0.3}, {"unit", "N m"}}; };
+    report["findings"] = {{{"effect", "sensor_bias"}, {"family", "zero"}, {"grade", "supported"}, {"where", {{"sensor", "/joint_states/shoulder/effort"}}},
+                           {"parameters", {{"value", state(4.0)}}}, {"alternatives", Json::array()}},
+                          {{"effect", "constant_torque"}, {"family", "zero"}, {"grade", "supported"}, {"where", {{"joint", "shoulder"}}},
+                           {"parameters", {{"torque", state(torque)}}}, {"alternatives", Json::array()}}};
+    doubt_constants_of_commands(e, &report);
+    EXPECT_EQ(report["findings"][0]["grade"], report["findings"][1]["grade"]);
+    return report["findings"][1]["grade"].get<std::string>();
+  };
+  EXPECT_EQ(grade(-3.6), "ambiguous");
+  EXPECT_EQ(grade(-1.0), "supported");
+  EXPECT_EQ(grade(3.6), "supported");
+}
+
 // Torque of a joint that sticks ends where its friction does.
 TEST(OddSizes, ALimitOfTheDriveWithinTheJointsOwnFrictionMayBeThatFriction) {
   const auto grade_limit = [](double limit, const char* unit, double most_friction) {
