@@ -311,7 +311,7 @@ std::string ask_angle(const Experiment& e, const Recording& r, int j) {
   for (int i = 0; i < e.num_joints(); ++i) others = others || (i != j && reads_radians(e, r, i));
   const std::string motor = "the angle of the motor, before a gear of at least " + text_of(ratio) + "? Then divide it, and its velocity, by the gear's ratio";
   if (others) return "other joints of this log are in rad, so is this " + motor;
-  if (ratio > (1.0 + kSlopeRoom) * kDegrees) return "degrees would be beyond them, too: is this " + motor;
+  if (!may_be_degrees(e.robot.tree.joint(j), find_largest(r, j))) return "degrees would be beyond them, too: is this " + motor;
   return "degrees instead of rad? Or " + motor;
 }
 
@@ -344,6 +344,10 @@ void check_commands(const Experiment& e, const Recording& r, int j) {
 }
 
 }  // namespace
+
+bool may_be_degrees(const JointSpec& joint, double largest) {
+  return is_far_beyond(joint, largest) && largest <= (1.0 + kSlopeRoom) * kDegrees * get_reach(joint);
+}
 
 void check_plausibility(Experiment* e) {
   for (Recording& r : e->recordings) {

@@ -16,4 +16,7 @@ constexpr double kDegrees = 180.0 / M_PI;  // [degrees/rad]
 // that is always 0, without a torque sensor) are dropped with a warning.
 void check_plausibility(Experiment* experiment);
 
+// True if a joint's largest angle is far beyond its limits [rad], but not in degrees.
+bool may_be_degrees(const JointSpec& joint, double largest);
+
 }  // namespace hrp::diagnosis

@@ -41,7 +41,7 @@ const std::map<std::string, Word>& list_words() {
     add({"action"}, {Q::kNone, true, false, 0.0});  // of a policy, alone: in a unit of its own
     add({"meas", "measured", "actual", "present", "feedback", "fb"}, {Q::kNone, false, false, 0.0, EffortOf::kTorque, false, true});
     add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "error", "err", "jerk", "gyro", "imu", "quat",
-         "battery", "bus", "supply", "input"},
+         "battery", "bus", "supply", "input", "enable", "enabled", "limit", "limits", "mode", "flag", "gain", "gains"},
         {Q::kNone, false, true, 0.0});
     add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295, EffortOf::kTorque, false, true});
     // Only speeds have these units: "left_rpm".

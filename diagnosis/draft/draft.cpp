@@ -13,6 +13,7 @@
 #include "common/log/ros_bag.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/repaired_robot.h"
 #include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
@@ -192,6 +193,7 @@ class DraftWriter {
     used_.resize(log_.count, false);
     write_imu(&columns);
     take_turns_from_speeds();
+    take_degrees_from_limits();
     const size_t commands = write_signals(ColumnKind::kPosition, true, "position", &columns);
     const size_t positions = write_signals(ColumnKind::kPosition, false, "position", &columns);
     const size_t velocities = write_signals(ColumnKind::kVelocity, false, "velocity", &columns);
@@ -233,6 +235,20 @@ class DraftWriter {
         break;
       }
       if (!(m.scale > 0.0)) ask("how many counts a turn column " + find_place(i) + " has: 'scale' is 6.2831853 by that number");
+    }
+  }
+
+  // A motor before its gear turns as far as degrees do.
+  void take_degrees_from_limits() {
+    for (size_t i = 0; i < meanings_.size(); ++i) {
+      ColumnMeaning& m = meanings_[i];
+      if (m.kind != ColumnKind::kPosition || m.counts || m.scale > 0.0 || m.joint < 0) continue;
+      const std::vector<double>& angles = column(i);
+      double largest = 0.0;
+      for (double q : angles) largest = std::isfinite(q) ? std::max(largest, std::abs(q)) : largest;
+      if (!may_be_degrees(tree_.joint(m.joint), largest)) continue;
+      m.scale = 1.0 / kDegrees;
+      ask("whether column " + find_place(i) + " is in degrees: it reaches " + format_short(largest) + ", far beyond the joint's limits [rad]. Or is it the angle of the motor, before the gear?");
     }
   }
 

@@ -43,7 +43,8 @@ TEST(ColumnNames, AreReadAsPeopleWriteThem) {
            {"motor_amps", Q::kEffort, false, -1, -1, 0.0}, {"hip_rpm", Q::kVelocity, false, 0, -1, M_PI / 30}, {"vel_knee_degps", Q::kVelocity, false, 1, -1, M_PI / 180},
            {"pwm_cmd", Q::kEffort, false, -1, -1, 0.0}, {"Output Voltage (V)", Q::kEffort, false, -1, -1, 0.0},
            {"cmd_hip", Q::kPosition, true, 0, -1, 0.0}, {"meas_knee_deg", Q::kPosition, false, 1, -1, M_PI / 180}, {"eff_hip", Q::kEffort, false, 0, -1, 0.0},
-           {"hip_action", Q::kNone, true, 0, -1, 0.0}, {"battery_voltage", Q::kNone, false, -1, -1, 0.0}}) {
+           {"hip_action", Q::kNone, true, 0, -1, 0.0}, {"hip_torque_enable", Q::kNone, false, 0, -1, 0.0}, {"position_p_gain_1", Q::kNone, false, -1, 1, 0.0},
+           {"battery_voltage", Q::kNone, false, -1, -1, 0.0}}) {
     const ColumnMeaning m = find_meaning(r.name, kLeg);
     EXPECT_EQ(m.kind, r.kind) << r.name;
     EXPECT_EQ(m.command, r.command) << r.name;
@@ -175,6 +176,14 @@ TEST_F(Drafts, CountTheTurnsOfAnEncoderByTheSpeedBesideIt) {
   write("experiment.yaml", draft.text);
   const Experiment experiment = load_experiment(path("experiment.yaml"));
   EXPECT_NEAR(experiment.recordings[0].joints[0].signal[static_cast<int>(Quantity::kPosition)][52], 5.0, 0.01) << draft.text;
+}
+
+// As a potentiometer behind the gear reads: the limits of the arm are 3 rad.
+TEST_F(Drafts, OfAnglesFarBeyondTheLimitsAreInDegreesAndAsk) {
+  write("log.csv", "time,angle,current\n0.00,70,1\n0.01,90,1\n0.02,145,1\n");
+  const Draft draft = make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("position: {column: 'angle', scale: 0.0174532925"));
+  EXPECT_THAT(testing::PrintToString(draft.asked), HasSubstr("whether column 'angle' is in degrees"));
 }
 
 TEST_F(Drafts, AskForTheCountsOfATurnWhereNoSpeedTellsThem) {
