@@ -274,6 +274,13 @@ class DraftWriter {
       time_ = static_cast<int>(i);
       return;
     }
+    for (size_t i = 0; i < meanings_.size(); ++i) {
+      const std::vector<double>& stamps = column(i);
+      const auto back = std::is_sorted_until(stamps.begin(), stamps.end());
+      if (meanings_[i].kind != ColumnKind::kTime || back == stamps.end()) continue;
+      ask("what happened to the clock: column " + find_place(i) + " goes back from " + format_exact(back[-1]) + " to " + format_exact(*back) +
+          ", in row " + std::to_string(back - stamps.begin() + 1) + " of the numbers. Cut the file there, or mend the stamps");
+    }
     const RatePair pair = find_rate_pair(log_.table.columns);
     const std::string by = pair.rate > 0.0 ? "; so column " + find_place(pair.velocity) + " is the rate of column " + find_place(pair.position) + " in the same unit" : "";
     out_ << "sample_rate: " << (pair.rate > 0.0 ? format_short(pair.rate) : "100") << "    # (?) [Hz]: no column of time was found" << by << "\n";

@@ -178,6 +178,13 @@ TEST_F(Drafts, CountTheTurnsOfAnEncoderByTheSpeedBesideIt) {
   EXPECT_NEAR(experiment.recordings[0].joints[0].signal[static_cast<int>(Quantity::kPosition)][52], 5.0, 0.01) << draft.text;
 }
 
+// Seconds and their fraction that were read one after the other.
+TEST_F(Drafts, OfAClockThatGoesBackSayWhere) {
+  write("log.csv", "stamp,angle,current\n11.98,0.1,1\n11.99,0.2,1\n11.00,0.3,1\n12.01,0.4,1\n");
+  EXPECT_THAT(testing::PrintToString(make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).asked),
+              HasSubstr("column 'stamp' goes back from 11.99 to 11, in row 3"));
+}
+
 // As a potentiometer behind the gear reads: the limits of the arm are 3 rad.
 TEST_F(Drafts, OfAnglesFarBeyondTheLimitsAreInDegreesAndAsk) {
   write("log.csv", "time,angle,current\n0.00,70,1\n0.01,90,1\n0.02,145,1\n");
