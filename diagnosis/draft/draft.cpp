@@ -18,66 +18,16 @@
 #include "diagnosis/draft/bag_draft.h"
 #include "diagnosis/draft/column_names.h"
 #include "diagnosis/draft/column_relations.h"
+#include "diagnosis/draft/foot_columns.h"
 #include "diagnosis/draft/imu_columns.h"
+#include "diagnosis/draft/log_columns.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct LogColumns {
-  std::vector<std::string> names;  // of the header; empty when there is none
-  size_t count = 0;
-  std::vector<std::string> first;  // cells of the first row below them
-  Table table;                     // all columns, by number
-};
-
 bool is_text(const std::string& path) { return !is_ros_bag(path) && fs::path(path).extension() != ".mcap"; }
-
-// The names in the first line, or in the comment before it, whatever they are, and the row below.
-LogColumns read_names(const std::string& path) {
-  std::ifstream file = open_text(path);
-  LogColumns log;
-  std::string comment;
-  CsvLayout layout;
-  for (std::string line; std::getline(file, line);) {
-    if (is_blank(line)) {
-      if (line.size() > 1) comment = line;
-      continue;
-    }
-    log.table.file = path;
-    if (layout.cells == 0) {
-      layout = read_layout(line, comment, 1, {SignalColumn{"first", "", 1}}, &log.table);
-      log.count = layout.cells, log.names = layout.names;
-      if (layout.header) continue;
-    }
-    std::vector<Cell> cells;
-    split_cells(layout, line, &cells);
-    for (const Cell& cell : cells) log.first.push_back(trim_cell(cell));
-    return log;
-  }
-  if (log.count == 0) refuse_input(path, "is empty: expected a table of samples");
-  return log;
-}
-
-bool is_date(const std::string& text) {
-  const Cell cell(text.data(), text.data() + text.size());
-  double value = 0.0;
-  return !parse_cell(cell, ',', &value) && parse_stamp(cell, &value);
-}
-
-LogColumns read_log_columns(const std::string& path) {
-  LogColumns log = read_names(path);
-  ColumnMap all;
-  for (size_t i = 0; i < log.count; ++i) {
-    // Cells of time alone are read as dates or times of day.
-    const std::string signal = i < log.first.size() && is_date(log.first[i]) ? "time" : "column " + std::to_string(i + 1);
-    all.columns.push_back({signal, "", static_cast<int>(i) + 1});
-  }
-  std::vector<std::string> ignored;
-  log.table = read_csv_averaged(path, 1, &ignored, all);
-  return log;
-}
 
 std::vector<double> find_values(const std::vector<double>& column) {
   std::vector<double> values;
@@ -137,7 +87,7 @@ class DraftWriter {
     if (text != logs_.end()) write_columns(*text);
     else if (is_ros_bag(logs_[0])) write_topics(logs_[0]);
     else write_drive(true, true);
-    if (floats()) ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
+    if (floats() && feet_.empty()) ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
     draft_.text = make_head() + out_.str();
     return draft_;
   }
@@ -154,7 +104,7 @@ class DraftWriter {
     std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
     if (floats()) {
       base = "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
-             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: []           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" + join(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
     }
     return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " + quote_name(name_from_folder(robot_)) + "\n" + base;
   }
@@ -192,6 +142,7 @@ class DraftWriter {
     write_time(&columns);
     used_.resize(log_.count, false);
     write_imu(&columns);
+    write_feet(&columns);
     take_turns_from_speeds();
     take_degrees_from_limits();
     const size_t commands = write_signals(ColumnKind::kPosition, true, "position", &columns);
@@ -202,13 +153,16 @@ class DraftWriter {
     const size_t commanded = write_efforts(true, &columns);
     if (efforts == 0 && commands == 0) efforts = commanded;
     if (positions == 0) ask("which columns are the joints' positions");
-    if (imu_) out_ << "sensors:\n  imu:\n    body: {link: " << quote_name(tree_.links[0].name) << "}   # (?) the link that carries it\n";
+    if (imu_ || !feet_.empty()) out_ << "sensors:\n";
+    if (imu_) out_ << "  imu:\n    body: {link: " << quote_name(tree_.links[0].name) << "}   # (?) the link that carries it\n";
+    const char* frame = upright_ ? ", frame: world}   # (?) one force a foot is taken as upright; without 'frame', along the link's z\n" : "}\n";
+    for (const std::string& foot : feet_) out_ << (foot == feet_[0] ? "  wrench:\n" : "") << "    " << foot << ": {link: " << quote_name(foot) << frame;
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
     ask_for_joints();
     write_unused();
     if (std::any_of(meanings_.begin(), meanings_.end(), [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) && joints_.size() > 1)
-      ask("whether the numbers in the columns' names count the joints in the model's order: " + list_joints());
+      ask("whether the numbers in the columns' names count the joints in the model's order: " + join(joints_));
     const std::string of = " of " + std::to_string(joints_.size()) + " joints: ";
     draft_.found.push_back("positions" + of + std::to_string(positions) + "; velocities: " + std::to_string(velocities) +
                            "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
@@ -220,6 +174,16 @@ class DraftWriter {
       used_[found.column] = imu_ = true;
     }
     if (imu_) draft_.found.push_back("an inertial sensor, taken as mounted along the axes of the link '" + tree_.links[0].name + "'");
+  }
+
+  void write_feet(std::ostringstream* columns) {
+    for (const FootColumn& found : floats() ? find_foot_columns(log_.names, tree_) : std::vector<FootColumn>{}) {
+      if (used_[found.column]) continue;
+      *columns << "  /wrench/" << found.link << "/force/" << found.axis << ": " << find_place(found.column) << "\n";
+      used_[found.column] = true, upright_ = upright_ && found.axis == "z";
+      if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
+    }
+    if (!feet_.empty()) draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join(feet_));
   }
 
   // Counts of an encoder, by the velocity beside them if its unit is known.
@@ -248,13 +212,14 @@ class DraftWriter {
       for (double q : angles) largest = std::isfinite(q) ? std::max(largest, std::abs(q)) : largest;
       if (!may_be_degrees(tree_.joint(m.joint), largest)) continue;
       m.scale = 1.0 / kDegrees;
-      ask("whether column " + find_place(i) + " is in degrees: it reaches " + format_short(largest) + ", far beyond the joint's limits [rad]. Or is it the angle of the motor, before the gear?");
+      ask("whether column " + find_place(i) + " is in degrees: it reaches " + format_short(largest) +
+          ", far beyond the joint's limits [rad]. Or is it the angle of the motor, before the gear?");
     }
   }
 
-  std::string list_joints() const {
+  static std::string join(const std::vector<std::string>& names) {
     std::string text;
-    for (const std::string& joint : joints_) text += (text.empty() ? "" : ", ") + joint;
+    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
     return text;
   }
 
@@ -321,8 +286,8 @@ class DraftWriter {
 
   void write_drive(bool commands, bool efforts) {
     if (!commands) {
-      out_ << "drive: effort\n";
-      if (!efforts) ask("the columns of the efforts or of the commands: without either, nothing tells what moved the robot");
+      out_ << (efforts || !floats() ? "drive: effort\n" : "drive: motion\n");
+      if (!efforts && !floats()) ask("the columns of the efforts or of the commands: without either, nothing tells what moved the robot");
       return;
     }
     out_ << "servo:              # (?) gains of the position loops: kp [N m/rad], kd [N m s/rad]; or 'drive: effort' instead of this\n"
@@ -379,6 +344,8 @@ class DraftWriter {
   LogColumns log_;
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;
+  std::vector<std::string> feet_;    // links with a sensor of force
+  bool upright_ = true;              // they have one force each
   bool imu_ = false;                 // the log has an inertial sensor
   int time_ = -1;
   double time_scale_ = 1.0;  // of its column, to seconds

@@ -25,6 +25,18 @@ std::string find_quantity(const std::vector<std::string>& words) {
   return "";
 }
 
+// "ax", "gyro" in short "gx" or "wx": the letter of the quantity and the axis. Split in two, so that both are words.
+std::vector<std::string> split_short(const std::vector<std::string>& words) {
+  std::vector<std::string> out;
+  for (const std::string& word : words) {
+    const bool brief = word.size() == 2 && std::string("xyz").find(word[1]) != std::string::npos;
+    const char* quantity = !brief ? "" : word[0] == 'a' ? "acc" : word[0] == 'g' || word[0] == 'w' ? "gyro" : "";
+    if (*quantity) out.insert(out.end(), {quantity, std::string(1, word[1])});
+    else out.push_back(word);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<ImuColumn> find_imu_columns(const std::vector<std::string>& columns) {
@@ -35,7 +47,7 @@ std::vector<ImuColumn> find_imu_columns(const std::vector<std::string>& columns)
   };
   std::vector<Group> groups;
   for (size_t i = 0; i < columns.size(); ++i) {
-    std::vector<std::string> words = split_words(columns[i]);
+    const std::vector<std::string> words = split_short(split_words(columns[i]));
     // "linear_acceleration.x [m/s^2]": what follows the axis is a unit.
     const auto axis = std::find_if(words.begin(), words.end(), [](const std::string& w) { return w == "x" || w == "y" || w == "z" || w == "w"; });
     if (axis == words.end()) continue;

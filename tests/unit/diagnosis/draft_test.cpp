@@ -288,6 +288,7 @@ TEST(ImuColumns, AreReadAsPeopleWriteThem) {
            std::vector<std::string>{"imu_gyro_x", "imu_gyro_y", "imu_gyro_z", "imu_accel_x", "imu_accel_y", "imu_accel_z"},
            {"base_ang_vel_x", "base_ang_vel_y", "base_ang_vel_z", "base_lin_acc_x", "base_lin_acc_y", "base_lin_acc_z"},
            {"/imu/angular_velocity.x", "/imu/angular_velocity.y", "/imu/angular_velocity.z", "linear_acceleration.x", "linear_acceleration.y", "linear_acceleration.z"},
+           {"BaseWx", "BaseWy", "BaseWz", "BaseAx", "BaseAy", "BaseAz"}, {"gx", "gy", "gz", "ax", "ay", "az"},
            {"GyrX", "GyrY", "GyrZ", "AccX [m/s^2]", "AccY [m/s^2]", "AccZ [m/s^2]"}}) {
     const std::vector<ImuColumn> found = find_imu_columns(names);
     ASSERT_EQ(found.size(), 6u) << names[0];
@@ -315,6 +316,26 @@ TEST_F(Drafts, OfARobotWithAnInertialSensorOnItsBodyFloat) {
   // The root of this one has no mass: it is the world.
   write("arm.csv", "time,shoulder_pos,shoulder_torque,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n" + rows.substr(rows.find('\n') + 1));
   EXPECT_THAT(make_draft(path("arm.urdf"), {path("arm.csv")}, folder_.string()).text, HasSubstr("base: fixed"));
+}
+
+// As a quadruped logs its gait: no torques, one force a foot.
+TEST_F(Drafts, OfForcesUnderFeetNameTheFeet) {
+  const std::string mass = "<inertial><mass value=\"1\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link>";
+  std::string urdf = "<robot name=\"biped\"><link name=\"trunk\">" + mass;
+  for (const std::string side : {"left", "right"}) {
+    urdf += "<link name=\"" + side + "_shin\">" + mass + "<link name=\"" + side + "_foot\">" + mass + "<joint name=\"" + side + "_knee\" type=\"revolute\"><parent link=\"trunk\"/><child link=\"" + side +
+            "_shin\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"10\" velocity=\"10\"/></joint><joint name=\"" + side + "_sole\" type=\"fixed\"><parent link=\"" + side +
+            "_shin\"/><child link=\"" + side + "_foot\"/></joint>";
+  }
+  write("biped.urdf", urdf + "</robot>");
+  std::string rows = "time,JointPosLeft_knee,JointPosRight_knee,BaseAx,BaseAy,BaseAz,BaseWx,BaseWy,BaseWz,Left_Force,right_foot_fz\n";
+  for (int k = 0; k < 300; ++k) rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",0.1,0,0,9.81,0,0,0,15,14\n";
+  write("walk.csv", rows);
+  const Draft draft = make_draft(path("biped.urdf"), {path("walk.csv"), path("walk.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("feet: [left_foot, right_foot]"));
+  EXPECT_THAT(draft.text, HasSubstr("drive: motion"));
+  write("experiment.yaml", draft.text);
+  EXPECT_TRUE(load_experiment(path("experiment.yaml")).recordings[0].has("/wrench/right_foot/force/z")) << draft.text;
 }
 
 TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
