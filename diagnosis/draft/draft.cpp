@@ -141,6 +141,7 @@ class DraftWriter {
     columns << "columns:            # docs/text_recordings.md\n";
     write_time(&columns);
     used_.resize(log_.count, false);
+    take_pairs();
     write_imu(&columns);
     write_feet(&columns);
     take_turns_from_speeds();
@@ -184,6 +185,32 @@ class DraftWriter {
       if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
     }
     if (!feet_.empty()) draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join(feet_));
+  }
+
+  // Without names: a position and its rate for each joint, and as many other columns, which are the efforts.
+  void take_pairs() {
+    if (!log_.names.empty() || time_ < 0) return;
+    std::vector<ColumnMeaning> meanings(log_.count);
+    int pairs = 0, others = 0;
+    const auto is_free = [&](size_t i) { return meanings[i].kind == ColumnKind::kNone && static_cast<int>(i) != time_; };
+    for (size_t i = 0; i < log_.count; ++i) {
+      double most = 0.9;
+      size_t rate = i;
+      for (size_t k = 0; k < log_.count && is_free(i); ++k) {
+        const double alike = k == i || !is_free(k) ? 0.0 : calc_rate_correlation(column(i), column(k), time());
+        const bool same_unit = alike > most && std::abs(time_scale_ * calc_travel_ratio(column(i), column(k), time()) - 1.0) < 0.1;
+        if (same_unit) most = alike, rate = k;
+      }
+      if (rate == i) continue;
+      meanings[i].kind = ColumnKind::kPosition, meanings[rate].kind = ColumnKind::kVelocity;
+      meanings[i].joint = meanings[rate].joint = pairs++;
+    }
+    for (size_t i = 0; i < log_.count; ++i) {
+      if (is_free(i)) meanings[i].kind = ColumnKind::kEffort, meanings[i].joint = others++;
+    }
+    if (pairs != static_cast<int>(joints_.size()) || others != pairs) return;
+    meanings_ = std::move(meanings);
+    ask("whether the columns are positions, their velocities and efforts, in the model's order of the joints: the file has no header, but one column is the rate of another");
   }
 
   // Counts of an encoder, by the velocity beside them if its unit is known.

@@ -152,10 +152,21 @@ TEST_F(Drafts, OfFilesWithAnyNamesAreRead) {
   for (size_t i = 0; i < names.size(); ++i) EXPECT_EQ(experiment.recordings[i].spec.name, names[i]);
 }
 
-TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
+TEST_F(Drafts, WithoutAHeaderTakePairsOfPositionAndRateAndAsk) {
   write("log.txt", make_rows(" "));
   const Draft draft = make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("time: {column: 1, scale: 0.001}"));
+  EXPECT_THAT(draft.text, HasSubstr("position: 2\n")) << draft.text;
+  EXPECT_THAT(draft.text, HasSubstr("velocity: 3\n"));
+  EXPECT_THAT(draft.text, HasSubstr("effort: 4\n"));
+  EXPECT_EQ(draft.asked.size(), 2u);  // a second log, the columns
+}
+
+TEST_F(Drafts, WithoutAHeaderDescribeTheColumnsAndAsk) {
+  std::string rows = make_rows(" ");
+  for (size_t at = 0; (at = rows.find('\n', at)) != std::string::npos; at += 3) rows.insert(at, " 7");  // what is that?
+  write("log.txt", rows);
+  const Draft draft = make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("3: -4.18 to 5.1; the rate of column 2")) << draft.text;
   EXPECT_EQ(draft.asked.size(), 4u);  // a second log, positions, efforts or commands, the columns
 }
