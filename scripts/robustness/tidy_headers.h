@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Headers of others that most sources include. scripts/tidy.sh reads them once for all sources: half of the time of a source.
+#pragma once
+
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
