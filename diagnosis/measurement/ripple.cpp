@@ -73,25 +73,16 @@ Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
 }
 
-// Twice the mean of torque e^(i N q): the ripple's amplitude and phase.
-std::complex<double> calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, double periods) {
-  std::complex<double> sum = 0.0;
-  for (long k = 0; k < q.size(); ++k) sum += std::polar(torque[k], periods * q[k]);
-  return 2.0 * sum / static_cast<double>(q.size());
+// a and b of the ripple a cos(N q) + b sin(N q) beside a constant, by least squares: where a joint rests for most of the time, only
+// its moving samples tell them.
+Eigen::Vector2d calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, double periods) {
+  Eigen::MatrixXd columns(q.size(), 3);
+  columns << (periods * q.array()).cos(), (periods * q.array()).sin(), Eigen::VectorXd::Ones(q.size());
+  return columns.colPivHouseholderQr().solve(torque).head<2>();
 }
 
-// True if the log has most of this ripple beside the servo's law, so that no torque on the joint is needed for it.
-bool is_of_log(const Rest& rest, const LawRest& log, double periods) {
-  if (static_cast<long>(log.position.size()) < kLeastRows) return false;
-  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size())), torque(log.torque.data(), q.size());
-  const std::complex<double> missing = calc_ripple(rest.q, rest.torque, periods);
-  return std::abs(missing - calc_ripple(q, torque, periods)) < kHalf * std::abs(missing);
-}
-
-}  // namespace
-
-std::vector<double> find_ripples(const TorqueData& data, int joint) {
-  const Rest rest = find_rest(data, joint);
+// Peaks of the missing torque that are significant, highest first.
+std::vector<double> find_peaks(const TorqueData& data, const Rest& rest) {
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
   const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel(), step = kStep * period;
   const double last = cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses));
@@ -106,13 +97,28 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
     peaks.back().periods += step * calc_vertex(before, here, after);
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
-  if (peaks.empty()) return {};
-  const LawRest log = list_law_rest(*data.experiment, joint, data.servo[static_cast<size_t>(joint)], data.delays);
   std::vector<double> found;
-  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) {
-    if (!is_of_log(rest, log, peaks[i].periods)) found.push_back(peaks[i].periods);
-  }
+  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) found.push_back(peaks[i].periods);
   return found;
+}
+
+}  // namespace
+
+std::vector<double> find_ripples(const TorqueData& data, int joint) { return find_peaks(data, find_rest(data, joint)); }
+
+std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
+  const Rest rest = find_rest(data, joint);
+  const std::vector<double> peaks = find_peaks(data, rest);
+  if (peaks.empty()) return std::nullopt;
+  const LawRest log = list_law_rest(*data.experiment, joint, data.servo[static_cast<size_t>(joint)], data.delays);
+  if (static_cast<long>(log.position.size()) < kLeastRows) return std::nullopt;
+  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size())), torque(log.torque.data(), q.size());
+  for (double periods : peaks) {
+    const Eigen::Vector2d missing = calc_ripple(rest.q, rest.torque, periods), own = calc_ripple(q, torque, periods);
+    LogRipple ripple{periods, own, 0.0};
+    if ((missing - own).norm() < kHalf * missing.norm()) return ripple.mean = ripple.calc(q).mean(), ripple;
+  }
+  return std::nullopt;
 }
 
 }  // namespace hrp::diagnosis

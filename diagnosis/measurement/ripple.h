@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds torque ripple over a joint's position in its missing torque.
+// Finds torque ripple over a joint's position in its missing torque, and ripple of the log of its effort.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "diagnosis/measurement/torque/torque.h"
@@ -13,5 +14,18 @@ namespace hrp::diagnosis {
 // periods within the joint's travel look like a spring or gravity, and the filter removes those that pass faster than
 // the cutoff; both are left out. Parts of the recordings must agree about the phase. Empty if no peak is significant.
 std::vector<double> find_ripples(const TorqueData& data, int joint);
+
+// a cos(N q) + b sin(N q) that the log of an effort has beside the torque [N m].
+struct LogRipple {
+  double periods = 0.0;                                // N [1/rad]
+  Eigen::Vector2d amplitude = Eigen::Vector2d::Zero();  // a, b [N m]
+  double mean = 0.0;                                   // [N m] over the log
+  Eigen::VectorXd calc(const Eigen::VectorXd& q) const {
+    return amplitude[0] * (periods * q.array()).cos() + amplitude[1] * (periods * q.array()).sin();
+  }
+};
+
+// The highest such peak of which the log has most beside the servo's law: no torque on the joint is needed for it.
+std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint);
 
 }  // namespace hrp::diagnosis

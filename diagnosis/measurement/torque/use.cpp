@@ -8,9 +8,12 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/ripple.h"
 
 namespace hrp::diagnosis {
 namespace {
+
+constexpr int kMostLogRipples = 3;  // of a joint: poles, slots and teeth of its drive
 
 // Torque of the joint's laws, from its description and the experiment, at the kept samples [N m].
 Eigen::VectorXd calc_stated(const TorqueWork& w, const TorqueRecording& r, int j) {
@@ -109,6 +112,21 @@ void leave_out_limits(TorqueWork* w, int j) {
   }
   for (size_t r = 0; r < limited.size() && left > kPart * used; ++r)
     w->data.recordings[r].use.col(j) = w->data.recordings[r].use.col(j) && !limited[r];
+}
+
+void take_out_log_ripples(TorqueWork* w, int j) {
+  if (w->data.source[static_cast<size_t>(j)] != EffortSource::kRecorded || !w->data.servo[static_cast<size_t>(j)].follows) return;
+  for (int pass = 0; pass < kMostLogRipples; ++pass) {
+    const std::optional<LogRipple> ripple = find_log_ripple(w->data, j);
+    if (!ripple) return;
+    // A bias that was taken out of the log contains the ripple's mean.
+    const double mean = w->data.servo[static_cast<size_t>(j)].is_biased() ? ripple->mean : 0.0;
+    for (TorqueRecording& r : w->data.recordings) {
+      const Eigen::VectorXd torque = low_pass(ripple->calc(r.q.col(j)).array() - mean, r.step, w->data.cutoff);
+      r.effort.col(j) -= torque;
+      for (long k = 0; k < r.kept(); ++k) r.missing(k, j) -= torque[r.full_row(k)];
+    }
+  }
 }
 
 }  // namespace hrp::diagnosis
