@@ -12,9 +12,11 @@ namespace {
 constexpr int kTried = 40;  // limits between the median effort and the largest
 constexpr long kRotor = 2;   // column of the acceleration in UnitRows::nuisance
 
-// What one limit leaves of the missing torque, and the share of the effort beyond it that is missing.
+constexpr long kDry = 1;     // column of the direction
+
+// What one limit leaves of the missing torque, the share of the effort beyond it that is missing, and dry friction beside it.
 struct AtLimit {
-  double limit = 0.0, left = 0.0, share = 0.0;
+  double limit = 0.0, left = 0.0, share = 0.0, dry = 0.0;
 };
 
 // Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left out. With
@@ -25,7 +27,7 @@ AtLimit solve(Eigen::MatrixXd columns, const Eigen::VectorXd& missing, double li
     columns.col(kRotor).setZero();
     x = columns.colPivHouseholderQr().solve(missing);
   }
-  return {limit, (missing - columns * x).squaredNorm(), x[x.size() - 1]};
+  return {limit, (missing - columns * x).squaredNorm(), x[x.size() - 1], x[kDry]};
 }
 
 class Search {
@@ -68,7 +70,10 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
   AtLimit best = search.scan(median, step, without);
   best = search.scan(best.limit - step, 2.0 * step / kTried, best);
   const bool whole = best.share > kMostly && best.share < 1.0 / kMostly;
-  return whole && best.left < kDetail * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
+  // A drive that gives no more than its joint's friction, which varies by a fifth, does not move the joint: friction that holds it for
+  // most of the time takes as much as the drive gives.
+  const bool moves = best.dry < kMostly * best.limit;
+  return whole && moves && best.left < kDetail * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
 }
 
 }  // namespace hrp::diagnosis
