@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/evidence/torque/report.h"
 #include "diagnosis/many_drives/joint_torques.h"
 #include "diagnosis/standing/search.h"
@@ -22,6 +23,16 @@ StandProblems make_without_drives(const StandProblems& p) {
   StandProblems out{make_without_drives(p.all), make_without_drives(p.even), make_without_drives(p.odd),
                     make_without_drives(p.wide_even), make_without_drives(p.wide_odd)};
   fill_noise(&out);
+  return out;
+}
+
+std::vector<DriveLeft> list_drives_left(const StandProblem& p, const Hypothesis& body) {
+  std::vector<DriveLeft> out(p.effort.size());
+  const TorqueDesign design = make_torque_design(make_joint_torques(p, body));
+  const TorqueFit fit = fit_torque(design, {list_usual_terms(design), {}});
+  for (size_t i = 0; i < design.joints.size(); ++i) {
+    out[static_cast<size_t>(design.joints[i].joint)] = {fit.cross[i], design.joints[i].effective};
+  }
   return out;
 }
 
@@ -93,7 +104,8 @@ bool diagnose_many_drives(const StandProblems& problems, int jobs, const Progres
   const TorqueVerdict alone = judge_torque(make_joint_torques(problems.all, {}), jobs);
   if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
   progress("torques are missing in most joints: first the equations in which no drive has a part");
-  const StandOutcome body = search_standing(make_without_drives(problems), jobs, progress);
+  const auto drives = [&](const Hypothesis& h) { return list_drives_left(problems.all, h); };
+  const StandOutcome body = search_standing(make_without_drives(problems), jobs, progress, drives);
   progress("missing torque of every joint, with what was found");
   const TorqueVerdict torque = judge_torque(make_joint_torques(problems.all, body.chosen.hypothesis), jobs);
   if (!has_real_drives(torque)) return false;

@@ -28,6 +28,7 @@ StandOutcome StandSearcher::run() {
   if (!out_.explained) doubt();
   if (!out_.mismatch) look_below_noise();
   find_indistinguishable();
+  weigh_alternatives();
   out_.sigma = judge_.sigma();
   out_.widening = find_deviations(kNinetyFive) / kNinetyFive;
   return std::move(out_);
@@ -186,7 +187,7 @@ bool StandSearcher::add_effect() {
     progress_(text);
   }
   if (out_.chosen.hypothesis.empty()) first_round_ = trials, out_.rounds.push_back(trials);  // reported even if nothing is accepted
-  if (gain < std::max(kGain, kKnown * out_.nominal.mismatch)) return false;
+  if (gain < std::max(kGain, kKnown * out_.chosen.mismatch)) return false;
   // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;
   if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
@@ -267,35 +268,8 @@ void StandSearcher::exchange_effects(bool all) {
   }
 }
 
-void StandSearcher::find_indistinguishable() {
-  for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
-    out_.indistinguishable.emplace_back();
-    const Effect& found = out_.chosen.hypothesis[i];
-    for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
-      const StandTrial& t = out_.rounds[i][k];
-      const Effect& e = t.fit.hypothesis[i];
-      if (t.fit.score < 1e299 && t.probability > kMinor && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
-    }
-    const auto is_listed = [&](EffectId id) {
-      const std::vector<Effect>& others = out_.indistinguishable.back();
-      return std::any_of(others.begin(), others.end(), [&](const Effect& e) { return e.id == id; });
-    };
-    for (const std::optional<Effect>& load : {find_load(i), find_weight(i)}) {
-      if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
-    }
-    for (const Effect& e : find_displaced(i)) {
-      const std::vector<Effect>& others = out_.indistinguishable.back();
-      if (std::none_of(others.begin(), others.end(), [&](const Effect& o) { return is_same(o, e); })) out_.indistinguishable.back().push_back(e);
-    }
-    if (!get_effect(found.id).felt_elsewhere) continue;
-    const auto joint = static_cast<size_t>(found.place.index);
-    if (!may_be_play(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
-    out_.indistinguishable.back().push_back({EffectId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
-  }
-}
-
-StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress) {
-  return StandSearcher(problems, jobs, progress).run();
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress, const DrivesLeft& drives) {
+  return StandSearcher(problems, jobs, progress, drives).run();
 }
 
 }  // namespace hrp::diagnosis::standing

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// State of the search of search.h. Rounds: search.cpp; candidates: screen.cpp; certainty: certainty.cpp.
+// State of the search of search.h. Rounds: search.cpp; candidates: screen.cpp; certainty: certainty.cpp, alternatives.cpp.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ inline bool is_same(const Effect& a, const Effect& b) { return a.id == b.id && a
 
 class StandSearcher {
  public:
-  StandSearcher(const StandProblems& problems, int jobs, const Progress& progress)
+  StandSearcher(const StandProblems& problems, int jobs, const Progress& progress, const DrivesLeft& drives)
       : problems_(problems),
         p_(problems.all),
         coarse_(make_coarse(p_)),
@@ -31,7 +31,8 @@ class StandSearcher {
         coarse_odd_(make_coarse(problems.odd)),
         judge_(p_),
         jobs_(jobs),
-        progress_(progress) {
+        progress_(progress),
+        drives_(drives) {
     out_.channels = judge_.list();
     for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
   }
@@ -80,6 +81,9 @@ class StandSearcher {
   void exchange_effects(bool all);
   void look_below_noise();
   void find_indistinguishable();
+  StandFit fit_instead(size_t effect, const Effect& other) const;
+  void let_drives_decide(std::vector<StandFit>* fits);
+  void weigh_alternatives();
   void doubt();
   bool is_consistent(size_t effect) const;
   bool explains_its_part(size_t effect) const;
@@ -98,6 +102,7 @@ class StandSearcher {
   StandJudge judge_;
   int jobs_;
   Progress progress_;
+  DrivesLeft drives_;
   StandOutcome out_;
   std::vector<StandTrial> first_round_;  // before any effect was found
   std::vector<size_t> all_;

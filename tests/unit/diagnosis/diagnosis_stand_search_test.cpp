@@ -63,7 +63,7 @@ class Stander {
     if (body.log > 0) choose_laws(&p_);
   }
 
-  StandOutcome search() const { return search_standing(p_, 1, {}); }
+  StandOutcome search(const DrivesLeft& drives = {}) const { return search_standing(p_, 1, {}, drives); }
   StandProblem get_problem() const { return p_.all; }
 
  private:
@@ -338,6 +338,37 @@ TEST(StandingSearch, AnArmWithoutEffortsThatSeemsDisplacedMayBeTheTrunkThatCarri
   };
   EXPECT_TRUE(may_be_trunk(0.02));
   EXPECT_FALSE(may_be_trunk(0.1));
+}
+
+// The same arm that hardly moves. Of a displaced trunk, the drives lack half as much beside friction and rotors.
+TEST(StandingSearch, WhatTheBodysEquationsDoNotTellIsDecidedByTheDrivesButByNoneAlone) {
+  Body body;
+  body.hidden = {{EffectId::kComError, at_link(2), {0.15, 0, 0}}};
+  body.nod = 0.1, body.mute = true;
+  const Stander stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body);
+  const auto search = [&](size_t drives) {
+    return stander.search([drives](const Hypothesis& h) {
+      const bool trunk = std::any_of(h.begin(), h.end(), [](const Effect& e) { return e.place == at_link(0); });
+      return std::vector<DriveLeft>(drives, DriveLeft{trunk ? 1.0 : 2.0, 30});
+    });
+  };
+  const StandOutcome three = search(3), one = search(1);
+  EXPECT_TRUE(is_named(three, EffectId::kComError, at_link(0)));
+  EXPECT_TRUE(three.indistinguishable.at(0).empty()) << "the arm has lost at more than 20 to 1";
+  EXPECT_TRUE(is_named(one, EffectId::kComError, at_link(2))) << "a drive may have a zero of its own";
+  EXPECT_FALSE(one.indistinguishable.at(0).empty());
+}
+
+// A zero of the foot's force beside an arm that is 0.2 kg too light and hardly swings. What the arm's motion shows may also be an
+// elastic joint or a displaced arm: the missing weight of 2 N is then in the zero.
+TEST(StandingSearch, AZeroOfAForceHoldsWhatItIsBesideEachEffectThatMayBeThere) {
+  Body body;
+  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}}, {EffectId::kMassError, at_link(2), {0.9}}};
+  body.nod = 0.1;
+  const StandOutcome o = Stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body).search();
+  ASSERT_EQ(o.chosen.hypothesis.at(0).id, EffectId::kSensorBias);
+  ASSERT_FALSE(o.indistinguishable.at(1).empty());
+  EXPECT_NEAR(o.chosen.hypothesis[0].p[2], 4, 1.96 * o.widening * o.chosen.std[0](2));
 }
 
 // Friction of 0.03 N m under a log that errs by 1 N m: command and encoder tell the same effort to 0.01 N m.

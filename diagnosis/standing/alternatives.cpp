@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What else may be in the place of an effect that was found, and what follows for the values of the others.
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/standing/free_play.h"
+#include "diagnosis/standing/searcher.h"
+
+namespace hrp::diagnosis::standing {
+namespace {
+
+// Odds [nats] of one hypothesis over another by the drives that both judge. No drive counts more than 20 to 1: any of them may
+// have a zero of its own, which one of the two takes away by chance.
+double calc_drive_odds(const std::vector<DriveLeft>& with, const std::vector<DriveLeft>& other) {
+  double odds = 0;
+  for (size_t j = 0; j < std::min(with.size(), other.size()); ++j) {
+    if (!(with[j].square > 0) || !(other[j].square > 0)) continue;
+    const double independent = std::min(with[j].independent, other[j].independent);
+    odds += std::clamp(0.5 * independent * std::log(other[j].square / with[j].square), -kOdds, kOdds);
+  }
+  return odds;
+}
+
+}  // namespace
+
+void StandSearcher::find_indistinguishable() {
+  for (size_t i = 0; i < out_.chosen.hypothesis.size(); ++i) {
+    out_.indistinguishable.emplace_back();
+    const Effect& found = out_.chosen.hypothesis[i];
+    for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
+      const StandTrial& t = out_.rounds[i][k];
+      const Effect& e = t.fit.hypothesis[i];
+      if (t.fit.score < 1e299 && t.probability > kMinor && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
+    }
+    const auto is_listed = [&](EffectId id) {
+      const std::vector<Effect>& others = out_.indistinguishable.back();
+      return std::any_of(others.begin(), others.end(), [&](const Effect& e) { return e.id == id; });
+    };
+    for (const std::optional<Effect>& load : {find_load(i), find_weight(i)}) {
+      if (load && !is_listed(load->id)) out_.indistinguishable.back().push_back(*load);
+    }
+    for (const Effect& e : find_displaced(i)) {
+      const std::vector<Effect>& others = out_.indistinguishable.back();
+      if (std::none_of(others.begin(), others.end(), [&](const Effect& o) { return is_same(o, e); })) out_.indistinguishable.back().push_back(e);
+    }
+    if (!get_effect(found.id).felt_elsewhere) continue;
+    const auto joint = static_cast<size_t>(found.place.index);
+    if (!may_be_play(p_, evaluate(p_, out_.chosen.hypothesis), joint, found.p[0])) continue;
+    out_.indistinguishable.back().push_back({EffectId::kBacklash, found.place, {2 * std::abs(found.p[0]), 0, 0, 0}});
+  }
+}
+
+// The chosen effects with another one in the place of effect i, fitted.
+StandFit StandSearcher::fit_instead(size_t i, const Effect& other) const {
+  Hypothesis h = out_.chosen.hypothesis;
+  h.erase(h.begin() + static_cast<long>(i));
+  h.push_back(other);
+  StandFit fit = fit_trial(out_.chosen, h, 3);
+  std::rotate(fit.hypothesis.begin() + static_cast<long>(i), fit.hypothesis.end() - 1, fit.hypothesis.end());
+  return fit;
+}
+
+// Equations without drives may not tell a zero of a force sensor from a displaced mass. The drives do: what is wrong of a body is
+// missing in them beside friction and rotors. An alternative that they prefer at 20 to 1 takes the place of the effect; those that lose
+// to it at these odds are none. `fits`: with each alternative.
+void StandSearcher::let_drives_decide(std::vector<StandFit>* fits) {
+  fits->push_back(out_.chosen);
+  std::vector<std::vector<DriveLeft>> left;
+  for (const StandFit& fit : *fits) left.push_back(drives_(fit.hypothesis));
+  const size_t found = fits->size() - 1;
+  size_t best = found;
+  for (size_t k = 0; k < found; ++k) {
+    if (calc_drive_odds(left[k], left[best]) > (best == found ? kOdds : 0)) best = k;
+  }
+  if (best != found) out_.chosen = finish((*fits)[best], (*fits)[best].hypothesis);
+  std::vector<StandFit> kept;
+  for (size_t k = 0; k < fits->size(); ++k) {
+    if (k != best && calc_drive_odds(left[best], left[k]) <= kOdds) kept.push_back((*fits)[k]);
+  }
+  *fits = kept;
+}
+
+// An effect has the value that it has beside one of several others. Its interval must hold what it is beside each of them.
+void StandSearcher::weigh_alternatives() {
+  std::vector<Eigen::VectorXd> reach;
+  for (const Effect& e : out_.chosen.hypothesis) reach.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));
+  for (size_t i = 0; i < out_.indistinguishable.size() && (drives_ || reach.size() > 1); ++i) {
+    std::vector<StandFit> fits;
+    std::vector<Effect> unfitted;
+    for (const Effect& e : out_.indistinguishable[i]) {
+      fits.push_back(fit_instead(i, e));
+      if (fits.back().score >= 1e299) fits.pop_back(), unfitted.push_back(e);
+    }
+    if (drives_ && !fits.empty()) let_drives_decide(&fits);
+    out_.indistinguishable[i] = unfitted;
+    for (const StandFit& fit : fits) {
+      out_.indistinguishable[i].push_back(fit.hypothesis[i]);
+      for (size_t k = 0; k < reach.size(); ++k) {
+        const Eigen::Map<const Eigen::ArrayXd> other(fit.hypothesis[k].p.data(), reach[k].size()), own(out_.chosen.hypothesis[k].p.data(), reach[k].size());
+        if (k != i) reach[k] = reach[k].array().max((other - own).abs());
+      }
+    }
+  }
+  for (size_t k = 0; k < out_.chosen.std.size(); ++k) out_.chosen.std[k] = (out_.chosen.std[k].array().square() + (reach[k] / kNinetyFive).array().square()).sqrt();
+}
+
+}  // namespace hrp::diagnosis::standing
