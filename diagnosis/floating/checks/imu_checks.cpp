@@ -105,7 +105,8 @@ class ImuChecker {
   }
 
   // Equations that hold sample by sample tell an accelerometer's scale better than its mean over a walk, to which impacts
-  // that were sampled too slowly, and falls, add what they like. Standing is no worse.
+  // that were sampled too slowly, and falls, add what they like. Standing is no worse. Torques of legs tell the weight to some percent
+  // only: the balance by them says less than the mean does.
   bool is_weighed(size_t imu) const {
     const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {

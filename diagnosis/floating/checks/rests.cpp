@@ -53,7 +53,7 @@ void keep_rows(const std::vector<char>& kept, ChannelRows* rows) {
 
 // Equations of feet that stand on the ground.
 bool is_of_feet(const Equation& e) {
-  return e.is_balance() || e.is_balance_by_legs() || e.is(EquationKind::kWeight) || e.is(EquationKind::kJoint) || e.is(EquationKind::kTilt) ||
+  return e.is_of_whole_body() || e.is(EquationKind::kWeight) || e.is(EquationKind::kJoint) || e.is(EquationKind::kTilt) ||
          e.is(EquationKind::kHeight) || e.is(EquationKind::kGyroscopeOverFeet);
 }
 

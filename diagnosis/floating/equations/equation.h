@@ -24,6 +24,7 @@ struct Equation {
   bool is(EquationKind k) const { return kind == k; }
   bool is_balance() const { return is(EquationKind::kMoment) || is(EquationKind::kForce); }
   bool is_balance_by_legs() const { return is(EquationKind::kLegMoment) || is(EquationKind::kLegForce); }
+  bool is_of_whole_body() const { return is_balance() || is_balance_by_legs(); }
   bool is_gyroscope() const { return is(EquationKind::kGyroscope) || is(EquationKind::kGyroscopeOverFeet); }
   bool is_vertical_force() const { return is(EquationKind::kWeight) || *this == Equation(EquationKind::kForce, 2); }
 

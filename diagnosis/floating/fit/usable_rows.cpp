@@ -71,8 +71,7 @@ void drop_unused(const Used& used, std::vector<ChannelRows>* channels) {
   for (ChannelRows& c : *channels) {
     const Equation& e = c.info.equation;
     const bool joint = e.is(EquationKind::kJoint), servo = e.is(EquationKind::kServo);
-    const bool legs = e.is_balance_by_legs();
-    const bool forces = e.is(EquationKind::kWeight) || joint || e.is_balance() || legs;
+    const bool forces = e.is(EquationKind::kWeight) || joint || e.is_of_whole_body();
     if ((forces && !used.forces) || ((joint || servo) && !used.drives)) empty(&c);
   }
 }

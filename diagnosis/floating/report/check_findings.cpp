@@ -123,7 +123,7 @@ bool is_weight_pulled(const ReportState& state) {
 bool are_places_told(const ReportState& state) {
   const std::vector<ChannelRows>& channels = state.fitter.channels();
   return std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) {
-    return c.rows() > 0 && (c.info.equation.is_balance() || c.info.equation.is_balance_by_legs() || c.info.equation.is(EquationKind::kJoint));
+    return c.rows() > 0 && (c.info.equation.is_of_whole_body() || c.info.equation.is(EquationKind::kJoint));
   });
 }
 
