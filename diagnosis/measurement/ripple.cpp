@@ -112,7 +112,8 @@ std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
   if (peaks.empty()) return std::nullopt;
   const LawRest log = list_law_rest(*data.experiment, joint, data.servo[static_cast<size_t>(joint)], data.delays);
   if (static_cast<long>(log.position.size()) < kLeastRows) return std::nullopt;
-  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size())), torque(log.torque.data(), q.size());
+  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size()));
+  const Eigen::Map<const Eigen::VectorXd> torque(log.torque.data(), q.size());
   for (double periods : peaks) {
     const Eigen::Vector2d missing = calc_ripple(rest.q, rest.torque, periods), own = calc_ripple(q, torque, periods);
     LogRipple ripple{periods, own, 0.0};

@@ -22,6 +22,11 @@ double calc_drive_odds(const std::vector<DriveLeft>& with, const std::vector<Dri
   return odds;
 }
 
+// Coefficients of effect k.
+Eigen::Map<const Eigen::VectorXd> map_values(const StandFit& fit, size_t k) {
+  return {fit.hypothesis[k].p.data(), static_cast<long>(fit.hypothesis[k].p.size())};
+}
+
 }  // namespace
 
 void StandSearcher::find_indistinguishable() {
@@ -97,12 +102,14 @@ void StandSearcher::weigh_alternatives() {
     for (const StandFit& fit : fits) {
       out_.indistinguishable[i].push_back(fit.hypothesis[i]);
       for (size_t k = 0; k < reach.size(); ++k) {
-        const Eigen::Map<const Eigen::ArrayXd> other(fit.hypothesis[k].p.data(), reach[k].size()), own(out_.chosen.hypothesis[k].p.data(), reach[k].size());
-        if (k != i) reach[k] = reach[k].array().max((other - own).abs());
+        if (k != i) reach[k] = reach[k].cwiseMax((map_values(fit, k) - map_values(out_.chosen, k)).cwiseAbs());
       }
     }
   }
-  for (size_t k = 0; k < out_.chosen.std.size(); ++k) out_.chosen.std[k] = (out_.chosen.std[k].array().square() + (reach[k] / kNinetyFive).array().square()).sqrt();
+  for (size_t k = 0; k < out_.chosen.std.size(); ++k) {
+    Eigen::VectorXd& std = out_.chosen.std[k];
+    for (long n = 0; n < std.size(); ++n) std(n) = std::hypot(std(n), reach[k](n) / kNinetyFive);
+  }
 }
 
 }  // namespace hrp::diagnosis::standing
