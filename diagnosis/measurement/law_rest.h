@@ -11,9 +11,13 @@ namespace hrp::diagnosis {
 struct LawRest {
   std::vector<double> position;  // [rad]
   std::vector<double> torque;    // [N m] log - (scale x law + bias)
+  std::vector<size_t> recording;
+  double spread = 0.0;           // [N m] of the log
+  // True if the log follows the servo's law but for `part` of the rest [N m] and noise.
+  bool follows_but_for(const Eigen::VectorXd& part) const;
 };
 
-// Empty if the log does not follow the law. `late`: the joint's delays of commands are among them.
-LawRest list_law_rest(const Experiment& experiment, int joint, const ServoReading& log, const std::vector<ServoDelay>& late);
+// Empty without commands or a log. `late`: the joint's delays of commands are among them.
+LawRest list_law_rest(const Experiment& experiment, int joint, const std::vector<ServoDelay>& late);
 
 }  // namespace hrp::diagnosis

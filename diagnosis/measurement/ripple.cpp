@@ -25,6 +25,7 @@ constexpr double kAgree = 9.0;
 // Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
 struct Rest {
   Eigen::VectorXd q, speed, torque;
+  std::vector<size_t> recording;
   double travel() const { return q.maxCoeff() - q.minCoeff(); }
 };
 
@@ -45,6 +46,7 @@ Rest find_rest(const TorqueData& data, int joint) {
       const double v = r.v(row, joint), load = r.tau(row, joint);
       columns.row(at) << v, sign[row], r.a(row, joint), load, std::abs(load) * sign[row], 1.0;
       rest.q[at] = r.q(row, joint), rest.speed[at] = std::abs(v), rest.torque[at++] = r.missing(k, joint);
+      rest.recording.push_back(r.index);
     }
   }
   rest.torque -= columns * columns.colPivHouseholderQr().solve(rest.torque).eval();
@@ -73,12 +75,17 @@ Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
 }
 
-// a and b of the ripple a cos(N q) + b sin(N q) beside a constant, by least squares: where a joint rests for most of the time, only
-// its moving samples tell them.
-Eigen::Vector2d calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, double periods) {
+// a and b of the ripple a cos(N q) + b sin(N q) beside a constant of each recording, by least squares. A joint that rests shows no
+// ripple, only what its encoder's rounding makes of the servo's law there.
+Eigen::Vector2d calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, const std::vector<size_t>& recording, double periods) {
   Eigen::MatrixXd columns(q.size(), 3);
-  columns << (periods * q.array()).cos(), (periods * q.array()).sin(), Eigen::VectorXd::Ones(q.size());
-  return columns.colPivHouseholderQr().solve(torque).head<2>();
+  columns << (periods * q.array()).cos(), (periods * q.array()).sin(), torque;
+  for (long begin = 0, end = 0; begin < q.size(); begin = end) {
+    while (end < q.size() && recording[static_cast<size_t>(end)] == recording[static_cast<size_t>(begin)]) ++end;
+    auto own = columns.middleRows(begin, end - begin);
+    own.rowwise() -= own.colwise().mean().eval();
+  }
+  return columns.leftCols<2>().colPivHouseholderQr().solve(columns.col(2));
 }
 
 // Peaks of the missing torque that are significant, highest first.
@@ -110,14 +117,17 @@ std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
   const Rest rest = find_rest(data, joint);
   const std::vector<double> peaks = find_peaks(data, rest);
   if (peaks.empty()) return std::nullopt;
-  const LawRest log = list_law_rest(*data.experiment, joint, data.servo[static_cast<size_t>(joint)], data.delays);
+  const LawRest log = list_law_rest(*data.experiment, joint, data.delays);
   if (static_cast<long>(log.position.size()) < kLeastRows) return std::nullopt;
   const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size()));
   const Eigen::Map<const Eigen::VectorXd> torque(log.torque.data(), q.size());
   for (double periods : peaks) {
-    const Eigen::Vector2d missing = calc_ripple(rest.q, rest.torque, periods), own = calc_ripple(q, torque, periods);
+    const Eigen::Vector2d missing = calc_ripple(rest.q, rest.torque, rest.recording, periods);
+    const Eigen::Vector2d own = calc_ripple(q, torque, log.recording, periods);
     LogRipple ripple{periods, own, 0.0};
-    if ((missing - own).norm() < kHalf * missing.norm()) return ripple.mean = ripple.calc(q).mean(), ripple;
+    const Eigen::VectorXd part = ripple.calc(q);
+    ripple.mean = part.mean();
+    if ((missing - own).norm() < kHalf * missing.norm() && log.follows_but_for(part.array() - ripple.mean)) return ripple;
   }
   return std::nullopt;
 }

@@ -274,7 +274,8 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late
   out.before = calc_rms(pairs, 1.0, 0.0);
   out.after = calc_rms(pairs, slope.value, offset);
   out.wavers = calc_wavers(pairs, slope.value, offset);
-  if (!(out.after < kMuch * spread) || !(slope.value > 0.0)) return out;
+  // Noise of encoders in the law is no disagreement: a stiff servo makes newton metres of a count.
+  if (!(out.wavers < kMuch * calc_deviation(pairs.effort)) || !(slope.value > 0.0)) return out;
   out.slope = slope.value;
   if (!(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
@@ -298,16 +299,25 @@ ServoDelay find_delay(const std::vector<ServoDelay>& delays, size_t joint) {
 
 }  // namespace
 
-LawRest list_law_rest(const Experiment& e, int joint, const ServoReading& log, const std::vector<ServoDelay>& late) {
+LawRest list_law_rest(const Experiment& e, int joint, const std::vector<ServoDelay>& late) {
   LawRest out;
-  if (!log.follows) return out;
   const Plant plant = make_plant(e, {});
   const size_t j = static_cast<size_t>(joint);
+  if (e.scenario.drive != "servo" || !has_all(e, j) || !(plant.laws[j].kp > 0.0)) return out;
   ServoPairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
+  if (pairs.law.size() < kLeastServoSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
+  out.spread = calc_deviation(pairs.effort);
   for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
-  out.position = std::move(pairs.position);
+  out.position = std::move(pairs.position), out.recording = std::move(pairs.recording);
   return out;
+}
+
+bool LawRest::follows_but_for(const Eigen::VectorXd& part) const {
+  const auto left = [&](size_t k) { return torque[k] - part[static_cast<long>(k)]; };
+  double sum = 0.0;
+  for (size_t k = kLaterSamples; k < torque.size(); ++k) sum += left(k) * left(k - kLaterSamples);
+  return sum < std::pow(kMuch * spread, 2) * static_cast<double>(torque.size());
 }
 
 std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::vector<ServoDelay>& delays,

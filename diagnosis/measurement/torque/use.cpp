@@ -115,7 +115,7 @@ void leave_out_limits(TorqueWork* w, int j) {
 }
 
 void take_out_log_ripples(TorqueWork* w, int j) {
-  if (w->data.source[static_cast<size_t>(j)] != EffortSource::kRecorded || !w->data.servo[static_cast<size_t>(j)].follows) return;
+  if (w->data.source[static_cast<size_t>(j)] != EffortSource::kRecorded) return;
   for (int pass = 0; pass < kMostLogRipples; ++pass) {
     const std::optional<LogRipple> ripple = find_log_ripple(w->data, j);
     if (!ripple) return;
