@@ -75,9 +75,15 @@ Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
 }
 
-// a and b of the ripple a cos(N q) + b sin(N q) beside a constant of each recording, by least squares. A joint that rests shows no
-// ripple, only what its encoder's rounding makes of the servo's law there.
-Eigen::Vector2d calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, const std::vector<size_t>& recording, double periods) {
+// a and b of the ripple a cos(N q) + b sin(N q) [N m], and the share of the torque's squares that it takes.
+struct Fitted {
+  Eigen::Vector2d amplitude = Eigen::Vector2d::Zero();
+  double share = 0.0;
+};
+
+// By least squares, beside a constant of each recording: a joint that rests shows no ripple, only what its encoder's rounding makes
+// of the servo's law there.
+Fitted fit_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, const std::vector<size_t>& recording, double periods) {
   Eigen::MatrixXd columns(q.size(), 3);
   columns << (periods * q.array()).cos(), (periods * q.array()).sin(), torque;
   for (long begin = 0, end = 0; begin < q.size(); begin = end) {
@@ -85,23 +91,50 @@ Eigen::Vector2d calc_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& tor
     auto own = columns.middleRows(begin, end - begin);
     own.rowwise() -= own.colwise().mean().eval();
   }
-  return columns.leftCols<2>().colPivHouseholderQr().solve(columns.col(2));
+  const Eigen::Matrix3d sums = columns.transpose() * columns;
+  const Eigen::Vector2d x = sums.topLeftCorner<2, 2>().completeOrthogonalDecomposition().solve(sums.topRightCorner<2, 1>());
+  return {x, x.dot(sums.topRightCorner<2, 1>()) / std::max(1e-300, sums(2, 2))};
 }
 
-// Peaks of the missing torque that are significant, highest first.
-std::vector<double> find_peaks(const TorqueData& data, const Rest& rest) {
+// One of `stride` samples.
+struct Thinned {
+  Thinned(const Eigen::VectorXd& all_q, const Eigen::VectorXd& all_torque, const std::vector<size_t>& all_recording, long stride) {
+    const long rows = (all_q.size() + stride - 1) / stride;
+    q.resize(rows), torque.resize(rows);
+    for (long k = 0; k < rows; ++k) {
+      q[k] = all_q[k * stride], torque[k] = all_torque[k * stride];
+      recording.push_back(all_recording[static_cast<size_t>(k * stride)]);
+    }
+  }
+  Eigen::VectorXd q, torque;
+  std::vector<size_t> recording;
+};
+
+// Wave numbers [1/rad] that may be tried: from `first` to `last`.
+struct Tried {
+  double first = 0.0, last = 0.0, step = 0.0;
+};
+
+Tried find_tried(const TorqueData& data, const Rest& rest) {
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
-  const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel(), step = kStep * period;
-  const double last = cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses));
+  const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel();
+  return {kLeastPeriods * period, cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses)), kStep * period};
+}
+
+}  // namespace
+
+std::vector<double> find_ripples(const TorqueData& data, int joint) {
+  const Rest rest = find_rest(data, joint);
+  const Tried range = find_tried(data, rest);
   std::vector<Peak> tried;
-  for (double periods = kLeastPeriods * period; periods < last; periods += step) tried.push_back(calc_peak(rest, periods, cutoff));
+  for (double periods = range.first; periods < range.last; periods += range.step) tried.push_back(calc_peak(rest, periods, 2.0 * M_PI * data.cutoff));
   std::vector<Peak> peaks;
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
     const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;
     // Share of what friction, rotor and load leave; a repeated motion explains less.
     if (here < kPart || here < before || here <= after || tried[i].coherence < kAgree) continue;
     peaks.push_back(tried[i]);
-    peaks.back().periods += step * calc_vertex(before, here, after);
+    peaks.back().periods += range.step * calc_vertex(before, here, after);
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
   std::vector<double> found;
@@ -109,27 +142,27 @@ std::vector<double> find_peaks(const TorqueData& data, const Rest& rest) {
   return found;
 }
 
-}  // namespace
-
-std::vector<double> find_ripples(const TorqueData& data, int joint) { return find_peaks(data, find_rest(data, joint)); }
-
 std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
   const Rest rest = find_rest(data, joint);
-  const std::vector<double> peaks = find_peaks(data, rest);
-  if (peaks.empty()) return std::nullopt;
+  const Tried range = find_tried(data, rest);
   const LawRest log = list_law_rest(*data.experiment, joint, data.delays);
-  if (static_cast<long>(log.position.size()) < kLeastRows) return std::nullopt;
-  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), static_cast<long>(log.position.size()));
-  const Eigen::Map<const Eigen::VectorXd> torque(log.torque.data(), q.size());
-  for (double periods : peaks) {
-    const Eigen::Vector2d missing = calc_ripple(rest.q, rest.torque, rest.recording, periods);
-    const Eigen::Vector2d own = calc_ripple(q, torque, log.recording, periods);
-    LogRipple ripple{periods, own, 0.0};
-    const Eigen::VectorXd part = ripple.calc(q);
-    ripple.mean = part.mean();
-    if ((missing - own).norm() < kHalf * missing.norm() && log.follows_but_for(part.array() - ripple.mean)) return ripple;
+  const long rows = static_cast<long>(log.position.size()), stride = std::max(1L, rows / kMostRows);
+  if (rows < kLeastRows) return std::nullopt;
+  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), rows), torque(log.torque.data(), rows);
+  const Thinned thin(q, torque, log.recording, stride);
+  Fitted best;
+  double periods = 0.0;
+  for (double tried = range.first; tried < range.last; tried += range.step) {
+    const Fitted fitted = fit_ripple(thin.q, thin.torque, thin.recording, tried);
+    if (fitted.share > best.share) best = fitted, periods = tried;
   }
-  return std::nullopt;
+  if (best.share < kPart) return std::nullopt;
+  LogRipple ripple{periods, fit_ripple(q, torque, log.recording, periods).amplitude, 0.0};
+  const Eigen::Vector2d missing = fit_ripple(rest.q, rest.torque, rest.recording, periods).amplitude;
+  const Eigen::VectorXd part = ripple.calc(q);
+  ripple.mean = part.mean();
+  const bool same = (missing - ripple.amplitude).norm() < kHalf * missing.norm();
+  return same && log.follows_but_for(part.array() - ripple.mean) ? std::optional<LogRipple>(ripple) : std::nullopt;
 }
 
 }  // namespace hrp::diagnosis

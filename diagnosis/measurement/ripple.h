@@ -25,7 +25,7 @@ struct LogRipple {
   }
 };
 
-// The highest such peak of which the log has most beside the servo's law: no torque on the joint is needed for it.
+// The one that takes most of what the log has beside the servo's law, at least a quarter, if the missing torque has the same.
 std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint);
 
 }  // namespace hrp::diagnosis

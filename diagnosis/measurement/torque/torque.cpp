@@ -58,7 +58,7 @@ TorqueData make_data(const Experiment& e, const std::vector<VelocityReading>& ve
   for (int j = 0; j < e.num_joints(); ++j) leave_out_limits(&w, j);
   leave_out_unseen_contact(&w);
   for (int j = 0; j < e.num_joints(); ++j) {
-    if (w.data.is_judged(j)) take_out_log_ripples(&w, j);
+    if (w.data.is_judged(j)) take_out_log_ripple(&w, j);
   }
   return std::move(w.data);
 }

@@ -13,8 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostLogRipples = 3;  // of a joint: poles, slots and teeth of its drive
-
 // Torque of the joint's laws, from its description and the experiment, at the kept samples [N m].
 Eigen::VectorXd calc_stated(const TorqueWork& w, const TorqueRecording& r, int j) {
   const JointLaws& laws = w.plant.laws[static_cast<size_t>(j)];
@@ -114,18 +112,16 @@ void leave_out_limits(TorqueWork* w, int j) {
     w->data.recordings[r].use.col(j) = w->data.recordings[r].use.col(j) && !limited[r];
 }
 
-void take_out_log_ripples(TorqueWork* w, int j) {
+void take_out_log_ripple(TorqueWork* w, int j) {
   if (w->data.source[static_cast<size_t>(j)] != EffortSource::kRecorded) return;
-  for (int pass = 0; pass < kMostLogRipples; ++pass) {
-    const std::optional<LogRipple> ripple = find_log_ripple(w->data, j);
-    if (!ripple) return;
-    // A bias that was taken out of the log contains the ripple's mean.
-    const double mean = w->data.servo[static_cast<size_t>(j)].is_biased() ? ripple->mean : 0.0;
-    for (TorqueRecording& r : w->data.recordings) {
-      const Eigen::VectorXd torque = low_pass(ripple->calc(r.q.col(j)).array() - mean, r.step, w->data.cutoff);
-      r.effort.col(j) -= torque;
-      for (long k = 0; k < r.kept(); ++k) r.missing(k, j) -= torque[r.full_row(k)];
-    }
+  const std::optional<LogRipple> ripple = find_log_ripple(w->data, j);
+  if (!ripple) return;
+  // A bias that was taken out of the log contains the ripple's mean.
+  const double mean = w->data.servo[static_cast<size_t>(j)].is_biased() ? ripple->mean : 0.0;
+  for (TorqueRecording& r : w->data.recordings) {
+    const Eigen::VectorXd torque = low_pass(ripple->calc(r.q.col(j)).array() - mean, r.step, w->data.cutoff);
+    r.effort.col(j) -= torque;
+    for (long k = 0; k < r.kept(); ++k) r.missing(k, j) -= torque[r.full_row(k)];
   }
 }
 
