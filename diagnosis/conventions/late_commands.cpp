@@ -18,6 +18,7 @@
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/torque/effort.h"
 #include "diagnosis/measurement/torque/term_rows.h"
+#include "diagnosis/measurement/velocity_log.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -139,10 +140,26 @@ LateCommands find_delay(const Experiment& e, const LeftByDrives& logged) {
   return late;
 }
 
-}  // namespace
+// True if the servo's law is all that is known of some drive, and a velocity that it may damp with is late.
+bool has_late_damping(const Experiment& e) {
+  const Plant plant = make_plant(e, {});
+  const std::vector<VelocityReading> velocity = find_velocity_readings(e);
+  for (size_t j = 0; j < velocity.size(); ++j) {
+    if (velocity[j].is_late() && plant.laws[j].kd > 0.0 && find_effort_source(e, j) == EffortSource::kServoLaw) return true;
+  }
+  return false;
+}
 
-LateCommands find_late_commands(const Experiment& e, int jobs) {
-  if (!is_of_law(e)) return {};
+// Which of the two explains more with physical sizes of everything else: no rotor is below zero. In N m, because the efforts by the
+// two laws differ in size.
+bool find_late_damping(const Experiment& e, int jobs) {
+  if (!has_late_damping(e)) return false;
+  LateCommands as_logged;
+  as_logged.damps_late = true;
+  return compare_torques(fit_list(convert_commands(e, as_logged), jobs), fit_list(e, jobs)) > kConventionNats;
+}
+
+LateCommands find_moved_commands(const Experiment& e, int jobs) {
   const LeftByDrives logged = find_left(e);
   LateCommands late = find_delay(e, logged), rate;
   rate.of_rate = !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
@@ -157,9 +174,24 @@ LateCommands find_late_commands(const Experiment& e, int jobs) {
   return best;
 }
 
+}  // namespace
+
+LateCommands find_late_commands(const Experiment& e, int jobs) {
+  if (!is_of_law(e)) return {};
+  LateCommands damping;
+  damping.damps_late = find_late_damping(e, jobs);
+  LateCommands out = find_moved_commands(convert_commands(e, damping), jobs);
+  out.damps_late = damping.damps_late;
+  return out;
+}
+
 Experiment convert_commands(Experiment e, const LateCommands& late) {
-  if (!late.any()) return e;
   for (Recording& r : e.recordings) {
+    for (size_t j = 0; j < r.joints.size() && late.damps_late; ++j) {
+      const std::vector<double>& velocity = r.joints[j].signal[static_cast<size_t>(Quantity::kVelocity)];
+      if (!velocity.empty()) r.other[name_servo_rate(j)] = velocity;
+    }
+    if (!late.is_of_commands()) continue;
     if (!late.of_rate) {
       r = advance(r, late.delay);
       continue;
@@ -173,16 +205,17 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
 }
 
 std::string describe(const LateCommands& late) {
-  if (!late.any()) return "";
+  const std::string damping = late.damps_late ? "the servos damp with the velocities as they were logged, late; the simulator's servo has no such filter" : "";
+  if (!late.is_of_commands()) return damping;
   const std::string rate = "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
   const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " + number(1e3 * kNinetyFive * late.std, 2) +
                           " ms late: the servos acted on them before";
   const std::string first = late.of_rate ? rate + "; it is taken from the commanded positions" : log;
-  return first + (late.either ? ". Hardly told from this: " + (late.of_rate ? log : rate) : "");
+  return (damping.empty() ? "" : damping + ". ") + first + (late.either ? ". Hardly told from this: " + (late.of_rate ? log : rate) : "");
 }
 
 Json make_late_finding(const Experiment& e, const LateCommands& late) {
-  if (!late.any() || (late.of_rate && !late.either)) return nullptr;
+  if (!late.is_of_commands() || (late.of_rate && !late.either)) return nullptr;
   // A log that writes values one cycle late is off by a period.
   const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
   const Json delay = make_value(round_to(late.delay, 4), round_to(late.std, 3), "s");

@@ -20,12 +20,15 @@ struct LateCommands {
   bool of_rate = false;           // instead, damping acts on the error of the velocity
   bool either = false;            // recordings hardly tell which of the two: they differ in the second order of the delay
 
-  bool any() const { return delay != 0.0 || of_rate; }
+  bool damps_late = false;        // servos damp with the velocity as it was logged, late
+
+  bool is_of_commands() const { return delay != 0.0 || of_rate; }
+  bool any() const { return is_of_commands() || damps_late; }
 };
 
 LateCommands find_late_commands(const Experiment& experiment, int jobs);
 
-// Commands as the servos had them: moved, without the last samples, or with their rates.
+// Commands and velocities as the servos had them: moved, without the last samples, or with their rates.
 Experiment convert_commands(Experiment experiment, const LateCommands& late);
 
 // In one sentence; empty if there is nothing to say.

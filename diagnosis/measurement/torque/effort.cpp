@@ -37,6 +37,8 @@ std::string describe_unlogged(const Experiment& e, int joint, EffortSource sourc
          ": nothing is said of this joint's drive; if nothing drives it, list it under 'unactuated'";
 }
 
+std::string name_servo_rate(size_t joint) { return "/servo_rate/" + std::to_string(joint); }
+
 ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, const std::vector<double>& rate) {
   const size_t rows = r.size();
   ServoSeries out{std::vector<double>(rows), std::vector<double>(rows, 0.0)};

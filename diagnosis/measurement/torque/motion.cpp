@@ -148,8 +148,9 @@ void leave_out_unlogged(const TorqueWork& w, const Recording& in, TorqueRecordin
   }
 }
 
-// Velocity that the servo uses, at the recording's samples: recorded, else of the smoothed position.
+// Velocity that the servo uses, at the recording's samples: known, recorded, else of the smoothed position.
 std::vector<double> find_rate(const Recording& in, size_t j, const TorqueRecording& out) {
+  if (in.has(name_servo_rate(j))) return in.other.at(name_servo_rate(j));
   if (in.joints[j].has(Quantity::kVelocity)) return in.joints[j].signal[1];
   std::vector<double> grid(static_cast<size_t>(out.v.rows())), rate(in.size());
   std::vector<double> values(grid.size());

@@ -27,6 +27,50 @@ Experiment make_logged(const std::string& name, double late, bool rates) {
   return e;
 }
 
+constexpr double kLateVelocity = 0.02;  // [s]
+
+// A drive with friction and a rotor of 0.05 kg m^2 swings a rod; kp 200, kd 10; no efforts. Its logged velocity is late. The servo
+// damps with the velocity of `damping_late` [s] ago.
+Experiment make_damped(const std::string& name, double damping_late) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_damped_" + name);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << R"(<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link><joint name="hinge" type="revolute"><parent link="base"/>
+    <child link="rod"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="90" velocity="20"/></joint></robot>)";
+  std::ofstream yaml(folder / "experiment.yaml");
+  yaml << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10, effort_limit: 90}}\nrecordings:\n";
+  for (int file = 0; file < 3; ++file) {
+    yaml << "- {file: r" << file << ".csv, role: " << (file < 2 ? "train" : "validate") << "}\n";
+    std::ofstream csv(folder / ("r" + std::to_string(file) + ".csv"));
+    csv.precision(10);
+    csv << "time,/joint_commands/hinge/position,/joint_states/hinge/position,/joint_states/hinge/velocity\n";
+    const auto rate = [&](double t) { return 1.2 * std::cos((3.0 + file) * t) + 1.0 * std::cos(7.3 * t + file); };
+    TestNoise noise;
+    for (int k = 0; k < 1600; ++k) {
+      const double t = 0.005 * k, v = rate(t), h = 1e-4, a = (rate(t + h) - rate(t - h)) / (2.0 * h);
+      const double q = 1.2 / (3.0 + file) * std::sin((3.0 + file) * t) + 1.0 / 7.3 * std::sin(7.3 * t + file);
+      const double rod = (0.03 + 2.0 * 0.2 * 0.2) * a - 2.0 * 9.81 * 0.2 * std::cos(q);  // gravity acts along -z, the rod along x
+      const double drive = rod + 0.05 * a + 0.1 * v + 0.3 * std::tanh(v / 0.01);
+      csv << t << "," << q + (drive + 10.0 * rate(t - damping_late)) / 200.0 << "," << q + 2e-5 * noise.draw() << "," << rate(t - kLateVelocity) + 0.002 * noise.draw() << "\n";
+    }
+  }
+  yaml.close();
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+// kd T = 0.2 kg m^2 is more than the rotor has: with a sharp velocity, the rotor would be below zero.
+TEST(LateCommands, AServoThatDampsWithItsLateVelocityHasARotorAboveZero) {
+  const Experiment e = make_damped("late", kLateVelocity);
+  const LateCommands late = find_late_commands(e, 1);
+  ASSERT_TRUE(late.damps_late);
+  EXPECT_FALSE(late.is_of_commands());
+  EXPECT_TRUE(make_late_finding(e, late).is_null());
+  const ListFit sharp = fit_list(e, 1), logged = fit_list(convert_commands(e, late), 1);
+  EXPECT_LT(logged.cross[0] * logged.square[0], 0.1 * sharp.cross[0] * sharp.square[0]);
+}
+
+TEST(LateCommands, ALateLogOfTheVelocityAloneLeavesTheServoAsItIs) { EXPECT_FALSE(find_late_commands(make_damped("sharp", 0.0), 1).damps_late); }
+
 TEST(LateCommands, OfALogInTimeNothingIsSaid) { EXPECT_FALSE(find_late_commands(make_logged("commands_in_time", 0.0, true), 1).any()); }
 
 // Without the delay, no friction explains anything: it would have to drive the joints.
