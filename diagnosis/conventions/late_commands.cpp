@@ -8,6 +8,7 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/data/smooth.h"
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -26,6 +27,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kSteps = 20;         // delays to try up to the longest: 5 ms
+constexpr double kFilters[] = {0.005, 0.01, 0.015, 0.02, 0.03, 0.04};  // [s] time constants to try, as firmware has them
 constexpr int kSigned = 3;         // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
 
 // Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first three is
@@ -118,6 +120,13 @@ LateCommands make_delay(double delay) {
   return late;
 }
 
+// Of the velocity with which servos damp; 0: as it was logged.
+LateCommands make_filter(double time) {
+  LateCommands late;
+  late.damps_late = true, late.filter = time;
+  return late;
+}
+
 LateCommands make_rate() {
   LateCommands rate;
   rate.of_rate = true;
@@ -150,13 +159,33 @@ bool has_late_damping(const Experiment& e) {
   return false;
 }
 
+// The velocity of a joint behind a filter 1 / (T s + 1).
+std::vector<double> filter_velocity(const Recording& r, const JointColumns& joint, double time) {
+  std::vector<double> rate = joint.has(Quantity::kVelocity) ? fill_gaps(joint.signal[1]) : differentiate(r.time, fill_gaps(joint.signal[0]));
+  for (size_t k = 1; k < rate.size(); ++k) rate[k] = rate[k - 1] + (1.0 - std::exp((r.time[k - 1] - r.time[k]) / time)) * (rate[k] - rate[k - 1]);
+  return rate;
+}
+
+// The filter that leaves least of those that are tried; 0 if it does not leave less than half.
+double find_filter(const Experiment& e) {
+  const LeftByDrives sharp = find_left(e);
+  double least = kHalf, best = 0.0;
+  for (double time : kFilters) {
+    const double share = find_left(convert_commands(e, make_filter(time))).calc_share(sharp);
+    if (share < least) least = share, best = time;
+  }
+  return best;
+}
+
 // Which of the two explains more with physical sizes of everything else: no rotor is below zero. In N m, because the efforts by the
 // two laws differ in size.
-bool find_late_damping(const Experiment& e, int jobs) {
-  if (!has_late_damping(e)) return false;
-  LateCommands as_logged;
-  as_logged.damps_late = true;
-  return compare_torques(fit_list(convert_commands(e, as_logged), jobs), fit_list(e, jobs)) > kConventionNats;
+LateCommands find_late_damping(const Experiment& e, int jobs) {
+  const bool logged = has_late_damping(e);
+  const double filter = logged || !has_damping(e) ? 0.0 : find_filter(e);
+  if (!logged && filter == 0.0) return {};
+  const LateCommands late = make_filter(filter);
+  const double gain = compare_torques(fit_list(convert_commands(e, late), jobs), fit_list(e, jobs)) - (logged ? 0.0 : kWholeGain);
+  return gain > kConventionNats ? late : LateCommands{};
 }
 
 LateCommands find_moved_commands(const Experiment& e, int jobs) {
@@ -178,18 +207,22 @@ LateCommands find_moved_commands(const Experiment& e, int jobs) {
 
 LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (!is_of_law(e)) return {};
-  LateCommands damping;
-  damping.damps_late = find_late_damping(e, jobs);
-  LateCommands out = find_moved_commands(convert_commands(e, damping), jobs);
-  out.damps_late = damping.damps_late;
+  const LateCommands damping = find_late_damping(e, jobs), moved = find_moved_commands(e, jobs);
+  if (!damping.any()) return moved;
+  const Experiment damped = convert_commands(e, damping);
+  // Late commands and rates that were not logged leave a rotor below zero, too.
+  if (moved.any() && compare_torques(fit_list(convert_commands(e, moved), jobs), fit_list(damped, jobs)) > 0.0) return moved;
+  LateCommands out = find_moved_commands(damped, jobs);
+  out.damps_late = true, out.filter = damping.filter;
   return out;
 }
 
 Experiment convert_commands(Experiment e, const LateCommands& late) {
   for (Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size() && late.damps_late; ++j) {
-      const std::vector<double>& velocity = r.joints[j].signal[static_cast<size_t>(Quantity::kVelocity)];
-      if (!velocity.empty()) r.other[name_servo_rate(j)] = velocity;
+      const JointColumns& joint = r.joints[j];
+      if (late.filter > 0.0 && joint.has(Quantity::kPosition)) r.other[name_servo_rate(j)] = filter_velocity(r, joint, late.filter);
+      else if (joint.has(Quantity::kVelocity)) r.other[name_servo_rate(j)] = joint.signal[static_cast<size_t>(Quantity::kVelocity)];
     }
     if (!late.is_of_commands()) continue;
     if (!late.of_rate) {
@@ -205,7 +238,8 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
 }
 
 std::string describe(const LateCommands& late) {
-  const std::string damping = late.damps_late ? "the servos damp with the velocities as they were logged, late; the simulator's servo has no such filter" : "";
+  const std::string how = late.filter > 0.0 ? "behind a filter of about " + number(1e3 * late.filter, 2) + " ms" : "as they were logged, late";
+  const std::string damping = late.damps_late ? "the servos damp with the velocities " + how + "; the simulator's servo has no such filter" : "";
   if (!late.is_of_commands()) return damping;
   const std::string rate = "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
   const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " + number(1e3 * kNinetyFive * late.std, 2) +

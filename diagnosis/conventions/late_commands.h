@@ -20,7 +20,8 @@ struct LateCommands {
   bool of_rate = false;           // instead, damping acts on the error of the velocity
   bool either = false;            // recordings hardly tell which of the two: they differ in the second order of the delay
 
-  bool damps_late = false;        // servos damp with the velocity as it was logged, late
+  bool damps_late = false;        // servos damp with a late velocity: as it was logged, or
+  double filter = 0.0;            // [s] behind a filter of this time constant that no log shows
 
   bool is_of_commands() const { return delay != 0.0 || of_rate; }
   bool any() const { return is_of_commands() || damps_late; }

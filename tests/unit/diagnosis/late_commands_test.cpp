@@ -29,9 +29,9 @@ Experiment make_logged(const std::string& name, double late, bool rates) {
 
 constexpr double kLateVelocity = 0.02;  // [s]
 
-// A drive with friction and a rotor of 0.05 kg m^2 swings a rod; kp 200, kd 10; no efforts. Its logged velocity is late. The servo
-// damps with the velocity of `damping_late` [s] ago.
-Experiment make_damped(const std::string& name, double damping_late) {
+// A drive with friction and a rotor of 0.05 kg m^2 swings a rod; kp 200, kd 10; no efforts. Its velocity is logged `logged_late` [s].
+// The servo damps with the velocity of `damping_late` [s] ago.
+Experiment make_damped(const std::string& name, double damping_late, double logged_late = kLateVelocity) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_damped_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << R"(<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
@@ -51,7 +51,7 @@ Experiment make_damped(const std::string& name, double damping_late) {
       const double q = 1.2 / (3.0 + file) * std::sin((3.0 + file) * t) + 1.0 / 7.3 * std::sin(7.3 * t + file);
       const double rod = (0.03 + 2.0 * 0.2 * 0.2) * a - 2.0 * 9.81 * 0.2 * std::cos(q);  // gravity acts along -z, the rod along x
       const double drive = rod + 0.05 * a + 0.1 * v + 0.3 * std::tanh(v / 0.01);
-      csv << t << "," << q + (drive + 10.0 * rate(t - damping_late)) / 200.0 << "," << q + 2e-5 * noise.draw() << "," << rate(t - kLateVelocity) + 0.002 * noise.draw() << "\n";
+      csv << t << "," << q + (drive + 10.0 * rate(t - damping_late)) / 200.0 << "," << q + 2e-5 * noise.draw() << "," << rate(t - logged_late) + 0.002 * noise.draw() << "\n";
     }
   }
   yaml.close();
@@ -70,6 +70,13 @@ TEST(LateCommands, AServoThatDampsWithItsLateVelocityHasARotorAboveZero) {
 }
 
 TEST(LateCommands, ALateLogOfTheVelocityAloneLeavesTheServoAsItIs) { EXPECT_FALSE(find_late_commands(make_damped("sharp", 0.0), 1).damps_late); }
+
+TEST(LateCommands, AFilterOfTheServosVelocityThatNoLogShowsIsFound) {
+  const LateCommands late = find_late_commands(make_damped("filter", kLateVelocity, 0.0), 1);
+  ASSERT_TRUE(late.damps_late);
+  EXPECT_NEAR(late.filter, kLateVelocity, 0.01);  // the next ones that are tried
+  EXPECT_FALSE(late.is_of_commands());
+}
 
 TEST(LateCommands, OfALogInTimeNothingIsSaid) { EXPECT_FALSE(find_late_commands(make_logged("commands_in_time", 0.0, true), 1).any()); }
 
