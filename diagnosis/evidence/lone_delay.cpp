@@ -4,7 +4,10 @@
 #include <algorithm>
 
 #include "common/base/has.h"
+#include "diagnosis/data/mean.h"
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -39,7 +42,43 @@ void add_rivals(const TorqueDesign& design, const Choice& with_delay, const Choi
   }
 }
 
+// [s] Delay of all commands that takes as much torque as the joint's viscous friction; 0 if the effort was logged.
+double find_like_delay(const TorqueDesign& design, const GradedTerm& g) {
+  if (g.place.joint < 0 || g.term.effect().id != EffectId::kViscous) return 0.0;
+  const TorqueData& data = *design.data;
+  const auto joint = static_cast<size_t>(design.joints[static_cast<size_t>(g.place.joint)].joint);
+  const double kp = get_servo_gains(data.experiment->scenario, data.experiment->robot.tree.joint(static_cast<int>(joint)).name).kp;
+  return data.source[joint] == EffortSource::kServoLaw && kp > 0.0 ? g.parameters[0] / kp : 0.0;
+}
+
+// The joint's delay that is nearest to this one.
+const Term* find_delay_term(const JointDesign& joint, double delay) {
+  const Term* best = nullptr;
+  for (const Term& t : joint.terms) {
+    if (t.row->late && (!best || std::abs(t.shape - delay) < std::abs(best->shape - delay))) best = &t;
+  }
+  return best;
+}
+
 }  // namespace
+
+void doubt_viscous_of_one_delay(const TorqueDesign& design, std::vector<GradedTerm>* graded) {
+  std::vector<double> delays;
+  for (const GradedTerm& g : *graded) {
+    if (const double delay = find_like_delay(design, g); delay > 0.0) delays.push_back(delay);
+  }
+  if (delays.size() < 2 || delays.size() < design.joints.size()) return;
+  const double mean = calc_mean(delays);
+  const auto differs = [&](double delay) { return std::abs(delay - mean) > kMinority * mean; };
+  if (mean > kLongest || std::any_of(delays.begin(), delays.end(), differs)) return;
+  for (GradedTerm& g : *graded) {
+    if (!(find_like_delay(design, g) > 0.0)) continue;
+    g.grade = Grade::kAmbiguous;
+    const Term* late = find_delay_term(design.joints[static_cast<size_t>(g.place.joint)], mean);
+    const bool listed = std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->late; });
+    if (late && !listed) g.rivals.push_back({*late, Eigen::VectorXd::Constant(1, mean), Eigen::VectorXd::Constant(1, kMinority * mean), {}, {}});
+  }
+}
 
 void doubt_lone_delays(const TorqueDesign& design, const Choice& choice, std::vector<GradedTerm>* graded) {
   for (GradedTerm& g : *graded) {

@@ -13,4 +13,8 @@ namespace hrp::diagnosis {
 // rotor that every drive has leave in its place. Adds these to its rivals.
 void doubt_lone_delays(const TorqueDesign& design, const Choice& choice, std::vector<GradedTerm>* graded);
 
+// Viscous friction in one proportion to the stated kp at all joints, where no effort was logged, is ambiguous: commands that come
+// T0 late take kp T0 at every joint, while friction of drives differs.
+void doubt_viscous_of_one_delay(const TorqueDesign& design, std::vector<GradedTerm>* graded);
+
 }  // namespace hrp::diagnosis

@@ -50,6 +50,7 @@ class Judge {
     drop_untold_delay(jobs);
     take_simpler_terms(jobs);
     doubt_lone_delays(design_, choice_, &graded_);
+    doubt_viscous_of_one_delay(design_, &graded_);
   }
 
   TorqueVerdict run() {

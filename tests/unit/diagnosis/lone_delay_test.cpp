@@ -45,5 +45,28 @@ TEST(LoneDelay, ThatFrictionAndRotorFitNearlyAsWellNamesThem) {
   EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "viscous_friction"; }));
 }
 
+// Viscous friction of both joints, whose servos have the same kp of 200 N m/rad.
+TorqueVerdict judge_viscous(const std::string& name, double shoulder, double elbow) {
+  const Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
+                          {EffectId::kViscous, kShoulder, {shoulder}}, {EffectId::kViscous, kElbow, {elbow}}};
+  return judge_torque(make_position_log(name, hidden, 1e-4), 1);
+}
+
+TEST(LoneDelay, ViscousFrictionInOneProportionToTheGainsMayBeOneDelay) {
+  const TorqueVerdict verdict = judge_viscous("viscous_of_one_delay", 3.0, 2.8);
+  for (const char* joint : {"shoulder", "elbow"}) {
+    const Finding* f = find(verdict, "viscous_friction", joint);
+    ASSERT_NE(f, nullptr);
+    EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
+    EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "command_delay"; }));
+  }
+}
+
+TEST(LoneDelay, ViscousFrictionThatDiffersIsNoDelayOfAllCommands) {
+  const Finding* f = find(judge_viscous("viscous_differs", 3.0, 0.8), "viscous_friction", "shoulder");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
