@@ -91,6 +91,7 @@ def look(source, build, options):
 def look_at_all(sources, build, jobs, options):
     """(source, words) of each, and the progress on a terminal."""
     (build / "clean").mkdir(exist_ok=True)
+    find_included.cache_clear()
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for number, (source, words) in enumerate(zip(sources, pool.map(lambda s: look(s, build, options), sources)), 1):
             yield source, words
