@@ -239,7 +239,7 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
 
 std::string describe(const LateCommands& late) {
   const std::string how = late.filter > 0.0 ? "behind a filter of about " + number(1e3 * late.filter, 2) + " ms" : "as they were logged, late";
-  const std::string damping = late.damps_late ? "the servos damp with the velocities " + how + "; the simulator's servo has no such filter" : "";
+  std::string damping = late.damps_late ? "the servos damp with the velocities " + how + "; the simulator's servo has no such filter" : "";
   if (!late.is_of_commands()) return damping;
   const std::string rate = "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
   const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " + number(1e3 * kNinetyFive * late.std, 2) +
