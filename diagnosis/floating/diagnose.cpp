@@ -290,8 +290,13 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   drop_rests(rests, &channels);
   const SensorFaults faults = find_sensor_faults(logs, channels, layout);
   const Eigen::VectorXd corrected = list_faults(logs.even, layout, faults);
-  const std::vector<ChannelRows> as_logged = faults.any() ? std::move(channels) : std::vector<ChannelRows>();
-  if (faults.any()) correct_faults(corrected, layout, &logs), channels = make_channels(logs), drop_rests(rests, &channels);
+  std::vector<ChannelRows> as_logged;
+  if (faults.any()) {
+    as_logged = std::move(channels);
+    correct_faults(corrected, layout, &logs);
+    channels = make_channels(logs);
+    drop_rests(rests, &channels);
+  }
   CheckResult checks = check_recordings(logs, channels, layout);
   add_rests(logs.even, rests, &checks);
   const Used used{!checks.raw_counts, drives == Drives::kJudged, rests};

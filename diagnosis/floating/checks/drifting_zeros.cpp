@@ -261,7 +261,7 @@ class DriftFinder {
     first.grade = Grade::kAmbiguous;
     first.statement = say_ambiguous(first.statement) +
                       " Feet that stay tell what all zeros together differ by, not whose they are; a load or a pull in some of the recordings looks the same.";
-    findings->assign(1, std::move(first));
+    findings->assign(1, first);
   }
 
   struct Constant {

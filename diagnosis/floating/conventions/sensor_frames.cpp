@@ -153,14 +153,14 @@ std::vector<SensorFrame> find_imu(const LeggedLog& log, size_t imu) {
   if (!log.imus[imu].gyro) return {};
   const OverLegs legs(log, imu);
   const BestFrame by_legs = legs.find_best();
-  const std::vector<SensorFrame> halves = list_halves(name, legs.find_axes(by_legs));
+  std::vector<SensorFrame> halves = list_halves(name, legs.find_axes(by_legs));
   if (!halves.empty()) return halves;
   if (!by_legs.is_nominal()) return {make_frame(name, by_legs)};
   const BestFrame best = find_frame([&](Purpose purpose) { return list_expected(log, imu, purpose); },
                                     [&](const std::vector<Expected>& e) { return measure_imu(log, imu, 1.0, e); });
   // A pose in another convention may look like a half of the IMU that is off: legs must confirm it.
   const SignedAxes by_pose = find_axes(log, imu, best);
-  const std::vector<SensorFrame> of_pose = list_halves(name, by_pose);
+  std::vector<SensorFrame> of_pose = list_halves(name, by_pose);
   const int halves_told = of_pose.empty() ? -1 : legs.judge({by_pose.axes, {}, 1.0});
   if (halves_told > 0 || (halves_told == 0 && !log.base_pose)) return of_pose;
   if (best.is_nominal()) return {};

@@ -152,7 +152,7 @@ void add_joint(const LeggedLog& log, const Contacts& contacts, const ColumnLayou
     std::vector<int> columns = list_columns(log, layout, channels->pulled, j + 1);
     add_drive_columns(layout, j, &columns);
     if (!log.has_effort[i]) columns.push_back(layout.joint(j, kDelayColumn));
-    channels->row[static_cast<size_t>(kJointRow + j)] =
+    channels->row[size_t{kJointRow} + static_cast<size_t>(j)] =
         table->add_channel({EquationKind::kJoint, signal, unit, "joint", joint.name}, columns);
   }
   if (log.has_effort[i] && log.has_law[i] && joint.actuated) {
@@ -183,7 +183,7 @@ std::pair<size_t, size_t> find_reach(const BodySample& at) {
 BodyChannels add_body_channels(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout,
                                RowTable* table) {
   BodyChannels out;
-  out.row.assign(static_cast<size_t>(kJointRow + layout.joints), -1);
+  out.row.assign(size_t{kJointRow} + static_cast<size_t>(layout.joints), -1);
   out.servo.assign(static_cast<size_t>(layout.joints), -1);
   out.pulled = list_pulled_links(log);
   for (const Foot& foot : log.feet) {

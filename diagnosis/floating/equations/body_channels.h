@@ -23,7 +23,7 @@ struct BodyChannels {
   std::vector<int> servo;   // by joint, -1: not compared
   std::vector<int> pulled;  // links that something from outside may pull at
   std::vector<char> felt;   // by foot: its vertical force is recorded
-  int joint(int j) const { return row[static_cast<size_t>(kJointRow + j)]; }
+  int joint(int j) const { return row[size_t{kJointRow} + static_cast<size_t>(j)]; }
 };
 
 // Adds the channels with the columns that may change them.

@@ -23,7 +23,7 @@ std::string get_name(EquationKind kind) {
 }
 
 std::string get_text(const Equation& e) {
-  const std::string name = get_name(e.kind);
+  std::string name = get_name(e.kind);
   if (e.axis < 0) return name;
   if (e.is(EquationKind::kTilt)) return name + (e.axis == 0 ? ", roll" : ", pitch");
   const char axis = "xyz"[e.axis];

@@ -151,7 +151,7 @@ bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, Candidate* c) {
   if (!x.allFinite()) return false;
   bool changed = false;
   for (const auto& [give, shift] : {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
-    double& height = c->prior[static_cast<size_t>(shift + 1)];
+    double& height = c->prior[static_cast<size_t>(shift) + 1];
     const double about = std::max(kRigidTilt, std::abs(x(give))) * kCentreHeight;
     if (std::abs(about - height) < kMinority * height) continue;
     height = about, changed = true;

@@ -181,7 +181,7 @@ Matrix3d BodyMotion::find_attitude(size_t k) const {
 }
 
 Vector3d BodyMotion::find_up(size_t k) const {
-  const Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
+  Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
   if (!model_.floating()) return up;
   return find_attitude(k).transpose() * up;
 }
