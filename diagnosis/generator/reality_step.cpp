@@ -32,7 +32,8 @@ double Reality::Impl::find_rate(bool stiffness, bool soles_lift) {
       y[link] -= across;
     }
     for (const Bush& bush : bushes) {
-      for (int a = 0; soles_lift && a < 3; ++a) y[static_cast<std::size_t>(bush.dof + a)] += (stiffness ? bush.k[a] : bush.c[a]) * x[static_cast<std::size_t>(bush.dof + a)];
+      const auto first = static_cast<std::size_t>(bush.dof);
+      for (std::size_t a = 0; soles_lift && a < 3; ++a) y[first + a] += (stiffness ? bush.k[a] : bush.c[a]) * x[first + a];
     }
     mj_solveM(m, d, x.data(), y.data(), 1);
     double norm = 0;

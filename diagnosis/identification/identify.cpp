@@ -79,7 +79,7 @@ Observation observe_once(const BushObserver& observer, const std::vector<Source>
 }  // namespace
 
 Observation observe(const BushObserver& observer, const std::vector<Source>& sources) {
-  const Observation first = observe_once(observer, sources);
+  Observation first = observe_once(observer, sources);
   if (first.fitted.empty()) return first;
   const BushFit fit = fit_bush(first.fitted, first.zeros, observer.bush_centres(), first.options);
   const Eigen::Vector2d bias(fit.accelerometer_bias[0].value, fit.accelerometer_bias[1].value);

@@ -36,7 +36,7 @@ Vector solve_signed(const Matrix& given_A, const Vector& given_b, const std::vec
       b[i] = 0.0;
     }
     const Vector scale = make_scale(A);
-    const Vector x =
+    Vector x =
         scale.asDiagonal() * Matrix(scale.asDiagonal() * A * scale.asDiagonal()).ldlt().solve(scale.cwiseProduct(b));
     bool again = false;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
