@@ -45,7 +45,7 @@ std::string write_identified_scenario(const Identification& r, const std::string
       law["yield_angle"] = r.fit.yield.value;
     }
   }
-  const std::string path = (std::filesystem::path(folder) / "identified.yaml").string();
+  std::string path = (std::filesystem::path(folder) / "identified.yaml").string();
   const std::string head = std::string("# The bush as identified by hrp-identify-foot") + (r.simulated ? " from simulated data" : "");
   write_file(path, head + "\n" + YAML::Dump(node) + "\n");
   return path;

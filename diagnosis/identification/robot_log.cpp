@@ -100,7 +100,7 @@ RobotLog add_noise(const RobotLog& clean, const Scenario& scenario, unsigned lon
       const double noise = encoders.position_noise * calc_noise(seed, static_cast<unsigned long long>(j), step);
       log.q(j, k) = quantise(log.q(j, k) + noise, encoders.position_quantum);
       if (log.effort.size() > 0)
-        log.effort(j, k) += encoders.effort_noise * calc_noise(seed, static_cast<unsigned long long>(500 + j), step);
+        log.effort(j, k) += encoders.effort_noise * calc_noise(seed, 500 + static_cast<unsigned long long>(j), step);
     }
     log.gyro.col(k) = apply_errors(imu.gyro, log.gyro.col(k), seed, 1000, step);
     log.accelerometer.col(k) = apply_errors(imu.accelerometer, log.accelerometer.col(k), seed, 1010, step);

@@ -100,7 +100,7 @@ class ClipTorques {
   ClipTorques(const LeggedLogs& logs, size_t clip, const TorqueRecording& grid, double cutoff)
       : logs_(logs), clip_(clip), gridder_(logs.raw.clips[clip], grid, cutoff),
         reach_(std::lround(kFilterReach / cutoff / grid.step)) {
-    none_.row.assign(static_cast<size_t>(floating::kJointRow + logs.raw.num_joints()), -1);
+    none_.row.assign(size_t{floating::kJointRow} + static_cast<size_t>(logs.raw.num_joints()), -1);
   }
 
   void fill(Eigen::MatrixXd* tau) const {

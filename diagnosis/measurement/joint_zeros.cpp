@@ -130,7 +130,8 @@ long count_changed(const Fitter& f) { return (f.zero.array() != 0.0 || f.sense.a
 // A search joint by joint ends where an earlier joint has done a part of what a later one does alone. The order of the joints
 // means nothing, so it also begins with the joint that does most. The fewest changes win among fits that are nearly as good.
 Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
-  const Fitter nominal(plant, rows), in_order = fit_from(data, nominal, rows);
+  const Fitter nominal(plant, rows);
+  Fitter in_order = fit_from(data, nominal, rows);
   if (count_changed(in_order) < 2) return in_order;
   const Fitter from_best = fit_from(data, turn_best_joint(data, nominal), rows);
   const bool fewer = count_changed(from_best) < count_changed(in_order);
