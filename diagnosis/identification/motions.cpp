@@ -91,7 +91,7 @@ const std::map<std::string, double>& get_arms() {
 }
 
 std::string write_scenario(const YAML::Node& node, const std::string& name, const std::string& folder) {
-  const std::string path = (std::filesystem::path(folder) / (name + ".yaml")).string();
+  std::string path = (std::filesystem::path(folder) / (name + ".yaml")).string();
   std::ofstream file(path);
   file << "# Simulated: made by hrp-identify-foot\n" << node << "\n";
   if (!file) throw std::runtime_error(path + ": cannot be written");
