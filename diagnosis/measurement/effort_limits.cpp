@@ -10,9 +10,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kTried = 40;  // limits between the median effort and the largest
-constexpr long kRotor = 2;   // column of the acceleration in UnitRows::nuisance
-
-constexpr long kDry = 1;     // column of the direction
+// Columns of UnitRows::nuisance: the direction, the acceleration.
+constexpr long kDry = 1, kRotor = 2;
 
 // What one limit leaves of the missing torque, the share of the effort beyond it that is missing, and dry friction beside it.
 struct AtLimit {

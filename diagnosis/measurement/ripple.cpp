@@ -22,10 +22,15 @@ constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several
 // Coherence of stretches: chance exceeds it with e^-9, and some hundred periods are tried. Full agreement has 16.
 constexpr double kAgree = 9.0;
 
-// Training samples of a joint: position, speed, and the residual of friction, rotor, load and a constant.
-struct Rest {
-  Eigen::VectorXd q, speed, torque;
+// Samples of a joint in which a ripple may be: position, a rest of torque, and the recording they are of.
+struct Samples {
+  Eigen::VectorXd q, torque;
   std::vector<size_t> recording;
+};
+
+// Training samples: speed, and the residual of friction, rotor, load and a constant.
+struct Rest : Samples {
+  Eigen::VectorXd speed;
   double travel() const { return q.maxCoeff() - q.minCoeff(); }
 };
 
@@ -83,11 +88,12 @@ struct Fitted {
 
 // By least squares, beside a constant of each recording: a joint that rests shows no ripple, only what its encoder's rounding makes
 // of the servo's law there.
-Fitted fit_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, const std::vector<size_t>& recording, double periods) {
-  Eigen::MatrixXd columns(q.size(), 3);
-  columns << (periods * q.array()).cos(), (periods * q.array()).sin(), torque;
-  for (long begin = 0, end = 0; begin < q.size(); begin = end) {
-    while (end < q.size() && recording[static_cast<size_t>(end)] == recording[static_cast<size_t>(begin)]) ++end;
+Fitted fit_ripple(const Samples& s, double periods) {
+  const long rows = s.q.size();
+  Eigen::MatrixXd columns(rows, 3);
+  columns << (periods * s.q.array()).cos(), (periods * s.q.array()).sin(), s.torque;
+  for (long begin = 0, end = 0; begin < rows; begin = end) {
+    while (end < rows && s.recording[static_cast<size_t>(end)] == s.recording[static_cast<size_t>(begin)]) ++end;
     auto own = columns.middleRows(begin, end - begin);
     own.rowwise() -= own.colwise().mean().eval();
   }
@@ -96,19 +102,16 @@ Fitted fit_ripple(const Eigen::VectorXd& q, const Eigen::VectorXd& torque, const
   return {x, x.dot(sums.topRightCorner<2, 1>()) / std::max(1e-300, sums(2, 2))};
 }
 
-// One of `stride` samples.
-struct Thinned {
-  Thinned(const Eigen::VectorXd& all_q, const Eigen::VectorXd& all_torque, const std::vector<size_t>& all_recording, long stride) {
-    const long rows = (all_q.size() + stride - 1) / stride;
-    q.resize(rows), torque.resize(rows);
-    for (long k = 0; k < rows; ++k) {
-      q[k] = all_q[k * stride], torque[k] = all_torque[k * stride];
-      recording.push_back(all_recording[static_cast<size_t>(k * stride)]);
-    }
+// One of `stride` samples of the log.
+Samples take_samples(const LawRest& log, size_t stride) {
+  const size_t rows = (log.position.size() + stride - 1) / stride;
+  Samples out{Eigen::VectorXd(static_cast<long>(rows)), Eigen::VectorXd(static_cast<long>(rows)), {}};
+  for (size_t k = 0; k < rows; ++k) {
+    out.q[static_cast<long>(k)] = log.position[k * stride], out.torque[static_cast<long>(k)] = log.torque[k * stride];
+    out.recording.push_back(log.recording[k * stride]);
   }
-  Eigen::VectorXd q, torque;
-  std::vector<size_t> recording;
-};
+  return out;
+}
 
 // Wave numbers [1/rad] that may be tried: from `first` to `last`.
 struct Tried {
@@ -143,23 +146,22 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
 }
 
 std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
+  const LawRest log = list_law_rest(*data.experiment, joint, data.delays);
+  const long rows = static_cast<long>(log.position.size());
+  if (rows < kLeastRows) return std::nullopt;
+  const Samples all = take_samples(log, 1), thin = take_samples(log, static_cast<size_t>(std::max(1L, rows / kMostRows)));
   const Rest rest = find_rest(data, joint);
   const Tried range = find_tried(data, rest);
-  const LawRest log = list_law_rest(*data.experiment, joint, data.delays);
-  const long rows = static_cast<long>(log.position.size()), stride = std::max(1L, rows / kMostRows);
-  if (rows < kLeastRows) return std::nullopt;
-  const Eigen::Map<const Eigen::VectorXd> q(log.position.data(), rows), torque(log.torque.data(), rows);
-  const Thinned thin(q, torque, log.recording, stride);
   Fitted best;
   double periods = 0.0;
   for (double tried = range.first; tried < range.last; tried += range.step) {
-    const Fitted fitted = fit_ripple(thin.q, thin.torque, thin.recording, tried);
+    const Fitted fitted = fit_ripple(thin, tried);
     if (fitted.share > best.share) best = fitted, periods = tried;
   }
   if (best.share < kPart) return std::nullopt;
-  LogRipple ripple{periods, fit_ripple(q, torque, log.recording, periods).amplitude, 0.0};
-  const Eigen::Vector2d missing = fit_ripple(rest.q, rest.torque, rest.recording, periods).amplitude;
-  const Eigen::VectorXd part = ripple.calc(q);
+  LogRipple ripple{periods, fit_ripple(all, periods).amplitude, 0.0};
+  const Eigen::Vector2d missing = fit_ripple(rest, periods).amplitude;
+  const Eigen::VectorXd part = ripple.calc(all.q);
   ripple.mean = part.mean();
   const bool same = (missing - ripple.amplitude).norm() < kHalf * missing.norm();
   return same && log.follows_but_for(part.array() - ripple.mean) ? std::optional<LogRipple>(ripple) : std::nullopt;

@@ -301,9 +301,10 @@ ServoDelay find_delay(const std::vector<ServoDelay>& delays, size_t joint) {
 
 LawRest list_law_rest(const Experiment& e, int joint, const std::vector<ServoDelay>& late) {
   LawRest out;
-  const Plant plant = make_plant(e, {});
   const size_t j = static_cast<size_t>(joint);
-  if (e.scenario.drive != "servo" || !has_all(e, j) || !(plant.laws[j].kp > 0.0)) return out;
+  if (e.scenario.drive != "servo" || !has_all(e, j)) return out;
+  const Plant plant = make_plant(e, {});
+  if (!(plant.laws[j].kp > 0.0)) return out;
   ServoPairs pairs = list_pairs({e, j, plant.laws[j]}, find_delay(late, j).delay);
   if (pairs.law.size() < kLeastServoSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
