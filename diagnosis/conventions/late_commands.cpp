@@ -166,9 +166,8 @@ std::vector<double> filter_velocity(const Recording& r, const JointColumns& join
   return rate;
 }
 
-// The filter that leaves least of those that are tried; 0 if it does not leave less than half.
-double find_filter(const Experiment& e) {
-  const LeftByDrives sharp = find_left(e);
+// The filter that leaves least of those that are tried; 0 if it does not leave less than half of what the sharp velocity does.
+double find_filter(const Experiment& e, const LeftByDrives& sharp) {
   double least = kHalf, best = 0.0;
   for (double time : kFilters) {
     const double share = find_left(convert_commands(e, make_filter(time))).calc_share(sharp);
@@ -179,17 +178,16 @@ double find_filter(const Experiment& e) {
 
 // Which of the two explains more with physical sizes of everything else: no rotor is below zero. In N m, because the efforts by the
 // two laws differ in size.
-LateCommands find_late_damping(const Experiment& e, int jobs) {
+LateCommands find_late_damping(const Experiment& e, const LeftByDrives& sharp, int jobs) {
   const bool logged = has_late_damping(e);
-  const double filter = logged || !has_damping(e) ? 0.0 : find_filter(e);
+  const double filter = logged || !has_damping(e) ? 0.0 : find_filter(e, sharp);
   if (!logged && filter == 0.0) return {};
   const LateCommands late = make_filter(filter);
   const double gain = compare_torques(fit_list(convert_commands(e, late), jobs), fit_list(e, jobs)) - (logged ? 0.0 : kWholeGain);
   return gain > kConventionNats ? late : LateCommands{};
 }
 
-LateCommands find_moved_commands(const Experiment& e, int jobs) {
-  const LeftByDrives logged = find_left(e);
+LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged, int jobs) {
   LateCommands late = find_delay(e, logged), rate;
   rate.of_rate = !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
   if (!late.any() && !rate.any()) return {};
@@ -207,12 +205,13 @@ LateCommands find_moved_commands(const Experiment& e, int jobs) {
 
 LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (!is_of_law(e)) return {};
-  const LateCommands damping = find_late_damping(e, jobs), moved = find_moved_commands(e, jobs);
+  const LeftByDrives left = find_left(e);
+  const LateCommands damping = find_late_damping(e, left, jobs), moved = find_moved_commands(e, left, jobs);
   if (!damping.any()) return moved;
   const Experiment damped = convert_commands(e, damping);
   // Late commands and rates that were not logged leave a rotor below zero, too.
   if (moved.any() && compare_torques(fit_list(convert_commands(e, moved), jobs), fit_list(damped, jobs)) > 0.0) return moved;
-  LateCommands out = find_moved_commands(damped, jobs);
+  LateCommands out = find_moved_commands(damped, find_left(damped), jobs);
   out.damps_late = true, out.filter = damping.filter;
   return out;
 }
