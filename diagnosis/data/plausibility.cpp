@@ -287,38 +287,32 @@ bool is_far_beyond(const JointSpec& spec, double angle) {
 }
 
 // Largest absolute reading of a joint's position; 0 without one.
-double find_largest(const Recording& r, int j) {
-  double largest = 0.0;
-  for (double q : r.joints[static_cast<size_t>(j)].signal[0]) {
-    if (std::isfinite(q)) largest = std::max(largest, std::abs(q));
-  }
-  return largest;
-}
+double find_largest_angle(const Recording& r, int j) { return find_largest(r.joints[static_cast<size_t>(j)].signal[0]); }
 
 // True if the joint moves by a part of its range that nobody overlooks, within its limits: its log is in rad.
 bool reads_radians(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   const std::vector<double>& q = r.joints[static_cast<size_t>(j)].signal[0];
   const double range = std::isfinite(get_reach(spec)) ? spec.upper - spec.lower : HUGE_VAL;
-  return spec.kind == JointKind::kRevolute && !q.empty() && find_largest(r, j) <= get_reach(spec) && calc_range(q) > 0.25 * range;
+  return spec.kind == JointKind::kRevolute && !q.empty() && find_largest_angle(r, j) <= get_reach(spec) && calc_range(q) > 0.25 * range;
 }
 
 // What a reading far beyond the limits may be. A log that has other joints in rad is in rad, and degrees stay within 57 times
 // the limits: else it is the angle of the motor, before the gear.
 std::string ask_angle(const Experiment& e, const Recording& r, int j) {
-  const double ratio = find_largest(r, j) / get_reach(e.robot.tree.joint(j));
+  const double ratio = find_largest_angle(r, j) / get_reach(e.robot.tree.joint(j));
   bool others = false;
   for (int i = 0; i < e.num_joints(); ++i) others = others || (i != j && reads_radians(e, r, i));
   const std::string motor = "the angle of the motor, before a gear of at least " + text_of(ratio) + "? Then divide it, and its velocity, by the gear's ratio";
   if (others) return "other joints of this log are in rad, so is this " + motor;
-  if (!may_be_degrees(e.robot.tree.joint(j), find_largest(r, j))) return "degrees would be beyond them, too: is this " + motor;
+  if (!may_be_degrees(e.robot.tree.joint(j), find_largest_angle(r, j))) return "degrees would be beyond them, too: is this " + motor;
   return "degrees instead of rad? Or " + motor;
 }
 
 void check_limits(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (!r.joints[static_cast<size_t>(j)].has(Quantity::kPosition)) return;
-  const double largest = find_largest(r, j);
+  const double largest = find_largest_angle(r, j);
   if (!is_far_beyond(spec, largest)) return;
   refuse_input(r.find_place(e.signal_name(j, Quantity::kPosition)),
                "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) + " rad: " + ask_angle(e, r, j));
@@ -344,6 +338,14 @@ void check_commands(const Experiment& e, const Recording& r, int j) {
 }
 
 }  // namespace
+
+double find_largest(const std::vector<double>& values) {
+  double largest = 0.0;
+  for (double value : values) {
+    if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+  }
+  return largest;
+}
 
 bool may_be_degrees(const JointSpec& joint, double largest) {
   return is_far_beyond(joint, largest) && largest <= (1.0 + kSlopeRoom) * kDegrees * get_reach(joint);

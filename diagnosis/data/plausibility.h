@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cmath>
+#include <vector>
 
 #include "diagnosis/data/recording.h"
 
@@ -15,6 +16,9 @@ constexpr double kDegrees = 180.0 / M_PI;  // [degrees/rad]
 // Throws InputError with file and column of an impossible recording. Columns without information (such as an effort
 // that is always 0, without a torque sensor) are dropped with a warning.
 void check_plausibility(Experiment* experiment);
+
+// Largest absolute value of the finite ones; 0 without any.
+double find_largest(const std::vector<double>& values);
 
 // True if a joint's largest angle is far beyond its limits [rad], but not in degrees.
 bool may_be_degrees(const JointSpec& joint, double largest);

@@ -10,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/exact_number.h"
+#include "common/base/join_words.h"
 #include "common/log/ros_bag.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
@@ -104,7 +105,7 @@ class DraftWriter {
     std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
     if (floats()) {
       base = "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
-             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" + join(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" + join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
     }
     return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " + quote_name(name_from_folder(robot_)) + "\n" + base;
   }
@@ -163,7 +164,7 @@ class DraftWriter {
     ask_for_joints();
     write_unused();
     if (std::any_of(meanings_.begin(), meanings_.end(), [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) && joints_.size() > 1)
-      ask("whether the numbers in the columns' names count the joints in the model's order: " + join(joints_));
+      ask("whether the numbers in the columns' names count the joints in the model's order: " + join_words(joints_));
     const std::string of = " of " + std::to_string(joints_.size()) + " joints: ";
     draft_.found.push_back("positions" + of + std::to_string(positions) + "; velocities: " + std::to_string(velocities) +
                            "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
@@ -184,7 +185,7 @@ class DraftWriter {
       used_[found.column] = true, upright_ = upright_ && found.axis == "z";
       if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
     }
-    if (!feet_.empty()) draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join(feet_));
+    if (!feet_.empty()) draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join_words(feet_));
   }
 
   // Without names: a position and its rate for each joint, and as many other columns, which are the efforts.
@@ -234,20 +235,12 @@ class DraftWriter {
     for (size_t i = 0; i < meanings_.size(); ++i) {
       ColumnMeaning& m = meanings_[i];
       if (m.kind != ColumnKind::kPosition || m.counts || m.scale > 0.0 || m.joint < 0) continue;
-      const std::vector<double>& angles = column(i);
-      double largest = 0.0;
-      for (double q : angles) largest = std::isfinite(q) ? std::max(largest, std::abs(q)) : largest;
+      const double largest = find_largest(column(i));
       if (!may_be_degrees(tree_.joint(m.joint), largest)) continue;
       m.scale = 1.0 / kDegrees;
       ask("whether column " + find_place(i) + " is in degrees: it reaches " + format_short(largest) +
           ", far beyond the joint's limits [rad]. Or is it the angle of the motor, before the gear?");
     }
-  }
-
-  static std::string join(const std::vector<std::string>& names) {
-    std::string text;
-    for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-    return text;
   }
 
   std::string find_place(size_t column) const {
