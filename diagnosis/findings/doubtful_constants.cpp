@@ -61,7 +61,7 @@ void doubt_constants_of_masses(const Experiment& experiment, Json* report) {
 
 void doubt_constants_of_commands(const Experiment& e, Json* report) {
   Json& findings = (*report)["findings"];
-  for (int j = 0; j < e.num_joints(); ++j) {
+  for (int j = 0; j < e.num_joints() && e.scenario.drive == "servo"; ++j) {
     const std::string joint = e.robot.tree.joint(j).name;
     const double kp = get_servo_gains(e.scenario, joint).kp;
     Json *of_log = nullptr, *of_joint = nullptr;
@@ -69,7 +69,7 @@ void doubt_constants_of_commands(const Experiment& e, Json* report) {
       if (f["effect"] == get_effect(EffectId::kSensorBias).name && f["where"].value("sensor", "") == e.signal_name(j, Quantity::kEffort)) of_log = &f;
       if (is_constant_torque(f) && f["where"].value("joint", "") == joint) of_joint = &f;
     }
-    if (!of_log || !of_joint || e.scenario.drive != "servo" || !(kp > 0.0)) continue;
+    if (!of_log || !of_joint || !(kp > 0.0)) continue;
     const auto [bias, bias_std] = read_constant(*of_log);
     const auto [torque, torque_std] = read_constant(*of_joint);
     if (!(bias * torque < 0.0) || std::abs(bias + torque) > kNinetyFive * std::hypot(bias_std, torque_std)) continue;
