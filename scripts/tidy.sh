@@ -34,14 +34,14 @@ CC=clang CXX=clang++ configure -DBUILD_TESTING=ON -DHRP_RUN_ONLY=OFF -DHRP_PRECO
 ninja -C "$BUILD" -j "$jobs" cmake_object_order_depends_target_{hrp_messages,hrp_cyclone_descriptors} > "$BUILD/generated.log" || { cat "$BUILD/generated.log" >&2; exit 1; }
 
 # A plugin must be of clang-tidy's own version.
-clang="$(dirname "$(dirname "$(readlink -f "$(command -v clang-tidy)")")")" plugin=""
+clang="$(dirname "$(dirname "$(readlink -f "$(command -v clang-tidy)")")")" options=()
 if [ -e "$clang/include/clang/Frontend/FrontendPluginRegistry.h" ]; then
-  plugin="$BUILD/own_sources.so"
-  c++ -std=c++17 -O1 -fno-rtti -fPIC -shared -isystem "$clang/include" -o "$plugin" "$ROOT/scripts/robustness/own_sources.cpp"
+  c++ -std=c++17 -O1 -fno-rtti -fPIC -shared -isystem "$clang/include" -o "$BUILD/own_sources.so" "$ROOT/scripts/robustness/own_sources.cpp"
+  options+=(--load="$BUILD/own_sources.so")
 fi
 # The same position-independent code everywhere: clang refuses precompiled headers of another kind.
 same=(-fPIC -fno-semantic-interposition)
 clang++ -x c++-header -std=c++17 -O1 -DNDEBUG -ffp-contract=off -fsanitize=fuzzer-no-link "${same[@]}" -isystem /usr/include/eigen3 \
   -o "$BUILD/headers.pch" "$ROOT/scripts/robustness/tidy_headers.h"
-exec python3 "$ROOT/scripts/robustness/tidy.py" --jobs "$jobs" ${all:+--all} ${plugin:+--plugin "$plugin"} \
-  --headers "$BUILD/headers.pch" "${same[@]/#/--argument=}" "$BUILD" "${names[@]}"
+for word in "${same[@]}" -include-pch "$BUILD/headers.pch"; do options+=(--extra-arg="$word"); done
+exec python3 "$ROOT/scripts/robustness/tidy.py" --jobs "$jobs" ${all:+--all} "${options[@]/#/--option=}" "$BUILD" "${names[@]}"

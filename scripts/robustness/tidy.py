@@ -116,9 +116,7 @@ def main():
     parser.add_argument("names", nargs="*")
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--plugin", help="a library that clang-tidy loads")
-    parser.add_argument("--headers", help="precompiled headers")
-    parser.add_argument("--argument", action="append", default=[], help="of the compiler, for all sources")
+    parser.add_argument("--option", action="append", default=[], help="of clang-tidy, for all sources")
     options = parser.parse_intermixed_args()  # names after options, too
     sources = find_sources(options.build)
     if options.names:
@@ -127,10 +125,8 @@ def main():
             sys.exit("tidy.sh: a build makes nothing of what lies there")
     elif not options.all:
         sources = select_changed(sources, find_changed())
-    arguments = [*options.argument, *(["-include-pch", options.headers] if options.headers else [])]
-    words_for_tool = [*(["--load", options.plugin] if options.plugin else []), *(f"--extra-arg={word}" for word in arguments)]
     seen = []
-    for source, words in look_at_all(sources, options.build, options.jobs, words_for_tool):
+    for source, words in look_at_all(sources, options.build, options.jobs, options.option):
         seen.append((source, words))
         if words:
             print(words, flush=True)
