@@ -7,9 +7,9 @@ namespace hrp {
 
 // "a, b, c": what `say` says of each item.
 template <class List, class Say>
-std::string join_words(const List& list, const Say& say) {
+std::string join_words(const List& list, const Say& say, const char* between = ", ") {
   std::string text;
-  for (const auto& item : list) text += (text.empty() ? "" : ", ") + say(item);
+  for (const auto& item : list) text += (text.empty() ? "" : between) + say(item);
   return text;
 }
 

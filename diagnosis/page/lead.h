@@ -21,6 +21,8 @@ std::string make_lead(const json& report);
 // Parameters of a finding in the order of its row in the table: what the effect is first, details after it.
 std::vector<std::pair<std::string, json>> list_parameters(const json& finding);
 
+// "1.03 ± 0.28" of its first parameter, without name and unit.
+std::string describe_number(const json& finding);
 
 // Values with their intervals, in one line.
 std::string describe_parameters(const json& finding);

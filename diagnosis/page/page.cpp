@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "common/base/write_file.h"
+#include "common/base/join_words.h"
+#include "diagnosis/page/by_joint.h"
 #include "diagnosis/page/checks.h"
 #include "diagnosis/page/lead.h"
 #include "diagnosis/page/plots.h"
@@ -117,6 +119,20 @@ std::string make_remaining(const json& report) {
          make_table({"where", "before", "after", "left", "follows"}, rows);
 }
 
+std::string make_joint_rows(const JointTable& table) {
+  std::string out;
+  for (size_t j = 0; j < table.joints.size(); ++j) {
+    std::vector<std::string> cells{escape(table.joints[j])};
+    for (const JointTable::Cell& cell : table.cells[j]) {
+      cells.push_back(join_words(cell, [](const auto& entry) {
+        return "<span class='" + std::string(entry.ambiguous ? "unsure" : "num") + "'>" + escape(entry.text) + "</span>";
+      }, "<br>"));
+    }
+    out += make_row(cells);
+  }
+  return out;
+}
+
 std::string make_findings(const json& report) {
   std::string cards, rows;
   for (const json& f : get_list(report, "findings")) {
@@ -127,8 +143,14 @@ std::string make_findings(const json& report) {
     }
   }
   if (cards.empty()) return "";
-  return "<div class='cards'>" + cards + "</div>" +
-         make_table({"effect", "where", "parameter", "value", "95 % interval", "against zero"}, rows);
+  const std::string each = "<div class='cards'>" + cards + "</div>" +
+                           make_table({"effect", "where", "parameter", "value", "95 % interval", "against zero"}, rows);
+  const JointTable table = make_joint_table(report);
+  if (table.joints.empty()) return each;
+  std::vector<std::string> head;
+  for (const std::string& name : table.head) head.push_back(escape(name));
+  return "<p>Values with 95 % intervals, joint by joint. <span class='unsure'>Grey and slanted: ambiguous.</span></p>" +
+         make_table(head, make_joint_rows(table)) + "<details><summary>Every finding, and what it cannot be told from</summary>" + each + "</details>";
 }
 
 std::string make_unexplained(const json& report) {
@@ -338,12 +360,12 @@ std::string make_html_report(const json& report, const json& series) {
   out += "<title>" + escape(std::string(find_verdict_words(get_text(report, "verdict")).badge) + ": " + name) +
          "</title>\n<style>" + kReportStyle + "</style>\n</head>\n<body>\n<main>\n";
   out += make_header(report, series);
-  out += make_section("checks", "Checks of the recordings", make_checks_section(report));
   out += make_section("found", "What was found", make_findings(report));
   out += make_section("shares", "What each finding takes away", make_waterfall(report) + make_shares(report));
   out += make_section("each", "What each recording alone asks for", make_per_recording(report));
   out += make_section("remaining", "What remains", make_remaining(report) + make_on_all(report));
   out += make_section("unknown", "What stays unexplained", make_unexplained(report));
+  out += make_section("checks", "Checks of the recordings", make_checks_section(report));
   out += make_section("where", "Where and when", make_maps(series) + make_mismatch_table(report));
   out += make_section("law", "What it depends on", make_clouds(series));
   out += make_section("rivals", "Other explanations, and why they lost", make_rivals(series));

@@ -26,7 +26,7 @@ code{overflow-wrap:anywhere}pre{background:var(--card);padding:.7rem 1rem;overfl
 .wide{overflow-x:auto}.map svg{min-width:760px;width:100%;height:auto}.plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(27rem,100%),1fr));gap:.8rem}
 .plots svg{width:100%;max-width:34rem;height:auto}figure{margin:0}figcaption{font-size:.95rem}.bars svg{max-width:640px;width:100%;height:auto}
 details{margin:.5rem 0}summary{cursor:pointer;font-weight:600;padding:.25rem 0}summary:focus-visible,[tabindex]:focus-visible{outline:3px solid var(--after);outline-offset:2px}
-.num{white-space:nowrap}.meter{display:inline-block;width:60px;height:.6em;margin-right:.5em;border:1px solid var(--line);background:linear-gradient(var(--after),var(--after)) no-repeat left/calc(var(--p)*100%) 100%}
+.num{white-space:nowrap}.unsure{color:var(--soft);font-style:italic}.meter{display:inline-block;width:60px;height:.6em;margin-right:.5em;border:1px solid var(--line);background:linear-gradient(var(--after),var(--after)) no-repeat left/calc(var(--p)*100%) 100%}
 .legend{display:flex;align-items:center;gap:2px;font-size:.85rem;color:var(--soft)}.legend span{margin:0 .4rem}.swatch{width:20px;height:12px}
 .key{font-size:.9rem}.line{display:inline-block;width:1.8em;height:0;border-top:3px solid var(--ink);vertical-align:middle;margin:0 .2em 0 .8em}
 .line.recorded{border-color:var(--soft);border-top-width:5px}.line.before{border-color:var(--before);border-top-style:dashed}.line.after{border-color:var(--after)}

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "common/base/join_words.h"
+#include "diagnosis/page/by_joint.h"
 #include "diagnosis/page/headline.h"
 #include "diagnosis/page/lead.h"
 
@@ -37,17 +39,32 @@ std::string print_table(const std::vector<Row>& rows) {
   return out;
 }
 
+// Values of ambiguous findings stand in brackets.
+std::string print_joints(const JointTable& table) {
+  if (table.joints.empty()) return "";
+  std::vector<Row> rows{table.head};
+  for (size_t j = 0; j < table.joints.size(); ++j) {
+    rows.push_back({table.joints[j]});
+    for (const JointTable::Cell& cell : table.cells[j]) {
+      rows.back().push_back(join_words(cell, [](const auto& entry) { return entry.ambiguous ? "(" + entry.text + ")" : entry.text; }, "; "));
+    }
+  }
+  return "\n" + print_table(rows) + "  In brackets: ambiguous. The report lists what else each may be.\n";
+}
+
 std::string print_findings(const json& report) {
+  const JointTable table = make_joint_table(report);
   std::vector<Row> rows{{"where", "effect", "value, 95 %", "grade", "takes away", "cannot be told from"}};
   for (const FindingGroup& group : list_shared(report)) {
     const json& f = *group.findings[0];
+    if (std::count(table.findings.begin(), table.findings.end(), &f) > 0) continue;
     double share = 0.0;
     for (const json* g : group.findings) share += get_number(*g, "share", 0.0) / static_cast<double>(group.findings.size());
     rows.push_back({describe_places(group.findings), describe_effect(get_text(f, "effect")),
                     describe_parameters(f) + (group.is_shared() ? " at each" : ""), get_text(f, "grade"),
                     format_number(std::round(100.0 * share), 3) + " %", list_alternatives(f)});
   }
-  return rows.size() > 1 ? "\n" + print_table(rows) : "";
+  return print_joints(table) + (rows.size() > 1 ? "\n" + print_table(rows) : "");
 }
 
 // By file and column, so that nobody takes it for judged.

@@ -245,6 +245,30 @@ TEST(Terminal, RowsStandInColumns) {
   EXPECT_GT(column, 0u);
 }
 
+// The leg with viscous friction in each joint, and a spring at one.
+json make_whole_leg() {
+  json report = make_leg();
+  for (const char* joint : {"hip", "thigh", "knee", "ankle"})
+    report["findings"].push_back(make_finding("viscous_friction", joint, joint[0] == 'k' ? "ambiguous" : "supported", "coefficient", 0.2, joint[0] * 1e-3, "N m s/rad"));
+  json spring = make_finding("parallel_spring", "knee", "supported", "stiffness", 12.0, 2.0, "N m/rad");
+  spring["parameters"]["rest"] = {{"value", 0.5}, {"unit", "rad"}};
+  report["findings"].push_back(spring);
+  for (const char* joint : {"knee", "ankle", "thigh", "hip"}) report["checks"]["joints"].push_back({{"joint", joint}});
+  return report;
+}
+
+TEST(Terminal, ManyFindingsStandInARowAJointAndAColumnAnEffect) {
+  const std::string text = make_terminal_text(make_whole_leg());
+  const auto at = [&](const char* what) { return text.find(what); };
+  EXPECT_THAT(text, HasSubstr("  joint  Coulomb friction [N m]  Viscous friction [N m s/rad]  other\n"));
+  EXPECT_THAT(text, HasSubstr("  knee   1.1 \u00b1 0.05              (0.2 \u00b1 0.11)                  Parallel spring: stiffness 12 \u00b1 2 N m/rad, rest 0.5 rad\n"));
+  EXPECT_THAT(text, HasSubstr("  ankle  (0.1 \u00b1 0.05)            0.2 \u00b1 0.097\n"));
+  EXPECT_LT(at("\n  ankle "), at("\n  thigh "));
+  EXPECT_LT(at("\n  thigh "), at("\n  hip "));
+  EXPECT_THAT(text, HasSubstr("4 joints  Command delay"));
+  EXPECT_THAT(text, Not(HasSubstr("joint knee   Coulomb")));
+}
+
 TEST(Terminal, PartsOfTheWrongTypeAreLeftOut) {
   json report = make_leg();
   report["findings"][0] = 3;
