@@ -64,6 +64,7 @@ EffectParameter& EffectParameter::size(double step_in) { return step = step_in, 
 EffectParameter& EffectParameter::optional(double value_in) { return required = false, value = value_in, *this; }
 EffectParameter& EffectParameter::internal() { return required = stated = false, nuisance = true, *this; }
 EffectParameter& EffectParameter::as_nuisance() { return nuisance = true, *this; }
+EffectParameter& EffectParameter::of_direction() { return by_direction = nuisance = true, *this; }
 EffectParameter& EffectParameter::as_scanned() { return scanned = true, *this; }
 EffectParameter& EffectParameter::as_angle() { return angle = true, *this; }
 EffectParameter& EffectParameter::as_walked() { return walked = true, *this; }

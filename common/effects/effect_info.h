@@ -80,6 +80,7 @@ struct EffectParameter {
   double probe = 0.0;      // a small step from neutral that shows what a residual asks for; 0: none of its own
   bool angle = false;      // in radians, also where the joint slides: a phase
   bool factor = false;     // multiplies: a factor of e either way is as good as impossible beforehand (log-normal prior)
+  bool by_direction = false;  // the first parameter is 1 + this times its value forward, 1 - this times it backward
 
   // For rows to be written in one expression.
   EffectParameter(std::string name_in, std::string unit_in) : name(std::move(name_in)), unit(std::move(unit_in)) {}
@@ -95,6 +96,7 @@ struct EffectParameter {
   EffectParameter& as_walked();
   EffectParameter& as_angle();
   EffectParameter& as_factor();  // absent at 1
+  EffectParameter& of_direction();  // a nuisance
   EffectParameter& starts(std::vector<double> factors, std::vector<double> values = {});
   EffectParameter& swings(int rotor);
   EffectParameter& at_least(int index);

@@ -41,7 +41,7 @@ EffectInfo make_coulomb() {
   EffectInfo row = make_row(EffectId::kCoulomb, "coulomb_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
                             "dry friction of constant level",
                             {P("level", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
-                             P("asymmetry", "1").bounds(-1, 1).size(0.02).optional(0).as_nuisance(), make_presliding()});
+                             P("asymmetry", "1").bounds(-1, 1).size(0.02).optional(0).of_direction(), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     add_friction(p[0], p[0], at.joint);
     at.joint->asymmetry += p[1];

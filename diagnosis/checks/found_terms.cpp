@@ -8,8 +8,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kAsymmetry = 1;  // parameter of a level of dry friction
-
 const TermRow* find_row(const std::string& effect) {
   for (const TermRow& row : list_term_rows()) {
     if (row.effect->name == effect) return &row;
@@ -17,11 +15,13 @@ const TermRow* find_row(const std::string& effect) {
   return nullptr;
 }
 
-// Values of the effect's parameters in the order of its table row; 0 if not reported.
-std::vector<double> list_values(const EffectInfo& effect, const Json& reported) {
+// Values of the effect's parameters in the order of its table row; 0 if they are neither reported nor fitted beside.
+std::vector<double> list_values(const EffectInfo& effect, const Json& finding) {
+  const Json& reported = finding["parameters"];
+  const Json fitted = finding.value("also_fitted", Json::object());
   std::vector<double> values;
   for (const EffectParameter& p : effect.parameters) {
-    const Json value = reported.contains(p.name) ? reported[p.name]["value"] : Json();
+    const Json value = reported.contains(p.name) ? reported[p.name]["value"] : fitted.value(p.name, Json());
     const Json number = p.axis >= 0 && value.is_array() ? value.at(static_cast<size_t>(p.axis)) : value;
     values.push_back(number.is_number() ? number.get<double>() : 0.0);
   }
@@ -37,7 +37,7 @@ FoundTerm make_asymmetry(const FoundTerm& level, double asymmetry) {
 
 // Adds a term with the coefficients of the reported parameters. Stribeck friction becomes a level and its excess.
 void add_term(const TermRow& row, int place, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
-  const std::vector<double> values = list_values(*row.effect, finding["parameters"]);
+  const std::vector<double> values = list_values(*row.effect, finding);
   FoundTerm out{{&row, place, row.shape_parameter < 0 ? 0.0 : values[static_cast<size_t>(row.shape_parameter)]},
                 calc_coefficients(row, values), at, "", "", 0.0};
   if (!row.whole) {
@@ -51,7 +51,9 @@ void add_term(const TermRow& row, int place, size_t at, const Json& finding, std
     out.theta[0] = values[1] - values[0], out.parameter.clear();
   }
   list->push_back(out);
-  if (row.level && values[kAsymmetry] != 0.0) list->push_back(make_asymmetry(out, values[kAsymmetry]));
+  for (size_t i = 0; i < values.size(); ++i) {
+    if (row.effect->parameters[i].by_direction && values[i] != 0.0) list->push_back(make_asymmetry(out, values[i]));
+  }
 }
 
 // Contribution of links to every joint's torque in one recording: kept samples x joints [N m].

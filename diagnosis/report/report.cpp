@@ -101,6 +101,15 @@ std::vector<Mismatch> list_mismatches(const Problem& problem, const Outcome& out
 
 constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
 
+// ", 0.54 forward and 0.32 backward" of a value that differs by direction by more than its own interval; else empty.
+std::string describe_directions(const Effect& effect, double std) {
+  const std::vector<EffectParameter>& infos = list_infos(effect.id);
+  const auto at = std::find_if(infos.begin(), infos.end(), [](const EffectParameter& p) { return p.by_direction; });
+  if (at == infos.end()) return "";
+  const double level = effect.p[0], more = level * effect.p[static_cast<size_t>(at - infos.begin())];
+  return std::abs(more) > 2.0 * std ? ", " + number(level + more, 3) + " forward and " + number(level - more, 3) + " backward" : "";
+}
+
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
                            const std::vector<double>& std) {
   const Experiment& e = *problem.experiment;
@@ -116,7 +125,7 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
     text += " " + number(effect.p[i]) + " +- " + number(2.0 * std[i], 2) +
             (infos[i].unit == "1" ? "" : " " + get_place_unit(e, effect, infos[i]));
   }
-  text += ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
+  text += describe_directions(effect, std[0]) + ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
           " times the noise.";
   for (const Trial& rival : outcome.rivals) {
     if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms <= outcome.chosen.rms) continue;

@@ -2,6 +2,7 @@
 // Curves of the effort with what was found: they have to meet the recording where everything was found.
 #include "diagnosis/checks/torque_traces.h"
 
+#include "diagnosis/checks/per_recording.h"
 #include "diagnosis/measurement/torque/torque.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
@@ -22,7 +23,8 @@ TEST(TorqueTraces, WithFrictionThatDiffersByDirectionMeetTheRecordedEffort) {
   const Experiment e = simulate_arm("traces", {{EffectId::kCoulomb, kElbow, {kLevel, kAsymmetry, 5e-4}}});
   const Json found = {{{"effect", "coulomb_friction"},
                        {"where", {{"joint", "elbow"}}},
-                       {"parameters", {{"level", {{"value", kLevel}, {"unit", "N m"}}}, {"asymmetry", {{"value", kAsymmetry}, {"unit", "1"}}}}}}};
+                       {"parameters", {{"level", {{"value", kLevel}, {"unit", "N m"}}}}},
+                       {"also_fitted", {{"asymmetry", kAsymmetry}}}}};
   const Json traces = make_torque_traces(make_torque_data(e), found);
   for (const Json& trace : traces["traces"]) {
     const std::string signal = traces["signals"][trace["signal"].get<size_t>()]["name"];
@@ -34,6 +36,16 @@ TEST(TorqueTraces, WithFrictionThatDiffersByDirectionMeetTheRecordedEffort) {
     return;
   }
   FAIL() << "no curve of the elbow";
+}
+
+// In one recording of this arm the joint turns one way only: its torque alone says 0.54 N m, of a level of 0.43 +- 0.11.
+TEST(PerRecording, AgreesOnFrictionThatDiffersByDirectionAlsoWhereTheJointTurnsOneWay) {
+  const Experiment e = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/arm/experiment.yaml");
+  const TorqueData data = make_torque_data(e);
+  Json found = {{{"effect", "coulomb_friction"}, {"where", {{"joint", "axis2"}}}, {"parameters", {{"level", {{"value", 0.43}, {"unit", "N m"}}}}}}};
+  EXPECT_EQ(make_per_recording(data, found)[0]["verdict"], "differ");
+  found[0]["also_fitted"] = {{"asymmetry", 0.265}};
+  EXPECT_EQ(make_per_recording(data, found)[0]["verdict"], "agree");
 }
 
 }  // namespace
