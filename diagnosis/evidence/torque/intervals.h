@@ -15,7 +15,7 @@ namespace hrp::diagnosis {
 //   The division with the largest variance counts.
 // - Drift: change from the middle of a recording to its ends, if it is significant.
 // - Considered, not estimated (Schmidt 1966): the torque constant is known to 2 %, sampling instants to half a sample.
-//   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a tenth over a
+//   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a fifth over a
 //   turn; a joint that moved through part of a turn shows only that part.
 //
 // Of the joint's own terms the smaller of two estimates: with masses as in `fit`, or fitted to these rows again. One joint's rows
@@ -51,7 +51,8 @@ bool is_loss(const EffectInfo& effect);
 // coefficients, which gives their correlation.
 Eigen::Vector4d take_place_widths(const Eigen::Vector4d& coefficients, const Eigen::Matrix4d& covariance, const Eigen::Vector4d& width);
 
-// Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen.
+// Standard deviation of a level of dry friction, in its unit, from the part of a turn that a travel [rad] leaves unseen: the
+// mean of some of a turn's windows, each with a friction of its own, for that of all (sampling from a finite population).
 double calc_unseen_std(double level, double travel);
 
 }  // namespace hrp::diagnosis

@@ -138,7 +138,7 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
   EXPECT_NEAR(calc_width(2.0) / calc_width(0.5), 16.0, 0.1);
 }
 
-// Friction varies by a tenth over a turn, and no more than two of the 6.28 rad can be seen.
+// Friction is uneven over a turn, and no more than two of the 6.28 rad can be seen.
 TEST(NextByTorque, AMotionThatSeesAThirdOfATurnLeavesMostOfTheDoubtAboutDryFriction) {
   const Experiment e = simulate_arm("next_torque_turn", make_arm_drives());
   NextOptions options = make_options();
@@ -148,7 +148,7 @@ TEST(NextByTorque, AMotionThatSeesAThirdOfATurnLeavesMostOfTheDoubtAboutDryFrict
   for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
     const ExpectedInterval& one = next.proposals[0].intervals[i];
     const double seen = one.label.find("coulomb") != std::string::npos ? 2.0 : 2.0 * M_PI;  // [rad]
-    EXPECT_GE(one.after, 1.96 * 0.1 * std::sqrt(1.0 - seen / (2.0 * M_PI)) * one.value - 1e-9) << one.label;
+    EXPECT_GE(one.after, kNinetyFive * calc_unseen_std(one.value, seen) - 1e-9) << one.label;
     EXPECT_EQ(next.proposals[1].intervals[i].after, one.after) << one.label;  // held out: no value is fitted to it
   }
 }

@@ -3,9 +3,12 @@
 // recordings cannot tell apart is listed; what is not there is not claimed.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <random>
 
 #include "diagnosis/evidence/polish.h"
+#include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/evidence/torque/misleading.h"
 #include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/search/problem.h"
@@ -109,6 +112,28 @@ TEST(TorqueEvidence, PreSlidingOfDryFrictionIsNoHysteresis) {
   }
   const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_presliding", kArm, kArmJoints, hidden), 1);
   for (const std::string& joint : kArmJoints) EXPECT_EQ(find(verdict, "hysteresis", joint), nullptr) << joint;
+}
+
+// Twelve windows of a turn with a friction of their own, of which a joint sees the first: a joint that hardly moves knows its
+// level to 38 %, one that sees a whole turn exactly.
+TEST(TorqueEvidence, DryFrictionOfAPartOfATurnIsKnownAsWellAsAFewOfItsWindowsTellTheMean) {
+  constexpr int kWindows = 12, kTurns = 20000;
+  const auto calc_spread = [&](int seen) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> level(1.0, 0.2);
+    double square = 0.0;
+    for (int turn = 0; turn < kTurns; ++turn) {
+      double all = 0.0, part = 0.0;
+      for (int w = 0; w < kWindows; ++w) {
+        const double own = level(random);
+        all += own / kWindows, part += w < seen ? own / seen : 0.0;
+      }
+      square += (part - all) * (part - all) / kTurns;
+    }
+    return std::sqrt(square);
+  };
+  for (int seen : {1, 3, 6, 12}) EXPECT_NEAR(calc_unseen_std(1.0, seen * M_PI / 6.0), calc_spread(seen), 0.005) << seen;
+  EXPECT_NEAR(calc_unseen_std(-5.0, 0.02), 1.0, 0.01);
 }
 
 TEST(TorqueEvidence, NothingHiddenGivesNoFinding) {
