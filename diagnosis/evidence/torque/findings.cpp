@@ -27,6 +27,7 @@
 #include "diagnosis/evidence/torque/samples.h"
 #include "diagnosis/evidence/torque/words.h"
 #include "diagnosis/evidence/unlisted_friction.h"
+#include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/search/relation.h"
 #include "diagnosis/search/search.h"
 
@@ -68,6 +69,7 @@ class Judge {
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);
     add_remaining(&out);
+    add_resting(&out);
     // In an exact world, an effect that the model does not need does not exist.
     if (out.exact == 0 && !out.evidence.findings.empty()) add_possible(&out);
     sort_findings(&out.evidence.findings);
@@ -161,6 +163,17 @@ class Judge {
       if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
     }
     out->with_drives = static_cast<int>(with_drives.size()), out->any_drives = static_cast<int>(any_drives.size());
+  }
+
+  // Joints with fewer samples in motion than any model takes.
+  void add_resting(TorqueVerdict* out) const {
+    for (int j = 0; j < e_.num_joints(); ++j) {
+      const auto is_its = [&](const JointDesign& joint) { return joint.joint == j; };
+      if (!design_.data->is_judged(j) || std::any_of(design_.joints.begin(), design_.joints.end(), is_its)) continue;
+      const JointSpec& joint = e_.robot.tree.joint(j);
+      out->evidence.not_identifiable.push_back({get_effect(joint.actuated ? EffectId::kRotorInertia : EffectId::kViscous).name, {{"joint", joint.name}},
+                                                "the joint hardly moves: this motion cannot tell its friction and its inertia", kReversals});
+    }
   }
 
   void add_possible(TorqueVerdict* out) const {

@@ -136,6 +136,23 @@ TEST(TorqueEvidence, DryFrictionOfAPartOfATurnIsKnownAsWellAsAFewOfItsWindowsTel
   EXPECT_NEAR(calc_unseen_std(-5.0, 0.02), 1.0, 0.01);
 }
 
+// Hip yaws of standing robots stand still: the report was silent about them.
+TEST(TorqueEvidence, OfAJointThatStandsStillTheReportSaysThatThisMotionCannotTellItsDrive) {
+  Experiment e = simulate_arm("evidence_still", make_arm_drives());
+  for (Recording& r : e.recordings) {
+    JointColumns& elbow = r.joints[1];
+    for (size_t k = 0; k < r.size(); ++k) elbow.signal[0][k] = 0.3, elbow.signal[1][k] = 0.0;
+  }
+  const std::vector<NotIdentifiable> list = judge_torque(e, 1).evidence.not_identifiable;
+  const auto says = [&](const char* joint) {
+    return std::any_of(list.begin(), list.end(), [&](const NotIdentifiable& n) {
+      return n.effect == get_effect(EffectId::kRotorInertia).name && n.where == Where{{"joint", joint}} && n.why.find("hardly moves") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(says("elbow"));
+  EXPECT_FALSE(says("shoulder"));
+}
+
 TEST(TorqueEvidence, NothingHiddenGivesNoFinding) {
   const Experiment e = make_simulated_experiment("torque_none", kArm, kArmJoints, {});
   const TorqueVerdict verdict = judge_torque(e, 1);
