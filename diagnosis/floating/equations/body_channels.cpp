@@ -88,18 +88,6 @@ void add_drive_columns(const ColumnLayout& layout, int j, std::vector<int>* out)
   for (int c = 0; c < kOffsetColumn; ++c) out->push_back(layout.joint(j, c));
 }
 
-// [m] How far from the base's origin its legs begin.
-double find_lever_of_legs(const LeggedLog& log) {
-  double out = 0;
-  for (const LinkSpec& link : log.tree.links) {
-    const bool bears = link.parent == 0 && std::any_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-      return is_above(log.tree, static_cast<int>(&link - log.tree.links.data()), f.link);
-    });
-    if (bears) out = std::max(out, link.joint.X_PF.p.norm());
-  }
-  return out;
-}
-
 // Where no foot has a force sensor: forces by the legs' torques.
 void add_balance_by_legs(const LeggedLog& log, const ColumnLayout& layout, std::vector<int> columns,
                          BodyChannels* channels, RowTable* table) {
@@ -109,12 +97,10 @@ void add_balance_by_legs(const LeggedLog& log, const ColumnLayout& layout, std::
   for (size_t j = 0; j < channels->legs.size(); ++j) {
     if (channels->legs[j]) add_drive_columns(layout, static_cast<int>(j), &columns);
   }
-  // [N] What drives hold without showing it: torques by currents are good to some percent of what legs bear.
-  const double force = kMinor * log.mass * log.experiment->scenario.gravity_W.norm(), lever = find_lever_of_legs(log);
   for (int i = 0; i < 6; ++i) {
     const EquationKind kind = i < 3 ? EquationKind::kLegMoment : EquationKind::kLegForce;
     channels->row[static_cast<size_t>(i)] =
-        table->add_channel({{kind, i % 3}, "/joint_states", i < 3 ? "N m" : "N", "link", log.tree.links[0].name, force * (i < 3 ? lever : 1)}, columns);
+        table->add_channel({{kind, i % 3}, "/joint_states", i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
   }
 }
 

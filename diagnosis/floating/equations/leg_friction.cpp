@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/floating/equations/leg_friction.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+
 #include "diagnosis/data/mean.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
@@ -21,14 +26,18 @@ std::vector<ChannelRows*> list_balances(std::vector<ChannelRows>* channels) {
   return out;
 }
 
-// Places in a row of what drives take of their torques.
-std::vector<long> list_losses(const ColumnLayout& layout, const ChannelRows& rows) {
-  std::vector<long> out;
+// Places in a row of what a joint's drive changes.
+struct DrivePlaces {
+  long constant, gain, viscous, dry, load, rotor;
+  std::array<long, 4> list_losses() const { return {viscous, dry, load, rotor}; }
+};
+
+std::vector<DrivePlaces> list_drives(const ColumnLayout& layout, const ChannelRows& rows) {
+  std::vector<DrivePlaces> out;
   for (int j = 0; j < layout.joints; ++j) {
-    for (const int c : {kViscousColumn, kDryColumn, kLoadColumn, kRotorColumn}) {
-      const int at = rows.find_column(layout.joint(j, c));
-      if (at >= 0) out.push_back(at);
-    }
+    const auto find = [&](int c) { return static_cast<long>(rows.find_column(layout.joint(j, c))); };
+    if (find(kDryColumn) < 0) continue;
+    out.push_back({find(kConstantColumn), find(kGainColumn), find(kViscousColumn), find(kDryColumn), find(kLoadColumn), find(kRotorColumn)});
   }
   return out;
 }
@@ -61,15 +70,40 @@ void subtract(const Eigen::MatrixXd& by, const std::vector<long>& losses, size_t
   for (const long at : losses) rows.col(at).setZero();
 }
 
+// [the equation's unit^2] Variance of what a joint's drive hides in a row. Its effort is good to some percent. Its friction shows
+// while it moves. While it stands, a gear holds any torque up to its friction, of either sign.
+double find_hidden(const DrivePlaces& at, const double* x, const Eigen::VectorXd& losses) {
+  if (x[at.constant] == 0) return 0;
+  const double moves = x[at.dry] / x[at.constant];
+  const double friction = losses(at.dry) * std::abs(x[at.constant]) + losses(at.load) * std::abs(x[at.gain]);
+  return std::pow(kMinor * x[at.gain], 2) + std::max(0.0, 1 - moves * moves) * friction * friction / 3;
+}
+
+// `losses`: coefficients that the fit gives to the losses, by place in a row.
+double find_exactness(const std::vector<DrivePlaces>& drives, const ChannelRows& c, const Eigen::VectorXd& losses) {
+  double sum = 0;
+  for (size_t i = 0; i < c.rows(); ++i) {
+    for (const DrivePlaces& at : drives) sum += find_hidden(at, c.row(i), losses);
+  }
+  return std::sqrt(sum / static_cast<double>(c.rows()));
+}
+
 }  // namespace
 
 void leave_out_leg_friction(const ColumnLayout& layout, std::vector<ChannelRows>* channels) {
   const std::vector<ChannelRows*> balances = list_balances(channels);
   if (balances.empty()) return;
-  const std::vector<long> losses = list_losses(layout, *balances[0]);
+  const std::vector<DrivePlaces> drives = list_drives(layout, *balances[0]);
+  std::vector<long> losses;
+  for (const DrivePlaces& at : drives) {
+    for (const long place : at.list_losses()) losses.push_back(place);
+  }
   if (losses.empty()) return;
   const Eigen::MatrixXd by = regress(balances, losses);
+  Eigen::VectorXd sizes = Eigen::VectorXd::Zero(static_cast<long>(balances[0]->columns.size()));
+  sizes(losses) = by.rightCols<1>();
   for (ChannelRows* c : balances) {
+    c->info.error = find_exactness(drives, *c, sizes);
     subtract(by, losses, c->columns.size(), &c->x, &c->y);
     if (!c->noise_y.empty()) subtract(by, losses, c->columns.size(), &c->noise_x, &c->noise_y);
   }

@@ -12,6 +12,7 @@
 #include "common/spatial/transform.h"
 #include "diagnosis/floating/diagnose.h"
 #include "diagnosis/floating/equations/leg_forces.h"
+#include "diagnosis/floating/equations/leg_friction.h"
 #include "servers/model_parser/robot_loader.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
@@ -41,11 +42,14 @@ std::string make_urdf() {
   return out + "</robot>";
 }
 
-// What is hidden: a load [kg] on the trunk at `place` [m], and a factor of all logged efforts.
+// What is hidden: a load [kg] on the trunk at `place` [m], a factor of all logged efforts, what the front left leg's pitch joint
+// reads too much [rad].
 struct Off {
   double load = 0, efforts = 1;
   Vector3d place{0, 0, 0};
+  double zero = 0;
 };
+constexpr int kPitch = 1;
 
 class Quadruped {
  public:
@@ -135,7 +139,7 @@ class Quadruped {
     }
     for (int j = 0; j < 12; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
-      c.signal[0].push_back(q(j) + 2e-5 * normal_(random_));
+      c.signal[0].push_back(q(j) + (j == kPitch ? off_.zero : 0.0) + 2e-5 * normal_(random_));
       c.signal[2].push_back(off_.efforts * tau(6 + j) + 0.05 * normal_(random_));
     }
     return q;
@@ -202,6 +206,33 @@ TEST(ForcesOfLegs, TellAFactorOfAllEffortsOnlyBesideAWrongMass) {
   const bool listed = std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.where.contains("sensor") && a.where.at("sensor") == "/joint_states"; });
   EXPECT_TRUE(named || listed) << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
+}
+
+TEST(ForcesOfLegs, NameTheZeroOfAThighsEncoder) {
+  const Evidence evidence = diagnose({.zero = 0.04});
+  ASSERT_EQ(evidence.findings.size(), 1u);
+  EXPECT_EQ(evidence.findings[0].effect, "joint_offset");
+  EXPECT_EQ(evidence.findings[0].where.at("joint"), "fl_pitch");
+  EXPECT_NEAR(evidence.findings[0].parameters[0].value[0], 0.04, 0.005);
+}
+
+// One equation of a joint that turns in every second row, with a lever of 2.
+TEST(ForcesOfLegs, AreExactToTheFrictionThatAJointHoldsWhileItStands) {
+  const LeggedLog log = make_legged_log(Quadruped({}).run(), Half::kEven);
+  const ColumnLayout layout(log);
+  constexpr double kFriction = 0.6, kLever = 2;
+  ChannelRows c;
+  c.info.equation = {EquationKind::kLegForce, 0};
+  for (const int column : {kViscousColumn, kDryColumn, kLoadColumn, kRotorColumn, kGainColumn, kConstantColumn}) c.columns.push_back(layout.joint(0, column));
+  for (int i = 0; i < 400; ++i) {
+    const double way = i % 2 == 0 ? 0 : i % 4 == 1 ? 1 : -1, speed = way * (1 + 0.5 * std::sin(i)), held = kFriction * std::sin(0.7 * i);
+    c.x.insert(c.x.end(), {kLever * speed, kLever * way, 0, kLever * std::cos(1.3 * i), 0, kLever});
+    c.y.push_back(kLever * (way == 0 ? held : way * kFriction)), c.train.push_back(1);
+  }
+  std::vector<ChannelRows> channels{c};
+  leave_out_leg_friction(layout, &channels);
+  // An even draw from -1 to 1 has a deviation of 1 / sqrt(3); half of the rows stand.
+  EXPECT_NEAR(channels[0].info.error, kLever * kFriction / std::sqrt(6), 0.05);
 }
 
 }  // namespace
