@@ -151,6 +151,15 @@ void add_give_for_rate(const ReportState& state, const FoundEffect& f, Finding* 
       "the same motion, recorded by motion capture or an attitude", turned);
 }
 
+// A constant in the effort of a leg that stands, which no sensor of a foot shows. Its gear holds dry friction in one direction
+// for as long.
+void add_held_friction(const ReportState& state, const FoundEffect& f, Finding* constant) {
+  const ChannelInfo& told_by = state.fitter.channels()[f.channel].info;
+  const bool of_effort = is(f, laws().sensor_bias) && constant->where.dump().find("/effort") != std::string::npos;
+  if (!of_effort || !told_by.equation.is_balance_by_legs()) return;
+  add(laws().coulomb, {{"joint", state.log.tree.joint(f.effect.place).name}}, "the joint turned to and fro, slowly, in one posture", constant);
+}
+
 // A zero of an accelerometer along what it feels on average, the weight. A scale makes the same in a body that stays
 // upright.
 void add_scale_for_zero(const ReportState& state, const FoundEffect& f, Finding* zero) {
@@ -181,6 +190,7 @@ void add_lookalikes(const ReportState& state, const FoundEffect& found, Finding*
   add_give_for_lean(state, found, finding);
   add_give_for_rate(state, found, finding);
   add_scale_for_zero(state, found, finding);
+  add_held_friction(state, found, finding);
 }
 
 }  // namespace hrp::diagnosis::floating

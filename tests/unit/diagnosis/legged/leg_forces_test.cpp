@@ -43,11 +43,11 @@ std::string make_urdf() {
 }
 
 // What is hidden: a load [kg] on the trunk at `place` [m], a factor of all logged efforts, what the front left leg's pitch joint
-// reads too much [rad].
+// reads too much [rad], and what its effort does [N m].
 struct Off {
   double load = 0, efforts = 1;
   Vector3d place{0, 0, 0};
-  double zero = 0;
+  double zero = 0, constant = 0;
 };
 constexpr int kPitch = 1;
 
@@ -140,7 +140,7 @@ class Quadruped {
     for (int j = 0; j < 12; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
       c.signal[0].push_back(q(j) + (j == kPitch ? off_.zero : 0.0) + 2e-5 * normal_(random_));
-      c.signal[2].push_back(off_.efforts * tau(6 + j) + 0.05 * normal_(random_));
+      c.signal[2].push_back(off_.efforts * tau(6 + j) + (j == kPitch ? off_.constant : 0.0) + 0.05 * normal_(random_));
     }
     return q;
   }
@@ -214,6 +214,15 @@ TEST(ForcesOfLegs, NameTheZeroOfAThighsEncoder) {
   EXPECT_EQ(evidence.findings[0].effect, "joint_offset");
   EXPECT_EQ(evidence.findings[0].where.at("joint"), "fl_pitch");
   EXPECT_NEAR(evidence.findings[0].parameters[0].value[0], 0.04, 0.005);
+}
+
+TEST(ForcesOfLegs, TellAConstantOfAnEffortOnlyBesideFrictionThatTheGearHolds) {
+  const Evidence evidence = diagnose({.constant = 4});
+  ASSERT_FALSE(evidence.findings.empty());
+  const Finding& f = evidence.findings[0];
+  EXPECT_EQ(f.where.at("sensor"), "/joint_states/fl_pitch/effort") << f.statement;
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.effect == "coulomb_friction"; })) << f.statement;
+  EXPECT_EQ(f.grade, Grade::kAmbiguous);
 }
 
 // One equation of a joint that turns in every second row, with a lever of 2.
