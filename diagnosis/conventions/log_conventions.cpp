@@ -81,6 +81,13 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   return f;
 }
 
+Json make_turned_finding(const Experiment& e, int joint, double left) {
+  const EffectInfo& scale = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
+  Json f = make_finding(scale, {{"sensor", e.signal_name(joint, Quantity::kEffort)}}, "scale", make_value(-1.0, round_to(kKnown, 3), "1"), 1.0 - left);
+  f["statement"] = floating::describe(e, floating::TurnedEfforts{{joint}, left}) + ".", f["alternatives"] = Json::array();
+  return f;
+}
+
 Json make_body_finding(const floating::BodyUnit& unit) {
   const Json scale = make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1");
   Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", unit.sensor}}, "scale", scale, 1.0);
@@ -283,6 +290,7 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
     const Experiment whole = floating::convert_whole_readings(in_units, out.whole);
     out.sides = floating::find_exchanged_sides(whole);
     find_frames(floating::convert_sides(whole, out.sides), &out);
+    out.efforts = floating::find_turned_efforts(convert_recordings(e, out));
   }
   if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
   TorqueData data = make_torque_data(e);
@@ -314,7 +322,7 @@ Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_torques = convert_zeros(convert_efforts(convert_motion(e, c), c.units), c.zeros);
   const Experiment in_units = floating::convert_body_units(floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
   const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
-  return drop_friction(floating::convert_whole_readings(in_frames, c.whole), c.friction);
+  return drop_friction(floating::convert_turned_efforts(floating::convert_whole_readings(in_frames, c.whole), c.efforts), c.friction);
 }
 
 ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
@@ -335,6 +343,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   for (const floating::WholeReading& w : c.whole) add(floating::describe(w));
   if (c.sides.any()) add(floating::describe(c.sides));
   if (!c.turned.joints.empty()) add(floating::describe(e, c.turned));
+  if (!c.efforts.joints.empty()) add(floating::describe(e, c.efforts));
   for (const RefutedFriction& r : c.friction)
     add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
@@ -354,7 +363,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   doubt_ratios(as_logged, c.ratios, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
-  if (c.weightless.empty() && c.bodies.empty() && c.frames.empty() && !c.pose.any()) {
+  if (!as_logged.scenario.floating_base) {
     const Experiment in_time = convert_motion(as_logged, c);
     const TorqueData data = make_torque_data(in_time);
     for (const EffortUnit& unit : c.units) own.push_back(make_unit_finding(data, unit));
@@ -366,6 +375,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
+  for (const int joint : c.efforts.joints) own.push_back(make_turned_finding(as_logged, joint, c.efforts.left));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
   add_pose_findings(c.pose, &own);
   Json& report = reports->report;

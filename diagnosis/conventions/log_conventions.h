@@ -17,6 +17,7 @@
 #include "diagnosis/floating/conventions/gone_gravity.h"
 #include "diagnosis/floating/conventions/pose_frames.h"
 #include "diagnosis/floating/conventions/sensor_frames.h"
+#include "diagnosis/floating/conventions/turned_efforts.h"
 #include "diagnosis/floating/conventions/turned_legs.h"
 #include "diagnosis/floating/log/whole_readings.h"
 #include "diagnosis/measurement/joint_zeros.h"
@@ -38,9 +39,10 @@ struct LogConventions {
   std::vector<floating::WholeReading> whole;
   floating::ExchangedSides sides;
   floating::TurnedLegs turned;
+  floating::TurnedEfforts efforts;
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
-  bool counts_otherwise() const { return absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || pose.any(); }
+  bool counts_otherwise() const { return absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || !efforts.joints.empty() || pose.any(); }
 };
 
 // Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is

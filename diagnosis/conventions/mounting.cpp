@@ -101,16 +101,6 @@ bool leaves_much(const ListFit& by_joints) {
 
 }  // namespace
 
-Experiment turn_efforts(Experiment e, int joint) {
-  for (Recording& r : e.recordings) {
-    for (size_t j = 0; j < r.joints.size(); ++j) {
-      if (joint >= 0 && j != static_cast<size_t>(joint)) continue;
-      for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y = -y;
-    }
-  }
-  return e;
-}
-
 // No load and no force is named for a robot that hangs on a wall.
 void check_mounting(const Experiment& e, int jobs) {
   const TorqueData data = make_torque_data(e);

@@ -10,9 +10,6 @@ namespace hrp::diagnosis {
 // [rad] From the stated gravity, beyond what a linear term of a tilt tells: the robot is mounted otherwise.
 constexpr double kMounted = 0.5;
 
-// All efforts with the other sign, or only that of one joint (-1: all).
-Experiment turn_efforts(Experiment e, int joint);
-
 // Throws InputError, with the gravity that fits, if that explains the efforts clearly better than every effect under the
 // stated one.
 void check_mounting(const Experiment& experiment, int jobs);

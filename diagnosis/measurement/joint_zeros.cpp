@@ -204,6 +204,16 @@ FoundGravity find_gravity(const TorqueData& data) {
   return out;
 }
 
+Experiment turn_efforts(Experiment e, int joint) {
+  for (Recording& r : e.recordings) {
+    for (size_t j = 0; j < r.joints.size(); ++j) {
+      if (joint >= 0 && j != static_cast<size_t>(joint)) continue;
+      for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y = -y;
+    }
+  }
+  return e;
+}
+
 Experiment convert_zeros(Experiment e, const std::vector<JointZero>& joints) {
   for (const JointZero& zero : joints) {
     const double sign = zero.turned ? -1.0 : 1.0;

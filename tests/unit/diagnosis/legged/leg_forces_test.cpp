@@ -11,6 +11,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/spatial/transform.h"
 #include "diagnosis/floating/diagnose.h"
+#include "diagnosis/floating/conventions/turned_efforts.h"
 #include "diagnosis/floating/equations/leg_forces.h"
 #include "diagnosis/floating/equations/leg_friction.h"
 #include "servers/model_parser/robot_loader.h"
@@ -43,11 +44,12 @@ std::string make_urdf() {
 }
 
 // What is hidden: a load [kg] on the trunk at `place` [m], a factor of all logged efforts, what the front left leg's pitch joint
-// reads too much [rad], and what its effort does [N m].
+// reads too much [rad], what its effort does [N m], and a joint whose effort is logged with the other sign.
 struct Off {
   double load = 0, efforts = 1;
   Vector3d place{0, 0, 0};
   double zero = 0, constant = 0;
+  int turned = -1;
 };
 constexpr int kPitch = 1;
 
@@ -140,7 +142,7 @@ class Quadruped {
     for (int j = 0; j < 12; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
       c.signal[0].push_back(q(j) + (j == kPitch ? off_.zero : 0.0) + 2e-5 * normal_(random_));
-      c.signal[2].push_back(off_.efforts * tau(6 + j) + (j == kPitch ? off_.constant : 0.0) + 0.05 * normal_(random_));
+      c.signal[2].push_back((j == off_.turned ? -1 : off_.efforts) * tau(6 + j) + (j == kPitch ? off_.constant : 0.0) + 0.05 * normal_(random_));
     }
     return q;
   }
@@ -223,6 +225,10 @@ TEST(ForcesOfLegs, TellAConstantOfAnEffortOnlyBesideFrictionThatTheGearHolds) {
   EXPECT_EQ(f.where.at("sensor"), "/joint_states/fl_pitch/effort") << f.statement;
   EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.effect == "coulomb_friction"; })) << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous);
+}
+
+TEST(ForcesOfLegs, ShowAnEffortThatCountsTheOtherWay) {
+  EXPECT_EQ(find_turned_efforts(Quadruped({.turned = kPitch}).run()).joints, std::vector<int>{kPitch});
 }
 
 // One equation of a joint that turns in every second row, with a lever of 2.
