@@ -8,11 +8,9 @@
 #include "common/effects/effect_info.h"
 #include "common/effects/units.h"
 #include "common/spatial/rpy.h"
-#include "diagnosis/conventions/exchanged_joints.h"
-#include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/conventions/joint_conventions.h"
 #include "diagnosis/conventions/mounting.h"
 #include "diagnosis/conventions/unit_doubts.h"
-#include "diagnosis/conventions/zero_search.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -81,10 +79,10 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   return f;
 }
 
-Json make_turned_finding(const Experiment& e, int joint, double left) {
-  const EffectInfo& scale = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
-  Json f = make_finding(scale, {{"sensor", e.signal_name(joint, Quantity::kEffort)}}, "scale", make_value(-1.0, round_to(kKnown, 3), "1"), 1.0 - left);
-  f["statement"] = floating::describe(e, floating::TurnedEfforts{{joint}, left}) + ".", f["alternatives"] = Json::array();
+// The same fault, told from the balance of standing legs. `left`: share of what does not balance.
+Json make_turned_leg_finding(const Experiment& e, int joint, double left) {
+  Json f = make_turned_finding(e, {joint}, 1.0 - left);
+  f["statement"] = floating::describe(e, floating::TurnedEfforts{{joint}, left}) + ".";
   return f;
 }
 
@@ -238,83 +236,52 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
-// Whole torques, angles of joints, and commands at their times.
-Experiment convert_motion(const Experiment& e, const LogConventions& c) { return convert_commands(convert_ratios(return_torque(e, c.absent.part), c.ratios), c.commands); }
-
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
   out->frames = floating::find_sensor_frames(in_units);
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
-// The effort whose sign is turned; null if none is.
-const EffortUnit* find_turned(const std::vector<EffortUnit>& units) {
-  const auto at = std::find_if(units.begin(), units.end(), [](const EffortUnit& u) { return u.scale < 0.0; });
-  return at == units.end() ? nullptr : &*at;
+// Shares are those of the effort in its unit. No motion of a moving base tells the torque of its joints: all of the servo's law.
+void add_sign_findings(const Experiment& e, LogConventions c, Json* findings) {
+  const std::vector<TurnedEffort> signs = std::exchange(c.signs, {});
+  if (signs.empty()) return;
+  TorqueData data;
+  if (!e.scenario.floating_base) data = make_torque_data(convert_efforts(convert_motion(e, c), c.units));
+  for (const TurnedEffort& t : signs) {
+    EffortUnit turned;
+    turned.joint = t.joint, turned.scale = -1.0;
+    findings->push_back(make_turned_finding(e, t, e.scenario.floating_base ? 1.0 : calc_share(data, turned)));
+  }
 }
 
-// A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
-// looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
-// nothing else is off. Drives that count the torque on the motor, not on the link, turn the signs of all efforts: that is one
-// convention, while each zero is a value of its own.
-void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
-  const Experiment in_time = convert_motion(e, *out);
-  const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
-  const Experiment as_logged = drop_friction(in_time, friction);
-  const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
-  if (zeros.empty()) return;
-  const ListFit by_zeros = fit_list(convert_zeros(as_logged, zeros), jobs);
-  if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
-  if (find_turned(out->units)) {
-    const Experiment turned = turn_efforts(in_time, -1);
-    const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
-    if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) < kConventionNats + zeros_cost) return;
-  }
-  const TorqueData at_zeros = make_torque_data(convert_zeros(in_time, zeros));
-  if (!find_effort_units(at_zeros).empty()) return;
-  out->units.clear(), out->untold = list_untold_units(at_zeros, {}), out->friction = friction, out->zeros = zeros;
+// A robot that moves its base: sensors of the body. `e`: with the signs of the servos' law.
+LogConventions find_of_bodies(const Experiment& e) {
+  LogConventions out;
+  out.turned = floating::find_turned_legs(e);
+  const Experiment in_sense = floating::convert_turned_legs(e, out.turned);
+  out.weightless = floating::find_gone_gravity(in_sense);
+  const Experiment heavy = floating::return_gravity(in_sense, out.weightless);
+  out.bodies = floating::find_body_units(heavy);
+  const Experiment in_units = floating::convert_body_units(heavy, out.bodies);
+  out.whole = floating::find_whole_readings(in_units);
+  const Experiment whole = floating::convert_whole_readings(in_units, out.whole);
+  out.sides = floating::find_exchanged_sides(whole);
+  find_frames(floating::convert_sides(whole, out.sides), &out);
+  out.efforts = floating::find_turned_efforts(convert_recordings(e, out));
+  return out;
 }
 
 }  // namespace
 
 LogConventions find_conventions(const Experiment& e, int jobs) {
+  std::vector<TurnedEffort> by_law;
+  for (int joint : list_turned_by_law(e)) by_law.push_back({joint});
+  const Experiment in_law = turn_efforts(e, by_law);
   LogConventions out;
-  if (e.scenario.floating_base) {
-    out.turned = floating::find_turned_legs(e);
-    const Experiment in_sense = floating::convert_turned_legs(e, out.turned);
-    out.weightless = floating::find_gone_gravity(in_sense);
-    const Experiment heavy = floating::return_gravity(in_sense, out.weightless);
-    out.bodies = floating::find_body_units(heavy);
-    const Experiment in_units = floating::convert_body_units(heavy, out.bodies);
-    out.whole = floating::find_whole_readings(in_units);
-    const Experiment whole = floating::convert_whole_readings(in_units, out.whole);
-    out.sides = floating::find_exchanged_sides(whole);
-    find_frames(floating::convert_sides(whole, out.sides), &out);
-    out.efforts = floating::find_turned_efforts(convert_recordings(e, out));
-  }
-  if (e.scenario.floating_base || e.scenario.drive == "motion" || e.num_joints() == 0) return out;
-  TorqueData data = make_torque_data(e);
-  out.absent = find_absent_torque(data);
-  const Experiment whole = return_torque(e, out.absent.part);
-  if (out.absent.part != Absent::kNothing) data = make_torque_data(whole);
-  check_exchanged_joints(data, jobs);
-  // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or mounting.
-  if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
-  const Experiment of_links = convert_ratios(whole, out.ratios);
-  out.commands = find_late_commands(of_links, jobs);
-  const Experiment in_time = convert_commands(of_links, out.commands);
-  const TorqueData as_logged = make_torque_data(in_time);
-  out.units = find_effort_units(as_logged);
-  if (find_turned(out.units)) prefer_zeros_alone(e, jobs, &out);
-  if (const EffortUnit* turned = find_turned(out.units)) refuse_turned_effort(in_time, turned->joint, turned->scale, jobs);
-  out.untold = list_untold_units(as_logged, out.units);
-  Experiment in_torques = convert_efforts(in_time, out.units);
-  out.friction = find_refuted_friction(in_torques);
-  in_torques = drop_friction(std::move(in_torques), out.friction);
-  if (out.absent.part != Absent::kNothing) return out;
-  out.zeros = find_zeros(in_torques, jobs);
-  if (!out.units.empty()) prefer_zeros_alone(e, jobs, &out);
-  if (out.zeros.empty()) check_mounting(in_torques, jobs);
+  if (e.scenario.floating_base) out = find_of_bodies(in_law);
+  else if (e.scenario.drive != "motion" && e.num_joints() > 0) out = find_joint_conventions(in_law, jobs);
+  out.signs.insert(out.signs.begin(), by_law.begin(), by_law.end());
   return out;
 }
 
@@ -332,6 +299,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (c.absent.part != Absent::kNothing) add(std::string("the logged efforts lack ") + name_absent(c.absent.part) + "; it is put back");
   if (c.commands.any()) add(describe(c.commands));
   for (const GearRatio& r : c.ratios.found) add(describe(e, r));
+  for (const TurnedEffort& t : c.signs) add("the effort of " + name(t.joint) + " is taken with the other sign");
   for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
   for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
@@ -363,6 +331,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   doubt_ratios(as_logged, c.ratios, reports);
   if (!c.counts_otherwise()) return;
   Json own = Json::array(), findings = Json::array();
+  add_sign_findings(as_logged, c, &own);
   if (!as_logged.scenario.floating_base) {
     const Experiment in_time = convert_motion(as_logged, c);
     const TorqueData data = make_torque_data(in_time);
@@ -375,7 +344,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (const Json late = make_late_finding(as_logged, c.commands); !late.is_null()) own.push_back(late);
   for (const floating::GoneGravity& gone : c.weightless) own.push_back(make_gravity_finding(gone));
   for (const floating::BodyUnit& unit : c.bodies) own.push_back(make_body_finding(unit));
-  for (const int joint : c.efforts.joints) own.push_back(make_turned_finding(as_logged, joint, c.efforts.left));
+  for (const int joint : c.efforts.joints) own.push_back(make_turned_leg_finding(as_logged, joint, c.efforts.left));
   for (const floating::SensorFrame& frame : c.frames) add_frame_findings(frame, &own);
   add_pose_findings(c.pose, &own);
   Json& report = reports->report;

@@ -12,6 +12,7 @@
 #include "diagnosis/conventions/late_commands.h"
 #include "diagnosis/conventions/remarks.h"
 #include "diagnosis/conventions/stated_friction.h"
+#include "diagnosis/conventions/turned_efforts.h"
 #include "diagnosis/floating/conventions/body_units.h"
 #include "diagnosis/floating/conventions/exchanged_sides.h"
 #include "diagnosis/floating/conventions/gone_gravity.h"
@@ -26,6 +27,7 @@
 namespace hrp::diagnosis {
 
 struct LogConventions {
+  std::vector<TurnedEffort> signs;  // efforts with the opposite sign; those by the servo's law are turned where they are read
   AbsentTorque absent;
   Ratios ratios;
   LateCommands commands;
@@ -42,11 +44,11 @@ struct LogConventions {
   floating::TurnedEfforts efforts;
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
-  bool counts_otherwise() const { return absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || !efforts.joints.empty() || pose.any(); }
+  bool counts_otherwise() const { return !signs.empty() || absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || !efforts.joints.empty() || pose.any(); }
 };
 
-// Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and column, where the sign of an effort or the sense of a joint is
-// turned, or two joints are exchanged.
+// Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and
+// column, where the sense of a joint is turned, or two joints are exchanged.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
 
 // What was found, in a line each, and what recordings are too short for.

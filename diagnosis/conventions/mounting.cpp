@@ -123,16 +123,10 @@ void check_mounting(const Experiment& e, int jobs) {
   if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
 }
 
-void refuse_turned_effort(const Experiment& e, int joint, double scale, int jobs) {
+void check_gravity_beside(const Experiment& e, const std::vector<ListFit>& others, int jobs) {
   const Mounting best = find_best(e, calc_left_squares(make_torque_data(e)), jobs);
-  const ListFit of_one = fit_list(turn_efforts(e, joint), jobs), of_all = fit_list(turn_efforts(e, -1), jobs);
-  const auto beats = [&](const ListFit& turned) { return compare_torques(best.by_joints, turned) >= kConventionNats; };
-  if (!best.g_W.isZero() && beats(of_one) && beats(of_all)) refuse_gravity(e, best.g_W);
-  const std::string column = e.signal_name(joint, Quantity::kEffort);
-  const std::string whose = e.num_joints() > 1 && compare(of_all, of_one) >= kConventionNats
-                                ? "are the signs of all efforts turned? 'columns' of the experiment can turn them (scale: -1)"
-                                : "is its sign turned?";
-  refuse_input(e.recordings.front().find_place(column), "is " + number(1.0 / scale, 3) + " times the torque that the motion takes: " + whose);
+  const auto beats = [&](const ListFit& other) { return compare_torques(best.by_joints, other) >= kConventionNats; };
+  if (!best.g_W.isZero() && std::all_of(others.begin(), others.end(), beats)) refuse_gravity(e, best.g_W);
 }
 
 }  // namespace hrp::diagnosis

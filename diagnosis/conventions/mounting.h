@@ -3,6 +3,9 @@
 // direction. Taken joint by joint, it looks like efforts of the wrong sign, and for the whole robot like a force.
 #pragma once
 
+#include <vector>
+
+#include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/data/recording.h"
 
 namespace hrp::diagnosis {
@@ -14,8 +17,7 @@ constexpr double kMounted = 0.5;
 // stated one.
 void check_mounting(const Experiment& experiment, int jobs);
 
-// For an effort that is `scale` times (below zero) the torque that the joint's motion takes. Throws InputError: another
-// gravity, if that explains all efforts clearly better than turned signs do, else the turned sign of this one.
-[[noreturn]] void refuse_turned_effort(const Experiment& experiment, int joint, double scale, int jobs);
+// Throws InputError, with the gravity that fits, if that explains the efforts clearly better than each of `others`.
+void check_gravity_beside(const Experiment& experiment, const std::vector<ListFit>& others, int jobs);
 
 }  // namespace hrp::diagnosis

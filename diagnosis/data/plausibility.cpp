@@ -8,6 +8,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/format.h"
 #include "common/base/rounding.h"
+#include "diagnosis/data/angle_limits.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/repair.h"
@@ -168,6 +169,9 @@ bool is_turned(const Pair& pair) {
   return line.fit < -0.9 && is_near(line.slope, -1.0);
 }
 
+// True if the logged effort is that of the servo, with either sign.
+bool follows_law(const Pair& pair, double sign) { return fit_line(pair).fit * sign > 0.95 && is_near(fit_line(pair).slope, sign); }
+
 // Efforts are in N m whatever unit angles have. With angles in degrees, they are 1/57 of the servo law.
 void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pairs) {
   for (size_t j = 0; j < pairs.size(); ++j) {
@@ -180,7 +184,7 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
                        " times: degrees instead of rad (or servo gains per degree)?");
     }
     if (is_near(line.slope, -1.0) && is_turned(pairs[j]))
-      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)), "is the servo's effort with its sign turned");
+      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)), "is the servo's effort with its sign turned, which it is not in another recording");
     if (is_near(line.slope, 1000.0))
       refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)),
                    "is 1000 times the servo's effort: mN m instead of N m?");
@@ -277,58 +281,6 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
   }
 }
 
-// Larger absolute limit of the joint [rad].
-double get_reach(const JointSpec& spec) { return std::max(std::abs(spec.lower), std::abs(spec.upper)); }
-
-// True beyond three times the joint's limits and beyond a whole turn.
-bool is_far_beyond(const JointSpec& spec, double angle) {
-  const double reach = get_reach(spec);
-  return spec.kind == JointKind::kRevolute && std::isfinite(reach) && std::abs(angle) > std::max(3.0 * reach, 2.0 * M_PI);
-}
-
-// Largest absolute reading of a joint's position; 0 without one.
-double find_largest_angle(const Recording& r, int j) { return find_largest(r.joints[static_cast<size_t>(j)].signal[0]); }
-
-// True if the joint moves by a part of its range that nobody overlooks, within its limits: its log is in rad.
-bool reads_radians(const Experiment& e, const Recording& r, int j) {
-  const JointSpec& spec = e.robot.tree.joint(j);
-  const std::vector<double>& q = r.joints[static_cast<size_t>(j)].signal[0];
-  const double range = std::isfinite(get_reach(spec)) ? spec.upper - spec.lower : HUGE_VAL;
-  return spec.kind == JointKind::kRevolute && !q.empty() && find_largest_angle(r, j) <= get_reach(spec) && calc_range(q) > 0.25 * range;
-}
-
-// What a reading far beyond the limits may be. A log that has other joints in rad is in rad, and degrees stay within 57 times
-// the limits: else it is the angle of the motor, before the gear.
-std::string ask_angle(const Experiment& e, const Recording& r, int j) {
-  const double ratio = find_largest_angle(r, j) / get_reach(e.robot.tree.joint(j));
-  bool others = false;
-  for (int i = 0; i < e.num_joints(); ++i) others = others || (i != j && reads_radians(e, r, i));
-  const std::string motor = "the angle of the motor, before a gear of at least " + text_of(ratio) + "? Then divide it, and its velocity, by the gear's ratio";
-  if (others) return "other joints of this log are in rad, so is this " + motor;
-  if (!may_be_degrees(e.robot.tree.joint(j), find_largest_angle(r, j))) return "degrees would be beyond them, too: is this " + motor;
-  return "degrees instead of rad? Or " + motor;
-}
-
-void check_limits(const Experiment& e, const Recording& r, int j) {
-  const JointSpec& spec = e.robot.tree.joint(j);
-  if (!r.joints[static_cast<size_t>(j)].has(Quantity::kPosition)) return;
-  const double largest = find_largest_angle(r, j);
-  if (!is_far_beyond(spec, largest)) return;
-  refuse_input(r.find_place(e.signal_name(j, Quantity::kPosition)),
-               "reaches " + text_of(largest) + ", far beyond the joint's limits of " + text_of(get_reach(spec)) + " rad: " + ask_angle(e, r, j));
-}
-
-// Warns of commands far beyond the limits: a damaged sample, or a drive that receives torques as positions.
-void check_commanded_limits(Experiment* e, const Recording& r, int j) {
-  const JointSpec& spec = e->robot.tree.joint(j);
-  const std::vector<double>& command = r.joints[static_cast<size_t>(j)].command;
-  const auto far = std::find_if(command.begin(), command.end(), [&](double angle) { return is_far_beyond(spec, angle); });
-  if (far == command.end()) return;
-  e->warnings.push_back(r.spec.name + ": /joint_commands/" + spec.name + "/position is " + text_of(*far) + " at " +
-                        number(r.time[static_cast<size_t>(far - command.begin())], 6) + " s, far beyond the joint's limits of " +
-                        text_of(get_reach(spec)) + " rad");
-}
-
 void check_commands(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
@@ -339,19 +291,22 @@ void check_commands(const Experiment& e, const Recording& r, int j) {
 
 }  // namespace
 
-double find_largest(const std::vector<double>& values) {
-  double largest = 0.0;
-  for (double value : values) {
-    if (std::isfinite(value)) largest = std::max(largest, std::abs(value));
+std::vector<int> list_turned_by_law(const Experiment& e) {
+  std::vector<int> list;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const ServoGains gains = get_servo_gains(e.scenario, e.robot.tree.joint(j).name);
+    bool turned = false, right = false;
+    for (const Recording& r : e.recordings) {
+      const Pair pair = pair_effort(r, r.joints[static_cast<size_t>(j)], gains);
+      turned = turned || (follows_law(pair, -1.0) && is_turned(pair)), right = right || follows_law(pair, 1.0);
+    }
+    if (turned && !right) list.push_back(j);
   }
-  return largest;
-}
-
-bool may_be_degrees(const JointSpec& joint, double largest) {
-  return is_far_beyond(joint, largest) && largest <= (1.0 + kSlopeRoom) * kDegrees * get_reach(joint);
+  return list;
 }
 
 void check_plausibility(Experiment* e) {
+  const std::vector<int> turned = list_turned_by_law(*e);
   for (Recording& r : e->recordings) {
     Pairs position, velocity, effort;
     for (int j = 0; j < e->num_joints(); ++j) {
@@ -366,13 +321,13 @@ void check_plausibility(Experiment* e) {
     // law.
     std::vector<bool> sound, none(effort.size(), false);
     for (const Pair& pair : effort) {
-      const Line law = fit_line(pair);
-      sound.push_back(law.fit > 0.95 && is_near(law.slope, 1.0));
+      sound.push_back(follows_law(pair, 1.0));
     }
     check_units_of(*e, r, position, Quantity::kPosition, "the command", sound);
     check_units_of(*e, r, velocity, Quantity::kVelocity, "the rate of the position", none);
     check_exchange(*e, r, position, Quantity::kPosition, "the motion");
     check_exchange(*e, r, velocity, Quantity::kVelocity, "the rate");
+    for (int j : turned) effort[static_cast<size_t>(j)] = {};  // told as a finding
     check_exchange(*e, r, effort, Quantity::kEffort, "the servo's effort");
     check_effort_units(*e, r, effort);
     check_exchanged_gains(*e, r, effort);

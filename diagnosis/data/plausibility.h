@@ -17,6 +17,9 @@ constexpr double kDegrees = 180.0 / M_PI;  // [degrees/rad]
 // that is always 0, without a torque sensor) are dropped with a warning.
 void check_plausibility(Experiment* experiment);
 
+// Joints whose logged effort is minus the servo's law in some recording, and the law itself in none.
+std::vector<int> list_turned_by_law(const Experiment& experiment);
+
 // Largest absolute value of the finite ones; 0 without any.
 double find_largest(const std::vector<double>& values);
 

@@ -17,10 +17,11 @@ namespace {
 constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
 constexpr size_t kMostGroups = 5;   // effects that are told with their values
 const char* const kCounts = "counts/N";
+const char* const kTurned = "turned";  // in place of a unit: efforts whose sign is turned are no scale that is off
 constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
 
 struct Group {
-  std::string effect, unit;  // unit: only of raw counts, which are told apart from a scale that is off
+  std::string effect, unit;  // unit: only of raw counts and turned signs, which are told apart from a scale that is off
   std::vector<const json*> findings;
   double weight = 0.0;
   double probability = 0.0;  // the largest
@@ -38,10 +39,27 @@ std::string get_unit(const json& finding) {
   return parameters.empty() ? "" : get_text(parameters[0].second, "unit");
 }
 
+// The first number of the first parameter.
+double get_value(const json& finding) {
+  const auto parameters = list_parameters(finding);
+  return parameters.empty() ? kNone : get_number(parameters[0].second, "value");
+}
+
+// True for a log that holds the effort with the opposite sign.
+bool is_turned_effort(const json& finding) {
+  const std::string sensor = get_text(get_object(finding, "where"), "sensor"), effort = "/effort";
+  return sensor.size() > effort.size() && sensor.compare(sensor.size() - effort.size(), effort.size(), effort) == 0 && get_value(finding) == -1.0;
+}
+
+std::string get_kind(const json& finding) {
+  if (is_turned_effort(finding)) return kTurned;
+  return get_unit(finding) == kCounts ? kCounts : "";
+}
+
 std::vector<Group> group_by_effect(const json& report) {
   std::vector<Group> groups;
   for (const json& f : get_list(report, "findings")) {
-    const std::string effect = get_text(f, "effect"), unit = get_unit(f) == kCounts ? kCounts : "";
+    const std::string effect = get_text(f, "effect"), unit = get_kind(f);
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect && g.unit == unit; });
     Group& group = same == groups.end() ? groups.emplace_back(Group{effect, unit, {}, 0.0}) : *same;
     group.findings.push_back(&f);
@@ -57,12 +75,6 @@ std::vector<Group> group_by_effect(const json& report) {
 }
 
 bool is_in_log_unit(const json& finding) { return get(finding, "in_log_unit") == json(true); }
-
-// The first number of the first parameter.
-double get_value(const json& finding) {
-  const auto parameters = list_parameters(finding);
-  return parameters.empty() ? kNone : get_number(parameters[0].second, "value");
-}
 
 // "level 0.14 to 1.3 N m, most at joint elbow"; of one place or one value for all: with its interval.
 std::string describe_values(const std::vector<const json*>& findings) {
@@ -120,6 +132,7 @@ std::string cut_statement(const std::string& statement) {
 // "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".
 std::string make_group_sentence(const Group& group) {
   if (group.findings.size() == 1 && is_of_check(*group.findings[0])) return cut_statement(get_text(*group.findings[0], "statement"));
+  if (group.unit == kTurned) return "The recorded effort has the opposite sign at " + describe_places(group.findings) + ".";
   if (group.unit == kCounts) return "Forces are raw counts, no newtons, at " + describe(group.findings) + ".";
   std::vector<const json*> sure, perhaps;
   for (const json* f : group.findings) (is_ambiguous(*f) ? perhaps : sure).push_back(f);

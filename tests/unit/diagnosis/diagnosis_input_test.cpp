@@ -201,7 +201,7 @@ std::string load_effort(const std::string& name, double swing, double sign, doub
 
 TEST(Suspicions, AShiftedEffortOfAJointAtRestIsNoTurnedSign) {
   EXPECT_EQ(load_effort("shifted", 0.0, 1.0, 1.95), "");
-  EXPECT_THAT(load_effort("turned", 0.5, -1.0, 0.0), testing::HasSubstr("sign turned"));
+  EXPECT_EQ(load_effort("turned", 0.5, -1.0, 0.0), "");
 }
 
 // What never changes has no slope: the sum of a thousand equal numbers is rounded, and its mean is not the number.

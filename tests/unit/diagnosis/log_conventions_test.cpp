@@ -137,22 +137,45 @@ void turn_all_efforts(Experiment* e) {
   }
 }
 
-TEST(LogConventions, EffortsOfTheWrongSignAreRefusedAsSuch) {
+// Joints whose effort is taken with the other sign.
+std::vector<int> list_turned(const Experiment& e) {
+  std::vector<int> joints;
+  for (const TurnedEffort& t : find_conventions(e, 1).signs) joints.push_back(t.joint);
+  return joints;
+}
+
+TEST(LogConventions, AnEffortOfTheWrongSignIsJudgedWithTheOtherSign) {
   Experiment e = make_table("signs_turned");
   turn_all_efforts(&e);
-  EXPECT_NE(refuse(e).find("/joint_states/lift/effort: is -"), std::string::npos) << refuse(e);
+  EXPECT_EQ(list_turned(e), std::vector<int>{1});  // friction alone turns the table: it shows no sign
 }
 
 // Some drives count the torque on the motor, not on the link.
-TEST(LogConventions, WhereAllEffortsHaveTheWrongSignAllAreAskedFor) {
+TEST(LogConventions, ATurnedSignIsThatOfOneEffortOrOfAllWhicheverExplainsMore) {
   Experiment e = make_logged("all_signs_turned", kShoulder, 0.0, 1.0);
   turn_all_efforts(&e);
-  EXPECT_NE(refuse(e).find("signs of all efforts"), std::string::npos) << refuse(e);
+  EXPECT_EQ(list_turned(e), (std::vector<int>{kShoulder, kElbow}));
   e = make_logged("one_sign_turned", kShoulder, 0.0, 1.0);
   for (Recording& r : e.recordings) {
     for (double& y : r.joints[kShoulder].signal[2]) y = -y;
   }
-  EXPECT_NE(refuse(e).find("is its sign turned?"), std::string::npos) << refuse(e);
+  EXPECT_EQ(list_turned(e), std::vector<int>{kShoulder});
+}
+
+// The rest of the answer is that of the log with the right sign.
+TEST(LogConventions, ATurnedSignIsAFindingBesideThoseOfTheMachine) {
+  Experiment e = make_table("sign_found");
+  const Reports right = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[1].signal[2]) y = -y;
+  }
+  const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
+  const Json& findings = reports.report["findings"];
+  ASSERT_EQ(findings.size(), right.report["findings"].size() + 1);
+  EXPECT_EQ(findings[0]["where"]["sensor"], "/joint_states/lift/effort");
+  EXPECT_EQ(findings[0]["parameters"]["scale"]["value"], -1.0);
+  EXPECT_NE(findings[0]["statement"].get<std::string>().find("lift: the recorded effort has the opposite sign"), std::string::npos);
+  for (size_t i = 1; i < findings.size(); ++i) EXPECT_EQ(findings[i]["parameters"], right.report["findings"][i - 1]["parameters"]);
 }
 
 TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
