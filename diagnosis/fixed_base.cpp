@@ -86,12 +86,25 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
   fit.signals.insert(fit.signals.end(), windows.begin(), windows.end());
 }
 
-// True if the chosen model follows the held-out motion better than the nominal one: over windows, where there are any.
-bool improves_motion(const Fit& fit, const std::vector<SignalFit>& windows) {
+// Held-out errors of the motion with the nominal and with the chosen model: over windows, where there are any, else of the
+// simulation over the whole.
+struct MotionErrors {
   double before = 0.0, after = 0.0;
-  for (const SignalFit& s : windows) before += std::pow(s.before / s.spread, 2), after += std::pow(s.after / s.spread, 2);
-  if (windows.empty()) before = std::pow(fit.validate_before, 2), after = std::pow(fit.validate_after, 2);
-  return !(after > kNearlyAll * kNearlyAll * before);
+  bool improve() const { return !(after > kNearlyAll * before); }
+};
+
+MotionErrors calc_motion_errors(const Outcome& outcome, const std::vector<SignalFit>& windows) {
+  if (windows.empty()) return {outcome.nominal.rms, outcome.chosen.rms};
+  MotionErrors sum;
+  for (const SignalFit& s : windows) sum.before = std::hypot(sum.before, s.before / s.spread), sum.after = std::hypot(sum.after, s.after / s.spread);
+  return sum;
+}
+
+// Torque that is explained does not make the simulated motion better by itself: one that is balanced by a stop that is not in
+// the model leaves no missing torque beside friction.
+std::string describe_motion(const MotionErrors& errors, bool by_windows) {
+  const std::string text = "The torque along the recorded motion is explained, but with the updated model the simulated motion is not better";
+  return text + (by_windows ? "." : ": its error goes from " + number(errors.before, 3) + " to " + number(errors.after, 3) + " times the noise.");
 }
 
 // Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model predicts.
@@ -102,10 +115,13 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   fill_fit(problem, outcome, torque, windows, &evidence);
   for (const std::string& text : problem.experiment->warnings) evidence.warnings.push_back(text);
   evidence.verdict = find_verdict(evidence);
-  if (evidence.verdict == Verdict::kMostlyExplained && !improves_motion(evidence.fit, windows)) evidence.verdict = Verdict::kPartlyExplained;
+  const MotionErrors motion = calc_motion_errors(outcome, windows);
+  const bool torque_alone = evidence.verdict == Verdict::kMostlyExplained && !motion.improve();
+  if (torque_alone) evidence.verdict = Verdict::kPartlyExplained;
   const Json mismatch = reports.report["mismatch"];
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;
+  if (torque_alone) reports.report["motion"] = describe_motion(motion, !windows.empty());
   reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
   reports.series["prediction"] = reports.report["prediction"];
   return reports;

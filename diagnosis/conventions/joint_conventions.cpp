@@ -37,7 +37,8 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
     const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
     if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) < kConventionNats + zeros_cost) return;
   }
-  const TorqueData at_zeros = make_torque_data(convert_zeros(in_time, zeros));
+  const Experiment in_zeros = convert_zeros(in_time, zeros);  // outlives its data
+  const TorqueData at_zeros = make_torque_data(in_zeros);
   if (!find_effort_units(at_zeros).empty()) return;
   out->units.clear(), out->untold = list_untold_units(at_zeros, {}), out->friction = friction, out->zeros = zeros;
 }

@@ -246,8 +246,8 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
 void add_sign_findings(const Experiment& e, LogConventions c, Json* findings) {
   const std::vector<TurnedEffort> signs = std::exchange(c.signs, {});
   if (signs.empty()) return;
-  TorqueData data;
-  if (!e.scenario.floating_base) data = make_torque_data(convert_efforts(convert_motion(e, c), c.units));
+  const Experiment in_units = convert_efforts(convert_motion(e, c), c.units);  // outlives its data
+  const TorqueData data = e.scenario.floating_base ? TorqueData{} : make_torque_data(in_units);
   for (const TurnedEffort& t : signs) {
     EffortUnit turned;
     turned.joint = t.joint, turned.scale = -1.0;

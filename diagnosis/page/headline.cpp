@@ -325,7 +325,8 @@ std::vector<std::string> make_headline(const json& report) {
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), make_unit_sentence(report), make_left_sentence(report),
+  for (const std::string& sentence : {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), get_text(report, "motion"), make_unit_sentence(report),
+                                      make_left_sentence(report),
                                       make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }
