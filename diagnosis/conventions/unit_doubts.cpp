@@ -149,6 +149,20 @@ void doubt_large_level(const std::string& joint, const std::string& unit, double
   }
 }
 
+// Dry friction that is nearly all of an effort whose unit is not known: the effort shows a direction, and neither weight nor
+// inertia. A drive at one effort does so that brings its own rotor to a speed against viscous friction.
+void doubt_whole_friction(const std::string& joint, Json* report) {
+  for (Json& f : (*report)["findings"]) {
+    const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
+    if (f["where"].value("joint", "") != joint || !effect || effect->family != EffectFamily::kDryFriction || is_share_of_load(f)) continue;
+    if (f.value("grade", "") != get_grade_name(Grade::kSupported) || f.value("share", 0.0) < kNearlyAll) continue;
+    make_ambiguous(&f);
+    f["statement"] = f.value("statement", "") + " It is nearly all of the effort, whose unit is not known: viscous friction and a rotor would need about the same effort.";
+    for (EffectFamily family : {EffectFamily::kSpeedLoss, EffectFamily::kReflectedInertia})
+      f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kJoint, family), f["where"], Json::object()));
+  }
+}
+
 void warn(const std::string& text, Reports* reports) {
   reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
 }
@@ -187,6 +201,7 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
     mark_unexplained(name, unit, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
+    doubt_whole_friction(name, &reports->report);
     const bool of_friction = u.without_friction != 1.0;
     doubt_large_level(name, unit, of_friction ? u.without_friction : u.without_constant, of_friction, &reports->report);
   }
