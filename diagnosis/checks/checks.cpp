@@ -11,6 +11,7 @@
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/velocity_log.h"
 
 namespace hrp::diagnosis {
@@ -65,21 +66,45 @@ void remark_samples(const Json& recordings, Json* remarks) {
   }
 }
 
+// Root mean square of the recorded velocity over that of the position's rate across 0.05 s, all recordings. Noise and steps of
+// an encoder add to the rate, so the true factor is no smaller. Zero: not known.
+double calc_least_factor(const Experiment& e, size_t joint) {
+  constexpr double kSpan = 0.05;  // [s] across which a velocity that is one moves its joint; an encoder's steps matter less
+  double velocity = 0.0, rate = 0.0;
+  for (const Recording& r : e.recordings) {
+    const JointColumns& log = r.joints[joint];
+    if (!log.has(Quantity::kPosition) || !log.has(Quantity::kVelocity)) continue;
+    for (size_t k = 0, end = 0; k < r.size(); ++k) {
+      while (end < r.size() && r.time[end] < r.time[k] + kSpan) ++end;
+      if (end == r.size()) break;
+      const double v = log.signal[static_cast<int>(Quantity::kVelocity)][k], step = log.signal[0][end] - log.signal[0][k];
+      if (!std::isfinite(v) || !std::isfinite(step)) continue;
+      velocity += v * v, rate += std::pow(step / (r.time[end] - r.time[k]), 2);
+    }
+  }
+  return rate > 0.0 ? std::sqrt(velocity / rate) : 0.0;
+}
+
 void remark_velocities(const Experiment& e, Json* remarks) {
   const std::vector<VelocityReading> readings = find_velocity_readings(e);
-  std::vector<std::string> late, ahead, scaled, shifted;
+  std::vector<std::string> late, ahead, scaled, shifted, fast;
   for (size_t j = 0; j < readings.size(); ++j) {
     const std::string name = e.robot.tree.joint(static_cast<int>(j)).name;
     const VelocityReading& log = readings[j];
     const std::string time = name + " (" + number(1e3 * std::abs(log.late), 2) + " ms)";
     if (log.is_late()) late.push_back(time);
     if (log.is_position_late()) ahead.push_back(time);
+    const double factor = calc_least_factor(e, j);
     if (log.is_scaled()) scaled.push_back(name + " (" + number(log.scale, 3) + ")");
+    else if (factor > std::exp(kFactor)) fast.push_back(name + " (" + number(factor, 2) + ")");
     if (log.is_biased()) shifted.push_back(name + " (" + number(log.bias, 3) + " rad/s)");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
   if (!ahead.empty()) remarks->push_back("the recorded position is later than the velocity: " + join(ahead));
   if (!scaled.empty()) remarks->push_back("the recorded velocity is not the rate of the position, but that times a factor: " + join(scaled));
+  if (!fast.empty())
+    remarks->push_back("the recorded velocity is at least so many times the rate of the position: " + join(fast) +
+                       ": is it in another unit, or that of the motor, before the gear? The position is too coarse to tell the factor");
   if (!shifted.empty()) remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
 }
 

@@ -180,6 +180,18 @@ TEST(PassiveJoints, ChecksDoNotSpeakOfADriveThatIsNotThere) {
   for (const std::string& warning : e.warnings) EXPECT_EQ(warning.find("effort"), std::string::npos) << warning;
 }
 
+// A sensor on the motor, and an encoder whose steps hide the motion: noise only adds to the rate of the position.
+TEST(PassiveJoints, ChecksSayThatAVelocityIsMuchFasterThanACoarsePosition) {
+  Experiment e = make_free_swing();
+  const auto says = [&] { return make_checks(e, e)["remarks"].dump().find("so many times the rate of the position") != std::string::npos; };
+  EXPECT_FALSE(says());
+  for (Recording& r : e.recordings) {
+    JointColumns& joint = r.joints[0];
+    for (size_t k = 0; k < r.size(); ++k) joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] *= 50.0;
+  }
+  EXPECT_TRUE(says());
+}
+
 TEST(PassiveJoints, ChecksSayThatNothingIsHeldOut) {
   Experiment e = make_free_swing();
   const auto says = [&] { return make_checks(e, e)["remarks"].dump().find("no recording is held out") != std::string::npos; };
