@@ -19,6 +19,7 @@
 #include "diagnosis/evidence/lone_delay.h"
 #include "diagnosis/evidence/servo_damping.h"
 #include "diagnosis/evidence/soft_joints.h"
+#include "diagnosis/evidence/torque/bristles.h"
 #include "diagnosis/evidence/torque/gears.h"
 #include "diagnosis/evidence/torque/grade.h"
 #include "diagnosis/evidence/torque/loads.h"
@@ -71,7 +72,7 @@ class Judge {
     add_remaining(&out);
     add_resting(&out);
     // In an exact world, an effect that the model does not need does not exist.
-    if (out.exact == 0 && !out.evidence.findings.empty()) add_possible(&out);
+    if (out.exact == 0 && !out.evidence.findings.empty()) join_bristles(*design_.data, &out.evidence.findings), add_possible(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;

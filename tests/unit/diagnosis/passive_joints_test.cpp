@@ -187,7 +187,8 @@ TEST(PassiveJoints, ChecksSayThatAVelocityIsMuchFasterThanACoarsePosition) {
   EXPECT_FALSE(says());
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[0];
-    for (size_t k = 0; k < r.size(); ++k) joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] *= 50.0;
+    joint.signal[1].resize(r.size());
+    for (size_t k = 0; k < r.size(); ++k) joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] = 5.0 * std::sin(0.3 * static_cast<double>(k));
   }
   EXPECT_TRUE(says());
 }

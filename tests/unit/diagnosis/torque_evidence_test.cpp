@@ -8,6 +8,7 @@
 #include <random>
 
 #include "diagnosis/evidence/polish.h"
+#include "diagnosis/evidence/torque/bristles.h"
 #include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/evidence/torque/misleading.h"
 #include "diagnosis/measurement/torque/residual.h"
@@ -37,6 +38,25 @@ TEST(TorqueEvidence, LittleMissingTorqueBehindCoarseEncodersIsLookedForAtLowerFr
                                                          {EffectId::kViscous, kElbow, {1.0}}, {EffectId::kCoulomb, kElbow, {2.0, 0.0, 5e-4}}});
   const double little = find_coarse_cutoff("coarse_little", {{EffectId::kViscous, kShoulder, {0.02}}, {EffectId::kViscous, kElbow, {0.01}}});
   EXPECT_LT(little, much);
+}
+
+// A level of dry friction and a hysteresis at the elbow, which travels by radians.
+std::vector<Finding> find_bent(double yield) {
+  const Experiment e = make_simulated_experiment("bristles", kArm, kArmJoints, {});
+  const Where elbow = {{"joint", "elbow"}};
+  Finding dry = make_finding(get_effect(EffectId::kCoulomb), elbow, {make_one("level", "N m", 0.06, 0.005)});
+  Finding bent = make_finding(get_effect(EffectId::kHysteresis), elbow, {make_one("stiffness", "N m/rad", 0.04 / yield, 0.0), make_one("yield_angle", "rad", yield, 0.0)});
+  std::vector<Finding> findings{dry, bent};
+  join_bristles(make_torque_data(e), &findings);
+  return findings;
+}
+
+TEST(TorqueEvidence, DryFrictionThatBendsBeforeItSlipsIsOneCauseWithItsWholeLevel) {
+  const std::vector<Finding> one = find_bent(0.003);
+  ASSERT_EQ(one.size(), 1u);
+  EXPECT_NEAR(one[0].parameters[0].value[0], 0.10, 1e-12);
+  EXPECT_EQ(one[0].alternatives.at(0).effect, "hysteresis");
+  EXPECT_EQ(find_bent(0.3).size(), 2u);  // such a spring is told from friction
 }
 
 TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) {
