@@ -48,6 +48,18 @@ TEST(IncompleteLogs, WithoutTheEffortOfOneJointTheOtherIsJudged) {
   EXPECT_THAT(text, Not(HasSubstr("foot")));
 }
 
+TEST(IncompleteLogs, ATurnedEffortAndAMotionThatIsNoBetterAreToldInWords) {
+  const auto make = [](const char* effect, const char* kind, const std::string& place, double value) {
+    return Json{{"effect", effect}, {"where", {{kind, place}}}, {"grade", "supported"}, {"share", 0.5}, {"weight", 0.5}, {"statement", place + ": ."},
+                {"alternatives", Json::array()}, {"parameters", {{"scale", {{"value", value}, {"unit", "1"}}}}}};
+  };
+  const Json findings{make("sensor_scale", "sensor", kElbowEffort, -1.0), make("sensor_scale", "sensor", "/joint_states/shoulder/velocity", 1.2),
+                      make("viscous_friction", "joint", "elbow", 2.0), make("coulomb_friction", "joint", "elbow", 1.0)};
+  const std::string text = make_terminal_text({{"verdict", "partly_explained"}, {"findings", findings}, {"motion", "The motion is not better."}});
+  EXPECT_THAT(text, HasSubstr("The recorded effort has the opposite sign at sensor " + kElbowEffort + "."));
+  EXPECT_THAT(text, HasSubstr("The motion is not better."));
+}
+
 TEST(IncompleteLogs, AnEffortThatOneRecordingLacksIsTakenFromTheOthers) {
   for (const size_t lacking : {0u, 2u}) {
     const Json report = diagnose(make_unlogged("unlogged_once", {lacking}));

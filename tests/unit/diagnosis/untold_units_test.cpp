@@ -78,6 +78,19 @@ TEST(UntoldUnits, FrictionThatTakesAConstantEffortMayBeItsUnit) {
   EXPECT_NEAR(friction["alternatives"][0]["parameters"]["scale"].get<double>(), 0.003, 0.0003);  // a tenth, as above
 }
 
+// Along positions that a filter leaves behind, such a drive at its limit shows a direction and nothing else.
+TEST(UntoldUnits, FrictionThatIsTheWholeEffortMayBeARotorThatViscousFrictionBrakes) {
+  const Experiment e = make_simulated_experiment("units_whole", kDisc, {"motor"}, {});
+  for (double share : {0.95, 0.5}) {
+    Reports reports = make_level_report(3.0);
+    reports.report["findings"][0]["share"] = share;
+    doubt_untold_units(e, {EffortUnit{0}}, &reports);
+    const Json& friction = reports.report["findings"][0];
+    EXPECT_EQ(friction["grade"], share > 0.9 ? "ambiguous" : "supported");
+    EXPECT_EQ(friction["alternatives"].size(), share > 0.9 ? 2u : 0u);
+  }
+}
+
 TEST(UntoldUnits, AConstantEffortThatTheMotionOpposesMayHaveItsSignTurned) {
   Experiment e = make_steps("units_opposed");
   for (Recording& r : e.recordings) {
