@@ -5,6 +5,7 @@
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/measurement/torque/torque.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
+#include "test_places.h"
 
 namespace hrp::diagnosis {
 namespace {
