@@ -34,7 +34,7 @@ void join(const Experiment& e, int joint, const Finding& hysteresis, Finding* dr
   const Estimate &stiffness = hysteresis.parameters[0], &yield = hysteresis.parameters[1];
   std::string values;
   for (Estimate& level : dry->parameters) {
-    if (level.name != "level" && level.name != "coulomb" && level.name != "static") continue;
+    if (level.unit != dry->parameters[0].unit) continue;  // a speed
     const double yields = stiffness.value[0] * yield.value[0], error = level.std.empty() ? 0.0 : kNinetyFive * level.std[0];
     const std::pair<double, double> at_once = level.ends.empty() ? std::make_pair(level.value[0] - error, level.value[0] + error) : level.ends[0];
     level.value[0] += yields;
