@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/estimate/shares.h"
@@ -62,6 +63,19 @@ Eigen::MatrixXd regress(const std::vector<ChannelRows*>& balances, const std::ve
   return lost.completeOrthogonalDecomposition().solve(Eigen::MatrixXd(all));
 }
 
+// Rows of one block are of one motion: it is one look at each equation. Fewer looks than losses do not tell how large these are.
+bool do_tell(const std::vector<ChannelRows*>& balances, const std::vector<long>& losses) {
+  size_t looks = 0;
+  for (const ChannelRows* c : balances) {
+    std::set<int> blocks;
+    for (size_t i = 0; i < c->rows(); ++i) {
+      if (c->train[i]) blocks.insert(c->block[i]);
+    }
+    looks += blocks.size();
+  }
+  return looks > losses.size();
+}
+
 void subtract(const Eigen::MatrixXd& by, const std::vector<long>& losses, size_t width, std::vector<double>* x, std::vector<double>* y) {
   RowMap rows = map_rows(x, width);
   const Eigen::MatrixXd lost = rows(Eigen::all, losses);
@@ -101,7 +115,7 @@ void leave_out_leg_friction(const ColumnLayout& layout, std::vector<ChannelRows>
   if (losses.empty()) return;
   const Eigen::MatrixXd by = regress(balances, losses);
   Eigen::VectorXd sizes = Eigen::VectorXd::Zero(static_cast<long>(balances[0]->columns.size()));
-  sizes(losses) = by.rightCols<1>();
+  if (do_tell(balances, losses)) sizes(losses) = by.rightCols<1>();
   for (ChannelRows* c : balances) {
     c->info.error = find_exactness(drives, *c, sizes);
     subtract(by, losses, c->columns.size(), &c->x, &c->y);
