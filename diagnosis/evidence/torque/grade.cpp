@@ -267,10 +267,10 @@ class Grader {
     return model;
   }
 
-  // Largest changes of all graded terms' parameters between this model and others: of either sign, and towards zero.
+  // Largest changes of all graded terms' parameters between this model and others.
   struct Changes {
-    std::vector<Eigen::MatrixX2d> without;  // without a term
-    std::vector<Eigen::MatrixX2d> instead;  // with a rival in its place
+    std::vector<Eigen::VectorXd> without;  // without a term
+    std::vector<Eigen::VectorXd> instead;  // with a rival in its place
   };
 
   // Finds what the model loses without the term, and which other terms fill the gap.
@@ -293,7 +293,7 @@ class Grader {
   }
 
   // Of one joint's terms, or of all joints' (-1).
-  void note_changes(int joint, const TorqueModel& model, const TorqueFit& fit, std::vector<Eigen::MatrixX2d>* most) const {
+  void note_changes(int joint, const TorqueModel& model, const TorqueFit& fit, std::vector<Eigen::VectorXd>* most) const {
     const Slots slots = list_slots(design_, model);
     most->resize(graded_.size());
     for (size_t a = 0; a < graded_.size(); ++a) {
@@ -303,9 +303,7 @@ class Grader {
       const auto at = std::find(model.own[i].begin(), model.own[i].end(), choice_.model.own[i][g.place.at]);
       if (at == model.own[i].end()) continue;
       const long slot = slots.own[i][static_cast<size_t>(at - model.own[i].begin())];
-      const Eigen::ArrayXd down = g.parameters.array().sign() * (g.parameters - fit.theta.segment(slot, g.parameters.size())).array();
-      Eigen::MatrixX2d change(down.size(), 2);
-      change << down.abs().matrix(), down.cwiseMax(0.0).matrix();
+      const Eigen::VectorXd change = (fit.theta.segment(slot, g.parameters.size()) - g.parameters).cwiseAbs();
       (*most)[a] = (*most)[a].size() > 0 ? (*most)[a].cwiseMax(change).eval() : change;
     }
   }
@@ -315,8 +313,8 @@ class Grader {
   void span_models() {
     for (size_t a = 0; a < graded_.size(); ++a) {
       GradedTerm& g = graded_[a];
-      Eigen::MatrixX2d most = Eigen::MatrixX2d::Zero(g.parameters.size(), 2);
-      const auto add = [&](const std::vector<Eigen::MatrixX2d>& changes) {
+      Eigen::VectorXd most = Eigen::VectorXd::Zero(g.parameters.size());
+      const auto add = [&](const std::vector<Eigen::VectorXd>& changes) {
         if (!changes.empty() && changes[a].size() > 0) most = most.cwiseMax(changes[a]);
       };
       for (size_t b = 0; b < graded_.size(); ++b) {
@@ -325,13 +323,10 @@ class Grader {
         if (graded_[b].place.joint >= 0 && !graded_[b].holds && !graded_[b].term.row->usual) add(changes_[b].without);
       }
       if (most.isZero(0.0)) continue;
-      const Eigen::VectorXd own = g.width;
-      const auto widen = [&](long side) { g.width = own + (g.std.array() > 0.0).select(most.col(side) / kNinetyFive, 0.0).matrix(); };
+      g.width += (g.std.array() > 0.0).select(most / kNinetyFive, 0.0);
       const bool named = g.named;
-      widen(1);  // no doubt from a model in which the effect is larger
       decide(&g);
       g.named = named;  // a wide interval is said, not left out
-      widen(0);
     }
   }
 
