@@ -54,12 +54,10 @@ class Grader {
     find_agreement();
     find_widths();
     find_shares();
-    changes_.assign(graded_.size(), {});
     parallel_for(jobs_, static_cast<int>(graded_.size()), [&](int g) {
-      compare(&graded_[static_cast<size_t>(g)], &changes_[static_cast<size_t>(g)]);
+      compare(&graded_[static_cast<size_t>(g)]);
       decide(&graded_[static_cast<size_t>(g)]);
     });
-    span_models();
     name_expected();
     return graded_;
   }
@@ -267,14 +265,8 @@ class Grader {
     return model;
   }
 
-  // Largest changes of all graded terms' parameters between this model and others.
-  struct Changes {
-    std::vector<Eigen::VectorXd> without;  // without a term
-    std::vector<Eigen::VectorXd> instead;  // with a rival in its place
-  };
-
   // Finds what the model loses without the term, and which other terms fill the gap.
-  void compare(GradedTerm* g, Changes* changes) const {
+  void compare(GradedTerm* g) const {
     const TorqueModel rest = without(g->place);
     const TorqueFit alone = fit_torque(design_, rest);
     g->gain = fit_.evidence - alone.evidence;
@@ -285,48 +277,6 @@ class Grader {
     g->rivals = list_rivals(design_, {choice_.model, fit_, rest, alone}, judge, *g);
     for (Rival& r : g->rivals) {
       if (r.width.size() == 0) r.width = measure_rival(r).width;
-    }
-    note_changes(g->place.joint, rest, alone, &changes->without);
-    for (const Rival& r : g->rivals) {
-      if (!r.model.own.empty()) note_changes(g->place.joint, r.model, fit_torque(design_, r.model), &changes->instead);
-    }
-  }
-
-  // Of one joint's terms, or of all joints' (-1).
-  void note_changes(int joint, const TorqueModel& model, const TorqueFit& fit, std::vector<Eigen::VectorXd>* most) const {
-    const Slots slots = list_slots(design_, model);
-    most->resize(graded_.size());
-    for (size_t a = 0; a < graded_.size(); ++a) {
-      const GradedTerm& g = graded_[a];
-      if (g.place.joint < 0 || (joint >= 0 && g.place.joint != joint)) continue;
-      const size_t i = static_cast<size_t>(g.place.joint);
-      const auto at = std::find(model.own[i].begin(), model.own[i].end(), choice_.model.own[i][g.place.at]);
-      if (at == model.own[i].end()) continue;
-      const long slot = slots.own[i][static_cast<size_t>(at - model.own[i].begin())];
-      const Eigen::VectorXd change = (fit.theta.segment(slot, g.parameters.size()) - g.parameters).cwiseAbs();
-      (*most)[a] = (*most)[a].size() > 0 ? (*most)[a].cwiseMax(change).eval() : change;
-    }
-  }
-
-  // The recordings do not refuse the models with a rival in a term's place, nor those without a term that does not hold and
-  // that not every drive has. Intervals of a joint's terms hold those of all these models.
-  void span_models() {
-    for (size_t a = 0; a < graded_.size(); ++a) {
-      GradedTerm& g = graded_[a];
-      Eigen::VectorXd most = Eigen::VectorXd::Zero(g.parameters.size());
-      const auto add = [&](const std::vector<Eigen::VectorXd>& changes) {
-        if (!changes.empty() && changes[a].size() > 0) most = most.cwiseMax(changes[a]);
-      };
-      for (size_t b = 0; b < graded_.size(); ++b) {
-        if (b == a) continue;
-        add(changes_[b].instead);
-        if (graded_[b].place.joint >= 0 && !graded_[b].holds && !graded_[b].term.row->usual) add(changes_[b].without);
-      }
-      if (most.isZero(0.0)) continue;
-      g.width += (g.std.array() > 0.0).select(most / kNinetyFive, 0.0);
-      const bool named = g.named;
-      decide(&g);
-      g.named = named;  // a wide interval is said, not left out
     }
   }
 
@@ -389,7 +339,7 @@ class Grader {
     // A common term that explains much of the held-out mismatch is listed, even if few independent samples make its
     // size uncertain.
     const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
-    g->holds = holds, g->disagrees = g->agreement < kAgree, g->unsized = !sized;
+    g->disagrees = g->agreement < kAgree, g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, remove more than details of friction do, and have higher odds.
@@ -414,7 +364,6 @@ class Grader {
   const Slots slots_;
   const TorqueFit fit_;
   std::vector<GradedTerm> graded_;
-  std::vector<Changes> changes_;  // by graded term
 };
 
 }  // namespace

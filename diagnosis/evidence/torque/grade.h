@@ -48,7 +48,6 @@ struct GradedTerm {
   bool rescales = false;   // a gain without which all others leave twice as much (root mean square, held out)
   bool harms_one = false;  // with it, the prediction of one held-out recording is more than 5 % worse
   std::vector<Rival> rivals;
-  bool holds = false;      // it gains evidence, matters, predicts held-out data and has the same sign in all stretches
   bool disagrees = false;  // stretches give it opposite signs
   bool unsized = false;    // parts of the recordings differ by more than its value
   bool named = false;      // if false, it only improves the prediction
