@@ -138,8 +138,10 @@ class Malformed(unittest.TestCase):
     def test_an_effort_in_millinewtonmetres_is_suspected(self):
         self.refused(r"train_1.csv:1:6:", "mN m", change=self.scaled(1, 1, 1, 1, 1, 1000))
 
-    def test_an_effort_of_the_other_sign_is_suspected(self):
-        self.refused(r"train_1.csv:1:6:", "sign", change=self.scaled(1, 1, 1, 1, 1, -1))
+    def test_an_effort_of_the_other_sign_is_named(self):
+        status, text, _ = self.answered(change=self.scaled(1, 1, 1, 1, 1, -1))
+        self.assertEqual(status, 0, text)
+        self.assertIn("one: the recorded effort has the opposite sign", text)
 
     def test_a_missing_command_is_named(self):
         self.refused("train_1.csv", "/joint_commands/one/position", "missing",
