@@ -82,7 +82,7 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
 // The same fault, told from the balance of standing legs. `left`: share of what does not balance.
 Json make_turned_leg_finding(const Experiment& e, int joint, double left) {
   Json f = make_turned_finding(e, {joint}, 1.0 - left);
-  f["statement"] = floating::describe(e, floating::TurnedEfforts{{joint}, left}) + ".";
+  f["statement"] = floating::describe_turned_efforts(e, {{joint}, left}) + ".";
   return f;
 }
 
@@ -243,15 +243,20 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
 }
 
 // Shares are those of the effort in its unit. No motion of a moving base tells the torque of its joints: all of the servo's law.
-void add_sign_findings(const Experiment& e, LogConventions c, Json* findings) {
-  const std::vector<TurnedEffort> signs = std::exchange(c.signs, {});
-  if (signs.empty()) return;
-  const Experiment in_units = convert_efforts(convert_motion(e, c), c.units);  // outlives its data
-  const TorqueData data = e.scenario.floating_base ? TorqueData{} : make_torque_data(in_units);
-  for (const TurnedEffort& t : signs) {
+void add_sign_findings(const Experiment& e, const LogConventions& c, Json* findings) {
+  if (e.scenario.floating_base) {
+    for (const TurnedEffort& t : c.signs) findings->push_back(make_turned_finding(e, t, 1.0));
+    return;
+  }
+  if (c.signs.empty()) return;
+  LogConventions but_signs = c;
+  but_signs.signs.clear();
+  const Experiment in_units = convert_efforts(convert_motion(e, but_signs), c.units);  // outlives its data
+  const TorqueData data = make_torque_data(in_units);
+  for (const TurnedEffort& t : c.signs) {
     EffortUnit turned;
     turned.joint = t.joint, turned.scale = -1.0;
-    findings->push_back(make_turned_finding(e, t, e.scenario.floating_base ? 1.0 : calc_share(data, turned)));
+    findings->push_back(make_turned_finding(e, t, calc_share(data, turned)));
   }
 }
 
@@ -310,8 +315,8 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
   for (const floating::WholeReading& w : c.whole) add(floating::describe(w));
   if (c.sides.any()) add(floating::describe(c.sides));
-  if (!c.turned.joints.empty()) add(floating::describe(e, c.turned));
-  if (!c.efforts.joints.empty()) add(floating::describe(e, c.efforts));
+  if (!c.turned.joints.empty()) add(floating::describe_turned_legs(e, c.turned));
+  if (!c.efforts.joints.empty()) add(floating::describe_turned_efforts(e, c.efforts));
   for (const RefutedFriction& r : c.friction)
     add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
@@ -324,7 +329,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(floating::describe(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
-  if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe(as_logged, c.turned));
+  if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe_turned_legs(as_logged, c.turned));
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
   doubt_beside_units(as_logged, c.units, reports);

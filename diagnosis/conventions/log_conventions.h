@@ -40,8 +40,7 @@ struct LogConventions {
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
   floating::ExchangedSides sides;
-  floating::TurnedLegs turned;
-  floating::TurnedEfforts efforts;
+  floating::TurnedJoints turned, efforts;  // encoders of legs, told by standing feet; efforts of legs, told by the body's balance
   floating::PoseFrame pose;
   bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
   bool counts_otherwise() const { return !signs.empty() || absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || !efforts.joints.empty() || pose.any(); }

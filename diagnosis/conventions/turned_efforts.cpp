@@ -24,7 +24,7 @@ bool may_be_angle(const Experiment& e, const TurnedEffort& turned, const ListFit
 }  // namespace
 
 Experiment turn_efforts(Experiment e, const std::vector<TurnedEffort>& turned) {
-  for (const TurnedEffort& t : turned) e = turn_efforts(std::move(e), t.joint);
+  for (const TurnedEffort& t : turned) e = turn_effort(std::move(e), t.joint);
   return e;
 }
 

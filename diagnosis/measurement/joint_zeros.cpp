@@ -204,12 +204,9 @@ FoundGravity find_gravity(const TorqueData& data) {
   return out;
 }
 
-Experiment turn_efforts(Experiment e, int joint) {
+Experiment turn_effort(Experiment e, int joint) {
   for (Recording& r : e.recordings) {
-    for (size_t j = 0; j < r.joints.size(); ++j) {
-      if (joint >= 0 && j != static_cast<size_t>(joint)) continue;
-      for (double& y : r.joints[j].signal[static_cast<int>(Quantity::kEffort)]) y = -y;
-    }
+    for (double& y : r.joints[static_cast<size_t>(joint)].signal[static_cast<int>(Quantity::kEffort)]) y = -y;
   }
   return e;
 }

@@ -38,7 +38,7 @@ FoundGravity find_gravity(const TorqueData& data);
 // The experiment with readings and commands in the model's zeros and senses.
 Experiment convert_zeros(Experiment experiment, const std::vector<JointZero>& joints);
 
-// All efforts with the other sign, or only that of one joint (-1: all).
-Experiment turn_efforts(Experiment experiment, int joint);
+// The effort of one joint with the other sign.
+Experiment turn_effort(Experiment experiment, int joint);
 
 }  // namespace hrp::diagnosis

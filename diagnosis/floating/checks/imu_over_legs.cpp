@@ -57,15 +57,9 @@ double find_square(const std::vector<double>& left) {
 }
 
 double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b) {
-  std::map<std::pair<const Clip*, long>, std::pair<double, double>> blocks;
-  for (size_t i = 0; i < at.size(); ++i) {
-    const auto& [clip, k] = at[i];
-    auto& [a, b] = blocks[{clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock))}];
-    a += 1.0 + left_a[i], b += 1.0 + left_b[i];
-  }
-  std::vector<double> gains;
-  for (const auto& [at, left] : blocks) gains.push_back(std::log(left.second / left.first));
-  return calc_block_odds(gains);
+  std::vector<std::pair<const Clip*, long>> blocks;
+  for (const auto& [clip, k] : at) blocks.emplace_back(clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock)));
+  return calc_odds_by_block(blocks, left_a, left_b);
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "diagnosis/estimate/blocks.h"
@@ -76,6 +78,20 @@ bool repeats(const std::vector<double>& left, size_t least);
 
 // n log of the odds for what leaves less, by logarithms of what it leaves less in each block; negative: against it.
 double calc_block_odds(const std::vector<double>& gains);
+
+// The same, of what `a` and `b` leave by moment [1], over what may be left anyway. `block` of each moment: one observation of an
+// error whose size is not known, its logarithm. Below zero: b leaves less.
+template <class Block>
+double calc_odds_by_block(const std::vector<Block>& block, const std::vector<double>& a, const std::vector<double>& b) {
+  std::map<Block, std::pair<double, double>> sums;
+  for (size_t i = 0; i < block.size(); ++i) {
+    auto& [of_a, of_b] = sums[block[i]];
+    of_a += 1.0 + a[i], of_b += 1.0 + b[i];
+  }
+  std::vector<double> gains;
+  for (const auto& [key, left] : sums) gains.push_back(std::log(left.second / left.first));
+  return calc_block_odds(gains);
+}
 
 // Whether blocks of half a second, one by one, are for a clock, not only their sum, against the log as it is and against a
 // sensor that reads the same all the time. A robot that falls, or walks briskly, agrees with no reading as well as with one from

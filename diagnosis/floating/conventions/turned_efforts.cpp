@@ -5,9 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "common/base/has.h"
-#include "common/base/join_words.h"
-#include "common/base/rounding.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -49,23 +46,16 @@ std::vector<double> list_left(const Balance& b, const std::vector<int>& turned) 
   std::vector<double> squares(b.rows[0].rows(), 0.0);
   for (const ChannelRows& c : b.rows) {
     if (!(c.info.error > 0)) continue;  // an axis that no leg acts along
+    std::vector<int> columns;
+    for (const int gain : turned) columns.push_back(c.find_column(gain));
     for (size_t i = 0; i < squares.size(); ++i) {
       double y = c.y[i];
-      for (const int gain : turned) y += 2 * c.row(i)[c.find_column(gain)];
+      for (const int column : columns) y += 2 * c.row(i)[column];
       squares[i] += std::pow(y / c.info.error, 2);
     }
   }
   for (double& x : squares) x = std::sqrt(x);
   return squares;
-}
-
-// [nats] Log odds that `a` leaves less than `b`.
-double calc_odds(const ChannelRows& rows, const std::vector<double>& a, const std::vector<double>& b) {
-  std::map<int, std::pair<double, double>> blocks;
-  for (size_t i = 0; i < a.size(); ++i) blocks[rows.block[i]].first += 1 + a[i], blocks[rows.block[i]].second += 1 + b[i];
-  std::vector<double> gains;
-  for (const auto& [block, left] : blocks) gains.push_back(std::log(left.second / left.first));
-  return calc_block_odds(gains);
 }
 
 // The joints whose other sign leaves least, one or all: by odds against the log's signs and against every other joint's.
@@ -83,9 +73,9 @@ std::vector<int> find_turned(const Experiment& e, double* left) {
   for (size_t i = 0; i < b.joints.size(); ++i) add({b.joints[i]}, {b.gains[i]});
   add(b.joints, b.gains);
   const auto& [square, best] = *trials.begin();
-  if (square > kPart * before || calc_odds(b.rows[0], best.second, nominal) < kOdds) return {};
+  if (square > kPart * before || calc_odds_by_block(b.rows[0].block, best.second, nominal) < kOdds) return {};
   for (auto other = std::next(trials.begin()); other != trials.end() && other->first < kPart * before; ++other) {
-    if (calc_odds(b.rows[0], best.second, other->second.second) < kOdds) return {};
+    if (calc_odds_by_block(b.rows[0].block, best.second, other->second.second) < kOdds) return {};
   }
   *left *= square / before;
   return best.first;
@@ -93,25 +83,16 @@ std::vector<int> find_turned(const Experiment& e, double* left) {
 
 }  // namespace
 
-TurnedEfforts find_turned_efforts(const Experiment& e) {
-  TurnedEfforts out;
-  if (!e.scenario.floating_base || e.num_joints() == 0) return out;
-  for (std::vector<int> joints = find_turned(e, &out.left); !joints.empty(); joints = find_turned(convert_turned_efforts(e, out), &out.left)) {
-    if (std::any_of(joints.begin(), joints.end(), [&](int j) { return has(out.joints, j); })) break;
-    out.joints.insert(out.joints.end(), joints.begin(), joints.end());
-  }
-  return out;
-}
+TurnedJoints find_turned_efforts(const Experiment& e) { return turn_joints(e, find_turned, convert_turned_efforts); }
 
-Experiment convert_turned_efforts(Experiment e, const TurnedEfforts& turned) {
-  for (const int joint : turned.joints) e = turn_efforts(std::move(e), joint);
+Experiment convert_turned_efforts(Experiment e, const TurnedJoints& turned) {
+  for (const int joint : turned.joints) e = turn_effort(std::move(e), joint);
   return e;
 }
 
-std::string describe(const Experiment& e, const TurnedEfforts& turned) {
-  const std::string names = join_words(turned.joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
-  return names + ": the effort counts the other way than the model's axis. With the logged sign, the torques of standing legs do not carry the body. " +
-         "With the other sign, " + number(100.0 * turned.left, 2) + " % of what is missing is left (mean square). The recordings are judged with the other sign";
+std::string describe_turned_efforts(const Experiment& e, const TurnedJoints& turned) {
+  return describe(e, turned, "the effort counts the other way than the model's axis. With the logged sign, the torques of standing legs do not carry the body",
+                  "what is missing");
 }
 
 }  // namespace hrp::diagnosis::floating

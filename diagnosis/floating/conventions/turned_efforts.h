@@ -4,24 +4,18 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/floating/conventions/turned_joints.h"
 
 namespace hrp::diagnosis::floating {
 
-struct TurnedEfforts {
-  std::vector<int> joints;
-  double left = 1.0;  // share in squares of what does not balance
-};
-
 // One joint at a time, as long as each leaves a quarter, and less than any other joint does. Only where no foot feels a force.
-TurnedEfforts find_turned_efforts(const Experiment& experiment);
+TurnedJoints find_turned_efforts(const Experiment& experiment);
 
 // The experiment with these efforts in the model's sense.
-Experiment convert_turned_efforts(Experiment experiment, const TurnedEfforts& turned);
+Experiment convert_turned_efforts(Experiment experiment, const TurnedJoints& turned);
 
 // A sentence.
-std::string describe(const Experiment& experiment, const TurnedEfforts& turned);
+std::string describe_turned_efforts(const Experiment& experiment, const TurnedJoints& turned);
 
 }  // namespace hrp::diagnosis::floating

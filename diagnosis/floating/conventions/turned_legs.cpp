@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <map>
 
-#include "common/base/has.h"
-#include "common/base/join_words.h"
-#include "common/base/rounding.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -154,36 +151,28 @@ int find_turned_joint(const LeggedLog& log, const Contacts& contacts, Against ag
   return joint;
 }
 
-int find_turned_joint(const Experiment& e, double* left) {
+// One or none.
+std::vector<int> find_turned(const Experiment& e, double* left) {
   const LeggedLog log = make_legged_log(e, Half::kEven);
-  if (log.feet.empty() || log.clips.empty()) return -1;
+  if (log.feet.empty() || log.clips.empty()) return {};
   const Contacts contacts = find_contacts(log);
-  const int joint = find_turned_joint(log, contacts, Against::kFeet, left);
-  return joint < 0 ? find_turned_joint(log, contacts, Against::kWorld, left) : joint;
+  int joint = find_turned_joint(log, contacts, Against::kFeet, left);
+  if (joint < 0) joint = find_turned_joint(log, contacts, Against::kWorld, left);
+  return joint < 0 ? std::vector<int>{} : std::vector<int>{joint};
 }
 
 }  // namespace
 
-TurnedLegs find_turned_legs(const Experiment& e) {
-  TurnedLegs out;
-  if (!e.scenario.floating_base || e.num_joints() == 0) return out;
-  for (int joint = find_turned_joint(e, &out.left); joint >= 0; joint = find_turned_joint(convert_turned_legs(e, out), &out.left)) {
-    if (has(out.joints, joint)) break;
-    out.joints.push_back(joint);
-  }
-  return out;
-}
+TurnedJoints find_turned_legs(const Experiment& e) { return turn_joints(e, find_turned, convert_turned_legs); }
 
-Experiment convert_turned_legs(Experiment e, const TurnedLegs& turned) {
+Experiment convert_turned_legs(Experiment e, const TurnedJoints& turned) {
   std::vector<JointZero> zeros;
   for (int joint : turned.joints) zeros.push_back({joint, 0.0, 0.0, true});
   return convert_zeros(std::move(e), zeros);
 }
 
-std::string describe(const Experiment& e, const TurnedLegs& turned) {
-  const std::string names = join_words(turned.joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
-  return names + ": counted the other way than the model's axis. With the logged sign, feet that stand move against each other. " +
-         "With the other sign, " + number(100.0 * turned.left, 2) + " % of that is left (mean square). The recordings are judged with the other sign";
+std::string describe_turned_legs(const Experiment& e, const TurnedJoints& turned) {
+  return describe(e, turned, "counted the other way than the model's axis. With the logged sign, feet that stand move against each other", "that");
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -5,24 +5,18 @@
 #pragma once
 
 #include <string>
-#include <vector>
 
-#include "diagnosis/data/recording.h"
+#include "diagnosis/floating/conventions/turned_joints.h"
 
 namespace hrp::diagnosis::floating {
 
-struct TurnedLegs {
-  std::vector<int> joints;
-  double left = 1.0;  // share in squares of what standing feet move
-};
-
 // One joint at a time, as long as each leaves a quarter, and less than any other joint does. Empty where two explain as much.
-TurnedLegs find_turned_legs(const Experiment& experiment);
+TurnedJoints find_turned_legs(const Experiment& experiment);
 
 // The experiment with readings and commands of these joints in the model's sense.
-Experiment convert_turned_legs(Experiment experiment, const TurnedLegs& turned);
+Experiment convert_turned_legs(Experiment experiment, const TurnedJoints& turned);
 
 // A sentence.
-std::string describe(const Experiment& experiment, const TurnedLegs& turned);
+std::string describe_turned_legs(const Experiment& experiment, const TurnedJoints& turned);
 
 }  // namespace hrp::diagnosis::floating

@@ -22,7 +22,7 @@ TEST(TurnedLegs, FeetThatStandInTheWorldTellWhichJointCountsTheOtherWay) {
   const Experiment e = make_biped({}, recorded);
   EXPECT_TRUE(find_turned_legs(e).joints.empty());
   for (int j = 0; j < e.num_joints(); ++j) {
-    const TurnedLegs found = find_turned_legs(convert_turned_legs(e, {{j}, 1.0}));
+    const TurnedJoints found = find_turned_legs(convert_turned_legs(e, {{j}, 1.0}));
     ASSERT_EQ(found.joints, std::vector<int>{j}) << e.robot.tree.joint(j).name;
     EXPECT_LT(found.left, 0.25);
   }
