@@ -94,9 +94,8 @@ void remark_velocities(const Experiment& e, Json* remarks) {
     const std::string time = name + " (" + number(1e3 * std::abs(log.late), 2) + " ms)";
     if (log.is_late()) late.push_back(time);
     if (log.is_position_late()) ahead.push_back(time);
-    const double factor = calc_least_factor(e, j);
     if (log.is_scaled()) scaled.push_back(name + " (" + number(log.scale, 3) + ")");
-    else if (factor > std::exp(kFactor)) fast.push_back(name + " (" + number(factor, 2) + ")");
+    else if (const double factor = calc_least_factor(e, j); factor > std::exp(kFactor)) fast.push_back(name + " (" + number(factor, 2) + ")");
     if (log.is_biased()) shifted.push_back(name + " (" + number(log.bias, 3) + " rad/s)");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));

@@ -170,7 +170,7 @@ bool is_turned(const Pair& pair) {
 }
 
 // True if the logged effort is that of the servo, with either sign.
-bool follows_law(const Pair& pair, double sign) { return fit_line(pair).fit * sign > 0.95 && is_near(fit_line(pair).slope, sign); }
+bool follows_law(const Line& line, double sign) { return line.fit * sign > 0.95 && is_near(line.slope, sign); }
 
 // Efforts are in N m whatever unit angles have. With angles in degrees, they are 1/57 of the servo law.
 void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pairs) {
@@ -298,7 +298,8 @@ std::vector<int> list_turned_by_law(const Experiment& e) {
     bool turned = false, right = false;
     for (const Recording& r : e.recordings) {
       const Pair pair = pair_effort(r, r.joints[static_cast<size_t>(j)], gains);
-      turned = turned || (follows_law(pair, -1.0) && is_turned(pair)), right = right || follows_law(pair, 1.0);
+      const Line line = fit_line(pair);
+      turned = turned || (follows_law(line, -1.0) && is_turned(pair)), right = right || follows_law(line, 1.0);
     }
     if (turned && !right) list.push_back(j);
   }
@@ -320,9 +321,7 @@ void check_plausibility(Experiment* e) {
     // A leg whose foot sticks to the ground may follow 1/57 of its command. Its effort then still follows the servo
     // law.
     std::vector<bool> sound, none(effort.size(), false);
-    for (const Pair& pair : effort) {
-      sound.push_back(follows_law(pair, 1.0));
-    }
+    for (const Pair& pair : effort) sound.push_back(follows_law(fit_line(pair), 1.0));
     check_units_of(*e, r, position, Quantity::kPosition, "the command", sound);
     check_units_of(*e, r, velocity, Quantity::kVelocity, "the rate of the position", none);
     check_exchange(*e, r, position, Quantity::kPosition, "the motion");

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "common/base/ends_with.h"
 #include "common/base/join_words.h"
 #include "diagnosis/page/fit_words.h"
 #include "diagnosis/page/lead.h"
@@ -47,8 +48,7 @@ double get_value(const json& finding) {
 
 // True for a log that holds the effort with the opposite sign.
 bool is_turned_effort(const json& finding) {
-  const std::string sensor = get_text(get_object(finding, "where"), "sensor"), effort = "/effort";
-  return sensor.size() > effort.size() && sensor.compare(sensor.size() - effort.size(), effort.size(), effort) == 0 && get_value(finding) == -1.0;
+  return ends_with(get_text(get_object(finding, "where"), "sensor"), "/effort") && get_value(finding) == -1.0;
 }
 
 std::string get_kind(const json& finding) {

@@ -7,8 +7,8 @@
 #include <set>
 #include <vector>
 
-#include "common/base/write_file.h"
 #include "common/base/join_words.h"
+#include "common/base/write_file.h"
 #include "diagnosis/page/by_joint.h"
 #include "diagnosis/page/checks.h"
 #include "diagnosis/page/lead.h"
