@@ -193,11 +193,11 @@ void add_gear(const Finding& gear, std::vector<Finding>* findings) {
 }
 
 // The best model by simulation. `gears`, if not null: with loose gears, which are added there.
-Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched, const Progress& progress,
+Trial choose_model(const Problem& problem, const Problem& whole, const TorqueVerdict& torque, const Hypothesis& searched, const Progress& progress,
                    std::vector<Finding>* gears) {
   const FittedPart part(problem, whole);
   if (part.is_cut()) progress("models are fitted to the " + number(part.seconds(), 3) + " s in which the joints move most, and judged on all");
-  Trial chosen = choose_best_model(part.problem(), part.whole(), model, searched, progress);
+  Trial chosen = choose_best_model(part.problem(), part.whole(), torque.model, torque.evidence.explained, searched, progress);
   if (gears) *gears = loosen_gears(part.problem(), part.whole(), &chosen, progress);
   return part.is_cut() ? simulate_trial(whole, chosen.hypothesis) : chosen;
 }
@@ -207,7 +207,7 @@ Trial choose_model(const Problem& problem, const Problem& whole, const Hypothesi
 Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque, const Progress& progress) {
   const Trial* closest = find_told_closest(problem, outcome);
   const Hypothesis searched = closest ? closest->hypothesis : Hypothesis{};
-  return torque.judged ? choose_model(problem, whole, torque.model, searched, progress, nullptr) : simulate_trial(whole, searched);
+  return torque.judged ? choose_model(problem, whole, torque, searched, progress, nullptr) : simulate_trial(whole, searched);
 }
 
 // A set that may be told: each effect is of a possible size and, as far as its interval is known, more than nothing.
@@ -294,7 +294,7 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   }
   progress("simulation with what was found");
   std::vector<Finding> gears;
-  outcome.chosen = choose_model(problem, whole, torque.model, outcome.best, progress, &gears);
+  outcome.chosen = choose_model(problem, whole, torque, outcome.best, progress, &gears);
   for (const Finding& gear : gears) add_gear(gear, &torque.evidence.findings);
   sort_findings(&torque.evidence.findings);
   outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();

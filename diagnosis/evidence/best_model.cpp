@@ -92,8 +92,8 @@ bool has_same_links(const Hypothesis& model, const Hypothesis& links) {
 
 class Chooser {
  public:
-  Chooser(const Problem& problem, const Problem& whole, const Hypothesis& model, const std::function<void(const std::string&)>& progress)
-      : problem_(problem), whole_(whole), model_(model), progress_(progress), data_(make_torque_data(*whole.experiment)), rows_(*whole.experiment, data_) {
+  Chooser(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained, const std::function<void(const std::string&)>& progress)
+      : problem_(problem), whole_(whole), model_(model), settled_(explained >= 1.0 - kTrace), progress_(progress), data_(make_torque_data(*whole.experiment)), rows_(*whole.experiment, data_) {
     spreads_ = find_effort_spreads();
   }
 
@@ -105,26 +105,26 @@ class Chooser {
     consider("parameters of the missing torque", model_);
     const double without = consider("friction and rotors by least squares", plain);
     const double with = consider("friction, rotors and gears by least squares", geared);
-    const Hypothesis start = find_preslidings(problem_, with < without ? geared : plain);
+    const Hypothesis start = settled_ ? Hypothesis{} : find_preslidings(problem_, with < without ? geared : plain);
     if (is_effort_driven(*whole_.experiment)) {
       const CalcResiduals windows = make_window_residuals(whole_);
       const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
       consider("fitted through short windows", fitted);
       consider("half way there", find_middle(model_, fitted));
-      consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
+      if (!settled_) consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
     }
     const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
     consider("fitted through each joint's simulation", fitted);
     consider("half way there", find_middle(model_, fitted));  // errors of both fits tend to have opposite signs
-    consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
+    if (!settled_) consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
     if (!searched.empty()) consider_searched(split_asymmetry(searched), plain);
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
     consider("the best of these at each joint", mix_joints());
-    if (is_effort_driven(*whole_.experiment)) {
+    if (!is_effort_driven(*whole_.experiment)) {
+      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
+    } else if (!settled_) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
       consider("least squares with richer laws, fitted to positions alone", polish_joints(problem_, start, nullptr, true));
-    } else {
-      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
     }
     return best_.validate.ok ? best_ : simulate_trial(whole_, model_);
   }
@@ -218,6 +218,7 @@ class Chooser {
 
   const Problem &problem_, &whole_;
   const Hypothesis model_;  // displacements before slipping are those of the simulation
+  const bool settled_;      // the model leaves hardly a trace of the missing torque
   const std::function<void(const std::string&)>& progress_;
   const TorqueData data_;
   const EffortRows rows_;
@@ -275,10 +276,10 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
   return calc_window_errors(make_plant(*problem.experiment, hypothesis), *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
 }
 
-Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, const Hypothesis& searched,
+Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained, const Hypothesis& searched,
                         const std::function<void(const std::string&)>& progress) {
   // Efforts along the recorded motion would prefer a model with the ripples of their logs.
-  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), progress).run(searched);
+  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), explained, progress).run(searched);
 }
 
 }  // namespace hrp::diagnosis
