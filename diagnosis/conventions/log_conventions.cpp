@@ -236,6 +236,14 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
+// In converted recordings nothing was missing, or something that has no name: with what the log counts otherwise, the recordings
+// are explained down to their noise, or partly.
+void add_to_verdict(Json* report) {
+  Json& verdict = (*report)["verdict"];
+  if (verdict == get_verdict_name(Verdict::kNoMismatch)) verdict = get_verdict_name(Verdict::kExplained);
+  else if (verdict == get_verdict_name(Verdict::kUnexplained)) verdict = get_verdict_name(Verdict::kPartlyExplained);
+}
+
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
   out->frames = floating::find_sensor_frames(in_units);
@@ -360,9 +368,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   }
   for (const Json& f : report["findings"]) findings.push_back(f);
   report["findings"] = findings;
-  // Nothing but the pose's convention is said, and is no physics.
-  const bool open = report["verdict"] == get_verdict_name(Verdict::kNoMismatch) || report["verdict"] == get_verdict_name(Verdict::kUnexplained);
-  if (open && !own.empty()) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (!own.empty()) add_to_verdict(&report);  // of a pose's convention nothing but the words below is said
   if (c.commands.any()) report["warnings"].push_back(describe(c.commands));
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";

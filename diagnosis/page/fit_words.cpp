@@ -115,7 +115,9 @@ std::string make_noise_sentence(const json& report) {
   const json &fit = get(report, "fit"), &held = get(fit, "validate");
   const double before = get_number(held, "before"), after = get_number(held, "after");
   if (!std::isfinite(before) || !std::isfinite(after)) return "";
-  if (get_text(report, "verdict") == "no_mismatch") {
+  const bool same = format_number(before, 3) == format_number(after, 3);
+  const std::string verdict = get_text(report, "verdict");
+  if (verdict == "no_mismatch" || (verdict == "explained" && same)) {
     return "On the held-out recordings the prediction error is " + format_number(after, 3) +
            " times the noise (1 is as good as it gets).";
   }
@@ -123,7 +125,7 @@ std::string make_noise_sentence(const json& report) {
     return "Along recordings never used for fitting, the missing torque falls from " + format_number(100.0 * before, 3) + " to " +
            format_number(100.0 * after, 3) + " % of the effort's spread.";
   }
-  if (format_number(before, 3) == format_number(after, 3)) {
+  if (same) {
     return "Over all signals together, the prediction error on recordings never used for fitting stays " + format_number(after, 3) +
            " times the noise: most of it is in signals that no finding touches.";
   }

@@ -177,6 +177,22 @@ TEST(LogConventions, ATurnedSignIsAFindingThatNamesItsJoint) {
   EXPECT_NE(f["statement"].get<std::string>().find("lift: the recorded effort has the opposite sign"), std::string::npos);
 }
 
+// What a report says of a log with a turned sign, if the search in the converted recordings said this.
+std::string judge_turned(const char* of_search) {
+  LogConventions found;
+  found.signs = {{1}};
+  Reports reports;
+  reports.report = {{"verdict", of_search}, {"findings", Json::array()}, {"warnings", Json::array()}, {"model", Json::array()}};
+  add_conventions(make_table("sign_judged"), found, &reports);
+  return reports.report["verdict"];
+}
+
+TEST(LogConventions, ALogWhoseOnlyFaultIsATurnedSignIsExplained) {
+  EXPECT_EQ(judge_turned("no_mismatch"), "explained");
+  EXPECT_EQ(judge_turned("unexplained"), "partly_explained");
+  EXPECT_EQ(judge_turned("mostly_explained"), "mostly_explained");
+}
+
 TEST(LogConventions, FrictionAndRotorsNeedNoOtherZero) {
   EXPECT_FALSE(find_conventions(make_logged("no_zero", kShoulder, 0.0, 1.0), 1).any());
 }
