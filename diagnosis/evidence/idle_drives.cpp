@@ -43,12 +43,19 @@ double predict_effort(const TorqueData& data, int joint) {
 }
 
 // True if somebody carries and accelerates the links: the motion takes at least half of the squares that weight and inertia
-// take one by one. In free motion the two cancel.
+// take one by one. In free motion the two cancel. A joint whose effort was not logged may be moved by anybody, and tells nothing
+// of the others: a cart that a hand pushes does not hold its pole.
 bool is_driven(const TorqueData& data) {
-  double taken = 0.0, n = 0.0, parts = 0.0;
-  for (const TorqueRecording& r : data.recordings) taken += r.tau.squaredNorm(), n += static_cast<double>(r.tau.rows());
-  for (double square : calc_passive_squares(data)) parts += square;
-  return taken > kHalf * parts * n;
+  const std::vector<double> squares = calc_passive_squares(data);
+  double taken = 0.0, parts = 0.0;
+  for (size_t j = 0; j < squares.size(); ++j) {
+    if (data.source[j] == EffortSource::kNone) continue;
+    for (const TorqueRecording& r : data.recordings) {
+      taken += r.tau.col(static_cast<long>(j)).squaredNorm();
+      parts += squares[j] * static_cast<double>(r.tau.rows());
+    }
+  }
+  return taken > kHalf * parts;
 }
 
 // Links that nothing drives swing freely, unless their angles are in another unit: then weight and inertia do not cancel.

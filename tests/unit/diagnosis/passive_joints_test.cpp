@@ -76,6 +76,41 @@ Experiment make_experiment(const std::string& name, Torque torque, const std::st
   return load_experiment((folder / "experiment.yaml").string());
 }
 
+// A pole on a cart that a hand pushes to and fro: the log has the cart's position and the pole's angle [rad].
+constexpr const char* kCart = R"(<robot name="cart"><link name="rail"/>
+  <link name="cart"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <link name="pole"><inertial><origin xyz="0 0 -0.3"/><mass value="0.5"/>
+    <inertia ixx="0.006" ixy="0" ixz="0" iyy="0.006" iyz="0" izz="0.0005"/></inertial></link>
+  <joint name="slide" type="prismatic"><parent link="rail"/><child link="cart"/><axis xyz="1 0 0"/>
+    <limit lower="-1" upper="1" effort="10" velocity="10"/></joint>
+  <joint name="hinge" type="continuous"><parent link="cart"/><child link="pole"/><axis xyz="0 1 0"/>
+    <limit effort="1" velocity="100"/></joint></robot>)";
+
+Experiment make_pushed_cart() {
+  const fs::path folder = fs::temp_directory_path() / "hrp_passive_cart";
+  fs::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << kCart;
+  constexpr double kStep = 1e-4, kMoment = kMass * kLength;
+  std::string yaml = "robot: robot.urdf\nbase: fixed\ndrive: effort\nunactuated: [hinge]\nrecordings:\n";
+  for (int r = 0; r < 2; ++r) {
+    const std::string file = "r" + std::to_string(r) + ".csv";
+    std::ofstream csv(folder / file);
+    csv << "time,/joint_states/slide/position,/joint_states/hinge/position\n";
+    const double slow = 3.0 + 0.4 * r, fast = 7.1 - 0.5 * r;  // [rad/s] of the hand
+    double q = 0.3, qd = 0.0;
+    for (int k = 0; k < 100000; ++k) {
+      const double t = k * kStep, swing = 0.10 * std::sin(slow * t), shake = 0.03 * std::sin(fast * t);
+      if (k % 100 == 0) csv << t << "," << swing + shake << "," << q << "\n";
+      const double hand = -slow * slow * swing - fast * fast * shake;
+      qd += kStep * (kMoment * (std::cos(q) * hand - kGravity * std::sin(q)) - kViscousFriction * qd) / (kInertia + kMoment * kLength);
+      q += kStep * qd;
+    }
+    yaml += "- {file: " + file + ", unknown_force: [slide], role: " + (r < 1 ? "train" : "validate") + "}\n";
+  }
+  std::ofstream(folder / "experiment.yaml") << yaml;
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
 Experiment make_free_swing() { return make_experiment("swing", &calc_none, "", "unactuated: [hinge]\n"); }
 
 const Finding* find(const TorqueVerdict& verdict, const std::string& effect) {
@@ -152,6 +187,17 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
 bool warns_of(const Experiment& e, const std::string& word) {
   const TorqueVerdict verdict = judge_torque(e, 1);
   return std::any_of(verdict.evidence.warnings.begin(), verdict.evidence.warnings.end(), [&](const std::string& w) { return w.find(word) != std::string::npos; });
+}
+
+// The hand's force on the cart was taken for one on the pole: friction that the pole's swings show was doubted.
+TEST(PassiveJoints, AHandThatPushesTheCartDoesNotHoldItsPole) {
+  const TorqueVerdict verdict = judge_torque(make_pushed_cart(), 1);
+  const Finding* friction = find(verdict, "viscous_friction");
+  ASSERT_NE(friction, nullptr);
+  EXPECT_EQ(friction->where["joint"], "hinge");
+  EXPECT_EQ(friction->statement.find("another force"), std::string::npos) << friction->statement;
+  EXPECT_NEAR(friction->parameters[0].value[0], kViscousFriction, 0.15 * kViscousFriction) << friction->statement;
+  for (const std::string& warning : verdict.evidence.warnings) EXPECT_EQ(warning.find("by hand"), std::string::npos) << warning;
 }
 
 // In degrees its weight and inertia do not cancel, as if somebody moved it; and efforts that nothing can log were asked for.
