@@ -26,6 +26,7 @@ class RivalSearch {
     if (add_constant()) compare_own(), compare_whole(), add_less_inertia();
     if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
     if (g_.term.row->pulls) add_loads();
+    if (!g_.term.whole() && is_rotor(g_.term)) add_own_inertia();
     add_turned_link();
     return rivals_;
   }
@@ -53,24 +54,34 @@ class RivalSearch {
     const int joint = g_.term.place;
     if (tree.joint(joint).actuated || !is_last(tree, joint + 1)) return;
     const std::vector<Term>& terms = design_.joints[i_].terms;
-    const auto rotor = std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.effect().id == EffectId::kRotorInertia; });
+    const auto rotor = std::find_if(terms.begin(), terms.end(), &is_rotor);
     if (rotor == terms.end() || has(rest_.own[i_], static_cast<size_t>(rotor - terms.begin()))) return;
     const OwnTerm less = fit_own(static_cast<size_t>(rotor - terms.begin()), rest_);
     if (!(less.value[0] < 0.0) || !fills(*rotor, less.fit, less.value)) return;
     if (-less.value[0] < calc_own_inertia(tree, joint))
       rivals_.push_back({*rotor, less.value, {}, less.model, {static_cast<int>(i_), less.at}});
     else
-      add_shorter_link(joint, less.value[0]);
+      add_moved_mass(joint, less.value[0]);
   }
 
-  // A small mass at the end of a link has no inertia of its own to lose, but may be nearer to the axis: at x, inertia over moment,
-  // (I + m x^2) / (m x), is that with `less` [kg m^2] of inertia.
-  void add_shorter_link(int joint, double less) {
+  // A link that swings freely shows its inertia over its moment alone. What turns with it may be a released drive, but as well the
+  // link itself has more inertia, or its mass is farther from the axis.
+  void add_own_inertia() {
+    const TreeSpec& tree = design_.data->experiment->robot.tree;
+    const int joint = g_.term.place;
+    if (tree.joint(joint).kind != JointKind::kRevolute || tree.joint(joint).actuated || !is_last(tree, joint + 1)) return;
+    if (calc_own_inertia(tree, joint) > 0.0) rivals_.push_back({g_.term, g_.parameters, g_.width, {}, {}});
+    add_moved_mass(joint, g_.parameters[0]);
+  }
+
+  // The mass of a link may be nearer to the axis or farther from it: at x, inertia over moment, (I + m x^2) / (m x), is that with
+  // `more` [kg m^2] of inertia. A small mass at the end of a link has no inertia of its own to lose.
+  void add_moved_mass(int joint, double more) {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const std::optional<LastLink> last = find_last_link(tree, joint);
     if (!last) return;
     const double mass = tree.links[static_cast<size_t>(joint) + 1].inertia.mass, own = calc_own_inertia(tree, joint);
-    const double half = 0.5 * (last->length + (own + less) / (mass * last->length)), root = half * half - own / mass;
+    const double half = 0.5 * (last->length + (own + more) / (mass * last->length)), root = half * half - own / mass;
     if (!(half > 0.0) || root < 0.0) return;
     const double change = half + std::sqrt(root) - last->length;
     const double width = std::abs(change * g_.width[0] / g_.parameters[0]);
@@ -347,5 +358,7 @@ double calc_own_inertia(const TreeSpec& tree, int joint) {
   const Vector3d axis = own.joint.axis_F.normalized();
   return axis.dot(own.inertia.I_LLcm_L * axis);
 }
+
+bool is_rotor(const Term& term) { return term.effect().id == EffectId::kRotorInertia; }
 
 }  // namespace hrp::diagnosis

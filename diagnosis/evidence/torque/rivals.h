@@ -21,4 +21,6 @@ std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_
 // [kg m^2] Inertia of the link that a joint turns, about its centre of mass and the joint's axis.
 double calc_own_inertia(const TreeSpec& tree, int joint);
 
+bool is_rotor(const Term& term);
+
 }  // namespace hrp::diagnosis

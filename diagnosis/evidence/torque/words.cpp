@@ -97,8 +97,8 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
   return text;
 }
 
-// A rotor below zero: the link that turns has less inertia than the model's.
-Alternative make_less_inertia(const Experiment& e, const Rival& rival) {
+// A rotor as the link's own inertia, which differs from the model's: less, for a rotor below zero.
+Alternative make_own_inertia(const Experiment& e, const Rival& rival) {
   const double own = calc_own_inertia(e.robot.tree, rival.term.place);
   return make_alternative(get_effect(EffectId::kInertiaError), {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
                           {make_one("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)}, "swings of other sizes, up to half a turn");
@@ -109,9 +109,9 @@ Alternative make_less_inertia(const Experiment& e, const Rival& rival) {
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
-  const bool less = term.effect().id == EffectId::kRotorInertia && rival.parameters[0] < 0.0;
-  Alternative a = less ? make_less_inertia(e, rival)
-                       : make_alternative(term.effect(), make_place(e, term), make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion);
+  const bool of_link = is_rotor(term) && (rival.parameters[0] < 0.0 || is_rotor(g.term));
+  Alternative a = of_link ? make_own_inertia(e, rival)
+                          : make_alternative(term.effect(), make_place(e, term), make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion);
   const bool same = a.effect == g.term.effect().name && a.where == make_place(e, g.term);
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });

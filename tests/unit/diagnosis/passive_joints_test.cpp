@@ -167,6 +167,23 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromLessInertia) {
   EXPECT_NEAR(less->parameters[0].value[0], 1.0 - kLess / kInertia, 0.15) << spring->statement;
 }
 
+// A free pendulum shows its inertia over its moment alone. A rotor at its hinge was `supported`, and named without the link's
+// inertia or a longer rod, of which the model's makers may have known less.
+TEST(PassiveJoints, ARotorAtAFreeHingeIsNotToldFromTheLinksInertia) {
+  const TorqueVerdict verdict = judge_torque(make_free_swing(), 1);
+  const Finding* rotor = find(verdict, "rotor_inertia");
+  ASSERT_NE(rotor, nullptr);
+  EXPECT_EQ(rotor->grade, Grade::kAmbiguous) << rotor->statement;
+  const auto parameter = [&](const std::string& effect, int axis) {
+    for (const Alternative& a : rotor->alternatives)
+      if (a.effect == effect) return a.parameters[0].value[axis];
+    return std::nan("");
+  };
+  EXPECT_NEAR(parameter("inertia_error", 0), (kInertia + kRotor) / kInertia, 0.5) << rotor->statement;
+  const double length = kLength - parameter("com_error", 2);
+  EXPECT_NEAR((kInertia + kMass * length * length) / (kMass * length), (kInertia + kRotor + kMass * kLength * kLength) / (kMass * kLength), 0.03) << rotor->statement;
+}
+
 // All of a model's mass at the end of its rod has no inertia to lose, but the rod may be shorter. A spring was `supported`.
 TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
   constexpr double kRod = 0.36, kPoint = 1e-5;  // [m, kg m^2] of the model
