@@ -66,13 +66,26 @@ StandFit StandSearcher::fit_instead(size_t i, const Effect& other) const {
   return fit;
 }
 
+// What the drives lack with these effects. Each effect's alternatives are compared with the same chosen effects, and an answer takes
+// seconds, so none is asked for twice.
+const std::vector<DriveLeft>& StandSearcher::ask_drives(const Hypothesis& h) {
+  const auto is_it = [&](const auto& answer) {
+    return std::equal(h.begin(), h.end(), answer.first.begin(), answer.first.end(),
+                      [](const Effect& a, const Effect& b) { return is_same(a, b) && a.p == b.p; });
+  };
+  const auto at = std::find_if(asked_.begin(), asked_.end(), is_it);
+  if (at != asked_.end()) return at->second;
+  asked_.emplace_back(h, drives_(h));
+  return asked_.back().second;
+}
+
 // Equations without drives may not tell a zero of a force sensor from a displaced mass. The drives do: what is wrong of a body is
 // missing in them beside friction and rotors. An alternative that they prefer at 20 to 1 takes the place of the effect; those that lose
 // to it at these odds are none. `fits`: with each alternative.
 void StandSearcher::let_drives_decide(std::vector<StandFit>* fits) {
   fits->push_back(out_.chosen);
   std::vector<std::vector<DriveLeft>> left;
-  for (const StandFit& fit : *fits) left.push_back(drives_(fit.hypothesis));
+  for (const StandFit& fit : *fits) left.push_back(ask_drives(fit.hypothesis));
   const size_t found = fits->size() - 1;
   size_t best = found;
   for (size_t k = 0; k < found; ++k) {

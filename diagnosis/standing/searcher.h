@@ -82,6 +82,7 @@ class StandSearcher {
   void look_below_noise();
   void find_indistinguishable();
   StandFit fit_instead(size_t effect, const Effect& other) const;
+  const std::vector<DriveLeft>& ask_drives(const Hypothesis& h);
   void let_drives_decide(std::vector<StandFit>* fits);
   void weigh_alternatives();
   void doubt();
@@ -103,6 +104,7 @@ class StandSearcher {
   int jobs_;
   Progress progress_;
   DrivesLeft drives_;
+  std::vector<std::pair<Hypothesis, std::vector<DriveLeft>>> asked_;  // answers of `drives_`: each takes as long as a whole report
   StandOutcome out_;
   std::vector<StandTrial> first_round_;  // before any effect was found
   std::vector<size_t> all_;

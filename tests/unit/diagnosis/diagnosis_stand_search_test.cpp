@@ -359,6 +359,28 @@ TEST(StandingSearch, WhatTheBodysEquationsDoNotTellIsDecidedByTheDrivesButByNone
   EXPECT_FALSE(one.indistinguishable.at(0).empty());
 }
 
+// The drives judge a hypothesis as long as a whole report takes, and each effect's alternatives are compared with the same chosen one.
+TEST(StandingSearch, TheDrivesJudgeEachHypothesisOnce) {
+  Body body;
+  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}}, {EffectId::kComError, at_link(2), {0.15, 0, 0}}};
+  body.nod = 0.1, body.mute = true;
+  const Stander stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body);
+  std::vector<Hypothesis> asked;
+  size_t twice = 0;
+  const StandOutcome o = stander.search([&](const Hypothesis& h) {
+    const auto is_it = [&](const Hypothesis& other) {
+      return std::equal(h.begin(), h.end(), other.begin(), other.end(),
+                        [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; });
+    };
+    twice += std::any_of(asked.begin(), asked.end(), is_it) ? 1 : 0;
+    asked.push_back(h);
+    return std::vector<DriveLeft>(3, DriveLeft{1.0, 30});
+  });
+  ASSERT_GE(o.chosen.hypothesis.size(), 2u) << "two effects share one chosen hypothesis";
+  EXPECT_GE(asked.size(), 3u) << "the chosen one, and an alternative of each effect";
+  EXPECT_EQ(twice, 0u);
+}
+
 // A zero of the foot's force beside an arm that is 0.2 kg too light and hardly swings. What the arm's motion shows may also be an
 // elastic joint or a displaced arm: the missing weight of 2 N is then in the zero.
 TEST(StandingSearch, AZeroOfAForceHoldsWhatItIsBesideEachEffectThatMayBeThere) {
