@@ -45,7 +45,7 @@ class ToText(unittest.TestCase):
         self.check_motion(columns, "time", ["q_0", "q_1"])
         self.assertTrue(np.array_equal(columns["tau_1"], 3 * Q[:, 1]))
         self.assertEqual(comments, ["# fs = 500"])
-        self.assertIn("left out, because they have other lengths: gains (3)", said)
+        self.assertIn("left out: names (words, or lists of several lengths), gains (3)", said)
 
     def test_a_table_of_records_keeps_its_names(self):
         table = np.zeros(len(T), dtype=[("t", "f8"), ("knee", "f8")])
@@ -64,7 +64,7 @@ class ToText(unittest.TestCase):
         (self.folder / "tests.json").write_text(json.dumps({"fast": [[t, *q] for t, q in zip(T.tolist(), Q.tolist())], "slow": [[0, 0, 0]] * 20}))
         _, columns, said = self.read("tests.json")
         self.check_motion(columns, "fast_0", ["fast_1", "fast_2"])
-        self.assertIn("other lengths: slow (", said)
+        self.assertIn("left out: slow (20 x 3)", said)
 
     def test_lists_in_the_cells_of_a_text_become_columns(self):
         with open(self.folder / "run.csv", "w", newline="") as file:
@@ -82,6 +82,57 @@ class ToText(unittest.TestCase):
         self.check_motion(columns, "time", ["positions_0", "positions_1"])
         self.assertLess(np.abs(columns["torques_1"] - Q[:, 1]).max(), 1e-7)  # NumPy prints eight digits
         self.assertIn("has no lists", self.convert("run.columns.csv").stderr)
+
+    def test_what_is_left_out_is_named(self):
+        (self.folder / "run.json").write_text(json.dumps({"t": T.tolist(), "q": [[1.0]] + [[1.0, 2.0]] * 399, "mode": ["run"] * 400, "q.x": T.tolist(),
+                                                          "q,x": Q[:, 0].tolist(), "q;x": T.tolist()}))
+        _, columns, said = self.read("run.json")
+        self.assertEqual(list(columns), ["t", "q.x", "q_x"])
+        self.assertTrue(np.array_equal(columns["q_x"], Q[:, 0]))
+        for name in ("q (words", "mode (words", "q;x (this name stands twice)"):
+            self.assertIn(name, said)
+
+    def test_a_name_with_a_separator_shifts_no_column(self):
+        np.savez(self.folder / "run.npz", **{"time": T, "q [rad, joint]": Q[:, 0], "#tau": Q[:, 1]})
+        self.check_motion(self.read("run.npz")[1], "time", ["q_[rad__joint]", "tau"])
+
+    def test_names_that_are_numbers_stay_a_header(self):
+        (self.folder / "run.json").write_text(json.dumps({"0": T.tolist(), "1": Q[:, 0].tolist(), "2": Q[:, 1].tolist()}))
+        self.check_motion(self.read("run.json")[1], "column_0", ["column_1", "column_2"])
+
+    def test_a_recorder_that_was_killed_costs_its_last_line_only(self):
+        lines = [json.dumps({"t": t, "q": q}) for t, q in zip(T.tolist(), Q.tolist())]
+        (self.folder / "run.jsonl").write_text("\n".join(lines + lines[-1:])[:-5], encoding="utf-8-sig")
+        _, columns, said = self.read("run.jsonl")
+        self.check_motion(columns, "t", ["q_0", "q_1"])
+        self.assertIn("left out: line 401 (cut off)", said)
+        (self.folder / "hole.jsonl").write_text("\n".join(lines[:5] + ["{"] + lines[5:]))
+        self.assertIn("line 6 is no JSON", self.convert("hole.jsonl").stderr)
+        for end in ("1,\"[0.1, 0.", "1,\"[0.1", "1"):  # within the last list, and before it
+            text = "t,q\n" + "".join(f'{t},"{q}"\n' for t, q in zip(T.tolist(), Q.tolist())) + end
+            (self.folder / "lists.csv").write_text(text)
+            done = self.convert("lists.csv", "--force")
+            self.assertIn("400 samples of 3 signals", done.stdout)
+            self.assertIn("left out: the last line (cut off)", done.stdout)
+
+    def test_a_sample_without_a_value_is_empty_and_costs_no_signal(self):
+        records = [{"t": t, "state": {"q": q}, "u": 1.0} for t, q in zip(T.tolist(), Q.tolist())]
+        records[7] = {"t": records[7]["t"]}
+        (self.folder / "run.json").write_text(json.dumps(records))
+        (self.folder / "run.txt").write_text("t,state.q,u\n" + "".join(f'{r["t"]},"{r["state"]["q"] if "state" in r else ""}",{r.get("u", "")}\n' for r in records))
+        self.assertEqual(self.convert("run.txt").returncode, 0)
+        text = list(csv.reader((self.folder / "run.columns.csv").read_text().splitlines()))
+        for columns in (self.read("run.json")[1], dict(zip(text[0], np.array(text[1:], dtype=float).T))):
+            for name, values in (("state.q_0", Q[:, 0]), ("state.q_1", Q[:, 1]), ("u", np.ones(400))):
+                self.assertEqual(np.flatnonzero(np.isnan(columns[name])).tolist(), [7])
+                self.assertTrue(np.array_equal(np.delete(columns[name], 7), np.delete(values, 7)), name)
+
+    def test_dates_beside_lists_become_seconds(self):
+        text = "t,q\n" + "".join(f'2026-11-28 14:36:{19 + t:06.3f}+01:00,"{q}"\n' for t, q in zip(T.tolist(), Q.tolist()))
+        (self.folder / "run.csv").write_text(text)
+        self.assertEqual(self.convert("run.csv").returncode, 0)
+        time = np.loadtxt(self.folder / "run.columns.csv", delimiter=",", skiprows=1)[:, 0]
+        self.assertLess(np.abs(time - time[0] - T).max(), 1e-6)  # a double resolves 2.4e-7 s of 1.8e9 s
 
     def test_structures_of_matlab_have_dots(self):
         try:
@@ -115,6 +166,10 @@ class ToText(unittest.TestCase):
         np.save(self.folder / "objects.npy", np.array([{}, None]), allow_pickle=True)
         self.assertIn("objects.npy: error: ", self.convert("objects.npy").stderr)
         self.assertIn("no such file", self.convert("missing.npz").stderr)
+        np.savez(self.folder / "run.npz", time=T)
+        full = self.convert("run.npz", "--out", "/dev/full", "--force")
+        self.assertIn("/dev/full cannot be written: No space left", full.stderr)
+        self.assertNotIn("Traceback", full.stderr)
 
     def test_nothing_is_overwritten_unasked(self):
         np.savez(self.folder / "run.npz", time=T)
