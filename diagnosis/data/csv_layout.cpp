@@ -124,7 +124,7 @@ std::ifstream open_text(const std::string& path) {
       refuse_input(path, format.is + ", expected comma-separated values: " + format.remedy);
   }
   file.clear();
-  file.seekg(0);
+  file.seekg(std::memcmp(start, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0);  // byte order mark
   return file;
 }
 
@@ -194,9 +194,8 @@ bool is_named_row(const CsvLayout& layout, const std::vector<Cell>& cells, const
 
 }  // namespace
 
-CsvLayout read_layout(const std::string& text, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table) {
+CsvLayout read_layout(const std::string& line, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table) {
   CsvLayout layout;
-  const std::string line = text.rfind("\xEF\xBB\xBF", 0) == 0 ? text.substr(3) : text;  // byte order mark
   check_text(line, *table);
   layout.separator = find_separator(line);
   std::vector<Cell> cells;

@@ -23,7 +23,7 @@ struct CsvLayout {
   std::vector<size_t> source;         // by column: its cell
 };
 
-// A text file, from its beginning. Throws InputError for what cannot be opened, and for other kinds of files, with what to do.
+// A text file, from its beginning, or behind its byte order mark. Throws InputError for what cannot be opened, and for other kinds of files, with what to do.
 std::ifstream open_text(const std::string& path);
 
 // True for lines that say nothing: empty ones, and comments that begin with # or %.

@@ -67,6 +67,13 @@ TEST(TextRecording, CommentsBeforeNumbersNameTheColumnsAsNumPyAndMatlabWriteThem
   expect_hip(read("sentence.txt", "# three words here\n10 7 2\n20 7 4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
 
+TEST(TextRecording, AByteOrderMarkBelongsToNoCellNameOrComment) {
+  constexpr const char* kNamed = "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
+  expect_hip(read("marked_numbers.csv", "\xEF\xBB\xBF" "10,7,2\n20,7,4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("marked_header.csv", "\xEF\xBB\xBFms,n,q\n10,7,2\n20,7,4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("marked_comment.csv", "\xEF\xBB\xBF# a note\nms,n,q\n10,7,2\n20,7,4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+}
+
 TEST(TextRecording, OneLineWithSpacesInPlaceOfTabsIsRead) {
   expect_hip(read("mended.txt", "10\t7\t2\n20 7  4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
