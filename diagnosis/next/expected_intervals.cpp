@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/samples.h"
 #include "diagnosis/next/motions.h"
@@ -111,7 +112,7 @@ std::vector<double> ExpectedIntervals::list_considered(const std::vector<Conside
   for (size_t i = 0; i < slots_.size(); ++i) {
     const ConsideredSums all{sums_[i].xx + times * gained[i].xx, sums_[i].moved + times * gained[i].moved};
     if (all.xx.size() == 0) continue;
-    const Eigen::VectorXd variance = calc_considered_variance(all, e_.sample_time);
+    const Eigen::VectorXd variance = calc_considered_variance(all, e_.sample_time, kKnown);
     const size_t own = slots_[i].size() - static_cast<size_t>(count_whole(terms_));
     for (size_t c = 0; c < own; ++c) widths[static_cast<size_t>(slots_[i][c])] = kNinetyFive * std::sqrt(variance[static_cast<long>(c)]);
   }

@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/doubts.h"
+#include "diagnosis/evidence/torque/gain_spread.h"
 #include "diagnosis/evidence/torque/intervals.h"
 #include "diagnosis/evidence/torque/rivals.h"
 #include "diagnosis/evidence/torque/shares.h"
@@ -181,10 +182,11 @@ class Grader {
     std::vector<Eigen::VectorXd> between(design_.joints.size());
     std::vector<DryCurve> curves(between.size());
     std::vector<char> judges(between.size(), 0);
+    const std::vector<double> gain_std = calc_gain_std(design_, choice_.model, fit_);
     for (const GradedTerm& g : graded_) judges[find_judge(g)] = 1;
     parallel_for(jobs_, static_cast<int>(between.size()), [&](int i) {
       if (!judges[static_cast<size_t>(i)]) return;
-      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, fit_, static_cast<size_t>(i));
+      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, fit_, static_cast<size_t>(i), gain_std[static_cast<size_t>(i)]);
       curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
     });
     const Eigen::VectorXd considered = choice_.model.whole.empty() ? Eigen::VectorXd() : calc_considered_std(design_, choice_.model, fit_);

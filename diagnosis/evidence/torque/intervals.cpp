@@ -117,7 +117,7 @@ double get_known_to(const TorqueDesign& design, const TorqueModel& model, size_t
 }
 
 // Of all columns in `all`, fitted to these rows alone.
-Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t>& own, size_t joint, const TorqueSamples& all) {
+Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t>& own, size_t joint, const TorqueSamples& all, double gain_std) {
   Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
   const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
   const double correlated = calc_correlation_time(left);
@@ -125,7 +125,7 @@ Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t
   // differences between parts must not contain it as well.
   const Drift drift = find_drift(all, theta, left, correlated);
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
-  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time);
+  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time, gain_std);
   between += calc_unseen(design, own, joint, all, theta);
   return between.cwiseSqrt() + drift.size / kNinetyFive;
 }
@@ -138,9 +138,9 @@ ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& e
   return {x.transpose() * x, x.transpose() * moved};
 }
 
-Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time) {
+Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time, double gain_std) {
   Eigen::MatrixXd moved = sums.moved;
-  moved.col(0) *= kKnown, moved.col(1) *= kInstant * sample_time;
+  moved.col(0) *= gain_std, moved.col(1) *= kInstant * sample_time;
   return (invert_sums(sums.xx) * moved).rowwise().squaredNorm();
 }
 
@@ -214,10 +214,10 @@ double calc_unseen_std(double level, double travel) {
   return std::sqrt(kTextureWindow / seen * (1.0 - std::min(travel / turn, 1.0))) * kTexture * std::abs(level);
 }
 
-Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint) {
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint, double gain_std) {
   TorqueSamples all = list_torque_samples(design, model, joint);
   if (all.x.rows() == 0 || all.x.cols() == 0) return Eigen::VectorXd::Zero(all.x.cols());
-  Eigen::VectorXd spread = calc_spread(design, model.own[joint], joint, all);
+  Eigen::VectorXd spread = calc_spread(design, model.own[joint], joint, all, gain_std);
   const Slots slots = list_slots(design, model);
   long own = all.x.cols();
   for (size_t term : model.whole) own -= design.whole[term].columns();
@@ -230,7 +230,7 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   }
   if (kept == at || own == 0) return spread;
   all.x.conservativeResize(Eigen::NoChange, kept);
-  spread.head(own) = spread.head(own).cwiseMin(calc_spread(design, model.own[joint], joint, all).head(own));
+  spread.head(own) = spread.head(own).cwiseMin(calc_spread(design, model.own[joint], joint, all, gain_std).head(own));
   return spread;
 }
 

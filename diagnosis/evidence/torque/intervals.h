@@ -14,13 +14,13 @@ namespace hrp::diagnosis {
 //   effects (DerSimonian and Laird 1986), for the value in one more part (Higgins, Thompson and Spiegelhalter 2009).
 //   The division with the largest variance counts.
 // - Drift: change from the middle of a recording to its ends, if it is significant.
-// - Considered, not estimated (Schmidt 1966): the torque constant is known to 2 %, sampling instants to half a sample.
-//   Such errors are too small to be named, but they change the other parameters. Dry friction varies by a fifth over a
+// - Considered, not estimated (Schmidt 1966): the torque constant is known to `gain_std` [1], sampling instants to half a
+//   sample. Such errors are too small to be named, but they change the other parameters. Dry friction varies by a fifth over a
 //   turn; a joint that moved through part of a turn shows only that part.
 //
 // Of the joint's own terms the smaller of two estimates: with masses as in `fit`, or fitted to these rows again. One joint's rows
 // cannot tell its gain from a mass that it carries. A mass that suits all joints may leave more in the rows of this one.
-Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint);
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint, double gain_std);
 
 // Sums over the samples of one joint, from which its considered errors follow. Those of several recordings add up.
 struct ConsideredSums {
@@ -31,8 +31,8 @@ struct ConsideredSums {
 // `x`: sample x column; `effort` [N m] and `effort_rate` [N m/s] by sample.
 ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate);
 
-// Variance by column if the torque constant is wrong by 2 % and the effort is late by half a sample. `sample_time` [s].
-Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time);
+// Variance by column if the torque constant is wrong by `gain_std` [1] and the effort is late by half a sample. `sample_time` [s].
+Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time, double gain_std);
 
 // Standard deviation by slot of `fit`, of a model with terms of the whole robot: each joint's torque constant and each other
 // link's mass is known to 2 %. Unlike what parts of one joint say, this concerns the rows of all joints.

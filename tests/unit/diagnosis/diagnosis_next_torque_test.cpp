@@ -132,7 +132,7 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
       const double t = 0.005 * static_cast<double>(k);
       x(k, 0) = 0.8 * w * std::cos(w * t), effort[k] = -0.4 * w * w * std::sin(w * t), rate[k] = -0.4 * w * w * w * std::cos(w * t);
     }
-    return std::sqrt(calc_considered_variance(sum_considered(x, effort, rate), 0.005)[0]);
+    return std::sqrt(calc_considered_variance(sum_considered(x, effort, rate), 0.005, 0.02)[0]);
   };
   EXPECT_NEAR(calc_width(2.0), 0.0025 * 0.5 * std::pow(4.0 * M_PI, 2), 1e-3);  // half a sample x J w^2 = 0.197 N m s/rad
   EXPECT_NEAR(calc_width(2.0) / calc_width(0.5), 16.0, 0.1);

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque/gain_spread.h"
 #include "diagnosis/evidence/torque/gears.h"
 #include "diagnosis/evidence/torque/grade.h"
 #include "diagnosis/evidence/torque/intervals.h"
@@ -64,6 +66,26 @@ size_t add_own(const TorqueDesign& design, size_t joint, bool (*is_it)(const Ter
   std::vector<size_t>& own = model->own[joint];
   const auto term = static_cast<size_t>(std::find_if(terms.begin(), terms.end(), is_it) - terms.begin());
   return static_cast<size_t>(own.insert(std::upper_bound(own.begin(), own.end(), term), term) - own.begin());
+}
+
+// A robot whose shoulder gives 0.86 of its log. Whoever cannot see the elbow's gain has no reason to trust that log more.
+TEST(TorqueMass, AnUnseenTorqueConstantIsKnownNoBetterThanThoseOfTheOtherDrivesAreRight) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kTorqueConstant, kShoulder, {0.86}});
+  Experiment e = make_simulated_experiment("torque_unseen_gain", kArm, kArmJoints, hidden);
+  for (Recording& r : e.recordings) forget_commands(&r);
+  TorqueDesign design = make_torque_design(make_torque_data(e));
+  TorqueModel model;
+  model.own = list_usual_terms(design);
+  EXPECT_THAT(calc_gain_std(design, model, fit_torque(design, model)), testing::Each(kKnown));
+  add_own(design, kShoulder, [](const Term& t) { return t.row->scales_effort; }, &model);
+  const TorqueFit fit = fit_torque(design, model);
+  ASSERT_TRUE(design.joints[kElbow].loaded);
+  const std::vector<double> seen = calc_gain_std(design, model, fit);
+  EXPECT_EQ(seen[kShoulder], kKnown);  // fitted: its own interval says how well it is known
+  EXPECT_LT(seen[kElbow], 0.05);       // the weight of the fore link shows that it is right
+  design.joints[kElbow].loaded = false;
+  EXPECT_NEAR(calc_gain_std(design, model, fit)[kElbow], 0.14 * std::sqrt(2.0), 0.03);  // one more drive than the one that is known; the gain is found to 0.02
 }
 
 // A stretch of one joint's rows takes a mass for a gain: with the mass free in each, the gain's size was lost.
