@@ -5,10 +5,10 @@
 
 #include "common/base/join_words.h"
 #include "common/base/rounding.h"
-#include "common/effects/effect_info.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/measurement/torque/terms.h"
 #include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 
@@ -43,7 +43,7 @@ void add_odd_load(const Experiment& e, const OddLoad& load, Reports* reports) {
   const std::string then = load.leave_out ? " All else is judged without this part." : " Errors of these recordings contain it.";
   const Json parameters = {{"mass", make_value(round_to(load.mass, 4), round_to(load.std, 3), "kg")},
                            {"com", make_vector(list(load.com_L), list(load.com_std), "m")}};
-  Json finding = make_finding_head(get_effect(EffectId::kPayload), {{"link", link}}, parameters, Grade::kSupported, load.share);
+  Json finding = make_finding_head(*find_term_row(&TermRow::load).effect, {{"link", link}}, parameters, Grade::kSupported, load.share);
   finding["statement"] = text + then;
   finding["alternatives"] = Json::array();
   finding["only_in"] = where;

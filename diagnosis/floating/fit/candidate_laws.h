@@ -12,7 +12,7 @@ struct CandidateLaw {
   // Parameters as the report has them; empty: no value is told.
   std::vector<Estimate> (*make_estimates)(const Candidate& candidate, const Eigen::VectorXd& x,
                                           const Eigen::VectorXd& std);
-  EffectId effect = EffectId::kNamed;
+  EffectId effect = kNoEffect;
   bool vector = false;            // coefficients are axes of one quantity, where there are several
   bool positive = false;          // the first coefficient cannot be negative
   double least = 0;               // what the first coefficient must exceed to be worth a name
