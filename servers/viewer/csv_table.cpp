@@ -53,6 +53,7 @@ CsvTable read_csv_table(const std::string& path) {
   std::string line;
   while (std::getline(file, line)) {
     ++place.line;
+    if (place.line == 1 && line.rfind("\xEF\xBB\xBF", 0) == 0) line.erase(0, 3);  // byte order mark
     if (line.empty() || line[0] == '#' || line == "\r") continue;
     const std::vector<std::string> cells = split(line);
     if (table.names.empty()) {
