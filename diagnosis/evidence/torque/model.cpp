@@ -146,6 +146,12 @@ class Fitter {
 
 }  // namespace
 
+size_t add_own_term(size_t joint, size_t term, TorqueModel* model) {
+  std::vector<size_t>& own = model->own[joint];
+  const auto at = own.insert(std::upper_bound(own.begin(), own.end(), term), term);  // begin() moves with it
+  return static_cast<size_t>(at - own.begin());
+}
+
 double calc_evidence(const JointDesign& joint, double cross) {
   const double floor = kFloor * joint.spread * joint.spread;
   return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));

@@ -17,6 +17,9 @@ struct TorqueModel {
   std::vector<size_t> whole;             // terms of the whole robot
 };
 
+// Adds a term of the joint's own that the model does not have. Returns its place in the list.
+size_t add_own_term(size_t joint, size_t term, TorqueModel* model);
+
 struct TorqueFit {
   Eigen::VectorXd theta;        // by column of `list_slots`: joints' own columns, then those of the whole robot
   Eigen::MatrixXd covariance;   // robust, of theta; empty unless asked for

@@ -40,9 +40,8 @@ class RivalSearch {
     const auto constant = std::find_if(terms.begin(), terms.end(), [](const Term& t) { return t.row->is_constant(); });
     if (constant == terms.end()) return false;
     const size_t term = static_cast<size_t>(constant - terms.begin());
-    std::vector<size_t>& own = rest_.own[i_];
-    if (has(own, term)) return false;
-    own.insert(std::upper_bound(own.begin(), own.end(), term), term);
+    if (has(rest_.own[i_], term)) return false;
+    add_own_term(i_, term, &rest_);
     beside_ = constant->row->cost;
     return true;
   }
@@ -264,12 +263,11 @@ class RivalSearch {
   };
 
   OwnTerm fit_own(size_t term, TorqueModel model) const {
-    std::vector<size_t>& own = model.own[i_];
-    own.insert(std::upper_bound(own.begin(), own.end(), term), term);
-    OwnTerm out{model, fit_torque(design_, model), static_cast<size_t>(std::find(own.begin(), own.end(), term) - own.begin()), {}, {}};
+    const size_t at = add_own_term(i_, term, &model);
+    OwnTerm out{model, fit_torque(design_, model), at, {}, {}};
     const Slots slots = list_slots(design_, model);
     out.value = out.fit.theta.segment(slots.own[i_][out.at], design_.joints[i_].terms[term].columns());
-    out.own = out.fit.theta.segment(slots.own[i_][0], count_columns(i_, own));
+    out.own = out.fit.theta.segment(slots.own[i_][0], count_columns(i_, model.own[i_]));
     return out;
   }
 

@@ -63,9 +63,7 @@ TEST(TorqueMass, ALinkOfTwoFifthsOfItsMassHasAWrongMassAndNoForceOnIt) {
 // Adds a term of the joint's own to a model. Returns its place in the list.
 size_t add_own(const TorqueDesign& design, size_t joint, bool (*is_it)(const Term&), TorqueModel* model) {
   const std::vector<Term>& terms = design.joints[joint].terms;
-  std::vector<size_t>& own = model->own[joint];
-  const auto term = static_cast<size_t>(std::find_if(terms.begin(), terms.end(), is_it) - terms.begin());
-  return static_cast<size_t>(own.insert(std::upper_bound(own.begin(), own.end(), term), term) - own.begin());
+  return add_own_term(joint, static_cast<size_t>(std::find_if(terms.begin(), terms.end(), is_it) - terms.begin()), model);
 }
 
 // A robot whose shoulder gives 0.86 of its log. Whoever cannot see the elbow's gain has no reason to trust that log more.
