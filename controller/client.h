@@ -20,14 +20,14 @@ namespace hrp {
 struct Robot {
   std::string name;
   std::vector<std::string> joints;
-  Eigen::VectorXd lower, upper;    // [rad or m] infinite when unlimited
-  Eigen::VectorXd effort_limit;    // [N m or N]
-  Eigen::VectorXd initial_q;       // [rad or m] pose at the start of the run
-  std::vector<std::string> imus;      // names, in the order of SensorData::imus
-  std::vector<std::string> wrenches;  // names, in the order of SensorData::wrenches
-  double period = 0.0;             // [s] between two samples = between two commands
-  ControllerSpec settings;         // the section `controller` of the scenario
-  SensorsSpec sensors;             // where the sensors sit
+  Eigen::VectorXd lower, upper;                         // [rad or m] infinite when unlimited
+  Eigen::VectorXd effort_limit;                         // [N m or N]
+  Eigen::VectorXd initial_q;                            // [rad or m] pose at the start of the run
+  std::vector<std::string> imus;                        // names, in the order of SensorData::imus
+  std::vector<std::string> wrenches;                    // names, in the order of SensorData::wrenches
+  double period = 0.0;                                  // [s] between two samples = between two commands
+  ControllerSpec settings;                              // the section `controller` of the scenario
+  SensorsSpec sensors;                                  // where the sensors sit
   std::shared_ptr<const RobotDescription> description;  // tree of links, shapes of the soles
   // Index of a joint, -1 when there is none of this name.
   int find_joint(const std::string& joint) const;
@@ -53,7 +53,8 @@ class Controller {
 
 using ControllerMaker = std::function<std::unique_ptr<Controller>(const Robot& robot)>;
 
-// The main of a controller process: finds the run (or --run, --domain, --dds), then answers until the run ends. Returns an exit code.
+// The main of a controller process: finds the run (or --run, --domain, --dds), then answers until the run ends. Returns
+// an exit code.
 int run_controller(int argc, char** argv, const std::string& program, const ControllerMaker& make_controller);
 
 }  // namespace hrp

@@ -45,9 +45,13 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario) 
 }
 
 ControllerNode::ControllerNode(const NodeContext& context, ControllerMaker make_controller)
-    : NodeBase(context), make_controller_(std::move(make_controller)),
-      commands_(topics::of_robot(topics::kJointCommands, context.robot)), publisher_(bus(), commands_), view_(bus()) {
-  listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot), [this](const msg::SensorData& m) { take_sensors(m); });
+    : NodeBase(context),
+      make_controller_(std::move(make_controller)),
+      commands_(topics::of_robot(topics::kJointCommands, context.robot)),
+      publisher_(bus(), commands_),
+      view_(bus()) {
+  listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot),
+                          [this](const msg::SensorData& m) { take_sensors(m); });
   listen<msg::RobotDescription>(topics::of_robot(topics::kRobotDescription, context.robot),
                                 [this](const msg::RobotDescription& m) { take_description(m); });
 }

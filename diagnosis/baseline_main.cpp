@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]: models side by side, judged alike on the recordings that
-// nothing was fitted to. The nominal one; what anybody would do first: plain linear least squares of viscous and Coulomb
-// friction and rotor inertia at every driven joint (Gautier and Khalil's inverse dynamic identification in its simplest
-// form); and every model whose `effects` a file states. Prints JSON.
+// nothing was fitted to. The nominal one; what anybody would do first: plain linear least squares of viscous and
+// Coulomb friction and rotor inertia at every driven joint (Gautier and Khalil's inverse dynamic identification in its
+// simplest form); and every model whose `effects` a file states. Prints JSON.
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -51,11 +51,11 @@ double join(const std::vector<double>& rms) {
   return n > 0.0 ? std::sqrt(sum / n) : std::nan("");
 }
 
-// Simulated positions, by joint [rad]: over the whole of each recording from its commands, or over windows from efforts.
+// Simulated positions, by joint [rad]: over the whole of each recording from its commands, or over windows from
+// efforts.
 std::vector<double> calc_position_errors(const Problem& problem, const std::vector<int>& held, const Experiment& e,
                                          const Hypothesis& hypothesis) {
-  if (is_effort_driven(e))
-    return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, 2).rms;
+  if (is_effort_driven(e)) return calc_window_errors(make_plant(e, hypothesis), e, problem.smooth, held, 2).rms;
   const Score score = calc_score(problem, hypothesis, held);
   std::vector<double> rms;
   for (int j = 0; j < e.num_joints(); ++j) {
@@ -78,7 +78,8 @@ nlohmann::ordered_json judge(const Problem& problem, const TorqueData& data, con
   return {{"position", write(positions)}, {"effort", write(efforts)}};
 }
 
-nlohmann::ordered_json identify(const std::string& path, const std::vector<std::pair<std::string, std::string>>& models) {
+nlohmann::ordered_json identify(const std::string& path,
+                                const std::vector<std::pair<std::string, std::string>>& models) {
   const Experiment e = load_experiment(path);
   const Problem problem = make_problem(e, 2);
   // Robots that touch the ground need more than efforts to be simulated.
@@ -123,8 +124,10 @@ bool read_models(int argc, char** argv, std::vector<std::pair<std::string, std::
 int main(int argc, char** argv) {
   const char usage[] =
       "Usage: hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]\n"
-      "Judges models alike on recordings that nothing was fitted to: nominal, plain least squares of friction and rotor\n"
-      "inertia, and the `effects` of every MODEL.yaml. Positions in rad by simulation (from recorded efforts over 0.5 s),\n"
+      "Judges models alike on recordings that nothing was fitted to: nominal, plain least squares of friction and "
+      "rotor\n"
+      "inertia, and the `effects` of every MODEL.yaml. Positions in rad by simulation (from recorded efforts over 0.5 "
+      "s),\n"
       "efforts in N m along the recorded motion. Prints JSON.";
   if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
   std::vector<std::pair<std::string, std::string>> models;

@@ -30,14 +30,17 @@ std::string find_obstacle(const Experiment& e) {
   for (const Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size(); ++j) {
       const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
-      if (!r.joints[j].has(Quantity::kPosition)) return r.spec.name + " has no column /joint_states/" + name + "/position";
+      if (!r.joints[j].has(Quantity::kPosition))
+        return r.spec.name + " has no column /joint_states/" + name + "/position";
     }
   }
   return "";
 }
 
 // The first two parts of a column's name: "/imu/hand" of "/imu/hand/angular_velocity/x".
-std::string get_source(const std::string& column) { return column.substr(0, column.find('/', column.find('/', 1) + 1)); }
+std::string get_source(const std::string& column) {
+  return column.substr(0, column.find('/', column.find('/', 1) + 1));
+}
 
 // What nothing was compared with, as it is said; empty where something was. Attitude is an estimate of the IMU's own:
 // only what the IMU measures is predicted.
@@ -87,7 +90,8 @@ bool is_settled(const Reports& reports) {
 // Joints are taken as recorded, without efforts: what sensors behind the gears read is all that can be compared.
 bool judge_links_alone(const Problem& problem, const Progress& progress, Reports* reports) {
   const Experiment& e = *problem.experiment;
-  if (e.scenario.floating_base || e.scenario.drive != "motion" || !e.scenario.feet.empty() || e.num_joints() == 0) return false;
+  if (e.scenario.floating_base || e.scenario.drive != "motion" || !e.scenario.feet.empty() || e.num_joints() == 0)
+    return false;
   const LinkSensors behind = find_link_sensors(e);
   if (!behind.any()) return false;
   *reports = make_empty_reports(problem, "only sensors behind the gears are compared");
@@ -98,10 +102,10 @@ bool judge_links_alone(const Problem& problem, const Progress& progress, Reports
   return true;
 }
 
-// Most joints follow their equations down to the noise: a simulated world. No real robot has such joints, and there a law
-// that leaves more than noise is not the law.
+// Most joints follow their equations down to the noise: a simulated world. No real robot has such joints, and there a
+// law that leaves more than noise is not the law.
 bool is_exact_elsewhere(const Experiment& e, const Json& report) {
-  constexpr double kFew = 1.0 / 3.0;  // of the joints
+  constexpr double kFew = 1.0 / 3.0;               // of the joints
   if (e.scenario.drive == "motion") return false;  // joints are taken as recorded: nothing is known of their equations
   std::set<std::string> missed;
   for (const Json& m : report["mismatch"]) {
@@ -117,14 +121,16 @@ void doubt_findings(Json* report) {
   if (verdict == "explained" || verdict == "mostly_explained") (*report)["verdict"] = "partly_explained";
 }
 
-// Nothing tells what drives do, and no attitude was recorded: only bodies, soles and sensors can be judged. The equations
-// of feet know flat feet that stand and every IMU. The standing robot's engine integrates one gyroscope, and what that
-// attitude errs by looked like a late IMU, or like a force.
+// Nothing tells what drives do, and no attitude was recorded: only bodies, soles and sensors can be judged. The
+// equations of feet know flat feet that stand and every IMU. The standing robot's engine integrates one gyroscope, and
+// what that attitude errs by looked like a late IMU, or like a force.
 bool is_of_bodies_alone(const Experiment& e) {
   if (!e.scenario.floating_base || e.scenario.drive != "motion") return false;
   return std::none_of(e.recordings.begin(), e.recordings.end(), [](const Recording& r) {
-    const bool effort = std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); });
-    const bool attitude = std::any_of(r.other.begin(), r.other.end(), [](const auto& c) { return c.first.find("/orientation/") != std::string::npos; });
+    const bool effort =
+        std::any_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kEffort); });
+    const bool attitude = std::any_of(r.other.begin(), r.other.end(),
+                                      [](const auto& c) { return c.first.find("/orientation/") != std::string::npos; });
     return effort || attitude;
   });
 }
@@ -141,7 +147,8 @@ Reports diagnose_still(const Problem& problem, const Progress& progress) {
   if (judged && (is_settled(bodies) || !bodies.report["findings"].empty())) return bodies;
   if (standing::diagnose_standing(problem, progress, &reports)) {
     Reports stood;
-    const bool open = !judged && !is_settled(reports) && judge_legged(problem, progress, floating::Robots::kAll, &stood);  // not twice
+    const bool open = !judged && !is_settled(reports) &&
+                      judge_legged(problem, progress, floating::Robots::kAll, &stood);  // not twice
     if (open && !stood.report["findings"].empty() && reports.report["findings"].empty()) {
       if (is_exact_elsewhere(e, reports.report)) doubt_findings(&stood.report);
       reports = stood;
@@ -157,7 +164,8 @@ Reports diagnose_still(const Problem& problem, const Progress& progress) {
     if (judge_links_alone(problem, progress, &reports)) return reports;
     if (held_feet::diagnose_held_feet(e, problem.jobs, progress, &reports, &why)) return reports;
     if (judge_legged(problem, progress, floating::Robots::kAll, &reports)) return reports;
-    if (!e.scenario.floating_base && e.num_joints() > 0 && !e.scenario.feet.empty()) obstacle += "; equations along the recorded motion: " + why;
+    if (!e.scenario.floating_base && e.num_joints() > 0 && !e.scenario.feet.empty())
+      obstacle += "; equations along the recorded motion: " + why;
     return make_empty_reports(problem, obstacle);
   }
   const LinkSensors behind = find_link_sensors(e);

@@ -29,8 +29,8 @@ namespace {
 
 // The same for the first answer: seconds of one core.
 constexpr double kFirst = 240.0;
-// Of less there is nothing to be gained by a first answer: joint-seconds, or as many samples as these have at 200 Hz, as a
-// simulation takes its time by the sample.
+// Of less there is nothing to be gained by a first answer: joint-seconds, or as many samples as these have at 200 Hz,
+// as a simulation takes its time by the sample.
 constexpr double kWorthFirst = 60.0, kWorthFirstSamples = 200.0 * kWorthFirst;
 // Times what the first answer took for so many joint-seconds that the whole takes for as many (measured with
 // make_long_recordings: 12 joints, 600 s at 200 Hz).
@@ -96,7 +96,9 @@ void say_first(const Experiment& e, const DiagnosisOptions& options, const Json&
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double whole = took * calc_searched(e) / kFirst * kWhole;
   progress("a first answer is written (report.json, marked preliminary)" +
-           (is_long(e) ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole" : ""));
+           (is_long(e)
+                ? "; about " + std::to_string(std::lround(std::ceil(whole / 10.0) * 10.0)) + " s more for the whole"
+                : ""));
 }
 
 Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventions, const DiagnosisOptions& options,
@@ -107,8 +109,9 @@ Reports diagnose_whole(const Experiment& all, const ConventionRemarks& conventio
   for (const Json& remark : checks["remarks"]) progress("check: " + remark.get<std::string>());
   if (is_worth_first(all)) say_first(all, options, checks, progress, write_first);
   if (is_long(all)) {
-    progress("long recordings: the search works on " + number(calc_joint_seconds(searched) / all.num_joints(), 4) + " of " +
-             number(calc_joint_seconds(all) / all.num_joints(), 5) + " s, those in which the joints move most");
+    progress("long recordings: the search works on " + number(calc_joint_seconds(searched) / all.num_joints(), 4) +
+             " of " + number(calc_joint_seconds(all) / all.num_joints(), 5) +
+             " s, those in which the joints move most");
   }
   Problem problem = make_problem(searched, options.jobs);
   problem.most_work *= options.patience;
@@ -144,7 +147,8 @@ Experiment mend_log(const Experiment& logged) {
 Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& options, const Progress& progress,
                             const std::function<void(const Reports&)>& write_first) {
   const Experiment all = mend_log(logged);
-  const LogConventions found = find_conventions(is_long(all) ? make_screened(all, calc_for_conventions(all)) : all, options.jobs);
+  const LogConventions found =
+      find_conventions(is_long(all) ? make_screened(all, calc_for_conventions(all)) : all, options.jobs);
   const ConventionRemarks remarks = make_remarks(all, found);
   std::optional<Experiment> converted;
   if (found.any()) converted = convert_recordings(all, found);
@@ -166,9 +170,12 @@ std::string check_recordings(const Experiment& logged) {
   const Experiment e = mend_log(logged);
   const std::optional<Experiment> part = cut_long(e);
   const Experiment& searched = part ? *part : e;
-  if (e.scenario.floating_base) return print_checks(make_checks(e, searched, make_remarks(e, find_conventions(searched, 1))));  // at once
+  if (e.scenario.floating_base)
+    return print_checks(make_checks(e, searched, make_remarks(e, find_conventions(searched, 1))));  // at once
   ConventionRemarks remarks;
-  if (has_effort(e)) remarks.not_looked_for = {"units and signs of all efforts, zeros and gears: only the diagnosis compares efforts with the motion"};
+  if (has_effort(e))
+    remarks.not_looked_for = {
+        "units and signs of all efforts, zeros and gears: only the diagnosis compares efforts with the motion"};
   return print_checks(make_checks(e, searched, remarks));
 }
 

@@ -59,19 +59,22 @@ void say(const TorqueVerdict& torque, const Progress& progress) {
 // Positions by free simulation of short windows, for recorded efforts.
 std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outcome) {
   std::vector<SignalFit> list;
-  const WindowErrors before = calc_held_windows(problem, {}), after = calc_held_windows(problem, outcome.chosen.hypothesis);
+  const WindowErrors before = calc_held_windows(problem, {}),
+                     after = calc_held_windows(problem, outcome.chosen.hypothesis);
   for (size_t j = 0; j < before.rms.size(); ++j) {
     const double spread = calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
     if (!std::isfinite(before.rms[j]) || spread <= kRest) continue;
     const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
-    list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j], after.rms[j], spread});
+    list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j],
+                    after.rms[j], spread});
   }
   return list;
 }
 
 // Fit of the simulation; for recorded efforts that of the torque: a simulation from them drifts whatever the model.
 // `windows`: positions then.
-void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque, const std::vector<SignalFit>& windows, Evidence* evidence) {
+void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque,
+              const std::vector<SignalFit>& windows, Evidence* evidence) {
   Fit& fit = evidence->fit;
   if (!is_effort_driven(*problem.experiment)) {
     fit = calc_simulation_fit(problem, outcome.nominal, outcome.chosen);
@@ -80,14 +83,15 @@ void fill_fit(const Problem& problem, const Outcome& outcome, const TorqueVerdic
     return;
   }
   fill_torque_fit(torque.torque, &fit);
-  evidence->method += "; errors are shares of each effort's spread; positions by simulation from the recorded efforts over " +
-                      number(kWindow, 2) + " s";
+  evidence->method +=
+      "; errors are shares of each effort's spread; positions by simulation from the recorded efforts over " +
+      number(kWindow, 2) + " s";
   evidence->horizon = kWindow;
   fit.signals.insert(fit.signals.end(), windows.begin(), windows.end());
 }
 
-// Held-out errors of the motion with the nominal and with the chosen model: over windows, where there are any, else of the
-// simulation over the whole.
+// Held-out errors of the motion with the nominal and with the chosen model: over windows, where there are any, else of
+// the simulation over the whole.
 struct MotionErrors {
   double before = 0.0, after = 0.0;
   bool improve() const { return !(after > kNearlyAll * before); }
@@ -96,22 +100,29 @@ struct MotionErrors {
 MotionErrors calc_motion_errors(const Outcome& outcome, const std::vector<SignalFit>& windows) {
   if (windows.empty()) return {outcome.nominal.rms, outcome.chosen.rms};
   MotionErrors sum;
-  for (const SignalFit& s : windows) sum.before = std::hypot(sum.before, s.before / s.spread), sum.after = std::hypot(sum.after, s.after / s.spread);
+  for (const SignalFit& s : windows)
+    sum.before = std::hypot(sum.before, s.before / s.spread), sum.after = std::hypot(sum.after, s.after / s.spread);
   return sum;
 }
 
-// Torque that is explained does not make the simulated motion better by itself: one that is balanced by a stop that is not in
-// the model leaves no missing torque beside friction.
+// Torque that is explained does not make the simulated motion better by itself: one that is balanced by a stop that is
+// not in the model leaves no missing torque beside friction.
 std::string describe_motion(const MotionErrors& errors, bool by_windows) {
-  const std::string text = "The torque along the recorded motion is explained, but with the updated model the simulated motion is not better";
-  return text + (by_windows ? "." : ": its error goes from " + number(errors.before, 3) + " to " + number(errors.after, 3) + " times the noise.");
+  const std::string text =
+      "The torque along the recorded motion is explained, but with the updated model the simulated motion is not "
+      "better";
+  return text + (by_windows ? "."
+                            : ": its error goes from " + number(errors.before, 3) + " to " + number(errors.after, 3) +
+                                  " times the noise.");
 }
 
-// Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model predicts.
+// Findings that hardly improve the simulation of held-out recordings explain a part at most, whatever a free model
+// predicts.
 Reports make_torque_reports(const Problem& problem, const Outcome& outcome, TorqueVerdict torque) {
   Reports reports = make_reports(problem, outcome);
   Evidence& evidence = torque.evidence;
-  const std::vector<SignalFit> windows = is_effort_driven(*problem.experiment) ? list_windows(problem, outcome) : std::vector<SignalFit>{};
+  const std::vector<SignalFit> windows =
+      is_effort_driven(*problem.experiment) ? list_windows(problem, outcome) : std::vector<SignalFit>{};
   fill_fit(problem, outcome, torque, windows, &evidence);
   for (const std::string& text : problem.experiment->warnings) evidence.warnings.push_back(text);
   evidence.verdict = find_verdict(evidence);
@@ -122,7 +133,8 @@ Reports make_torque_reports(const Problem& problem, const Outcome& outcome, Torq
   reports.report = make_report(evidence);
   reports.report["mismatch"] = mismatch;
   if (torque_alone) reports.report["motion"] = describe_motion(motion, !windows.empty());
-  reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
+  reports.report["model"] =
+      list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
   reports.series["prediction"] = reports.report["prediction"];
   return reports;
 }
@@ -150,14 +162,17 @@ Reports report_along_motion(const Problem& problem, TorqueVerdict torque, const 
 // judged along the recorded motion.
 Reports judge_beside_hum(const Problem& problem, const Hum& hum) {
   const Experiment e = take_out_hum(*problem.experiment, hum);
-  const std::string why = "the recordings contradict themselves at " + list_joints(e, hum.humming) +
-                          ": the effort is at its limit for most of the time and the velocity is not the rate of the position, so the "
-                          "servo hums faster than the log samples. Not judged, nor called physics: " + list_joints(e, hum.shaken);
+  const std::string why =
+      "the recordings contradict themselves at " + list_joints(e, hum.humming) +
+      ": the effort is at its limit for most of the time and the velocity is not the rate of the position, so the "
+      "servo hums faster than the log samples. Not judged, nor called physics: " +
+      list_joints(e, hum.shaken);
   TorqueData data = make_torque_data(e);
   for (TorqueRecording& r : data.recordings) {
     for (int joint : hum.shaken) r.use.col(joint).setConstant(false);
   }
-  for (int joint : hum.shaken) data.velocity[static_cast<size_t>(joint)] = {};  // a hum in one phase looks like a constant
+  for (int joint : hum.shaken)
+    data.velocity[static_cast<size_t>(joint)] = {};  // a hum in one phase looks like a constant
   return report_along_motion(problem, judge_torque(std::move(data), problem.jobs), why);
 }
 
@@ -166,7 +181,9 @@ std::vector<size_t> list_undriven(const Experiment& e) {
   std::vector<size_t> list;
   for (size_t r = 0; r < e.recordings.size() && is_effort_driven(e); ++r) {
     bool complete = true;
-    for (int j = 0; j < e.num_joints(); ++j) complete = complete && (!e.robot.tree.joint(j).actuated || e.recordings[r].joints[static_cast<size_t>(j)].has(Quantity::kEffort));
+    for (int j = 0; j < e.num_joints(); ++j)
+      complete = complete && (!e.robot.tree.joint(j).actuated ||
+                              e.recordings[r].joints[static_cast<size_t>(j)].has(Quantity::kEffort));
     if (!complete) list.push_back(r);
   }
   return list;
@@ -187,27 +204,35 @@ bool has_any(const std::vector<int>& recordings, const std::vector<size_t>& of) 
 
 // Adds what the simulation says of a gear. It takes the place of what the missing torque only suspects there.
 void add_gear(const Finding& gear, std::vector<Finding>* findings) {
-  const auto same = std::find_if(findings->begin(), findings->end(), [&](const Finding& f) { return f.where == gear.where && f.family == gear.family; });
-  if (same == findings->end()) findings->push_back(gear);
-  else if (same->grade == Grade::kAmbiguous) *same = gear;
+  const auto same = std::find_if(findings->begin(), findings->end(),
+                                 [&](const Finding& f) { return f.where == gear.where && f.family == gear.family; });
+  if (same == findings->end())
+    findings->push_back(gear);
+  else if (same->grade == Grade::kAmbiguous)
+    *same = gear;
 }
 
 // The best model by simulation. `gears`, if not null: with loose gears, which are added there.
-Trial choose_model(const Problem& problem, const Problem& whole, const TorqueVerdict& torque, const Hypothesis& searched, const Progress& progress,
-                   std::vector<Finding>* gears) {
+Trial choose_model(const Problem& problem, const Problem& whole, const TorqueVerdict& torque,
+                   const Hypothesis& searched, const Progress& progress, std::vector<Finding>* gears) {
   const FittedPart part(problem, whole);
-  if (part.is_cut()) progress("models are fitted to the " + number(part.seconds(), 3) + " s in which the joints move most, and judged on all");
-  Trial chosen = choose_best_model(part.problem(), part.whole(), torque.model, torque.evidence.explained, searched, progress);
+  if (part.is_cut())
+    progress("models are fitted to the " + number(part.seconds(), 3) +
+             " s in which the joints move most, and judged on all");
+  Trial chosen =
+      choose_best_model(part.problem(), part.whole(), torque.model, torque.evidence.explained, searched, progress);
   if (gears) *gears = loosen_gears(part.problem(), part.whole(), &chosen, progress);
   return part.is_cut() ? simulate_trial(whole, chosen.hypothesis) : chosen;
 }
 
 // The best model where nothing is named. Recordings that are too short for the torque along the motion may still be
 // simulated.
-Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque, const Progress& progress) {
+Trial choose_unnamed(const Problem& problem, const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque,
+                     const Progress& progress) {
   const Trial* closest = find_told_closest(problem, outcome);
   const Hypothesis searched = closest ? closest->hypothesis : Hypothesis{};
-  return torque.judged ? choose_model(problem, whole, torque, searched, progress, nullptr) : simulate_trial(whole, searched);
+  return torque.judged ? choose_model(problem, whole, torque, searched, progress, nullptr)
+                       : simulate_trial(whole, searched);
 }
 
 // A set that may be told: each effect is of a possible size and, as far as its interval is known, more than nothing.
@@ -222,14 +247,15 @@ bool is_sound(const Experiment& e, const Trial& t) {
 
 bool is_sure(const Finding& f) { return f.grade != Grade::kAmbiguous; }
 
-// Where neither the search nor the missing torque names anything for sure: the effects that come closest, each ambiguous,
-// with the sets that come as close.
+// Where neither the search nor the missing torque names anything for sure: the effects that come closest, each
+// ambiguous, with the sets that come as close.
 std::optional<Outcome> name_closest(const Problem& whole, const Outcome& outcome, const TorqueVerdict& torque) {
   const std::vector<Finding>& found = torque.evidence.findings;
   if (!outcome.mismatch || outcome.explained || outcome.partly || is_exact_world(torque)) return std::nullopt;
   if (torque.judged && std::any_of(found.begin(), found.end(), is_sure)) return std::nullopt;
   Outcome named = outcome;
-  const auto end = std::remove_if(named.rivals.begin(), named.rivals.end(), [&](const Trial& t) { return !is_sound(*whole.experiment, t); });
+  const auto end = std::remove_if(named.rivals.begin(), named.rivals.end(),
+                                  [&](const Trial& t) { return !is_sound(*whole.experiment, t); });
   named.rivals.erase(end, named.rivals.end());
   const Trial* closest = find_told_closest(whole, named);
   if (!closest || closest->std.empty()) return std::nullopt;
@@ -262,8 +288,11 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   const std::vector<size_t> undriven = list_undriven(*given.experiment);
   problem.train = leave_out(given.train, undriven), problem.validate = leave_out(given.validate, undriven);
   if (has_any(problem.train, undriven) || has_any(problem.validate, undriven))
-    return report_along_motion(given, std::move(torque), "no simulation is driven by efforts that were not logged, so only the torque along the recorded motion is judged");
-  problem.train = leave_out(problem.train, torque.frozen), problem.validate = leave_out(problem.validate, torque.frozen);
+    return report_along_motion(given, std::move(torque),
+                               "no simulation is driven by efforts that were not logged, so only the torque along the "
+                               "recorded motion is judged");
+  problem.train = leave_out(problem.train, torque.frozen),
+  problem.validate = leave_out(problem.validate, torque.frozen);
   Problem whole = problem;
   split_subtrees(&whole);
   Outcome outcome;
@@ -276,18 +305,23 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
     // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
     const bool confirmed = outcome.explained && !problem.validate.empty();
     const std::optional<Outcome> closest = name_closest(whole, outcome, torque);
-    if (closest || !torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque)) {
+    if (closest || !torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() ||
+        is_exact_world(torque)) {
       // Nothing is named for sure. The best model all the same, of the search only what comes close: many fit their own
       // recordings.
       if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
         outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
-        outcome.modelled = (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
+        outcome.modelled =
+            (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
       }
       Reports reports = make_reports(whole, closest ? *closest : outcome);
-      if (outcome.modelled) reports.report["model"] = list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
+      if (outcome.modelled)
+        reports.report["model"] =
+            list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
       doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
       if (closest) rate_closest(&reports.report);
-      if (torque.judged && outcome.mismatch && !outcome.explained) add_column_findings(torque.evidence.findings, &reports.report);
+      if (torque.judged && outcome.mismatch && !outcome.explained)
+        add_column_findings(torque.evidence.findings, &reports.report);
       if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
       return reports;
     }

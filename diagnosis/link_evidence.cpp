@@ -55,9 +55,12 @@ std::vector<Effect> list_known(const Experiment& e, const Json& findings) {
     if (!info || f.value("grade", "") != "certain") continue;
     Effect effect;
     effect.id = info->id;
-    if (f["where"].contains("link")) effect.place = at_link(e.robot.tree.find_link(f["where"]["link"]));
-    else if (info->felt_elsewhere) effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
-    else continue;
+    if (f["where"].contains("link"))
+      effect.place = at_link(e.robot.tree.find_link(f["where"]["link"]));
+    else if (info->felt_elsewhere)
+      effect.place = at_joint(e.robot.tree.find_joint(f["where"]["joint"]));
+    else
+      continue;
     if (effect.place.index < 0 || (effect.place.kind == PlaceKind::kLink && info->place != PlaceKind::kLink)) continue;
     for (const EffectParameter& p : info->parameters) effect.p.push_back(find_value(f["parameters"], p));
     known.push_back(effect);
@@ -88,7 +91,13 @@ class Merger {
  public:
   Merger(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const LinkVerdict& links,
          const std::vector<GearVerdict>& gears, const Evidence& drives, Reports* reports)
-      : e_(e), motion_(motion), sensors_(sensors), links_(links), gears_(gears), drives_(drives), report_(reports->report) {}
+      : e_(e),
+        motion_(motion),
+        sensors_(sensors),
+        links_(links),
+        gears_(gears),
+        drives_(drives),
+        report_(reports->report) {}
 
   void run() {
     Evidence evidence = links_.evidence;
@@ -102,7 +111,9 @@ class Merger {
     for (const Json& finding : own_["findings"]) add(finding);
     for (const auto& item : own_["fit"]["per_signal"].items()) report_["fit"]["per_signal"][item.key()] = item.value();
     std::string method = report_["prediction"].value("method", "");
-    report_["prediction"]["method"] = method + (method.empty() ? "" : "; ") + "sensors behind the gears: inverse dynamics of the links beyond them along the recorded motion";
+    report_["prediction"]["method"] =
+        method + (method.empty() ? "" : "; ") +
+        "sensors behind the gears: inverse dynamics of the links beyond them along the recorded motion";
     combine_verdicts();
     if (report_["verdict"] == "unexplained" && !report_["findings"].empty()) report_["verdict"] = "partly_explained";
   }
@@ -110,7 +121,8 @@ class Merger {
  private:
   Verdict find_own_verdict(const Evidence& evidence) const {
     bool mismatch = links_.mismatch, to_noise = links_.to_noise;
-    for (const GearVerdict& gear : gears_) mismatch = mismatch || gear.mismatch, to_noise = to_noise && (!gear.mismatch || gear.to_noise || is_known(gear));
+    for (const GearVerdict& gear : gears_)
+      mismatch = mismatch || gear.mismatch, to_noise = to_noise && (!gear.mismatch || gear.to_noise || is_known(gear));
     if (!mismatch) return Verdict::kNoMismatch;
     if (to_noise && (links_.agrees || !evidence.findings.empty())) return Verdict::kExplained;
     return find_verdict(evidence);
@@ -124,9 +136,10 @@ class Merger {
   // Positions and efforts have told for certain what the two encoders see.
   bool is_known(const GearVerdict& gear) const {
     return std::any_of(gear.findings.begin(), gear.findings.end(), [&](const Finding& f) {
-      return f.share > kNearlyAll && std::any_of(report_["findings"].begin(), report_["findings"].end(), [&](const Json& r) {
-        return r["effect"] == f.effect && r["where"] == f.where && r.value("grade", "") == "certain";
-      });
+      return f.share > kNearlyAll &&
+             std::any_of(report_["findings"].begin(), report_["findings"].end(), [&](const Json& r) {
+               return r["effect"] == f.effect && r["where"] == f.where && r.value("grade", "") == "certain";
+             });
     });
   }
 
@@ -163,14 +176,19 @@ class Merger {
     Finding f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gear.fit.signal}},
                              {make_one("value", "rad", -gear.zero, gear.zero_std)});
     f.grade = told && !gear.one_sided && would_show(gear) ? Grade::kSupported : Grade::kAmbiguous;
-    f.probability = kSurest, f.share = f.weight = std::clamp(gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
-    f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) + " rad off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
+    f.probability = kSurest, f.share = f.weight = std::clamp(
+                                 gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
+    f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) +
+                  " rad off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
     if (f.grade == Grade::kAmbiguous)
-      f.alternatives.push_back(make_alternative(get_effect(EffectId::kJointOffset), {{"joint", joint}}, {make_one("offset", "rad", gear.zero, gear.zero_std)},
-                                                "many postures in which gravity turns this joint, with recorded efforts"));
+      f.alternatives.push_back(make_alternative(
+          get_effect(EffectId::kJointOffset), {{"joint", joint}}, {make_one("offset", "rad", gear.zero, gear.zero_std)},
+          "many postures in which gravity turns this joint, with recorded efforts"));
     if (gear.one_sided)
-      f.alternatives.push_back(make_alternative(get_effect(EffectId::kBacklash), {{"joint", joint}}, {make_one("gap", "rad", 2.0 * std::abs(gear.zero), 2.0 * gear.zero_std)},
-                                                "motions in which the joint's torque changes its sign"));
+      f.alternatives.push_back(
+          make_alternative(get_effect(EffectId::kBacklash), {{"joint", joint}},
+                           {make_one("gap", "rad", 2.0 * std::abs(gear.zero), 2.0 * gear.zero_std)},
+                           "motions in which the joint's torque changes its sign"));
     return f;
   }
 
@@ -180,9 +198,12 @@ class Merger {
     for (const TorqueRecording& r : motion_.recordings) {
       Eigen::MatrixXd q = r.q;
       q.col(gear.joint).array() -= gear.zero;
-      const Eigen::MatrixXd change = r.smooth_torque(calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a)) - r.tau;
+      const Eigen::MatrixXd change =
+          r.smooth_torque(calc_efforts(add_by_hand(plant, e_.recordings[r.index].spec), q, r.v, r.a)) - r.tau;
       for (long j = 0; j < change.cols(); ++j) {
-        if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) > kUnlikely * e_.joint_noise[static_cast<size_t>(j)][2].sigma) return true;
+        if (change.col(j).norm() / std::sqrt(static_cast<double>(change.rows())) >
+            kUnlikely * e_.joint_noise[static_cast<size_t>(j)][2].sigma)
+          return true;
       }
     }
     return false;
@@ -190,7 +211,8 @@ class Merger {
 
   void drop(const Json& f, const std::string& why) {
     remove_from(&report_["findings"], f);
-    report_["not_identifiable"].push_back({{"effect", f["effect"]}, {"where", f["where"]}, {"why", why}, {"motion_that_would_tell", ""}});
+    report_["not_identifiable"].push_back(
+        {{"effect", f["effect"]}, {"where", f["where"]}, {"why", why}, {"motion_that_would_tell", ""}});
     dropped_ = true;
   }
 
@@ -202,7 +224,8 @@ class Merger {
       if (!info || !info->flexible || !f["where"].contains("joint")) continue;
       for (const GearVerdict& gear : gears_) {
         if (e_.robot.tree.joint(gear.joint).name != f["where"]["joint"]) continue;
-        const bool same = std::any_of(gear.findings.begin(), gear.findings.end(), [&](const Finding& g) { return g.effect == f["effect"]; });
+        const bool same = std::any_of(gear.findings.begin(), gear.findings.end(),
+                                      [&](const Finding& g) { return g.effect == f["effect"]; });
         if (!same) drop(f, "positions and efforts ask for it, but the joint's two encoders show otherwise");
       }
     }
@@ -222,7 +245,9 @@ class Merger {
       const EffectInfo* info = find_effect(f["effect"].get<std::string>());
       const int joint = e_.robot.tree.find_joint(f["where"]["joint"]);
       if (!sensors_.has_torque(joint) || (info && info->flexible)) continue;
-      const auto is_in = [&](const Json& list) { return std::any_of(list.begin(), list.end(), [&](const Json& g) { return is_same(f, g); }); };
+      const auto is_in = [&](const Json& list) {
+        return std::any_of(list.begin(), list.end(), [&](const Json& g) { return is_same(f, g); });
+      };
       if (is_in(own["findings"]) || is_in(own_["findings"])) continue;
       drop(f, "efforts ask for it, but torque measured behind the gear does not");
     }
@@ -244,17 +269,19 @@ class Merger {
     for (Json& f : report_["findings"]) {
       if (!is_same(f, finding)) continue;
       const std::string text = " Sensors behind the gears agree: " + finding["statement"].get<std::string>();
-      if (f.value("grade", "") != "certain" && finding["grade"] != "ambiguous") f = finding;
-      else f["statement"] = f["statement"].get<std::string>() + text;
+      if (f.value("grade", "") != "certain" && finding["grade"] != "ambiguous")
+        f = finding;
+      else
+        f["statement"] = f["statement"].get<std::string>() + text;
       return;
     }
     report_["findings"].push_back(finding);
-    if (report_.contains("model") && !report_["model"].empty())
-      report_["model"].push_back(make_model_entry(finding));
+    if (report_.contains("model") && !report_["model"].empty()) report_["model"].push_back(make_model_entry(finding));
   }
 
   void combine_verdicts() {
-    static const std::vector<std::string> order{"no_mismatch", "explained", "mostly_explained", "partly_explained", "unexplained"};
+    static const std::vector<std::string> order{"no_mismatch", "explained", "mostly_explained", "partly_explained",
+                                                "unexplained"};
     const std::string theirs = report_["verdict"], ours = own_["verdict"];
     if (theirs == "not_judged" || theirs == "no_mismatch") {
       if (ours != "no_mismatch" || theirs == "not_judged") take_ours(ours);
@@ -300,23 +327,26 @@ TorqueVerdict judge_drives(const Experiment& e, const LinkSensors& sensors, cons
       if (s.kind != LinkSensorKind::kTorque) continue;
       const Recording& in = e.recordings[r.index];
       const auto [bias, scale] = links.find_torque_fault(s.joint);
-      const Eigen::VectorXd read = low_pass(resample(in.time, in.other.at(s.name), r.begin, r.step, r.q.rows()), r.step, cutoff);
-      tau.col(s.joint) = (read.array() - bias) / scale + e.robot.tree.joint(s.joint).rotor_inertia * r.a.col(s.joint).array();
+      const Eigen::VectorXd read =
+          low_pass(resample(in.time, in.other.at(s.name), r.begin, r.step, r.q.rows()), r.step, cutoff);
+      tau.col(s.joint) =
+          (read.array() - bias) / scale + e.robot.tree.joint(s.joint).rotor_inertia * r.a.col(s.joint).array();
     }
     return tau;
   };
   return judge_torque(make_torque_data(e, measured), jobs);
 }
 
-void add_link_evidence(const Experiment& e, const LinkSensors& sensors, int jobs, const Progress& progress, Reports* reports,
-                       std::set<std::string>* compared) {
+void add_link_evidence(const Experiment& e, const LinkSensors& sensors, int jobs, const Progress& progress,
+                       Reports* reports, std::set<std::string>* compared) {
   if (!sensors.any() && sensors.notes.empty()) return;
   progress("sensors behind the gears, along the recorded motion");
   const TorqueData motion = make_torque_data(e);
   const std::vector<Effect> known = list_known(e, reports->report["findings"]);
   const LinkVerdict links = judge_links(e, motion, sensors, known);
   const std::vector<GearVerdict> gears = judge_gears(e, motion, sensors, known);
-  const bool torque = std::any_of(sensors.sensors.begin(), sensors.sensors.end(), [](const LinkSensor& s) { return s.kind == LinkSensorKind::kTorque; });
+  const bool torque = std::any_of(sensors.sensors.begin(), sensors.sensors.end(),
+                                  [](const LinkSensor& s) { return s.kind == LinkSensorKind::kTorque; });
   Evidence drives;
   if (torque) drives = pick_drives(e, sensors, judge_drives(e, sensors, links, jobs));
   for (const Finding& f : links.evidence.findings) progress("    " + f.statement);

@@ -13,7 +13,8 @@ namespace hrp::diagnosis {
 
 // What drives lose between their effort and the torque behind their gears, the faults of that sensor that `links` has
 // taken out. Of joints without such a sensor as everywhere else.
-TorqueVerdict judge_drives(const Experiment& experiment, const LinkSensors& sensors, const LinkVerdict& links, int jobs);
+TorqueVerdict judge_drives(const Experiment& experiment, const LinkSensors& sensors, const LinkVerdict& links,
+                           int jobs);
 
 // Nothing changes without such sensors. `compared`: sources of columns that were compared, such as "/wrench/hand".
 void add_link_evidence(const Experiment& experiment, const LinkSensors& sensors, int jobs, const Progress& progress,

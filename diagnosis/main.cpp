@@ -20,11 +20,13 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr const char* kHelp =
-      "Compares recordings of a robot with its model. Finds and fits the physics and sensor faults that the model lacks.\n"
-      "Writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
-      "Example: hrp-diagnose models/experiments/arm --out diagnosed\n"
-      "Exit status: 0 a verdict was reached, 2 bad input (the message has file, line and column), 1 results could not be\n"
-      "written (the message has the reason), or a fault of the tool.";
+    "Compares recordings of a robot with its model. Finds and fits the physics and sensor faults that the model "
+    "lacks.\n"
+    "Writes DIR/report.html, DIR/report.json, DIR/series.json and DIR/updated/.\n"
+    "Example: hrp-diagnose models/experiments/arm --out diagnosed\n"
+    "Exit status: 0 a verdict was reached, 2 bad input (the message has file, line and column), 1 results could not "
+    "be\n"
+    "written (the message has the reason), or a fault of the tool.";
 
 struct Options {
   std::string experiment_path, out;
@@ -37,25 +39,30 @@ struct Options {
 void add_options(CLI::App* app, Options* o) {
   app->add_option("experiment", o->experiment_path, "experiment.yaml, or its folder")->required();
   app->add_option("--out", o->out, "DIR, the folder for the report; required, except with --check");
-  app->add_flag("--check", o->check, "only checks the recordings: rates, gaps, clocks, motion, and which effects this motion can show");
+  app->add_flag("--check", o->check,
+                "only checks the recordings: rates, gaps, clocks, motion, and which effects this motion can show");
   app->add_option("--jobs", o->jobs, "number of threads; the report does not depend on it")->check(CLI::Range(1, 256));
-  app->add_option("--patience", o->patience,
-                 "factor on the work of a search on a fixed base; 1 is about two minutes of two cores. Raise it if the\n"
-                 "report says that not all sets of effects were tried. The report depends on it")
+  app->add_option(
+         "--patience", o->patience,
+         "factor on the work of a search on a fixed base; 1 is about two minutes of two cores. Raise it if the\n"
+         "report says that not all sets of effects were tried. The report depends on it")
       ->check(hrp::refuse_nan)
       ->check(CLI::Range(0.01, 100.0))
       ->capture_default_str();
-  app->add_flag("--next", o->next,
-               "also proposes motions that decide between the remaining explanations, and are safe under all of them.\n"
-               "For fixed bases and standing robots. Writes DIR/next/*.csv, next.json, next.html");
+  app->add_flag(
+      "--next", o->next,
+      "also proposes motions that decide between the remaining explanations, and are safe under all of them.\n"
+      "For fixed bases and standing robots. Writes DIR/next/*.csv, next.json, next.html");
   app->add_option("--limit", o->motions.limits,
-                 "limits of these motions (SI units): speed=0.5, effort=20, elbow.upper=1, reach=2.5 (usually 1 rad), or a YAML file")
+                  "limits of these motions (SI units): speed=0.5, effort=20, elbow.upper=1, reach=2.5 (usually 1 rad), "
+                  "or a YAML file")
       ->needs("--next");
   app->add_option("--seconds", o->motions.seconds, "[s] length of each of these motions")
       ->check(hrp::refuse_nan)
       ->check(CLI::Range(4.0, 20.0))
       ->capture_default_str();
-  app->add_option("--motions", o->motions.count, "number of motions, best first; every second one is meant as a held-out recording")
+  app->add_option("--motions", o->motions.count,
+                  "number of motions, best first; every second one is meant as a held-out recording")
       ->check(CLI::Range(1, 12))
       ->capture_default_str();
   app->add_flag("--quiet", o->quiet, "no progress on the terminal");
@@ -71,7 +78,7 @@ Progress make_progress(bool quiet) {
 }
 
 void diagnose(const Experiment& experiment, const Options& o) {
-  prepare_folder(o.out, 1 << 15);  // every report has more
+  prepare_folder(o.out, 1 << 15);                                            // every report has more
   if (!o.motions.limits.empty()) make_limits(experiment, o.motions.limits);  // refuses wrong ones before the search
   const Progress say = make_progress(o.quiet);
   const auto write_first = [&](const Reports& first) { write_first_report(o.out, first); };

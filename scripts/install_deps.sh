@@ -7,7 +7,7 @@
 #
 #   --run     only what a run needs (scripts/simulate.sh), without viewer, diagnosis and the Python package
 #   --tests   also what the tests need: GoogleTest, Google Benchmark, DART, Node with npm, Chromium, iproute2,
-#             pandas, matplotlib, SciPy, h5py and Dask; and lld and ccache, which make builds of the whole tree faster
+#             pandas, matplotlib, SciPy, h5py and Dask; clang-format; and lld and ccache, which make builds of the whole tree faster
 #   --viewer  also what the page of the viewer is built with: Node with npm
 #   --list    print the packages and do nothing
 set -euo pipefail
@@ -25,6 +25,7 @@ build_packages=("${run_packages[@]}" nlohmann-json3-dev libboost-dev libsqlite3-
   pybind11-dev python3-dev python3-numpy python3-yaml)
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libdart-dev chromium iproute2 python3-pandas python3-matplotlib python3-distributed
   python3-scipy python3-h5py
+  clang-format
   lld ccache) # nothing needs them: builds of the whole tree are faster with them
 
 # Any Node from 18 on will do, wherever it came from; Debian's npm would pull in Debian's Node beside it.

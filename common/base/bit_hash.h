@@ -11,8 +11,8 @@
 namespace hrp {
 
 // Word by word: FNV-1a's exclusive or and odd multiplier (Fowler, Noll, Vo), on 64 bits at a time instead of 8, and a
-// shift that brings the high bits down, since a product only carries upwards. Each step maps words to hashes one to one,
-// so a change of one word always changes the result. One multiplication a word: a state is hashed at every step.
+// shift that brings the high bits down, since a product only carries upwards. Each step maps words to hashes one to
+// one, so a change of one word always changes the result. One multiplication a word: a state is hashed at every step.
 // Order counts; -0.0 and 0.0 differ.
 class BitHash {
  public:

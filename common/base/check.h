@@ -24,11 +24,11 @@ class ContractError : public std::logic_error {
 }  // namespace hrp
 
 // HRP_CHECK(i < n, "i = " << i << ", n = " << n): throws ContractError with the values.
-#define HRP_CHECK(condition, detail)                                     \
-  do {                                                                   \
-    if (!(condition)) {                                                  \
-      std::ostringstream hrp_check_text;                                 \
-      hrp_check_text << detail;                                          \
+#define HRP_CHECK(condition, detail)                                           \
+  do {                                                                         \
+    if (!(condition)) {                                                        \
+      std::ostringstream hrp_check_text;                                       \
+      hrp_check_text << detail;                                                \
       ::hrp::fail_check(__FILE__, __LINE__, #condition, hrp_check_text.str()); \
-    }                                                                    \
+    }                                                                          \
   } while (false)

@@ -7,8 +7,8 @@
 
 namespace hrp {
 
-// Takes the words of a command line. A status when the program ends at once: 0 after --help and --version, 2 after words that
-// cannot be used, as after all other bad input (CLI11's own statuses are above 100).
+// Takes the words of a command line. A status when the program ends at once: 0 after --help and --version, 2 after
+// words that cannot be used, as after all other bad input (CLI11's own statuses are above 100).
 inline std::optional<int> take_command_line(CLI::App* app, int argc, char** argv) {
   try {
     app->parse(argc, argv);

@@ -13,10 +13,10 @@ struct Diagnostic {
   enum class Severity { kWarning, kError };
   Severity severity = Severity::kError;
   std::string file;
-  int line = 0;        // 1 is the first line; 0 = unknown
-  int column = 0;      // 1 is the first column; 0 = unknown
-  std::string field;   // key, element or column name: "servo.default.kp", "joint 'knee' <limit>"
-  std::string message; // what is wrong, the value, what was expected
+  int line = 0;         // 1 is the first line; 0 = unknown
+  int column = 0;       // 1 is the first column; 0 = unknown
+  std::string field;    // key, element or column name: "servo.default.kp", "joint 'knee' <limit>"
+  std::string message;  // what is wrong, the value, what was expected
   // "file:line:column: error: field: message"; parts that are unknown are left out.
   std::string text() const;
 };

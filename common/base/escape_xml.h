@@ -5,8 +5,8 @@
 
 namespace hrp {
 
-// Text for XML and HTML, between tags and in quotes of either kind. Control characters are left out, as XML has none but
-// line feeds and tabs.
+// Text for XML and HTML, between tags and in quotes of either kind. Control characters are left out, as XML has none
+// but line feeds and tabs.
 inline std::string escape_xml(const std::string& text) {
   std::string out;
   for (const char c : text) {

@@ -11,7 +11,9 @@ namespace {
 
 constexpr uintmax_t kLargestFile = 64u << 20;  // [bytes]
 
-[[noreturn]] void refuse_file(const std::string& path) { refuse_input(path, "cannot be read: there is no such file, or no permission"); }
+[[noreturn]] void refuse_file(const std::string& path) {
+  refuse_input(path, "cannot be read: there is no such file, or no permission");
+}
 
 }  // namespace
 
@@ -32,7 +34,8 @@ std::string read_input(const std::string& path) {
 std::string read_rest(std::istream& file, const std::string& path) {
   std::string text;
   std::array<char, 65536> part;
-  while (file.read(part.data(), part.size()) || file.gcount() > 0) text.append(part.data(), static_cast<size_t>(file.gcount()));
+  while (file.read(part.data(), part.size()) || file.gcount() > 0)
+    text.append(part.data(), static_cast<size_t>(file.gcount()));
   check_end(file, path);
   return text;
 }

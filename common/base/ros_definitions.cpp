@@ -46,14 +46,18 @@ const std::map<std::string, const char*>& get_built_in() {
        "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
        "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n"},
       {"sensor_msgs/msg/Image",
-       "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n"},
-      {"sensor_msgs/msg/RegionOfInterest", "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"},
+       "std_msgs/Header header\nuint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] "
+       "data\n"},
+      {"sensor_msgs/msg/RegionOfInterest",
+       "uint32 x_offset\nuint32 y_offset\nuint32 height\nuint32 width\nbool do_rectify\n"},
       {"sensor_msgs/msg/CameraInfo",
-       "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] k\nfloat64[9] r\n"
+       "std_msgs/Header header\nuint32 height\nuint32 width\nstring distortion_model\nfloat64[] d\nfloat64[9] "
+       "k\nfloat64[9] r\n"
        "float64[12] p\nuint32 binning_x\nuint32 binning_y\nRegionOfInterest roi\n"},
       {"sensor_msgs/msg/PointField", "string name\nuint32 offset\nuint8 datatype\nuint32 count\n"},
       {"sensor_msgs/msg/PointCloud2",
-       "std_msgs/Header header\nuint32 height\nuint32 width\nPointField[] fields\nbool is_bigendian\nuint32 point_step\n"
+       "std_msgs/Header header\nuint32 height\nuint32 width\nPointField[] fields\nbool is_bigendian\nuint32 "
+       "point_step\n"
        "uint32 row_step\nuint8[] data\nbool is_dense\n"},
       {"trajectory_msgs/msg/JointTrajectoryPoint",
        "float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\n"
@@ -79,10 +83,9 @@ const std::map<std::string, const char*>& get_built_in() {
 
 // As in type_description_interfaces/msg/FieldType.
 int find_type_id(const std::string& base) {
-  static const std::map<std::string, int> ids{{"int8", 2},    {"uint8", 3},    {"int16", 4},  {"uint16", 5},
-                                              {"int32", 6},   {"uint32", 7},   {"int64", 8},  {"uint64", 9},
-                                              {"float32", 10}, {"float64", 11}, {"char", 13}, {"bool", 15},
-                                              {"byte", 16},   {"string", 17}};
+  static const std::map<std::string, int> ids{
+      {"int8", 2},   {"uint8", 3},    {"int16", 4},    {"uint16", 5}, {"int32", 6}, {"uint32", 7}, {"int64", 8},
+      {"uint64", 9}, {"float32", 10}, {"float64", 11}, {"char", 13},  {"bool", 15}, {"byte", 16},  {"string", 17}};
   const auto found = ids.find(base);
   return found == ids.end() ? 1 : found->second;  // 1: another message
 }
@@ -114,14 +117,16 @@ void collect_needs(const std::string& name, std::set<std::string>* found) {
 std::string describe_field(const RosField& field) {
   const int offset = field.is_sequence ? kSequenceOffset : field.array_size > 0 ? kArrayOffset : 0;
   std::ostringstream json;
-  json << "{\"name\": \"" << field.name << "\", \"type\": {\"type_id\": " << find_type_id(field.is_message ? "" : field.base) + offset
+  json << "{\"name\": \"" << field.name
+       << "\", \"type\": {\"type_id\": " << find_type_id(field.is_message ? "" : field.base) + offset
        << ", \"capacity\": " << field.array_size << ", \"string_capacity\": 0, \"nested_type_name\": \""
        << (field.is_message ? field.base : "") << "\"}}";
   return json.str();
 }
 
 std::string describe_type(const std::string& name) {
-  return "{\"type_name\": \"" + name + "\", \"fields\": [" + join_words(parse_ros_definition(name), describe_field) + "]}";
+  return "{\"type_name\": \"" + name + "\", \"fields\": [" + join_words(parse_ros_definition(name), describe_field) +
+         "]}";
 }
 
 }  // namespace
@@ -160,7 +165,8 @@ std::string calc_ros_type_hash(const std::string& name) {
                            join_words(needs, describe_type) + "]}";
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned size = 0;
-  if (EVP_Digest(text.data(), text.size(), digest, &size, EVP_sha256(), nullptr) != 1) throw std::runtime_error("no SHA-256");
+  if (EVP_Digest(text.data(), text.size(), digest, &size, EVP_sha256(), nullptr) != 1)
+    throw std::runtime_error("no SHA-256");
   std::string hash = "RIHS01_";
   for (unsigned i = 0; i < size; ++i) {
     constexpr char kDigits[] = "0123456789abcdef";

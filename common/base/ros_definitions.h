@@ -9,9 +9,9 @@ namespace hrp {
 
 // One line of a definition: "float64[9] covariance".
 struct RosField {
-  std::string type;     // as it stands there, brackets included
+  std::string type;  // as it stands there, brackets included
   std::string name;
-  std::string base;     // "float64", or the full name of a message: "std_msgs/msg/Header"
+  std::string base;  // "float64", or the full name of a message: "std_msgs/msg/Header"
   bool is_message = false;
   bool is_sequence = false;
   size_t array_size = 0;  // 0: no array

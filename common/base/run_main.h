@@ -7,7 +7,8 @@
 
 namespace hrp {
 
-// The work of a program: its own exit status, 2 after bad input, and 1 after any other exception, both said on standard error.
+// The work of a program: its own exit status, 2 after bad input, and 1 after any other exception, both said on standard
+// error.
 template <typename Work>
 int run_main(const char* program, Work work) {
   try {

@@ -9,7 +9,8 @@
 namespace hrp {
 
 // For the end of a complaint about a mistyped word: "; did you mean 'elbow'?", or `otherwise` where none is near.
-inline std::string suggest(const std::string& word, const std::vector<std::string>& candidates, const std::string& otherwise = "") {
+inline std::string suggest(const std::string& word, const std::vector<std::string>& candidates,
+                           const std::string& otherwise = "") {
   const std::string nearest = find_nearest(word, candidates);
   return nearest.empty() ? otherwise : "; did you mean '" + nearest + "'?";
 }

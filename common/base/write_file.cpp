@@ -45,7 +45,8 @@ void prepare_folder(const std::string& folder, size_t bytes) {
 bool finish_output(const char* program) {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return true;
-  std::fprintf(stderr, "%s: standard output cannot be written: %s\n", program, errno == 0 ? "an earlier write failed" : std::strerror(errno));
+  std::fprintf(stderr, "%s: standard output cannot be written: %s\n", program,
+               errno == 0 ? "an earlier write failed" : std::strerror(errno));
   return false;
 }
 

@@ -11,8 +11,8 @@ namespace hrp {
 // std::runtime_error with path and reason.
 void write_file(const std::string& path, const std::string& text);
 
-// Makes the folder, and tries whether a file of so many bytes can be written in it: before the work whose results go there.
-// Throws InputError.
+// Makes the folder, and tries whether a file of so many bytes can be written in it: before the work whose results go
+// there. Throws InputError.
 void prepare_folder(const std::string& folder, size_t bytes = 0);
 
 // What was printed is on its way: false where standard output takes no more, as a file on a full disk. Then says so on

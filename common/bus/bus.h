@@ -30,7 +30,7 @@ struct TopicSpec {
   std::string name;       // "hrp/robot_state"
   std::string type_name;  // "hrp::msg::RobotState"
   Retention retention = Retention::kStream;
-  int depth = 1024;       // samples a writer keeps for slow readers
+  int depth = 1024;  // samples a writer keeps for slow readers
   // No step waits for them: a writer may gather samples until Writer::flush(), and send several as one packet.
   bool gathered = false;
 };
@@ -91,9 +91,9 @@ struct TopicSeen {
   int readers = 0;
 };
 
-// All callbacks of one bus run one at a time, under mutex(). Code outside callbacks that shares their data locks it too.
-// Readers and writers are destroyed before their bus. Make and destroy them without holding mutex(): Fast DDS keeps locks
-// of its own while a callback waits for it.
+// All callbacks of one bus run one at a time, under mutex(). Code outside callbacks that shares their data locks it
+// too. Readers and writers are destroyed before their bus. Make and destroy them without holding mutex(): Fast DDS
+// keeps locks of its own while a callback waits for it.
 class Bus {
  public:
   virtual ~Bus() = default;
@@ -101,8 +101,8 @@ class Bus {
   // `callback` runs on a thread of the bus (memory bus: in dispatch()). It may write, it may not make or destroy
   // readers and writers.
   virtual std::unique_ptr<Reader> make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) = 0;
-  // How a reply finds its request differs by vendor, and so do the clients that are heard (docs/tutorials/ros2.md). This
-  // one is that of rmw_cyclonedds: 16 bytes in front of request and reply, which the client chooses.
+  // How a reply finds its request differs by vendor, and so do the clients that are heard (docs/tutorials/ros2.md).
+  // This one is that of rmw_cyclonedds: 16 bytes in front of request and reply, which the client chooses.
   virtual std::unique_ptr<Service> make_service(const ServiceSpec& service, ServiceCallback callback);
   virtual std::vector<TopicSeen> find_topics() = 0;
   // "cyclone", "fast" or "memory".

@@ -28,12 +28,15 @@ const char kClaimPrefix[] = "domain_";
 
 std::string get_claim_name(int domain) { return kClaimPrefix + std::to_string(domain); }
 std::string get_entry_name(int domain) { return "run_" + std::to_string(domain); }
-std::string get_place_name(int domain, const std::string& role) { return "place_" + std::to_string(domain) + "_" + role; }
+std::string get_place_name(int domain, const std::string& role) {
+  return "place_" + std::to_string(domain) + "_" + role;
+}
 
 // A folder of ours that nobody else may enter, as the system makes it for each user.
 bool is_private_parent(const std::string& path) {
   struct stat info {};
-  return stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid() && (info.st_mode & 022) == 0;
+  return stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == geteuid() &&
+         (info.st_mode & 022) == 0;
 }
 
 std::string find_home() {
@@ -80,15 +83,16 @@ bool has_free_ports(int domain) {
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
     address.sin_port = htons(static_cast<uint16_t>(7400 + 250 * domain + 10 + 2 * participant));  // RTPS 9.6.1
-    const bool taken = bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 && errno == EADDRINUSE;
+    const bool taken =
+        bind(file, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 && errno == EADDRINUSE;
     close(file);
     if (taken) return false;
   }
   return true;
 }
 
-// A socket with the domain's name, which no other process of the machine, of whatever user, can have as long as it is open.
-// kFailed: somebody forbids such sockets.
+// A socket with the domain's name, which no other process of the machine, of whatever user, can have as long as it is
+// open. kFailed: somebody forbids such sockets.
 Lock lock_machine(int domain, int* file) {
   *file = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (*file < 0) return Lock::kFailed;
@@ -143,7 +147,8 @@ std::optional<RunEntry> read_entry(const PrivateFolder& folder, int domain) {
   if (file < 0) return std::nullopt;
   RunEntry entry = parse_entry(folder.read(get_entry_name(domain)));
   // A holder that has just begun has not written yet, or its predecessor's words are still there.
-  if (entry.domain != domain || entry.process_id <= 0 || (kill(static_cast<pid_t>(entry.process_id), 0) != 0 && errno == ESRCH)) {
+  if (entry.domain != domain || entry.process_id <= 0 ||
+      (kill(static_cast<pid_t>(entry.process_id), 0) != 0 && errno == ESRCH)) {
     return std::nullopt;
   }
   auto& places = entry.free_places;
@@ -194,7 +199,9 @@ PlaceClaim::PlaceClaim(PrivateFolder folder, std::string name, int file)
     : folder_(std::move(folder)), name_(std::move(name)), file_(file) {}
 
 PlaceClaim::PlaceClaim(PlaceClaim&& other) noexcept
-    : folder_(std::exchange(other.folder_, std::nullopt)), name_(std::move(other.name_)), file_(std::exchange(other.file_, -1)) {}
+    : folder_(std::exchange(other.folder_, std::nullopt)),
+      name_(std::move(other.name_)),
+      file_(std::exchange(other.file_, -1)) {}
 
 PlaceClaim& PlaceClaim::operator=(PlaceClaim&& other) noexcept {
   std::swap(folder_, other.folder_);
@@ -217,7 +224,8 @@ std::optional<PlaceClaim> claim_place(int domain, const std::string& role) {
     int file = -1;
     const Lock lock = lock_claim(folder, name, true, &file);
     if (lock == Lock::kTaken) return PlaceClaim(std::move(folder), name, file);
-    if (lock == Lock::kFailed) throw BusError("cannot open " + folder.path() + "/" + name + ": " + std::strerror(errno));
+    if (lock == Lock::kFailed)
+      throw BusError("cannot open " + folder.path() + "/" + name + ": " + std::strerror(errno));
     usleep(5000);
   }
   return std::nullopt;
@@ -262,7 +270,8 @@ DomainClaim claim_domain(int domain, const std::string& what) {
   }
   const auto holder = find_run_of_domain(domain);
   throw BusError("DDS domain " + std::to_string(domain) + " is in use by another run" +
-                 (holder ? ":\n  " + describe_entry(*holder) : " (of another user, or a locked file in " + find_run_folders()[0] + ")"));
+                 (holder ? ":\n  " + describe_entry(*holder)
+                         : " (of another user, or a locked file in " + find_run_folders()[0] + ")"));
 }
 
 std::optional<RunEntry> find_run_of_domain(int domain) {

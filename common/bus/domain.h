@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which DDS domain a run uses, and which runs there are. Each run on a machine claims a domain of its own, so that runs
 // side by side do not see each other. A claim is a locked file in a private folder of the user, so the claim of a
-// killed run is free again at once; beside it stands what the run says of itself. Users have folders apart, but share the
-// domains of a machine: a claim holds a name among its sockets, too (unix(7), abstract; each network namespace has its own).
+// killed run is free again at once; beside it stands what the run says of itself. Users have folders apart, but share
+// the domains of a machine: a claim holds a name among its sockets, too (unix(7), abstract; each network namespace has
+// its own).
 #pragma once
 
 #include <memory>

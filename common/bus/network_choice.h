@@ -8,8 +8,8 @@
 
 namespace hrp {
 
-// "192.168.1.10": peers are found by multicast. "192.168.1.10,192.168.1.11,...": there is no multicast; all ports that a
-// participant may have are asked on the machines that are named, and on this one.
+// "192.168.1.10": peers are found by multicast. "192.168.1.10,192.168.1.11,...": there is no multicast; all ports that
+// a participant may have are asked on the machines that are named, and on this one.
 struct NetworkChoice {
   std::string address;             // IPv4, of this machine
   std::vector<std::string> peers;  // IPv4, the own one included; empty: multicast

@@ -22,9 +22,11 @@ std::string find_objection(int folder) {
   struct stat info {};
   if (fstat(folder, &info) != 0) return std::strerror(errno);
   if (info.st_uid != geteuid()) {
-    return "it belongs to user " + std::to_string(info.st_uid) + ", not to this one (" + std::to_string(geteuid()) + ")";
+    return "it belongs to user " + std::to_string(info.st_uid) + ", not to this one (" + std::to_string(geteuid()) +
+           ")";
   }
-  if ((info.st_mode & 077) != 0 && fchmod(folder, 0700) != 0) return std::string("its mode cannot be set to 0700: ") + std::strerror(errno);
+  if ((info.st_mode & 077) != 0 && fchmod(folder, 0700) != 0)
+    return std::string("its mode cannot be set to 0700: ") + std::strerror(errno);
   return "";
 }
 
@@ -37,7 +39,8 @@ PrivateFolder PrivateFolder::make(const std::string& path) {
   const int folder = open(path.c_str(), kFolderFlags);
   if (folder < 0) {
     const bool link = errno == ELOOP || errno == ENOTDIR;
-    throw BusError("the folder of runs " + path + " is not used: " + (link ? "it is a symlink or a file" : std::strerror(errno)));
+    throw BusError("the folder of runs " + path +
+                   " is not used: " + (link ? "it is a symlink or a file" : std::strerror(errno)));
   }
   PrivateFolder made(path, folder);
   const std::string objection = find_objection(folder);
@@ -71,7 +74,8 @@ int PrivateFolder::open_file(const std::string& name, bool make_it) const {
 }
 
 bool PrivateFolder::is_same(const std::string& name, int file) const {
-  struct stat by_name {}, by_file {};
+  struct stat by_name {
+  }, by_file{};
   return fstatat(folder_, name.c_str(), &by_name, AT_SYMLINK_NOFOLLOW) == 0 && fstat(file, &by_file) == 0 &&
          by_name.st_ino == by_file.st_ino && by_name.st_dev == by_file.st_dev;
 }

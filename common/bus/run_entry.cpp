@@ -14,7 +14,8 @@ namespace {
 
 // A value is one line, and what is shown on a terminal holds no control characters.
 std::string clean(std::string text) {
-  std::replace_if(text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, '?');
   return text;
 }
 
@@ -28,15 +29,14 @@ std::string format_time(long long seconds) {
 
 }  // namespace
 
-bool RunEntry::has_free_place(const std::string& role) const {
-  return has(free_places, role);
-}
+bool RunEntry::has_free_place(const std::string& role) const { return has(free_places, role); }
 
 std::string format_entry(const RunEntry& entry) {
   std::string text = "domain " + std::to_string(entry.domain) + "\nprocess " + std::to_string(entry.process_id) +
-                     "\nstarted " + std::to_string(entry.started) + "\nscenario " + clean(entry.scenario) + "\nvendor " +
-                     clean(entry.vendor) + "\nlog " + clean(entry.log) + "\nwaits_for " + clean(entry.waits_for) +
-                     "\ntoken " + clean(entry.token) + "\nnetwork " + clean(entry.network) + "\nsecured " + (entry.secured ? "1" : "0") + "\n";
+                     "\nstarted " + std::to_string(entry.started) + "\nscenario " + clean(entry.scenario) +
+                     "\nvendor " + clean(entry.vendor) + "\nlog " + clean(entry.log) + "\nwaits_for " +
+                     clean(entry.waits_for) + "\ntoken " + clean(entry.token) + "\nnetwork " + clean(entry.network) +
+                     "\nsecured " + (entry.secured ? "1" : "0") + "\n";
   for (const std::string& role : entry.free_places) text += "free " + clean(role) + "\n";
   return text;
 }
@@ -67,7 +67,8 @@ RunEntry parse_entry(const std::string& text) {
 
 std::string describe_entry(const RunEntry& entry) {
   std::string text = "--run " + std::to_string(entry.process_id) + "   " + entry.scenario + "   since " +
-                     format_time(entry.started) + "   domain " + std::to_string(entry.domain) + " (" + entry.vendor + ")";
+                     format_time(entry.started) + "   domain " + std::to_string(entry.domain) + " (" + entry.vendor +
+                     ")";
   if (entry.secured) text += "   secured";
   if (!entry.waits_for.empty()) text += "   waits for " + entry.waits_for;
   if (!entry.log.empty()) text += "   log " + entry.log;

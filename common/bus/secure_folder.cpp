@@ -68,7 +68,8 @@ void check_revoked(const SecureFiles& files, X509* certificate) {
 bool is_there(const std::string& path) { return access(path.c_str(), F_OK) == 0; }
 
 std::string find_identity(const std::string& folder, bool only_looks) {
-  for (const std::string& each : {folder, folder + (only_looks ? "/look" : "/command"), folder + (only_looks ? "/command" : "/look")}) {
+  for (const std::string& each :
+       {folder, folder + (only_looks ? "/look" : "/command"), folder + (only_looks ? "/command" : "/look")}) {
     if (is_there(each + "/cert.pem")) return each;
   }
   refuse_input(folder, "has no cert.pem, command/cert.pem or look/cert.pem; scripts/secure.sh makes such a folder");

@@ -10,7 +10,7 @@ namespace hrp {
 
 struct SecureFiles {
   std::string folder;
-  std::string authority;    // certificate that signed everything else
+  std::string authority;  // certificate that signed everything else
   std::string certificate;
   std::string key;
   std::string governance;   // S/MIME

@@ -16,7 +16,8 @@ class HeaderService : public Service {
   HeaderService(Bus& bus, const ServiceSpec& service, ServiceCallback callback)
       : callback_(std::move(callback)),
         replies_(bus.make_writer(find_reply_topic(service))),
-        requests_(bus.make_reader(find_request_topic(service), Delivery::kReliable, [this](Bytes sample) { take(sample); })) {}
+        requests_(bus.make_reader(find_request_topic(service), Delivery::kReliable,
+                                  [this](Bytes sample) { take(sample); })) {}
 
  private:
   void take(Bytes sample) {

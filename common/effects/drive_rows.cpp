@@ -14,12 +14,15 @@ using P = EffectParameter;
 const std::vector<double> kLimitStarts{0.75, 1, 1.3};
 
 EffectInfo make_torque_constant() {
-  EffectInfo row =
-      make_row(EffectId::kTorqueConstant, "torque_constant_error", PlaceKind::kJoint, EffectFamily::kGain,
-               "the true torque is a fixed multiple of the logged effort",
-               {P("scale", "1").as_factor().bounds(0, 10).search(0.05, 5).size(0.02)});
+  EffectInfo row = make_row(EffectId::kTorqueConstant, "torque_constant_error", PlaceKind::kJoint, EffectFamily::kGain,
+                            "the true torque is a fixed multiple of the logged effort",
+                            {P("scale", "1").as_factor().bounds(0, 10).search(0.05, 5).size(0.02)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->torque_scale *= p[0]; };
-  row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.effort; },
+  row.torque = {1,
+                {},
+                false,
+                false,
+                [](const JointSample& s, const double*, double* c) { c[0] = s.effort; },
                 [](const double* x, const double*, double* p) {
                   p[0] = 1.0 - x[0];
                   return x[0] < 0.95 && x[0] > -4.0;
@@ -29,10 +32,13 @@ EffectInfo make_torque_constant() {
 }
 
 EffectInfo make_saturation() {
-  EffectInfo row = make_row(EffectId::kSaturation, "torque_saturation", PlaceKind::kJoint, EffectFamily::kLimits,
-                            "the true torque is limited below what is logged",
-                            {P("limit", "N m").absent_at(kUnbounded).bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5).starts(kLimitStarts)});
-  row.apply = [](const double* p, const EffectTarget& at) { at.joint->saturation = std::min(at.joint->saturation, p[0]); };
+  EffectInfo row = make_row(
+      EffectId::kSaturation, "torque_saturation", PlaceKind::kJoint, EffectFamily::kLimits,
+      "the true torque is limited below what is logged",
+      {P("limit", "N m").absent_at(kUnbounded).bounds(0, kUnbounded).search(1e-3, 1e9).size(0.5).starts(kLimitStarts)});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    at.joint->saturation = std::min(at.joint->saturation, p[0]);
+  };
   row.torque.num_columns = 1;
   row.torque.shapes = {{0.02}, {0.035}, {0.06}, {0.1}, {0.2}, {0.35}, {0.5}, {0.65}, {0.8}, {0.92}};
   row.torque.shape_of_effort = true;
@@ -54,10 +60,11 @@ double limit_by_speed(const double* p, double torque, double v) {
 }
 
 EffectInfo make_velocity_limit() {
-  EffectInfo row = make_row(EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
-                            "the drive gives less torque the faster it turns",
-                            {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.02).as_walked().starts(kLimitStarts),
-                             P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.02).as_walked().starts(kLimitStarts)});
+  EffectInfo row = make_row(
+      EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
+      "the drive gives less torque the faster it turns",
+      {P("stall_torque", "N m").bounds(0, kUnbounded).search(1e-3, 1e9).size(0.02).as_walked().starts(kLimitStarts),
+       P("max_speed", "rad/s").bounds(1e-3, kUnbounded).search(0.05, 1e4).size(0.02).as_walked().starts(kLimitStarts)});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->terms.push_back({&limit_by_speed, {p[0], p[1]}});
   };
@@ -81,35 +88,40 @@ EffectInfo make_velocity_limit() {
 double take_constant(const double* p, double torque, double) { return torque - p[0]; }
 
 EffectInfo make_constant_torque() {
-  EffectInfo row = make_row(EffectId::kNamed, "constant_torque", PlaceKind::kJoint, EffectFamily::kZero,
-                            "a constant torque acts against the positive direction",
-                            {P("torque", "N m").absent_at(0).size(0.1)});
-  row.apply = [](const double* p, const EffectTarget& at) {
-    at.joint->terms.push_back({&take_constant, {p[0], 0.0}});
-  };
-  row.torque = {1, {}, false, false, [](const JointSample&, const double*, double* c) { c[0] = 1.0; },
+  EffectInfo row =
+      make_row(EffectId::kNamed, "constant_torque", PlaceKind::kJoint, EffectFamily::kZero,
+               "a constant torque acts against the positive direction", {P("torque", "N m").absent_at(0).size(0.1)});
+  row.apply = [](const double* p, const EffectTarget& at) { at.joint->terms.push_back({&take_constant, {p[0], 0.0}}); };
+  row.torque = {1,
+                {},
+                false,
+                false,
+                [](const JointSample&, const double*, double* c) { c[0] = 1.0; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], true; }};
   row.linear = true;
   return row;
 }
 
 EffectInfo make_lag() {
-  EffectInfo row = make_row(EffectId::kLag, "actuator_lag", PlaceKind::kJoint, EffectFamily::kTiming,
-                            "the drive's torque lags behind its command",
-                            {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002)
-                                 .starts({0.3, 1}, {0.003, 0.01})});
+  EffectInfo row =
+      make_row(EffectId::kLag, "actuator_lag", PlaceKind::kJoint, EffectFamily::kTiming,
+               "the drive's torque lags behind its command",
+               {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002).starts({0.3, 1}, {0.003, 0.01})});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag += p[0]; };
-  row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; },
+  row.torque = {1,
+                {},
+                false,
+                false,
+                [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
   row.linear = true;
   return row;
 }
 
 EffectInfo make_delay() {
-  EffectInfo row = make_row(EffectId::kDelay, "command_delay", PlaceKind::kJoint, EffectFamily::kTiming,
-                            "commands reach the servo late",
-                            {P("delay", "s").absent_at(0).bounds(0, 1).size(0.002)
-                                 .starts({0.3, 1}, {0.005, 0.02}).probed_by(5e-4)});
+  EffectInfo row = make_row(
+      EffectId::kDelay, "command_delay", PlaceKind::kJoint, EffectFamily::kTiming, "commands reach the servo late",
+      {P("delay", "s").absent_at(0).bounds(0, 1).size(0.002).starts({0.3, 1}, {0.005, 0.02}).probed_by(5e-4)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->command_delay += p[0]; };
   row.linear = row.by_command = true;
   return row;
@@ -125,10 +137,10 @@ EffectInfo make_drive_timing() {
 }
 
 EffectInfo make_timing() {
-  EffectInfo row = make_row(EffectId::kTiming, "timing", PlaceKind::kNone, EffectFamily::kTiming,
-                            "the drive's loop takes its time",
-                            {P("shift", "s").absent_at(0).search(-2e-4, 2e-4).size(1e-5).internal(),
-                             P("rate_lag", "s").absent_at(0).search(-2e-4, 2e-4).size(1e-5).internal()});
+  EffectInfo row =
+      make_row(EffectId::kTiming, "timing", PlaceKind::kNone, EffectFamily::kTiming, "the drive's loop takes its time",
+               {P("shift", "s").absent_at(0).search(-2e-4, 2e-4).size(1e-5).internal(),
+                P("rate_lag", "s").absent_at(0).search(-2e-4, 2e-4).size(1e-5).internal()});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.timing->command_shift = p[0];
     at.timing->rate_lag = p[1];
@@ -149,8 +161,8 @@ EffectInfo make_joint_offset() {
 }  // namespace
 
 std::vector<EffectInfo> list_drive_rows() {
-  return {make_torque_constant(), make_saturation(),   make_velocity_limit(), make_constant_torque(), make_lag(), make_delay(),
-          make_timing(),          make_drive_timing(), make_joint_offset()};
+  return {make_torque_constant(), make_saturation(), make_velocity_limit(), make_constant_torque(), make_lag(),
+          make_delay(),           make_timing(),     make_drive_timing(),   make_joint_offset()};
 }
 
 }  // namespace hrp

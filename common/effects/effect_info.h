@@ -16,15 +16,40 @@ struct EffectTarget;  // common/effects/effect_target.h
 
 // Rows that some code mentions by themselves. A row that nobody mentions needs no enumerator: it gets the next number.
 enum class EffectId : int {
-  kViscous, kCoulomb, kStribeck, kLoadFriction, kRotorInertia, kElasticity, kBacklash, kTorqueConstant, kSaturation,
-  kLag, kDelay, kSpring, kCogging, kHysteresis, kJointOffset,
-  kPayload, kMassError, kComError, kExternalForce,
-  kSensorBias, kSensorScale, kSensorDelay, kClockSkew,
+  kViscous,
+  kCoulomb,
+  kStribeck,
+  kLoadFriction,
+  kRotorInertia,
+  kElasticity,
+  kBacklash,
+  kTorqueConstant,
+  kSaturation,
+  kLag,
+  kDelay,
+  kSpring,
+  kCogging,
+  kHysteresis,
+  kJointOffset,
+  kPayload,
+  kMassError,
+  kComError,
+  kExternalForce,
+  kSensorBias,
+  kSensorScale,
+  kSensorDelay,
+  kClockSkew,
   kTiming,       // of the drives' own loops: never reported, fitted along with everything else
   kDriveTiming,  // the same of one drive alone, behind a transmission that gives
-  kInertiaError, kFootCompliance, kFootHardening, kGroundSlope, kGroundFriction, kRestitution, kSensorMisalignment,
-  kAirDrag,      // never reported: what slows a tossed body beside the ground
-  kNamed         // count of the above
+  kInertiaError,
+  kFootCompliance,
+  kFootHardening,
+  kGroundSlope,
+  kGroundFriction,
+  kRestitution,
+  kSensorMisalignment,
+  kAirDrag,  // never reported: what slows a tossed body beside the ground
+  kNamed     // count of the above
 };
 constexpr EffectId kNoEffect = EffectId::kNamed;  // where an effect may be absent
 
@@ -40,12 +65,12 @@ enum class PlaceKind {
 // What is claimed when recordings cannot tell the single law.
 enum class EffectFamily {
   kDryFriction,
-  kSpeedLoss,          // speed-dependent loss
+  kSpeedLoss,  // speed-dependent loss
   kReflectedInertia,
-  kMass,               // mass and its place
+  kMass,  // mass and its place
   kGain,
   kTiming,
-  kPlay,               // give and play
+  kPlay,  // give and play
   kTorqueOverPosition,
   kZero,
   kLimits,
@@ -63,23 +88,23 @@ struct EffectParameter {
   int axis = -1;     // of a vector; -1: a number
   // Value at which the effect is absent; NaN: the parameter only shapes the effect.
   double neutral = std::numeric_limits<double>::quiet_NaN();
-  double value = 0.0;                                 // taken where an optional one is not stated
-  double lower = -kUnbounded, upper = kUnbounded;     // beyond them the law means nothing: scenarios are refused
-  double low = -1e9, high = 1e9;                      // a search stays within; never beyond lower and upper
-  double step = 0.01;                                 // natural size: finite differences and first values
-  bool required = true;    // a scenario must state it
-  bool stated = true;      // belongs to the effect: a scenario may have it. Else it is of the tool's predictions only
-  bool nuisance = false;   // fitted, not reported
-  bool scanned = false;    // readings are no smooth function of it: the best of a few values
-  bool walked = false;     // fitted, but from the best of the values around
-  int not_below = -1;      // index of the parameter that this one is at least
+  double value = 0.0;                              // taken where an optional one is not stated
+  double lower = -kUnbounded, upper = kUnbounded;  // beyond them the law means nothing: scenarios are refused
+  double low = -1e9, high = 1e9;                   // a search stays within; never beyond lower and upper
+  double step = 0.01;                              // natural size: finite differences and first values
+  bool required = true;                            // a scenario must state it
+  bool stated = true;     // belongs to the effect: a scenario may have it. Else it is of the tool's predictions only
+  bool nuisance = false;  // fitted, not reported
+  bool scanned = false;   // readings are no smooth function of it: the best of a few values
+  bool walked = false;    // fitted, but from the best of the values around
+  int not_below = -1;     // index of the parameter that this one is at least
   // Where else a fit may start, because readings are no smooth function of it or have many minima: at factors of the
   // value that was found, at values of such things, and where the rotor of that index swings against its link.
   std::vector<double> start_factors, start_values;
   int swings_with = -1;
-  double probe = 0.0;      // a small step from neutral that shows what a residual asks for; 0: none of its own
-  bool angle = false;      // in radians, also where the joint slides: a phase
-  bool factor = false;     // multiplies: a factor of e either way is as good as impossible beforehand (log-normal prior)
+  double probe = 0.0;   // a small step from neutral that shows what a residual asks for; 0: none of its own
+  bool angle = false;   // in radians, also where the joint slides: a phase
+  bool factor = false;  // multiplies: a factor of e either way is as good as impossible beforehand (log-normal prior)
   bool by_direction = false;  // the first parameter is 1 + this times its value forward, 1 - this times it backward
 
   // For rows to be written in one expression.
@@ -95,7 +120,7 @@ struct EffectParameter {
   EffectParameter& as_scanned();
   EffectParameter& as_walked();
   EffectParameter& as_angle();
-  EffectParameter& as_factor();  // absent at 1
+  EffectParameter& as_factor();     // absent at 1
   EffectParameter& of_direction();  // a nuisance
   EffectParameter& starts(std::vector<double> factors, std::vector<double> values = {});
   EffectParameter& swings(int rotor);
@@ -105,9 +130,9 @@ struct EffectParameter {
 
 // One joint at one instant of a recording.
 struct JointSample {
-  double q = 0.0, v = 0.0, a = 0.0;          // [rad], [rad/s], [rad/s^2]
-  double direction = 0.0;                    // of motion, -1 to 1, smooth through rest
-  double effort = 0.0, effort_rate = 0.0;    // [N m], [N m/s] of the drive
+  double q = 0.0, v = 0.0, a = 0.0;        // [rad], [rad/s], [rad/s^2]
+  double direction = 0.0;                  // of motion, -1 to 1, smooth through rest
+  double effort = 0.0, effort_rate = 0.0;  // [N m], [N m/s] of the drive
 };
 
 // What one unit of a sensor's fault adds to its reading: a constant, and in proportion to the reading and to its rate.
@@ -140,7 +165,7 @@ struct TorqueRegressor {
   void (*calc_columns)(const JointSample& sample, const double* shape, double* columns) = nullptr;
   // All parameters from coefficients; false when they make no sense, for instance by their sign.
   bool (*make_parameters)(const double* x, const double* shape, double* p) = nullptr;
-  bool shape_of_speed = false;   // the second number of a shape is a share of the largest speed
+  bool shape_of_speed = false;  // the second number of a shape is a share of the largest speed
   // With memory: state behind a small step of the joint [rad] from that before it; the state is the only column.
   double (*advance)(double state, double step, const double* shape) = nullptr;
 };
@@ -157,7 +182,7 @@ struct GiveRegressor {
 
 // Small steps of an effect that is linear in other numbers than its parameters.
 struct ProbeSteps {
-  std::vector<std::vector<double>> (*list)(double size) = nullptr;      // values of all parameters
+  std::vector<std::vector<double>> (*list)(double size) = nullptr;     // values of all parameters
   bool (*combine)(const double* x, double size, double* p) = nullptr;  // from how much of each step is asked for
 };
 
@@ -179,25 +204,25 @@ struct EffectInfo {
   SpecialCase (*find_special_case)(const double* p, double speed, double mass) = nullptr;
   std::vector<std::vector<double>> start_scales;  // other starts, as factors of all parameters
   void (*normalise)(double* p) = nullptr;         // of values that mean the same, the usual ones
-  int periods = -1;  // index of the parameter that says how often torque repeats [1/rad]
-  bool reported = true;     // false: of the tool's predictions only, no scenario may state it
-  bool linear = false;      // predictions are linear in all parameters but those without neutral value
-  bool dry = false;         // friction with a dry part of its own: there is one of these in a joint
-  bool sticks = false;      // holds a joint at rest: readings are a jagged function of its parameters
-  bool flexible = false;    // the link moves against the rotor
-  bool smooth = true;       // no friction at rest, memory, play or limit
-  bool vector = false;      // one quantity in axes that somebody chose
-  bool always_shows = false;  // has no absent value that a fit could come near
-  bool of_whole_link = false;  // of the link's own mass: what is lumped into another link cannot have it
-  bool by_command = false;     // shows only where a servo follows commands
+  int periods = -1;                               // index of the parameter that says how often torque repeats [1/rad]
+  bool reported = true;                           // false: of the tool's predictions only, no scenario may state it
+  bool linear = false;          // predictions are linear in all parameters but those without neutral value
+  bool dry = false;             // friction with a dry part of its own: there is one of these in a joint
+  bool sticks = false;          // holds a joint at rest: readings are a jagged function of its parameters
+  bool flexible = false;        // the link moves against the rotor
+  bool smooth = true;           // no friction at rest, memory, play or limit
+  bool vector = false;          // one quantity in axes that somebody chose
+  bool always_shows = false;    // has no absent value that a fit could come near
+  bool of_whole_link = false;   // of the link's own mass: what is lumped into another link cannot have it
+  bool by_command = false;      // shows only where a servo follows commands
   bool felt_elsewhere = false;  // at a joint, and moves the links of the whole robot
-  int rotor = -1;           // index of the parameter that is a rotor's inertia [kg m^2]
+  int rotor = -1;               // index of the parameter that is a rotor's inertia [kg m^2]
 };
 
 // All rows, by number.
 const std::vector<EffectInfo>& list_effects();
 const EffectInfo& get_effect(EffectId id);
-const EffectInfo* find_effect(const std::string& name);  // null: there is none
+const EffectInfo* find_effect(const std::string& name);                 // null: there is none
 int find_parameter(const EffectInfo& effect, const std::string& name);  // the first of that name; -1: none
 
 // The parameters that count at a place that is read as one number: the first axis of each.

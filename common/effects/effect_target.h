@@ -26,10 +26,10 @@ struct EffectTarget {
   FootBushSpec* bush = nullptr;
   GroundSpec* ground = nullptr;
   ContactSpec* contact = nullptr;
-  double* drag = nullptr;       // [1/s] share of speed that a body loses in flight
+  double* drag = nullptr;  // [1/s] share of speed that a body loses in flight
   SensorErrors* sensor = nullptr;
   Vector3d* gravity_W = nullptr;  // [m/s^2] as the robot's base sees it
-  LoopTiming* timing = nullptr;  // of all drives and clocks
+  LoopTiming* timing = nullptr;   // of all drives and clocks
 };
 
 }  // namespace hrp

@@ -32,22 +32,28 @@ EffectInfo make_viscous() {
                             "viscous friction brakes in proportion to speed",
                             {P("coefficient", "N m s/rad").absent_at(0).bounds(0, kUnbounded).size(0.1)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->viscous += p[0]; };
-  row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.v; }, &take_positive};
+  row.torque = {
+      1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.v; }, &take_positive};
   row.linear = true;
   return row;
 }
 
 EffectInfo make_coulomb() {
-  EffectInfo row = make_row(EffectId::kCoulomb, "coulomb_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
-                            "dry friction of constant level",
-                            {P("level", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
-                             P("asymmetry", "1").bounds(-1, 1).size(0.02).optional(0).of_direction(), make_presliding()});
+  EffectInfo row =
+      make_row(EffectId::kCoulomb, "coulomb_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
+               "dry friction of constant level",
+               {P("level", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
+                P("asymmetry", "1").bounds(-1, 1).size(0.02).optional(0).of_direction(), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     add_friction(p[0], p[0], at.joint);
     at.joint->asymmetry += p[1];
     set_presliding(p[2], at.joint);
   };
-  row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.direction; },
+  row.torque = {1,
+                {},
+                false,
+                false,
+                [](const JointSample& s, const double*, double* c) { c[0] = s.direction; },
                 [](const double* x, const double*, double* p) {
                   p[0] = x[0], p[1] = 0.0, p[2] = kPresliding;
                   return x[0] > 0.0;
@@ -70,7 +76,10 @@ EffectInfo make_stribeck() {
                             "dry friction that is larger at rest than in motion (Stribeck)",
                             {P("coulomb", "N m").absent_at(0).bounds(0, kUnbounded).size(0.1),
                              P("static", "N m").bounds(0, kUnbounded).size(0.1).at_least(0),
-                             P("stribeck_velocity", "rad/s").bounds(1e-6, kUnbounded).search(5e-3, 10).size(0.02)
+                             P("stribeck_velocity", "rad/s")
+                                 .bounds(1e-6, kUnbounded)
+                                 .search(5e-3, 10)
+                                 .size(0.02)
                                  .starts({}, {0.015, 0.04, 0.1, 0.25}),
                              P("viscous", "N m s/rad").bounds(0, kUnbounded).size(0.1).optional(0), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
@@ -98,15 +107,17 @@ EffectInfo make_stribeck() {
 }
 
 EffectInfo make_load_friction() {
-  EffectInfo row =
-      make_row(EffectId::kLoadFriction, "load_dependent_friction", PlaceKind::kJoint, EffectFamily::kDryFriction,
-               "dry friction that grows with the load",
-               {P("ratio", "1").absent_at(0).bounds(0, 1).size(0.02), make_presliding()});
+  EffectInfo row = make_row(EffectId::kLoadFriction, "load_dependent_friction", PlaceKind::kJoint,
+                            EffectFamily::kDryFriction, "dry friction that grows with the load",
+                            {P("ratio", "1").absent_at(0).bounds(0, 1).size(0.02), make_presliding()});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->load_ratio += p[0];
     set_presliding(p[1], at.joint);
   };
-  row.torque = {1, {}, false, false,
+  row.torque = {1,
+                {},
+                false,
+                false,
                 [](const JointSample& s, const double*, double* c) { c[0] = s.direction * std::abs(s.effort); },
                 [](const double* x, const double*, double* p) {
                   p[0] = x[0], p[1] = kPresliding;
@@ -130,10 +141,11 @@ EffectInfo make_backdriving() {
 }
 
 EffectInfo make_hysteresis() {
-  EffectInfo row = make_row(EffectId::kHysteresis, "hysteresis", PlaceKind::kJoint, EffectFamily::kPlay,
-                            "friction with memory acts like a yielding spring",
-                            {P("stiffness", "N m/rad").absent_at(0).bounds(0, kUnbounded).size(1),
-                             P("yield_angle", "rad").bounds(1e-9, kUnbounded).search(1e-4, 10).size(0.005).starts({0.3, 1, 3})});
+  EffectInfo row =
+      make_row(EffectId::kHysteresis, "hysteresis", PlaceKind::kJoint, EffectFamily::kPlay,
+               "friction with memory acts like a yielding spring",
+               {P("stiffness", "N m/rad").absent_at(0).bounds(0, kUnbounded).size(1),
+                P("yield_angle", "rad").bounds(1e-9, kUnbounded).search(1e-4, 10).size(0.005).starts({0.3, 1, 3})});
   row.apply = [](const double* p, const EffectTarget& at) {
     at.joint->hysteresis_stiffness = p[0];
     at.joint->hysteresis_yield = p[1];

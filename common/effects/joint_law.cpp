@@ -86,7 +86,8 @@ const char* find_law_fault(const JointLaws& laws) {
   if (!(laws.coulomb >= 0) || !(laws.static_level >= 0)) return "friction levels must not be negative";
   if (!(std::abs(laws.asymmetry) <= 1)) return "coulomb_friction.asymmetry must be between -1 and 1";
   if (!(laws.load_ratio >= 0)) return "load_dependent_friction.ratio must not be negative";
-  if (!(laws.backdriven >= 0) || !(laws.backdriven < 1)) return "backdriving_friction.ratio must be 0 or more and below 1";
+  if (!(laws.backdriven >= 0) || !(laws.backdriven < 1))
+    return "backdriving_friction.ratio must be 0 or more and below 1";
   if (!(laws.stribeck_velocity >= 0)) return "stribeck_velocity must not be negative";
   if (laws.elastic && !(laws.stiffness > 0)) return "stiffness of the transmission must be positive";
   if (laws.elastic && !(laws.motor_inertia > 0)) return "rotor_inertia of an elastic transmission must be positive";

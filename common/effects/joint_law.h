@@ -31,35 +31,35 @@ struct DriveTerm {
 // Everything that a joint can have; what is left at its default is absent. Source: effect list of the diagnosis tool.
 struct JointLaws {
   // Drive
-  double kp = 0.0, kd = 0.0;             // [N m/rad], [N m s/rad] joint servo; fact sheet 4.5
-  double effort_limit = kUnlimited;      // [N m] of the servo's output (logged)
-  double command_delay = 0.0;            // [s]
-  double joint_offset = 0.0;             // [rad] encoder reads true + offset
-  double lag = 0.0;                      // [s] first-order lag of the drive's effort
-  double saturation = kUnlimited;        // [N m] of the true torque (not logged)
-  double torque_scale = 1.0;             // true torque = scale x logged effort
-  std::vector<DriveTerm> terms;          // behind scale and saturation, in their order
+  double kp = 0.0, kd = 0.0;         // [N m/rad], [N m s/rad] joint servo; fact sheet 4.5
+  double effort_limit = kUnlimited;  // [N m] of the servo's output (logged)
+  double command_delay = 0.0;        // [s]
+  double joint_offset = 0.0;         // [rad] encoder reads true + offset
+  double lag = 0.0;                  // [s] first-order lag of the drive's effort
+  double saturation = kUnlimited;    // [N m] of the true torque (not logged)
+  double torque_scale = 1.0;         // true torque = scale x logged effort
+  std::vector<DriveTerm> terms;      // behind scale and saturation, in their order
   // Friction, on the motor side of an elastic transmission
-  double viscous = 0.0;                  // [N m s/rad]
-  double coulomb = 0.0;                  // [N m] level while moving
-  double asymmetry = 0.0;                // level x (1 + asymmetry) forward, x (1 - asymmetry) backward
-  double static_level = 0.0;             // [N m] largest level, at rest; at least coulomb
-  double stribeck_velocity = 0.0;        // [rad/s] 0: no Stribeck curve
-  double load_ratio = 0.0;               // level grows by ratio x |drive effort|
-  double backdriven = 0.0;               // share of the load that the gear takes while the load drives it; below 1
-  double presliding = kPresliding;       // [rad] at it dry friction is full, along a path
-  bool bends = false;                    // a simulator's dry friction, too; else it holds exactly
+  double viscous = 0.0;             // [N m s/rad]
+  double coulomb = 0.0;             // [N m] level while moving
+  double asymmetry = 0.0;           // level x (1 + asymmetry) forward, x (1 - asymmetry) backward
+  double static_level = 0.0;        // [N m] largest level, at rest; at least coulomb
+  double stribeck_velocity = 0.0;   // [rad/s] 0: no Stribeck curve
+  double load_ratio = 0.0;          // level grows by ratio x |drive effort|
+  double backdriven = 0.0;          // share of the load that the gear takes while the load drives it; below 1
+  double presliding = kPresliding;  // [rad] at it dry friction is full, along a path
+  bool bends = false;               // a simulator's dry friction, too; else it holds exactly
   double cogging_amplitude = 0.0, cogging_periods = 0.0, cogging_phase = 0.0;  // [N m], per rad, [rad]
   // Transmission
   bool elastic = false;
-  double stiffness = 0.0, damping = 0.0; // [N m/rad], [N m s/rad]
-  double motor_inertia = 0.0;            // [kg m^2] reflected
-  double gap = 0.0;                      // [rad] whole backlash
+  double stiffness = 0.0, damping = 0.0;  // [N m/rad], [N m s/rad]
+  double motor_inertia = 0.0;             // [kg m^2] reflected
+  double gap = 0.0;                       // [rad] whole backlash
   // Link side
   double spring_stiffness = 0.0, spring_damping = 0.0, spring_rest = 0.0;  // parallel spring
-  double spring_hardening = 0.0;         // [1/rad^2] parallel spring: - stiffness hardening q^3 beside the linear part
-  double hysteresis_stiffness = 0.0, hysteresis_yield = 0.0;               // Bouc-Wen, [N m/rad], [rad]
-  double lower = -kUnlimited, upper = kUnlimited;  // [rad] stops
+  double spring_hardening = 0.0;  // [1/rad^2] parallel spring: - stiffness hardening q^3 beside the linear part
+  double hysteresis_stiffness = 0.0, hysteresis_yield = 0.0;  // Bouc-Wen, [N m/rad], [rad]
+  double lower = -kUnlimited, upper = kUnlimited;             // [rad] stops
   double stop_stiffness = 0.0, stop_damping = 0.0;
 
   bool has_friction() const { return coulomb > 0.0 || static_level > 0.0 || load_ratio > 0.0 || backdriven > 0.0; }

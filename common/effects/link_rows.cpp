@@ -45,9 +45,9 @@ EffectInfo make_payload() {
 }
 
 EffectInfo make_mass_error() {
-  EffectInfo row = make_row(EffectId::kMassError, "mass_error", PlaceKind::kLink, EffectFamily::kMass,
-                            "the link's mass is wrong by a factor",
-                            {P("scale", "1").as_factor().bounds(0, kUnbounded).search(0.01, 100).size(0.02).probed_by(0.01)});
+  EffectInfo row = make_row(
+      EffectId::kMassError, "mass_error", PlaceKind::kLink, EffectFamily::kMass, "the link's mass is wrong by a factor",
+      {P("scale", "1").as_factor().bounds(0, kUnbounded).search(0.01, 100).size(0.02).probed_by(0.01)});
   row.apply = [](const double* p, const EffectTarget& at) {
     for (LinkInertia* part : at.link) scale_mass(p[0], part);
   };
@@ -67,10 +67,9 @@ EffectInfo make_com_error() {
 }
 
 EffectInfo make_inertia_error() {
-  EffectInfo row =
-      make_row(EffectId::kInertiaError, "inertia_error", PlaceKind::kLink, EffectFamily::kReflectedInertia,
-               "the moments of inertia are those of another spread of mass: spin after an impact is off",
-               {P("scale", "1").as_factor().bounds(0, kUnbounded).search(0.1, 10).size(0.01)});
+  EffectInfo row = make_row(EffectId::kInertiaError, "inertia_error", PlaceKind::kLink, EffectFamily::kReflectedInertia,
+                            "the moments of inertia are those of another spread of mass: spin after an impact is off",
+                            {P("scale", "1").as_factor().bounds(0, kUnbounded).search(0.1, 10).size(0.01)});
   row.apply = [](const double* p, const EffectTarget& at) {
     for (LinkInertia* part : at.link) part->I_LLcm_L *= p[0];
   };
@@ -79,17 +78,18 @@ EffectInfo make_inertia_error() {
 }
 
 EffectInfo make_external_force() {
-  EffectInfo row = make_row(EffectId::kExternalForce, "external_force", PlaceKind::kLink, EffectFamily::kZero,
-                            "a constant force pulls at the link", make_axes(P("force", "N").absent_at(0).size(0.5).probed_by(0.1)));
+  EffectInfo row =
+      make_row(EffectId::kExternalForce, "external_force", PlaceKind::kLink, EffectFamily::kZero,
+               "a constant force pulls at the link", make_axes(P("force", "N").absent_at(0).size(0.5).probed_by(0.1)));
   row.apply = [](const double* p, const EffectTarget& at) { *at.force_W += get3(p); };
   row.linear = row.vector = true;
   return row;
 }
 
 EffectInfo make_air_drag() {
-  EffectInfo row = make_row(EffectId::kAirDrag, "air_drag", PlaceKind::kLink, EffectFamily::kSpeedLoss,
-                            "speed is lost in flight",
-                            {P("rate", "1/s").absent_at(0).search(-10, 10).size(0.01).internal()});
+  EffectInfo row =
+      make_row(EffectId::kAirDrag, "air_drag", PlaceKind::kLink, EffectFamily::kSpeedLoss, "speed is lost in flight",
+               {P("rate", "1/s").absent_at(0).search(-10, 10).size(0.01).internal()});
   row.apply = [](const double* p, const EffectTarget& at) { *at.drag = p[0]; };
   row.reported = false;
   return row;
@@ -98,8 +98,8 @@ EffectInfo make_air_drag() {
 }  // namespace
 
 std::vector<EffectInfo> list_link_rows() {
-  return {make_payload(), make_mass_error(), make_com_error(), make_inertia_error(), make_external_force(),
-          make_air_drag()};
+  return {make_payload(),       make_mass_error(),     make_com_error(),
+          make_inertia_error(), make_external_force(), make_air_drag()};
 }
 
 }  // namespace hrp

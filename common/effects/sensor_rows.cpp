@@ -25,9 +25,9 @@ EffectInfo make_bias() {
 }
 
 EffectInfo make_scale() {
-  EffectInfo row = make_row(EffectId::kSensorScale, "sensor_scale", PlaceKind::kSensor, EffectFamily::kGain,
-                            "the reading is scaled",
-                            make_axes(P("scale", "1").as_factor().search(0.01, 100).size(0.01).probed_by(0.01)));
+  EffectInfo row =
+      make_row(EffectId::kSensorScale, "sensor_scale", PlaceKind::kSensor, EffectFamily::kGain, "the reading is scaled",
+               make_axes(P("scale", "1").as_factor().search(0.01, 100).size(0.01).probed_by(0.01)));
   row.apply = [](const double* p, const EffectTarget& at) { set(p, &at.sensor->scale); };
   row.change.of_reading = 1.0;
   row.linear = true;

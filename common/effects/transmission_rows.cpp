@@ -31,23 +31,33 @@ EffectInfo make_rotor() {
                             EffectFamily::kReflectedInertia, "the rotor's reflected inertia is missing",
                             {P("inertia", "kg m^2").absent_at(0).bounds(0, kUnbounded).size(0.01)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->motor_inertia += p[0]; };
-  row.torque = {1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.a; },
+  row.torque = {1,
+                {},
+                false,
+                false,
+                [](const JointSample& s, const double*, double* c) { c[0] = s.a; },
                 [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
   row.linear = true, row.rotor = 0;
   return row;
 }
 
 EffectInfo make_elasticity() {
-  EffectInfo row =
-      make_row(EffectId::kElasticity, "joint_elasticity", PlaceKind::kJoint, EffectFamily::kPlay,
-               "the transmission is elastic",
-               {P("stiffness", "N m/rad").absent_at(kUnbounded).bounds(1e-3, kUnbounded).search(1, 1e7).size(100).starts({0.4, 1, 2.5}),
-                P("damping", "N m s/rad").bounds(0, kUnbounded).search(0, 1e4).size(0.2),
-                P("rotor_inertia", "kg m^2").bounds(1e-9, kUnbounded).search(1e-4, 1e3).size(0.02).starts({0.2, 1, 3})});
+  EffectInfo row = make_row(
+      EffectId::kElasticity, "joint_elasticity", PlaceKind::kJoint, EffectFamily::kPlay, "the transmission is elastic",
+      {P("stiffness", "N m/rad")
+           .absent_at(kUnbounded)
+           .bounds(1e-3, kUnbounded)
+           .search(1, 1e7)
+           .size(100)
+           .starts({0.4, 1, 2.5}),
+       P("damping", "N m s/rad").bounds(0, kUnbounded).search(0, 1e4).size(0.2),
+       P("rotor_inertia", "kg m^2").bounds(1e-9, kUnbounded).search(1e-4, 1e3).size(0.02).starts({0.2, 1, 3})});
   row.apply = [](const double* p, const EffectTarget& at) { set_elastic(p[0], p[1], p[2], at.joint); };
   row.flexible = true, row.smooth = false, row.rotor = 2;
   row.parts = {{EffectId::kRotorInertia, {2}}};
-  row.give.calc_give = [](double u, double u1, double u2, double, double* give) { give[0] = u, give[1] = u1, give[2] = u2; };
+  row.give.calc_give = [](double u, double u1, double u2, double, double* give) {
+    give[0] = u, give[1] = u1, give[2] = u2;
+  };
   row.give.make_parameters = [](double inertia, double give, double* p) {
     const double k = give > 1e-7 ? 1.0 / give : 1e6;
     p[0] = k, p[1] = kGearLoss * k, p[2] = std::max(0.005, inertia);
@@ -68,10 +78,21 @@ EffectInfo make_backlash() {
   EffectInfo row = make_row(
       EffectId::kBacklash, "backlash", PlaceKind::kJoint, EffectFamily::kPlay, "the transmission has play",
       {P("gap", "rad").absent_at(0).bounds(0, 1).size(0.002).as_walked().starts({0.3, 1}, {0.003, 0.01, 0.03, 0.08}),
-       P("stiffness", "N m/rad").bounds(1e-3, kUnbounded).search(10, 1e6).size(1000).optional(kToothStiffness)
-           .as_nuisance().as_walked().swings(3),
-       P("damping", "N m s/rad").bounds(0, kUnbounded).search(0, 1e3).size(0.5).optional(kToothDamping)
-           .as_nuisance().as_walked(),
+       P("stiffness", "N m/rad")
+           .bounds(1e-3, kUnbounded)
+           .search(10, 1e6)
+           .size(1000)
+           .optional(kToothStiffness)
+           .as_nuisance()
+           .as_walked()
+           .swings(3),
+       P("damping", "N m s/rad")
+           .bounds(0, kUnbounded)
+           .search(0, 1e3)
+           .size(0.5)
+           .optional(kToothDamping)
+           .as_nuisance()
+           .as_walked(),
        P("rotor_inertia", "kg m^2").bounds(0, kUnbounded).search(1e-4, 1e3).size(0.02).optional(0).as_nuisance()});
   row.apply = [](const double* p, const EffectTarget& at) {
     if (!at.joint->elastic) set_elastic(p[1], p[2], p[3], at.joint);
@@ -107,7 +128,11 @@ EffectInfo make_spring() {
     if (k > 0.0) laws.spring_rest = (laws.spring_stiffness * laws.spring_rest + p[0] * p[1]) / k;
     laws.spring_stiffness = k;
   };
-  row.torque = {2, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.q, c[1] = 1.0; },
+  row.torque = {2,
+                {},
+                false,
+                false,
+                [](const JointSample& s, const double*, double* c) { c[0] = s.q, c[1] = 1.0; },
                 [](const double* x, const double*, double* p) {
                   p[0] = x[0], p[1] = -x[1] / x[0];
                   return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;

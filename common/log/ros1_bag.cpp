@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0): records, each a header of named fields and data. Connections
-// name topics and hold the definitions of their types; chunks hold messages, plain or compressed.
+// Bags of ROS 1, format 2.0 (wiki.ros.org/Bags/Format/2.0): records, each a header of named fields and data.
+// Connections name topics and hold the definitions of their types; chunks hold messages, plain or compressed.
 #include <bzlib.h>
 
 #include <algorithm>
@@ -50,7 +50,8 @@ class Fields {
   Number get(const char* name) const {
     const auto at = values_.find(name);
     Number value;
-    if (at == values_.end() || at->second.size != sizeof value) throw std::runtime_error(std::string("a record has no field ") + name);
+    if (at == values_.end() || at->second.size != sizeof value)
+      throw std::runtime_error(std::string("a record has no field ") + name);
     std::memcpy(&value, at->second.data, sizeof value);
     return value;
   }
@@ -115,7 +116,8 @@ class Ros1Bag : public BagFile {
       if (connection == index_.end()) throw std::runtime_error("a message is of no topic");
       if (!topics.empty() && topics.count(topics_[connection->second].name) == 0) return;
       const auto time = fields.get<uint64_t>("time");  // seconds, then nanoseconds, 32 bits each
-      visit({connection->second, static_cast<int64_t>(time & 0xffffffff) * 1000000000 + static_cast<int64_t>(time >> 32), data});
+      visit({connection->second,
+             static_cast<int64_t>(time & 0xffffffff) * 1000000000 + static_cast<int64_t>(time >> 32), data});
     });
   }
   std::string damage() const override { return damage_; }
@@ -123,12 +125,14 @@ class Ros1Bag : public BagFile {
  private:
   // Connections stand at the end, where the header says; in a bag that was not closed, in its chunks.
   void find_topics() {
-    if (!read_record() || Fields(header()).get<uint8_t>("op") != kBagHeader) throw std::runtime_error("its first record is not that of a bag");
+    if (!read_record() || Fields(header()).get<uint8_t>("op") != kBagHeader)
+      throw std::runtime_error("its first record is not that of a bag");
     if (!Fields(header()).get_text("encryptor").empty()) throw std::runtime_error("it is encrypted");
     const auto index = Fields(header()).get<uint64_t>("index_pos");
     if (index > kVersionLength && index < size_) {
       seek(index);
-      while (read_record() && Fields(header()).get<uint8_t>("op") == kConnection) add_connection(Fields(header()), data());
+      while (read_record() && Fields(header()).get<uint8_t>("op") == kConnection)
+        add_connection(Fields(header()), data());
     } else {
       scan([](const Fields&, Bytes) {});
       if (damage_.empty()) damage_ = "it was not closed";
@@ -142,7 +146,8 @@ class Ros1Bag : public BagFile {
     const std::string name = fields.get_text("topic");
     size_t at = 0;
     while (at < topics_.size() && topics_[at].name != name) ++at;  // several publishers of one topic
-    if (at == topics_.size()) topics_.push_back({name, find_ros_name(of.get_text("type")), "ros1msg", of.get_text("message_definition"), 0});
+    if (at == topics_.size())
+      topics_.push_back({name, find_ros_name(of.get_text("type")), "ros1msg", of.get_text("message_definition"), 0});
     index_[id] = at;
   }
 
@@ -197,7 +202,7 @@ class Ros1Bag : public BagFile {
   std::vector<uint8_t> header_, data_;             // of the record that was read
   std::vector<uint8_t> plain_;                     // its chunk
   std::vector<BagTopic> topics_;
-  std::map<uint32_t, size_t> index_;               // of connections in topics_
+  std::map<uint32_t, size_t> index_;  // of connections in topics_
   std::string damage_;
 };
 

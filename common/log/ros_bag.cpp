@@ -11,10 +11,10 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
-#include "common/robot/bag_metadata.h"
 #include "common/log/ros_types.h"
 #include "common/mcap/compression.h"
 #include "common/mcap/reader.h"
+#include "common/robot/bag_metadata.h"
 
 namespace hrp {
 namespace {
@@ -45,7 +45,8 @@ class UnpackedFile {
     if (file < 0) throw std::runtime_error("cannot be unpacked to " + name);
     close(file);
     path_ = name;
-    std::ofstream(path_, std::ios::binary).write(reinterpret_cast<const char*>(plain.data()), static_cast<long>(plain.size()));
+    std::ofstream(path_, std::ios::binary)
+        .write(reinterpret_cast<const char*>(plain.data()), static_cast<long>(plain.size()));
   }
   ~UnpackedFile() {
     std::error_code ignored;
@@ -65,7 +66,8 @@ class McapBag : public BagFile {
       const auto schema = reader_.schemas().find(channel.schema_id);
       if (schema == reader_.schemas().end()) continue;
       index_[id] = topics_.size();
-      topics_.push_back({channel.topic, find_ros_name(schema->second.name), schema->second.encoding, schema->second.text, 0});
+      topics_.push_back(
+          {channel.topic, find_ros_name(schema->second.name), schema->second.encoding, schema->second.text, 0});
     }
   }
   const std::vector<BagTopic>& topics() const override { return topics_; }
@@ -159,7 +161,8 @@ RosBag::RosBag(const std::string& path) : path_(path) {
     if (!fs::is_regular_file(file, error)) refuse_input(file, "is named in metadata.yaml and is not there");
     const std::unique_ptr<BagFile> open = open_file(file);
     for (const BagTopic& topic : open->topics()) {
-      const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
+      const auto same =
+          std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
       if (same == topics_.end())
         topics_.push_back(topic);
       else
@@ -168,13 +171,15 @@ RosBag::RosBag(const std::string& path) : path_(path) {
   }
 }
 
-std::string RosBag::read(const std::set<std::string>& topics, const std::function<void(const BagMessage&)>& visit) const {
+std::string RosBag::read(const std::set<std::string>& topics,
+                         const std::function<void(const BagMessage&)>& visit) const {
   std::string damage;
   for (const std::string& file : files_) {
     const std::unique_ptr<BagFile> open = open_file(file);
     std::vector<size_t> index;  // of the file's topics in ours
     for (const BagTopic& topic : open->topics()) {
-      const auto same = std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
+      const auto same =
+          std::find_if(topics_.begin(), topics_.end(), [&](const BagTopic& t) { return t.name == topic.name; });
       index.push_back(static_cast<size_t>(same - topics_.begin()));
     }
     std::vector<uint8_t> plain;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bags of ROS. ROS 2 (rosbag2): a folder with metadata.yaml and its files, or one file. Storage MCAP or sqlite3; chunks,
-// messages or whole files may be compressed. ROS 1: one file.
+// Bags of ROS. ROS 2 (rosbag2): a folder with metadata.yaml and its files, or one file. Storage MCAP or sqlite3;
+// chunks, messages or whole files may be compressed. ROS 1: one file.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,17 @@
 namespace hrp {
 
 struct BagTopic {
-  std::string name;        // "/joint_states"
-  std::string type;        // "sensor_msgs/msg/JointState"
-  std::string encoding;    // of the definition: "ros2msg", "ros2idl", "ros1msg"; empty: the bag has none
+  std::string name;      // "/joint_states"
+  std::string type;      // "sensor_msgs/msg/JointState"
+  std::string encoding;  // of the definition: "ros2msg", "ros2idl", "ros1msg"; empty: the bag has none
   std::string definition;
-  uint64_t count = 0;      // messages; 0: not known before they are read
+  uint64_t count = 0;  // messages; 0: not known before they are read
 };
 
 struct BagMessage {
-  size_t topic = 0;           // in RosBag::topics()
-  int64_t received = 0;       // [ns] clock of the recorder
-  Bytes data;                 // valid during the call
+  size_t topic = 0;      // in RosBag::topics()
+  int64_t received = 0;  // [ns] clock of the recorder
+  Bytes data;            // valid during the call
 };
 
 // One file of a bag.
@@ -40,8 +40,8 @@ class BagFile {
 
 class RosBag {
  public:
-  // `path`: folder, metadata.yaml, or one file (.bag; .mcap, .db3, either with .zstd behind). Throws InputError naming the
-  // file.
+  // `path`: folder, metadata.yaml, or one file (.bag; .mcap, .db3, either with .zstd behind). Throws InputError naming
+  // the file.
   explicit RosBag(const std::string& path);
   const std::string& path() const { return path_; }
   const std::vector<BagTopic>& topics() const { return topics_; }

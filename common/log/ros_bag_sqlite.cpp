@@ -64,7 +64,8 @@ class SqliteBag : public BagFile {
     for (const auto& [id, at] : index_) {
       if (topics.empty() || topics.count(topics_[at].name) > 0) ids += (ids.empty() ? "" : ",") + std::to_string(id);
     }
-    Statement rows(database_, "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + ids + ") ORDER BY timestamp, id");
+    Statement rows(database_, "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (" + ids +
+                                  ") ORDER BY timestamp, id");
     while (rows.step()) visit({index_.at(rows.integer(0)), rows.integer(1), rows.bytes(2)});
   }
 
@@ -78,7 +79,8 @@ class SqliteBag : public BagFile {
     }
     Statement has(database_, "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'message_definitions'");
     if (!has.step()) return;
-    Statement definitions(database_, "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
+    Statement definitions(database_,
+                          "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
     while (definitions.step()) {
       for (BagTopic& topic : topics_) {
         if (topic.type == find_ros_name(definitions.text(0)))

@@ -12,7 +12,8 @@
 namespace hrp {
 namespace {
 
-// "ros2msg", "ros1msg": the type's own lines, then a line of '=' and "MSG: package/Type" before the lines of each type it needs.
+// "ros2msg", "ros1msg": the type's own lines, then a line of '=' and "MSG: package/Type" before the lines of each type
+// it needs.
 std::map<std::string, std::string> split_definitions(const std::string& name, const std::string& text) {
   std::map<std::string, std::string> parts;
   std::string current = name, line;
@@ -29,11 +30,20 @@ std::map<std::string, std::string> split_definitions(const std::string& name, co
 }
 
 const char* find_basic(const std::string& word) {
-  static const std::map<std::string, const char*> basic{
-      {"bool", "boolean"},        {"byte", "octet"},          {"char", "uint8"},      {"int8", "int8"},
-      {"uint8", "uint8"},         {"int16", "short"},         {"uint16", "unsigned short"},
-      {"int32", "long"},          {"uint32", "unsigned long"}, {"int64", "long long"},
-      {"uint64", "unsigned long long"}, {"float32", "float"}, {"float64", "double"},  {"string", "string"}};
+  static const std::map<std::string, const char*> basic{{"bool", "boolean"},
+                                                        {"byte", "octet"},
+                                                        {"char", "uint8"},
+                                                        {"int8", "int8"},
+                                                        {"uint8", "uint8"},
+                                                        {"int16", "short"},
+                                                        {"uint16", "unsigned short"},
+                                                        {"int32", "long"},
+                                                        {"uint32", "unsigned long"},
+                                                        {"int64", "long long"},
+                                                        {"uint64", "unsigned long long"},
+                                                        {"float32", "float"},
+                                                        {"float64", "double"},
+                                                        {"string", "string"}};
   const auto at = basic.find(word);
   return at == basic.end() ? nullptr : at->second;
 }
@@ -65,7 +75,8 @@ class IdlWriter {
     while (std::getline(in, line)) fields += write_field(package, line);
     // rosidl gives a type without fields one byte.
     if (fields.empty()) fields = "  uint8 structure_needs_at_least_one_member;\n";
-    out_ += "module " + package + " { module msg {\nstruct " + name.substr(name.rfind('/') + 1) + " {\n" + fields + "};\n}; };\n";
+    out_ += "module " + package + " { module msg {\nstruct " + name.substr(name.rfind('/') + 1) + " {\n" + fields +
+            "};\n}; };\n";
   }
 
   // "float64[9] covariance # unit" -> "  double covariance[9];"; empty for constants and comments.
@@ -75,7 +86,8 @@ class IdlWriter {
     words >> type >> name >> rest;
     if (type.empty() || name.empty() || name.find('=') != std::string::npos || rest.rfind('=', 0) == 0) return "";
     const size_t bracket = type.find('[');
-    const std::string bounds = bracket == std::string::npos ? "" : type.substr(bracket + 1, type.find(']') - bracket - 1);
+    const std::string bounds =
+        bracket == std::string::npos ? "" : type.substr(bracket + 1, type.find(']') - bracket - 1);
     std::string base = type.substr(0, bracket);
     base = base.substr(0, base.find("<="));  // string<=10
     const std::string idl = write_base(package, base);
@@ -108,7 +120,8 @@ bool has_path(const StructType& type, const std::string& path) {
   for (const Field& field : type.fields) {
     if (field.name != head) continue;
     if (dot == std::string::npos) return field.type.kind != ValueKind::kStruct;
-    return field.type.structure && field.type.is_list() == list && has_path(*field.type.structure, path.substr(dot + 1));
+    return field.type.structure && field.type.is_list() == list &&
+           has_path(*field.type.structure, path.substr(dot + 1));
   }
   return false;
 }

@@ -8,16 +8,16 @@
 #include <string>
 #include <vector>
 
-#include "common/messages/reflection/sample.h"
 #include "common/base/ros_definitions.h"
+#include "common/messages/reflection/sample.h"
 
 namespace hrp {
 
 // A type of ROS ("sensor_msgs/msg/JointState") with all that it needs.
 class RosType {
  public:
-  // `definition`: text of the bag in the format `encoding` ("ros2msg", "ros1msg"); empty or another format: the built-in one of
-  // ROS 2. Throws std::runtime_error when the type is known by neither.
+  // `definition`: text of the bag in the format `encoding` ("ros2msg", "ros1msg"); empty or another format: the
+  // built-in one of ROS 2. Throws std::runtime_error when the type is known by neither.
   RosType(const std::string& name, const std::string& encoding, const std::string& definition);
   const std::string& name() const { return name_; }
   const StructType& structure() const { return *structure_; }

@@ -23,9 +23,10 @@ std::string describe(const std::exception& error, const std::string& path) noexc
 
 }  // namespace
 
-BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer) : writer_(std::move(writer)), channel_count_(writer_->channel_count()) {
-  // Signals belong to the other threads of the program. SIGXFSZ, which comes to the thread that writes beyond a limit of
-  // the file's size, would kill the process; blocked, the write fails with EFBIG instead, like any other.
+BackgroundWriter::BackgroundWriter(std::unique_ptr<Writer> writer)
+    : writer_(std::move(writer)), channel_count_(writer_->channel_count()) {
+  // Signals belong to the other threads of the program. SIGXFSZ, which comes to the thread that writes beyond a limit
+  // of the file's size, would kill the process; blocked, the write fails with EFBIG instead, like any other.
   free_.reserve(kMaxWaiting + 2);  // all there are: the thread gives them back and must not fail
   sigset_t all, old;
   sigfillset(&all);
@@ -47,7 +48,8 @@ BackgroundWriter::~BackgroundWriter() {
   }
 }
 
-uint16_t BackgroundWriter::add_channel(const std::string& topic, const std::string& type_name, const std::string& schema_text) {
+uint16_t BackgroundWriter::add_channel(const std::string& topic, const std::string& type_name,
+                                       const std::string& schema_text) {
   open_.channels.push_back({topic, type_name, schema_text});
   return channel_count_++;
 }

@@ -16,8 +16,9 @@
 
 namespace hrp::mcap {
 
-// Memory is bounded: when kMaxWaiting chunks wait for the disk, write_chunk() waits, too. A chunk counts as written when
-// the operating system has it (it survives a kill of this process), or of a durable writer when the disk has it; not before.
+// Memory is bounded: when kMaxWaiting chunks wait for the disk, write_chunk() waits, too. A chunk counts as written
+// when the operating system has it (it survives a kill of this process), or of a durable writer when the disk has it;
+// not before.
 class BackgroundWriter {
  public:
   // Schemas and channels as with `writer`, before it comes here.
@@ -62,7 +63,7 @@ class BackgroundWriter {
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<Batch> waiting_;
-  std::vector<Batch> free_;         // their memory is used again
+  std::vector<Batch> free_;  // their memory is used again
   bool writing_ = false;
   bool ending_ = false;
   uint64_t chunks_written_ = 0;

@@ -41,14 +41,15 @@ int write_beginning(int file) {
   return static_cast<size_t>(written) == bytes.size() ? 0 : ENOSPC;
 }
 
-// Makes a file that gets its name when the beginning of a log is in it: a kill leaves no empty file behind. False where the name is
-// taken, or where the system does not make such files: then another way is tried, and tells why it fails.
+// Makes a file that gets its name when the beginning of a log is in it: a kill leaves no empty file behind. False where
+// the name is taken, or where the system does not make such files: then another way is tried, and tells why it fails.
 bool make_with_beginning(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
   const int file = ::open(folder.empty() ? "." : folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0644);
   if (file < 0) return false;
   const std::string own = "/proc/self/fd/" + std::to_string(file);
-  const bool made = write_beginning(file) == 0 && ::linkat(AT_FDCWD, own.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  const bool made =
+      write_beginning(file) == 0 && ::linkat(AT_FDCWD, own.c_str(), AT_FDCWD, path.c_str(), AT_SYMLINK_FOLLOW) == 0;
   ::close(file);
   return made;
 }
@@ -109,7 +110,8 @@ bool ClaimedFile::lock(Existing existing) {
   }
   const bool holds = info.st_size > 0 && !is_beginning(path_);
   if (holds && existing == Existing::kRefuse) {
-    refuse("is there already (" + std::to_string(info.st_size) + " bytes); choose another name, or --force to overwrite it");
+    refuse("is there already (" + std::to_string(info.st_size) +
+           " bytes); choose another name, or --force to overwrite it");
   }
   if (holds) return true;
   if (const int error = write_beginning(file_)) {

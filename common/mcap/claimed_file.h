@@ -9,9 +9,10 @@ namespace hrp::mcap {
 // What to do with a file that holds something already.
 enum class Existing { kRefuse, kReplace };
 
-// Locked (flock) until it goes, so that two runs never write one log. What it replaces stays as it is until clear(): a run
-// that fails before its first step costs nobody an older log. A new file holds the beginning of a log from the start, so
-// that what a kill leaves behind can be opened at any time; one that holds no more than that at the end is removed.
+// Locked (flock) until it goes, so that two runs never write one log. What it replaces stays as it is until clear(): a
+// run that fails before its first step costs nobody an older log. A new file holds the beginning of a log from the
+// start, so that what a kill leaves behind can be opened at any time; one that holds no more than that at the end is
+// removed.
 class ClaimedFile {
  public:
   // Throws McapError: not writable, written by another program right now, or not empty and to be kept.
@@ -40,7 +41,8 @@ class ClaimedFile {
 // There is a file of this name that holds more than the beginning of a log.
 bool holds_something(const std::string& path);
 
-// Makes a file with the beginning of a log, so that nobody else takes the name; false when there is one. Throws McapError.
+// Makes a file with the beginning of a log, so that nobody else takes the name; false when there is one. Throws
+// McapError.
 bool reserve_file(const std::string& path);
 
 // True when both names lead to one file.

@@ -32,8 +32,8 @@ enum class Opcode : uint8_t {
   kDataEnd = 0x0F
 };
 
-constexpr size_t kRecordHead = 9;                  // opcode and length
-constexpr size_t kFooterSize = kRecordHead + 20;   // with its head
+constexpr size_t kRecordHead = 9;                 // opcode and length
+constexpr size_t kFooterSize = kRecordHead + 20;  // with its head
 
 // A file that cannot be written or read. The text names the file and, where known, the offset.
 class McapError : public std::runtime_error {
@@ -64,7 +64,7 @@ struct Message {
   uint64_t publish_time = 0;  // [ns]
   const uint8_t* data = nullptr;
   size_t size = 0;
-  size_t chunk = 0;           // of a message that was read: number of its chunk in the file
+  size_t chunk = 0;  // of a message that was read: number of its chunk in the file
 };
 
 // CRC-32 as in zlib (polynomial 0xEDB88320), continued from `crc`; starts at 0.

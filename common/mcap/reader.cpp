@@ -39,10 +39,8 @@ bool may_stand_in_data(Opcode opcode) {
     case Opcode::kMessageIndex:
     case Opcode::kAttachment:
     case Opcode::kMetadata:
-    case Opcode::kDataEnd:
-      return true;
-    default:
-      return static_cast<uint8_t>(opcode) >= 0x80;
+    case Opcode::kDataEnd: return true;
+    default: return static_cast<uint8_t>(opcode) >= 0x80;
   }
 }
 
@@ -270,7 +268,8 @@ bool Reader::read_chunk(const Chunk& chunk, const Visit& visit, const std::set<u
   const auto opcode = static_cast<Opcode>(cursor.get<uint8_t>());
   const auto length = cursor.get<uint64_t>();
   const bool cut = length > cursor.remaining();
-  if (opcode == Opcode::kMessage) return read_records(Cursor(packed_.data(), packed_.size()), chunk, visit, wanted, count);
+  if (opcode == Opcode::kMessage)
+    return read_records(Cursor(packed_.data(), packed_.size()), chunk, visit, wanted, count);
   if (opcode != Opcode::kChunk) return find_damage(chunk.offset, "the index points here, but no chunk begins here");
   cursor.get<uint64_t>();  // first and last time
   cursor.get<uint64_t>();

@@ -13,7 +13,8 @@
 
 namespace hrp::mcap {
 
-// Never trusts a length or an offset of the file; whatever the bytes are, it ends with messages, damage(), or McapError.
+// Never trusts a length or an offset of the file; whatever the bytes are, it ends with messages, damage(), or
+// McapError.
 class Reader {
  public:
   // Throws McapError when there is no such file or it does not begin as an MCAP file does.
@@ -45,13 +46,13 @@ class Reader {
 
  private:
   struct Chunk {
-    uint64_t offset = 0;           // of the record's head
-    uint64_t length = 0;           // with the head; what is there of it when cut short
-    std::set<uint16_t> channels;   // from the index; empty = unknown
+    uint64_t offset = 0;          // of the record's head
+    uint64_t length = 0;          // with the head; what is there of it when cut short
+    std::set<uint16_t> channels;  // from the index; empty = unknown
   };
   struct Record {
     Opcode opcode;
-    uint64_t offset, length;       // of the head; length with the head
+    uint64_t offset, length;  // of the head; length with the head
   };
 
   bool read_at(uint64_t offset, uint64_t size, std::vector<uint8_t>* bytes) const;
@@ -75,7 +76,7 @@ class Reader {
   std::string damage_;
   std::map<uint16_t, Schema> schemas_;
   std::map<uint16_t, Channel> channels_;
-  std::vector<Chunk> chunks_;      // chunks, and single messages outside of chunks
+  std::vector<Chunk> chunks_;  // chunks, and single messages outside of chunks
   std::vector<uint8_t> packed_, plain_;
 };
 

@@ -138,7 +138,8 @@ void Writer::append_chunk() {
 
   ChunkIndex index{chunk_start_, chunk_end_, file_size_, out_.size(), {}, 0, packed_size, chunk_.size()};
   put_message_indexes(&index);
-  if (chunks_.size() == chunks_.capacity()) chunks_.reserve(2 * chunks_.size() + 64);  // what is in the file is in the index, too
+  if (chunks_.size() == chunks_.capacity())
+    chunks_.reserve(2 * chunks_.size() + 64);  // what is in the file is in the index, too
   append_to_file(out_);
   log_start_ = chunks_.empty() ? chunk_start_ : std::min(log_start_, chunk_start_);
   log_end_ = std::max(log_end_, chunk_end_);
@@ -288,12 +289,19 @@ void Writer::write_summary() {
     offsets.put(static_cast<uint64_t>(end.size() - group_begin));
     offsets.end_record(begin);
   };
-  put_group(Opcode::kSchema, [&] { for (const Schema& schema : schemas_) put_schema(schema, &end); });
-  put_group(Opcode::kChannel, [&] { for (const Channel& channel : channels_) put_channel(channel, &end); });
+  put_group(Opcode::kSchema, [&] {
+    for (const Schema& schema : schemas_) put_schema(schema, &end);
+  });
+  put_group(Opcode::kChannel, [&] {
+    for (const Channel& channel : channels_) put_channel(channel, &end);
+  });
   put_group(Opcode::kStatistics, [&] { put_statistics(&end); });
-  put_group(Opcode::kChunkIndex, [&] { for (const ChunkIndex& index : chunks_) put_chunk_index(index, &end); });
-  put_group(Opcode::kAttachmentIndex,
-            [&] { for (const AttachmentIndex& index : attachments_) put_attachment_index(index, &end); });
+  put_group(Opcode::kChunkIndex, [&] {
+    for (const ChunkIndex& index : chunks_) put_chunk_index(index, &end);
+  });
+  put_group(Opcode::kAttachmentIndex, [&] {
+    for (const AttachmentIndex& index : attachments_) put_attachment_index(index, &end);
+  });
   const uint64_t offset_start = file_size_ + end.size();
   end.put_bytes(offsets.data(), offsets.size());
 

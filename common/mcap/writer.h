@@ -28,7 +28,8 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
-  // From now on write_chunk() and close() return when the bytes are on the disk: they survive a power cut, not only a kill.
+  // From now on write_chunk() and close() return when the bytes are on the disk: they survive a power cut, not only a
+  // kill.
   void set_durable(bool durable) { durable_ = durable; }
   // Schemas before channels before messages, at any time. They are on disk after the next write_chunk().
   uint16_t add_schema(const std::string& name, const std::string& encoding, const std::string& text);
@@ -78,14 +79,14 @@ class Writer {
   bool name_synced_ = false;
   Compression compression_;
   Compressor compressor_;
-  uint64_t file_size_ = 0;   // bytes of whole records on disk
-  uint32_t data_crc_ = 0;    // of the data section so far
+  uint64_t file_size_ = 0;  // bytes of whole records on disk
+  uint32_t data_crc_ = 0;   // of the data section so far
   bool failed_ = false;
   std::vector<Schema> schemas_;
   std::vector<Channel> channels_;
-  Buffer definitions_;       // schemas and channels that are not on disk yet
-  Buffer chunk_;             // the open chunk, uncompressed
-  Buffer out_;               // what goes to disk next
+  Buffer definitions_;                                  // schemas and channels that are not on disk yet
+  Buffer chunk_;                                        // the open chunk, uncompressed
+  Buffer out_;                                          // what goes to disk next
   std::vector<std::vector<TimeAndOffset>> open_index_;  // by channel
   uint64_t chunk_start_ = 0, chunk_end_ = 0;            // [ns] of the open chunk
   uint64_t log_start_ = 0, log_end_ = 0;                // [ns] of the file

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Message <-> bytes: XCDR1, little endian, with the 4-byte encapsulation header, the same on every bus and in every log.
+// Message <-> bytes: XCDR1, little endian, with the 4-byte encapsulation header, the same on every bus and in every
+// log.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +46,8 @@ void decode(Bytes sample, Message* message) {
     cdr.read_encapsulation();
     message->deserialize(cdr);
   } catch (const std::exception& error) {
-    throw DecodeError(std::string("cannot decode a sample of ") + std::to_string(sample.size) + " bytes: " + error.what());
+    throw DecodeError(std::string("cannot decode a sample of ") + std::to_string(sample.size) +
+                      " bytes: " + error.what());
   }
 }
 

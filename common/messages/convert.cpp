@@ -153,11 +153,10 @@ void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned lon
   message->hash(hash);
 }
 
-void from_message(const msg::RobotState& message, State* state) {
-  get_state(message, state);
-}
+void from_message(const msg::RobotState& message, State* state) { get_state(message, state); }
 
-void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario, msg::RobotState* message) {
+void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario,
+                msg::RobotState* message) {
   const size_t objects = scenario.objects.size(), robots = scenario.robots.size();
   HRP_CHECK(states.empty() || (states.size() == objects + robots && efforts.size() == robots),
             states.size() << " states, " << objects << " objects, " << robots << " robots");
@@ -201,7 +200,8 @@ void to_message(const PushForces& pushes, msg::RobotState* message) {
 
 void from_message(const msg::RobotState& message, PushForces* pushes) {
   pushes->clear();
-  for (const msg::PushForce& m : message.pushes()) pushes->push_back({m.name(), m.link(), from_message(m.p_LQ()), from_message(m.force())});
+  for (const msg::PushForce& m : message.pushes())
+    pushes->push_back({m.name(), m.link(), from_message(m.p_LQ()), from_message(m.force())});
 }
 
 void to_message(const ContactSet& contacts, const BodyNames& names, msg::ContactSet* message) {

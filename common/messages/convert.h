@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "common/multibody/state.h"
+#include "common/robot/fall_watch.h"
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
-#include "common/robot/fall_watch.h"
 #include "common/robot/signals.h"
 #include "hrp_idl/collision.h"
 #include "hrp_idl/control.h"
@@ -17,7 +17,8 @@
 
 namespace hrp {
 
-// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k), objects, links of other robots.
+// Names of bodies by the index that contacts use: links, the ground (-1), obstacles (-2 - k), objects, links of other
+// robots.
 class BodyNames {
  public:
   BodyNames() = default;
@@ -27,7 +28,7 @@ class BodyNames {
 
  private:
   std::vector<std::string> links_;
-  std::vector<std::string> others_;  // ground, then obstacles
+  std::vector<std::string> others_;   // ground, then obstacles
   std::vector<std::string> objects_;  // and links of other robots
 };
 
@@ -43,7 +44,8 @@ void to_message(const State& state, const Eigen::VectorXd& efforts, unsigned lon
 void from_message(const msg::RobotState& message, State* state);
 
 // The scenario names them: first its objects, then its other robots. `efforts`: of each of these robots.
-void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario, msg::RobotState* message);
+void to_message(const ObjectStates& states, const std::vector<Eigen::VectorXd>& efforts, const Scenario& scenario,
+                msg::RobotState* message);
 void from_message(const msg::RobotState& message, ObjectStates* states);
 
 void to_message(const PushForces& pushes, msg::RobotState* message);

@@ -125,7 +125,8 @@ VisualShape get_visual(const msg::VisualShape& m) {
 void set_surface(const Surface& surface, msg::SurfaceDescription* m) {
   m->obstacle(surface.obstacle);
   for (const Vector3d& v : surface.mesh.vertices) m->vertices().push_back(to_message(v));
-  for (const auto& triangle : surface.mesh.triangles) m->triangles().insert(m->triangles().end(), triangle.begin(), triangle.end());
+  for (const auto& triangle : surface.mesh.triangles)
+    m->triangles().insert(m->triangles().end(), triangle.begin(), triangle.end());
   m->columns(surface.columns);
   m->rows(surface.rows);
   m->spacing(surface.spacing);
@@ -151,7 +152,8 @@ void check_references(const RobotDescription& robot) {
     if (shape.link < 0 || shape.link >= links) refuse("shape '" + shape.name + "'", "unknown link");
   }
   for (const VisualShape& visual : robot.visuals) {
-    if (visual.shape.link < 0 || visual.shape.link >= links) refuse("visual '" + visual.shape.name + "'", "unknown link");
+    if (visual.shape.link < 0 || visual.shape.link >= links)
+      refuse("visual '" + visual.shape.name + "'", "unknown link");
   }
 }
 
@@ -248,7 +250,8 @@ void from_message(const msg::RobotDescription& message, RobotDescription* robot)
   robot->shapes.clear();
   for (const msg::CollisionShape& shape : message.shapes()) robot->shapes.push_back(get_shape(shape));
   robot->surfaces.clear();
-  for (const msg::SurfaceDescription& surface : message.surfaces()) robot->surfaces.push_back(std::make_shared<Surface>(from_message(surface)));
+  for (const msg::SurfaceDescription& surface : message.surfaces())
+    robot->surfaces.push_back(std::make_shared<Surface>(from_message(surface)));
   robot->visuals.clear();
   for (const msg::VisualShape& visual : message.visuals()) robot->visuals.push_back(get_visual(visual));
   robot->warnings = message.warnings();

@@ -10,9 +10,9 @@
 
 namespace hrp {
 
-// A description of before there were surfaces, visuals or other robots ends where their number would stand, and a state of
-// before there were objects or other robots likewise. Four zero bytes are an empty list; behind a whole one nobody reads them. Throws
-// DecodeError as decode() does. Message: RobotDescription or RobotState.
+// A description of before there were surfaces, visuals or other robots ends where their number would stand, and a state
+// of before there were objects or other robots likewise. Four zero bytes are an empty list; behind a whole one nobody
+// reads them. Throws DecodeError as decode() does. Message: RobotDescription or RobotState.
 template <typename Message>
 void decode_logged(Bytes sample, Message* message) {
   std::vector<uint8_t> bytes(sample.data, sample.data + sample.size);

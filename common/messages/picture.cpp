@@ -19,18 +19,16 @@ constexpr uint8_t kFloat32 = 7;  // PointField's constant
 
 struct Encoding {
   const char* name;
-  uint32_t pixel_size;         // [bytes]
+  uint32_t pixel_size;  // [bytes]
   Picture::Kind kind;
-  std::array<size_t, 3> rgb;   // where red, green and blue stand in a pixel
+  std::array<size_t, 3> rgb;  // where red, green and blue stand in a pixel
 };
 
-constexpr Encoding kEncodings[] = {{"rgb8", 3, Picture::Kind::kColor, {0, 1, 2}},
-                                   {"bgr8", 3, Picture::Kind::kColor, {2, 1, 0}},
-                                   {"rgba8", 4, Picture::Kind::kColor, {0, 1, 2}},
-                                   {"bgra8", 4, Picture::Kind::kColor, {2, 1, 0}},
-                                   {"mono8", 1, Picture::Kind::kColor, {0, 0, 0}},
-                                   {"32FC1", 4, Picture::Kind::kDepth, {}},
-                                   {"16UC1", 2, Picture::Kind::kDepth, {}}};
+constexpr Encoding kEncodings[] = {
+    {"rgb8", 3, Picture::Kind::kColor, {0, 1, 2}},  {"bgr8", 3, Picture::Kind::kColor, {2, 1, 0}},
+    {"rgba8", 4, Picture::Kind::kColor, {0, 1, 2}}, {"bgra8", 4, Picture::Kind::kColor, {2, 1, 0}},
+    {"mono8", 1, Picture::Kind::kColor, {0, 0, 0}}, {"32FC1", 4, Picture::Kind::kDepth, {}},
+    {"16UC1", 2, Picture::Kind::kDepth, {}}};
 
 [[noreturn]] void refuse(const std::string& field, const std::string& value, const std::string& expected) {
   throw PictureError("the picture's " + field + " is " + value + ", expected " + expected);
@@ -111,7 +109,8 @@ size_t find_offset(const PointCloud& scan, const std::string& name) {
     if (field.name() != name) continue;
     if (field.datatype() != kFloat32) refuse("datatype of " + name, std::to_string(field.datatype()), "7: FLOAT32");
     if (uint64_t{field.offset()} + sizeof(float) > scan.point_step()) {
-      refuse("point_step", std::to_string(scan.point_step()) + " bytes", "at least " + std::to_string(uint64_t{field.offset()} + sizeof(float)) + ": the end of " + name);
+      refuse("point_step", std::to_string(scan.point_step()) + " bytes",
+             "at least " + std::to_string(uint64_t{field.offset()} + sizeof(float)) + ": the end of " + name);
     }
     return field.offset();
   }
@@ -120,9 +119,12 @@ size_t find_offset(const PointCloud& scan, const std::string& name) {
 
 void check_sizes(const PointCloud& scan) {
   const uint64_t row = uint64_t{scan.point_step()} * scan.width();
-  if (scan.row_step() < row) refuse("row_step", std::to_string(scan.row_step()) + " bytes", "at least " + std::to_string(row) + ": width times point_step");
+  if (scan.row_step() < row)
+    refuse("row_step", std::to_string(scan.row_step()) + " bytes",
+           "at least " + std::to_string(row) + ": width times point_step");
   const uint64_t size = uint64_t{scan.row_step()} * scan.height();
-  if (scan.data().size() != size) refuse("data", std::to_string(scan.data().size()) + " bytes", std::to_string(size) + ": height times row_step");
+  if (scan.data().size() != size)
+    refuse("data", std::to_string(scan.data().size()) + " bytes", std::to_string(size) + ": height times row_step");
   if (scan.is_bigendian()) refuse("is_bigendian", "true", "false");
 }
 
@@ -141,7 +143,8 @@ Picture read_picture(Bytes sample, uint64_t most_pixels) {
   picture.pixels.reserve(size_t{4} * picture.width * picture.height);
   for (size_t y = 0; y < image.height(); y += picture.stride) {
     const uint8_t* row = image.data().data() + y * image.step();
-    for (size_t x = 0; x < image.width(); x += picture.stride) add_pixel(row + x * encoding.pixel_size, encoding, &picture.pixels);
+    for (size_t x = 0; x < image.width(); x += picture.stride)
+      add_pixel(row + x * encoding.pixel_size, encoding, &picture.pixels);
   }
   return picture;
 }
@@ -157,7 +160,8 @@ Picture read_scan(Bytes sample, uint64_t most_points) {
   picture.height = 1;
   picture.stride = static_cast<uint32_t>(count / most_points + (count % most_points > 0 ? 1 : 0));
   for (uint64_t i = 0; i < count; i += picture.stride) {
-    const uint8_t* point = scan.data().data() + i / scan.width() * scan.row_step() + i % scan.width() * scan.point_step();
+    const uint8_t* point =
+        scan.data().data() + i / scan.width() * scan.row_step() + i % scan.width() * scan.point_step();
     float xyz[3];
     for (int k = 0; k < 3; ++k) std::memcpy(&xyz[k], point + offsets[k], sizeof(float));
     if (!std::isfinite(xyz[0]) || !std::isfinite(xyz[1]) || !std::isfinite(xyz[2])) continue;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A camera's picture or a lidar's scan from a sample of its topic, in few formats. Anybody may publish one, so nothing in it is
-// believed before it is checked.
+// A camera's picture or a lidar's scan from a sample of its topic, in few formats. Anybody may publish one, so nothing
+// in it is believed before it is checked.
 #pragma once
 
 #include <cstdint>
@@ -24,10 +24,10 @@ struct Picture {
     kPoints  // x, y, z [m] in the lidar's frame, each as depth is; one row of points that were seen
   };
   Kind kind = Kind::kColor;
-  double time = 0.0;             // [s] of its stamp
+  double time = 0.0;               // [s] of its stamp
   uint32_t width = 0, height = 0;  // [pixels]
-  std::string pixels;            // rows from the top
-  uint32_t stride = 1;           // of a large picture only every n-th pixel of every n-th row is here
+  std::string pixels;              // rows from the top
+  uint32_t stride = 1;             // of a large picture only every n-th pixel of every n-th row is here
 };
 
 // Of a sensor_msgs/Image, with at most so many pixels. Throws PictureError, also for bytes that are no such sample.

@@ -9,10 +9,13 @@ namespace hrp::topics {
 inline const TopicSpec kRosClock{"rt/clock", "rosgraph_msgs::msg::dds_::Clock_", Retention::kStream, 16};
 inline const TopicSpec kRosTf{"rt/tf", "tf2_msgs::msg::dds_::TFMessage_", Retention::kStream, 128};
 inline const TopicSpec kRosTfStatic{"rt/tf_static", "tf2_msgs::msg::dds_::TFMessage_", Retention::kLatest, 1};
-inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::msg::dds_::String_", Retention::kLatest, 1};
+inline const TopicSpec kRosRobotDescription{"rt/robot_description", "std_msgs::msg::dds_::String_", Retention::kLatest,
+                                            1};
 // Commands to the robot, read by hrp-controller-ros.
-inline const TopicSpec kRosJointTrajectory{"rt/joint_trajectory", "trajectory_msgs::msg::dds_::JointTrajectory_", Retention::kStream, 16};
-inline const TopicSpec kRosPositionCommands{"rt/position_commands", "std_msgs::msg::dds_::Float64MultiArray_", Retention::kStream, 16};
+inline const TopicSpec kRosJointTrajectory{"rt/joint_trajectory", "trajectory_msgs::msg::dds_::JointTrajectory_",
+                                           Retention::kStream, 16};
+inline const TopicSpec kRosPositionCommands{"rt/position_commands", "std_msgs::msg::dds_::Float64MultiArray_",
+                                            Retention::kStream, 16};
 
 // Of a camera or a lidar of this name.
 inline TopicSpec make_color_image_topic(const std::string& camera) {
@@ -48,7 +51,8 @@ inline const TopicSpec* find_any_topic(const std::string& name) {
   static const TopicSpec kAnyImage = make_color_image_topic("<camera>"), kAnyInfo = make_camera_info_topic("<camera>"),
                          kAnyPoints = make_points_topic("<lidar>");
   const auto ends_with = [&](const std::string& end) {
-    return !find_ros_topic(name).empty() && name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
+    return !find_ros_topic(name).empty() && name.size() > end.size() &&
+           name.compare(name.size() - end.size(), end.size(), end) == 0;
   };
   if (ends_with("/image_raw")) return &kAnyImage;
   if (ends_with("/camera_info")) return &kAnyInfo;

@@ -14,7 +14,8 @@ inline const TopicSpec kModelRefused{"hrp/model_refused", "hrp::msg::ModelRefuse
 inline const TopicSpec kRobotState{"hrp/robot_state", "hrp::msg::RobotState"};
 inline const TopicSpec kSensorData{"hrp/sensor_data", "hrp::msg::SensorData"};
 inline const TopicSpec kContactSet{"hrp/contact_set", "hrp::msg::ContactSet"};
-inline const TopicSpec kContactForces{"hrp/contact_forces", "hrp::msg::ContactForces", Retention::kStream, 1024, /*gathered=*/true};
+inline const TopicSpec kContactForces{"hrp/contact_forces", "hrp::msg::ContactForces", Retention::kStream, 1024,
+                                      /*gathered=*/true};
 inline const TopicSpec kEvents{"hrp/events", "hrp::msg::RobotEvent"};
 inline const TopicSpec kJointCommands{"hrp/joint_commands", "hrp::msg::JointCommands"};
 inline const TopicSpec kServerStatus{"hrp/server_status", "hrp::msg::ServerStatus", Retention::kLatest, 1};
@@ -30,15 +31,17 @@ inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds
 inline const TopicSpec kRosImu{"rt/imu", "sensor_msgs::msg::dds_::Imu_"};
 inline const TopicSpec kRosWrench{"rt/wrench", "geometry_msgs::msg::dds_::WrenchStamped_"};
 
-// Of one robot where a scenario has several: "hrp/partner/sensor_data", "rt/partner/joint_states" for robot "partner", the
-// plain name for "".
+// Of one robot where a scenario has several: "hrp/partner/sensor_data", "rt/partner/joint_states" for robot "partner",
+// the plain name for "".
 inline TopicSpec of_robot(TopicSpec topic, const std::string& robot) {
   if (!robot.empty()) topic.name.insert(topic.name.find('/') + 1, robot + "/");
   return topic;
 }
 
 // "rt/imu/chest" -> "/imu/chest", as tools of ROS 2 write it; "" of a topic that ROS 2 does not see.
-inline std::string find_ros_topic(const std::string& topic) { return topic.rfind("rt/", 0) == 0 ? topic.substr(2) : ""; }
+inline std::string find_ros_topic(const std::string& topic) {
+  return topic.rfind("rt/", 0) == 0 ? topic.substr(2) : "";
+}
 
 // "partner" of "hrp/partner/sensor_data"; "" of a topic of the first robot.
 inline std::string find_robot(const std::string& topic) {
@@ -47,9 +50,11 @@ inline std::string find_robot(const std::string& topic) {
 }
 
 // Topics that each robot has of its own.
-inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands, &kEvents, &kRosJointStates};
+inline const TopicSpec* const kOfRobot[] = {&kRobotDescription, &kSensorData, &kJointCommands, &kEvents,
+                                            &kRosJointStates};
 
-// "rt/partner/imu/chest" -> "rt/imu/chest": the name that the first robot's topic would have. "" of a name without a robot.
+// "rt/partner/imu/chest" -> "rt/imu/chest": the name that the first robot's topic would have. "" of a name without a
+// robot.
 inline std::string drop_robot(const std::string& topic) {
   const size_t first = topic.find('/'), second = first == std::string::npos ? first : topic.find('/', first + 1);
   return second == std::string::npos ? "" : topic.substr(0, first) + topic.substr(second);
@@ -64,12 +69,13 @@ inline const TopicSpec* find_sensor_topic(const std::string& name) {
 }
 
 // The topic of a name as we publish it: nullptr for names that are not ours. For the ROS views with a name of their own
-// (rt/imu/<name>, rt/wrench/<name>), and topics of other robots (hrp/<robot>/sensor_data), it is the one that they are made from.
+// (rt/imu/<name>, rt/wrench/<name>), and topics of other robots (hrp/<robot>/sensor_data), it is the one that they are
+// made from.
 inline const TopicSpec* find_known_topic(const std::string& name) {
-  static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused, &kRobotState,   &kSensorData,
+  static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused,  &kRobotState,    &kSensorData,
                                           &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
                                           &kStepGrant,        &kRunControl,    &kRunStatus,     &kView,
-                                          &kEvents,           &kPictures,     &kRosJointStates};
+                                          &kEvents,           &kPictures,      &kRosJointStates};
   for (const TopicSpec* topic : kAll) {
     if (topic->name == name) return topic;
   }

@@ -17,8 +17,9 @@ struct LoopGap {
 // Of each loop in the pose of `state`.
 std::vector<LoopGap> calc_gaps(const Model& model, const std::vector<LoopConstraint>& loops, const State& state);
 
-// Moves `joints` of `state` until all loops are closed, or as nearly as they can be: Gauss-Newton from the given positions, each
-// step the shortest one. Of two ways to assemble a linkage it finds the one nearby. What is left, calc_gaps() says.
+// Moves `joints` of `state` until all loops are closed, or as nearly as they can be: Gauss-Newton from the given
+// positions, each step the shortest one. Of two ways to assemble a linkage it finds the one nearby. What is left,
+// calc_gaps() says.
 void close_loops(const Model& model, const std::vector<LoopConstraint>& loops, const std::vector<int>& joints,
                  State* state);
 

@@ -108,7 +108,8 @@ void restart_links(const Model& model, const std::vector<char>& marks, Data* dat
 }
 
 // Of marked links; of all without marks.
-void subtract_wrenches(const Model& model, const LinkWrenches* wrenches, Data* data, const std::vector<char>* marks = nullptr) {
+void subtract_wrenches(const Model& model, const LinkWrenches* wrenches, Data* data,
+                       const std::vector<char>* marks = nullptr) {
   if (wrenches == nullptr || wrenches->empty()) return;
   HRP_CHECK(static_cast<int>(wrenches->size()) == model.num_links(), "one wrench per link, got " << wrenches->size());
   for (size_t i = 0; i < wrenches->size(); ++i) {
@@ -154,14 +155,15 @@ inline double calc_joint_inertia(const LinkConstants& L, const double* extra, in
   return L.rotor_inertia + (extra != nullptr ? extra[link - 1] : 0.0);
 }
 
-// What is gathered: a whole tree, or only its marked links: what others pass to a marked link is then the same as before,
-// added in the same order.
+// What is gathered: a whole tree, or only its marked links: what others pass to a marked link is then the same as
+// before, added in the same order.
 enum class Reach { kAll, kMarked };
 
 // Inward. `marks`: by link, of Reach::kMarked only. Returns false when some joint or the base cannot
 // be accelerated.
 template <Reach reach = Reach::kAll>
-bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data, const char* marks = nullptr) {
+bool gather(const Model& model, const ImplicitTerms& implicit, const double* effort, Data* data,
+            const char* marks = nullptr) {
   const LinkConstants* links = model.links().data();
   const LinkKinematics* k = data->kinematics.data();
   LinkArticulated* A = data->articulated.data();
@@ -174,7 +176,8 @@ bool gather(const Model& model, const ImplicitTerms& implicit, const double* eff
     const int p = links[i].parent;
     if (!is_gathered(p)) continue;
     const bool slide = slides(links[i]);
-    if (is_gathered(i)) positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
+    if (is_gathered(i))
+      positive = articulated::project(slide, k[i].axis, calc_joint_inertia(links[i], extra, i), A + i) && positive;
     if (p > 0 || floating) articulated::pass_inertia(A[i], k[i].r, A + p);
     articulated::pass_force(slide, k[i].axis, k[i].r, effort[i - 1], A + i, A + p);
   }
@@ -199,7 +202,8 @@ void spread(const Model& model, Data* data, double* x) {
 }
 
 void check_sizes(const Model& model, const Eigen::VectorXd& effort, const Eigen::VectorXd& vdot) {
-  HRP_CHECK(effort.size() == model.num_joints() && vdot.size() == model.nv(), "sizes " << effort.size() << ", " << vdot.size());
+  HRP_CHECK(effort.size() == model.num_joints() && vdot.size() == model.nv(),
+            "sizes " << effort.size() << ", " << vdot.size());
 }
 
 void check_terms(const Model& model, const ImplicitTerms& implicit) {

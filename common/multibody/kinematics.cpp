@@ -44,9 +44,7 @@ inline void update_revolute(const LinkConstants& L, double c, double sine, LinkK
       k->axis = k->R.z * L.sign;
       turn(&k->R.x, &k->R.y, c, s);
       break;
-    default:
-      k->axis = k->R * L.axis_F;
-      k->R = turn_about(k->R, L.axis_F, c, sine);
+    default: k->axis = k->R * L.axis_F; k->R = turn_about(k->R, L.axis_F, c, sine);
   }
 }
 

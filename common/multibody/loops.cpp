@@ -11,14 +11,10 @@ namespace {
 
 int count_rows(LoopKind kind) {
   switch (kind) {
-    case LoopKind::kBall:
-      return 3;
-    case LoopKind::kPin:
-      return 5;
-    case LoopKind::kWeld:
-      return 6;
-    case LoopKind::kCoupling:
-      return 1;
+    case LoopKind::kBall: return 3;
+    case LoopKind::kPin: return 5;
+    case LoopKind::kWeld: return 6;
+    case LoopKind::kCoupling: return 1;
   }
   return 0;
 }

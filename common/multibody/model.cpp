@@ -57,7 +57,8 @@ void check_masses(const TreeSpec& spec, Diagnostics* diagnostics) {
   for (size_t i = 0; i < spec.links.size(); ++i) {
     if (mass[i] > 0 || (i == 0 && !spec.floating_base)) continue;
     if (i > 0 && spec.links[i].joint.rotor_inertia > 0) continue;
-    diagnostics->add_error({"", "link '" + spec.links[i].name + "'"}, "neither this link nor what hangs on it has mass");
+    diagnostics->add_error({"", "link '" + spec.links[i].name + "'"},
+                           "neither this link nor what hangs on it has mass");
   }
 }
 
@@ -132,12 +133,9 @@ std::vector<int> make_order(const TreeSpec& spec) {
 
 const char* get_status_text(Status status) {
   switch (status) {
-    case Status::kOk:
-      return "ok";
-    case Status::kSingular:
-      return "singular articulated inertia";
-    case Status::kNotFinite:
-      return "not finite";
+    case Status::kOk: return "ok";
+    case Status::kSingular: return "singular articulated inertia";
+    case Status::kNotFinite: return "not finite";
   }
   return "?";
 }

@@ -63,10 +63,10 @@ class CommandGate {
   Clock::time_point asked_at_;
   bool answered_ = false;
   bool met_ = false;
-  std::string stale_;    // an answer to another step has come since the last question
+  std::string stale_;        // an answer to another step has come since the last question
   uint64_t stale_step_ = 0;  // the step that it answered
   int stale_asked_ = 0;      // times that the question had been asked when such answers last came nearer to it
-  bool silent_ = false;  // held because of silence: not waited for until it speaks
+  bool silent_ = false;      // held because of silence: not waited for until it speaks
   JointCommand command_;
   msg::JointCommands last_, last_before_;  // answers accepted to now_ and before_
   std::string fault_, warning_;

@@ -51,7 +51,8 @@ void DynamicsLoop::take_description(const msg::RobotDescription& message) {
 
 void DynamicsLoop::add_robots() {
   if (engine_->num_other_robots() != scenario_.robots.size()) {
-    throw InputError(scenario_.make_diagnostic("robots", "this dynamics server simulates no other robots; use hrp-dynamics"));
+    throw InputError(
+        scenario_.make_diagnostic("robots", "this dynamics server simulates no other robots; use hrp-dynamics"));
   }
   const std::vector<Mover> bodies = make_robots(robot_, scenario_, movers_);
   robots_.resize(bodies.size());
@@ -92,7 +93,8 @@ std::unique_ptr<DynamicsEngine> DynamicsLoop::make_engine() const {
     return make_engine_(robot_, scenario_);
   } catch (const InputError& error) {
     Diagnostics placed;
-    for (const Diagnostic& d : error.diagnostics()) placed.add_error(d.file.empty() ? scenario_.make_diagnostic(d.field, d.message) : d);
+    for (const Diagnostic& d : error.diagnostics())
+      placed.add_error(d.file.empty() ? scenario_.make_diagnostic(d.field, d.message) : d);
     throw InputError(placed);
   }
 }

@@ -9,14 +9,14 @@
 #include <vector>
 
 #include "common/messages/convert.h"
-#include "common/robot/fall_watch.h"
-#include "common/robot/movers.h"
 #include "common/node/command_gate.h"
 #include "common/node/live_pushes.h"
 #include "common/node/lockstep.h"
 #include "common/node/node_base.h"
 #include "common/node/ros_views.h"
 #include "common/node/view_writer.h"
+#include "common/robot/fall_watch.h"
+#include "common/robot/movers.h"
 #include "hrp_idl/model.h"
 
 namespace hrp {
@@ -101,17 +101,21 @@ class DynamicsLoop : public NodeBase {
 
   // What is sent to, and asked of, the controller of a robot.
   struct Controlled {
-    Mover body;                      // its name is "" of the first robot
+    Mover body;  // its name is "" of the first robot
     CommandGate gate;
     FallWatch fall_watch;
     Publisher<msg::SensorData> publisher;
     Publisher<msg::RobotEvent> events;
     std::unique_ptr<Reader> reader;  // of its commands; NodeBase has that of the first robot
     msg::SensorData message;
-    Bytes last;                      // in the publisher's buffer
+    Bytes last;  // in the publisher's buffer
   };
-  const State& get_state(size_t robot) const { return find_robot_state(robot, engine_->state(), engine_->objects(), scenario_); }
-  const SensorSample& get_sensors(size_t robot) const { return robot == 0 ? engine_->sensors() : engine_->other_sensors(robot - 1); }
+  const State& get_state(size_t robot) const {
+    return find_robot_state(robot, engine_->state(), engine_->objects(), scenario_);
+  }
+  const SensorSample& get_sensors(size_t robot) const {
+    return robot == 0 ? engine_->sensors() : engine_->other_sensors(robot - 1);
+  }
 
   EngineFactory make_engine_;
   RobotDescription robot_;
@@ -132,8 +136,8 @@ class DynamicsLoop : public NodeBase {
   bool in_epoch_ = false;
   uint64_t epoch_ = 0;
   uint64_t step_ = 0;
-  uint64_t granted_ = 0;      // through this step
-  bool has_last_ = false;     // of this epoch: the scheduler has said which step is the last
+  uint64_t granted_ = 0;   // through this step
+  bool has_last_ = false;  // of this epoch: the scheduler has said which step is the last
   uint64_t last_step_ = 0;
   LivePushes pushes_;
   bool pushes_ignored_ = false;  // and said so
@@ -143,7 +147,7 @@ class DynamicsLoop : public NodeBase {
   std::vector<Eigen::VectorXd> other_efforts_;
   std::vector<RobotSample> ros_samples_;
   RepeatTimer repeat_timer_;
-  uint64_t idle_epoch_ = 0;   // (epoch, step) at the last handle_idle(): silence is measured from there
+  uint64_t idle_epoch_ = 0;  // (epoch, step) at the last handle_idle(): silence is measured from there
   uint64_t idle_step_ = 0;
   bool ros_views_made_ = false;
   std::string warning_said_;

@@ -11,7 +11,8 @@ int run_dynamics_server(int argc, char** argv, const ServerProgram& program, con
       argc, argv, program,
       [&](const NodeContext& context) { return std::make_unique<DynamicsLoop>(context, make_engine, ros_rate); },
       [&](CLI::App& app) {
-        app.add_option("--ros-rate", ros_rate, "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
+        app.add_option("--ros-rate", ros_rate,
+                       "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
             ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
       });
 }

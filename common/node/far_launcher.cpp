@@ -42,7 +42,8 @@ std::optional<JoinedRun> join_far_run(const JoinOptions& options) {
   run.entry.vendor = run.vendor_of_run = options.vendor.empty() ? "cyclone" : options.vendor;
   run.entry.token = read_line();
   if (g_stop_signal) return std::nullopt;
-  if (options.domain < 0 || run.entry.token.empty()) throw BusError("--far-launcher needs --domain, and the token of the run on standard input");
+  if (options.domain < 0 || run.entry.token.empty())
+    throw BusError("--far-launcher needs --domain, and the token of the run on standard input");
   return run;
 }
 

@@ -14,8 +14,8 @@ namespace hrp {
 // Silence after which the launcher, or the way to it, counts as gone.
 constexpr auto kFarSilence = std::chrono::seconds(15);
 
-// The run of --domain and --dds with the token of standard input. Runs of this machine are not looked at: one of them may
-// have the same domain. Throws BusError when no token comes.
+// The run of --domain and --dds with the token of standard input. Runs of this machine are not looked at: one of them
+// may have the same domain. Throws BusError when no token comes.
 std::optional<JoinedRun> join_far_run(const JoinOptions& options);
 
 // Asks this process to stop when standard input ends or is silent.

@@ -36,7 +36,8 @@ RunChoice refuse(const std::string& problem, bool may_come = false) {
 
 RunChoice join_domain(const JoinOptions& options, const std::vector<RunEntry>& runs) {
   if (options.domain > kHighestDomain) {
-    return refuse("--domain " + std::to_string(options.domain) + " is no DDS domain: expected 0 to " + std::to_string(kHighestDomain));
+    return refuse("--domain " + std::to_string(options.domain) + " is no DDS domain: expected 0 to " +
+                  std::to_string(kHighestDomain));
   }
   for (const RunEntry& entry : runs) {
     if (entry.domain == options.domain) return join_one(entry, options);
@@ -54,7 +55,8 @@ RunChoice join_process(const JoinOptions& options, const std::vector<RunEntry>& 
   for (const RunEntry& entry : runs) {
     if (entry.process_id == options.run) return join_one(entry, options);
   }
-  return refuse("--run " + std::to_string(options.run) + ": no run has this process id; runs on this machine:\n" + describe_entries(runs));
+  return refuse("--run " + std::to_string(options.run) + ": no run has this process id; runs on this machine:\n" +
+                describe_entries(runs));
 }
 
 std::string describe_choices(const std::vector<RunEntry>& runs) {
@@ -89,12 +91,16 @@ bool is_asked_on_terminal(const RunChoice& choice) {
 }  // namespace
 
 void add_join_options(CLI::App& app, JoinOptions* options) {
-  auto* run = app.add_option("--run", options->run, "process id of the run to join (see hrp-run list); default: the only run of this machine")
+  auto* run = app.add_option("--run", options->run,
+                             "process id of the run to join (see hrp-run list); default: the only run of this machine")
                   ->check(CLI::PositiveNumber);
-  app.add_option("--domain", options->domain, "DDS domain of the run to join")->check(CLI::Range(0, kHighestDomain))->excludes(run);
+  app.add_option("--domain", options->domain, "DDS domain of the run to join")
+      ->check(CLI::Range(0, kHighestDomain))
+      ->excludes(run);
   app.add_option("--dds", options->vendor, "DDS of this program, which can talk to both; default: the run's")
       ->check(CLI::IsMember({"cyclone", "fast"}));
-  app.add_option("--secure", options->secure, "folder of the identity to join with (scripts/secure.sh makes it)")->check(CLI::ExistingDirectory);
+  app.add_option("--secure", options->secure, "folder of the identity to join with (scripts/secure.sh makes it)")
+      ->check(CLI::ExistingDirectory);
 }
 
 bool JoinedRun::is_launched_by_it() const { return registered && entry.process_id == getppid(); }
@@ -114,7 +120,9 @@ RunChoice choose_run(const JoinOptions& options, const std::vector<RunEntry>& ru
   }
   const std::string start = "start one with scripts/simulate.sh" + (role.empty() ? "" : " --without " + role);
   if (runs.empty()) return refuse("no run on this machine; " + start + ", or name a DDS domain with --domain", true);
-  return refuse("no run leaves the place of " + role + " free; " + start + "; runs on this machine:\n" + describe_entries(runs), true);
+  return refuse(
+      "no run leaves the place of " + role + " free; " + start + "; runs on this machine:\n" + describe_entries(runs),
+      true);
 }
 
 std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Joiner& joiner) {
@@ -122,10 +130,12 @@ std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Join
   while (true) {
     RunChoice choice = choose_run(options, find_runs(), joiner.role);
     if (choice.run && !take_place(&*choice.run, joiner.role)) {
-      choice = refuse("the place of " + joiner.role + " is taken in " + describe_place(*choice.run) + " by another program", true);
+      choice = refuse(
+          "the place of " + joiner.role + " is taken in " + describe_place(*choice.run) + " by another program", true);
     }
     if (choice.run) {
-      if (!said.empty()) std::fprintf(stderr, "%s: joins %s\n", joiner.program.c_str(), describe_place(*choice.run).c_str());
+      if (!said.empty())
+        std::fprintf(stderr, "%s: joins %s\n", joiner.program.c_str(), describe_place(*choice.run).c_str());
       return choice.run;
     }
     if (is_asked_on_terminal(choice)) {
@@ -133,7 +143,8 @@ std::optional<JoinedRun> find_run_to_join(const JoinOptions& options, const Join
       throw BusError("no run was chosen");
     }
     if (!joiner.waits || !choice.may_come) throw BusError(choice.problem);
-    if (said != choice.problem) std::fprintf(stderr, "%s: waits for a run: %s\n", joiner.program.c_str(), choice.problem.c_str());
+    if (said != choice.problem)
+      std::fprintf(stderr, "%s: waits for a run: %s\n", joiner.program.c_str(), choice.problem.c_str());
     said = choice.problem;
     std::this_thread::sleep_for(kLook);
     if (g_stop_signal) return std::nullopt;
@@ -151,14 +162,16 @@ std::string find_token(const JoinedRun& run) {
 
 BusOptions make_join_bus_options(const JoinedRun& run, const JoinOptions& join, BusOptions options) {
   if (run.registered && run.entry.secured && join.secure.empty()) {
-    throw BusError("the run on " + describe_place(run) + " is secured: --secure DIR with an identity of its authority is needed");
+    throw BusError("the run on " + describe_place(run) +
+                   " is secured: --secure DIR with an identity of its authority is needed");
   }
   if (run.registered && !run.entry.secured && !join.secure.empty()) {
     throw BusError("the run on " + describe_place(run) + " is not secured: --secure would meet nobody there");
   }
   if (run.registered && !join.secure.empty() && run.vendor_of_run != run.entry.vendor) throw BusError(kNoSecureMix);
   // On the machine of the launcher it is known where the others are.
-  if (run.registered && options.network_interface.empty() && options.config_file.empty()) options.network_interface = run.entry.network;
+  if (run.registered && options.network_interface.empty() && options.config_file.empty())
+    options.network_interface = run.entry.network;
   options.secure = join.secure;
   options.only_looks = join.only_looks;
   options.domain = run.entry.domain;

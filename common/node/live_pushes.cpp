@@ -19,8 +19,11 @@ bool has_begun(const msg::Push& push, uint64_t step) { return push.number() > 0 
 std::string find_push_fault(const msg::Push& push) {
   const Vector3d force = from_message(push.force()), point = from_message(push.p_LQ());
   if (!force.allFinite() || !point.allFinite()) return "a push needs a force [N] and a point [m] of finite numbers";
-  if (force.norm() > kHardestPush) return "a push of " + std::to_string(force.norm()) + " N is more than the " + std::to_string(static_cast<long>(kHardestPush)) + " N that are allowed";
-  if (push.steps() > kMostSteps) return "a push lasts at most " + std::to_string(kMostSteps) + " steps, not " + std::to_string(push.steps());
+  if (force.norm() > kHardestPush)
+    return "a push of " + std::to_string(force.norm()) + " N is more than the " +
+           std::to_string(static_cast<long>(kHardestPush)) + " N that are allowed";
+  if (push.steps() > kMostSteps)
+    return "a push lasts at most " + std::to_string(kMostSteps) + " steps, not " + std::to_string(push.steps());
   return "";
 }
 
@@ -35,7 +38,8 @@ std::string find_push_fault(const msg::Push& push, const TreeSpec& tree, const s
 }
 
 void PushQueue::add(const msg::Push& push) {
-  const auto same = std::find_if(pushes_.begin(), pushes_.end(), [&](const msg::Push& p) { return p.number() == 0 && p.link() == push.link(); });
+  const auto same = std::find_if(pushes_.begin(), pushes_.end(),
+                                 [&](const msg::Push& p) { return p.number() == 0 && p.link() == push.link(); });
   msg::Push& kept = same != pushes_.end() ? *same : pushes_.emplace_back();
   kept = push;
   kept.number(0);
@@ -69,12 +73,13 @@ PushForces LivePushes::find(uint64_t step) {
   std::vector<msg::Push> left;
   for (size_t i = 0; i < pushes_.size(); ++i) {
     const msg::Push& push = pushes_[i];
-    const bool replaced = std::any_of(pushes_.begin() + static_cast<long>(i) + 1, pushes_.end(), [&](const msg::Push& next) {
-      return next.link() == push.link() && next.from_step() <= step;
-    });
+    const bool replaced =
+        std::any_of(pushes_.begin() + static_cast<long>(i) + 1, pushes_.end(),
+                    [&](const msg::Push& next) { return next.link() == push.link() && next.from_step() <= step; });
     if (replaced || (push.from_step() <= step && step - push.from_step() >= push.steps())) continue;
     left.push_back(push);
-    if (push.from_step() <= step) acting.push_back({"", push.link(), from_message(push.p_LQ()), from_message(push.force())});
+    if (push.from_step() <= step)
+      acting.push_back({"", push.link(), from_message(push.p_LQ()), from_message(push.force())});
   }
   pushes_ = std::move(left);
   return acting;

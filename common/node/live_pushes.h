@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pushes of people (RunControl, REQUEST_PUSH) on their way through step grants: the scheduler says from which state on each
-// acts, so that a run with its pushes can be repeated to the bit.
+// Pushes of people (RunControl, REQUEST_PUSH) on their way through step grants: the scheduler says from which state on
+// each acts, so that a run with its pushes can be repeated to the bit.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +37,7 @@ class PushQueue {
 class LivePushes {
  public:
   void reset() { pushes_.clear(), last_number_ = 0; }
-  void add(const msg::Push& push);  // ignored when it was added before
+  void add(const msg::Push& push);               // ignored when it was added before
   void add_from(uint64_t step, msg::Push push);  // the next one, without a scheduler: acts from this state on
   bool empty() const { return pushes_.empty(); }
   // What acts in the step that begins at state `step`. Steps come in order: what is over is forgotten.

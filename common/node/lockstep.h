@@ -10,7 +10,8 @@
 
 namespace hrp {
 
-// The scheduler grants at most this many steps beyond the last one that dynamics has reported: two of its largest windows.
+// The scheduler grants at most this many steps beyond the last one that dynamics has reported: two of its largest
+// windows.
 constexpr uint64_t kMostGranted = 200;
 // More resets than a reader can have missed between two grants.
 constexpr uint64_t kMostEpochsAhead = 1000000;

@@ -10,13 +10,17 @@
 namespace hrp {
 
 // Role of the controller of a robot: "controller.partner", "controller" for the scenario's first robot ("").
-inline std::string make_controller_role(const std::string& robot) { return robot.empty() ? "controller" : "controller." + robot; }
+inline std::string make_controller_role(const std::string& robot) {
+  return robot.empty() ? "controller" : "controller." + robot;
+}
 // "partner" of "controller.partner"; empty for all other roles.
 inline std::string find_robot_of(const std::string& role) {
   const std::string start = make_controller_role("x");
   return role.compare(0, start.size() - 1, start, 0, start.size() - 1) == 0 ? role.substr(start.size() - 1) : "";
 }
-inline bool is_controller(const std::string& role) { return role == make_controller_role("") || !find_robot_of(role).empty(); }
+inline bool is_controller(const std::string& role) {
+  return role == make_controller_role("") || !find_robot_of(role).empty();
+}
 
 // What a node needs to know about the run it joins, from the command line of its process.
 struct NodeContext {
@@ -24,7 +28,8 @@ struct NodeContext {
   std::string role;     // "dynamics"
   std::string program;  // "hrp-dynamics"
   std::string token;    // of the run (run_token.h), empty when it has none
-  std::string robot = {};  // of a controller: its robot where a scenario has several, empty for the scenario's first one
+  // Of a controller: its robot where a scenario has several, empty for the scenario's first one
+  std::string robot = {};
 };
 
 enum class NodeOutcome { kRunning, kFinished, kFailed };

@@ -43,8 +43,8 @@ class NodeBase : public Node {
   // Called once, before this node says its fault.
   virtual void handle_fault() {}
 
-  // Subscribes reliably when the node is run, so not before it is constructed; what `on_message` throws becomes a fault,
-  // and so does a sample that is no Message.
+  // Subscribes reliably when the node is run, so not before it is constructed; what `on_message` throws becomes a
+  // fault, and so does a sample that is no Message.
   template <typename Message, typename OnMessage>
   void listen(const TopicSpec& topic, OnMessage on_message) {
     subscriptions_.push_back([this, topic, on_message = std::move(on_message)] {
@@ -103,7 +103,7 @@ class NodeBase : public Node {
   NodeOutcome outcome_ = NodeOutcome::kRunning;
   std::string failure_;
   std::set<std::string> unauthorized_;  // topics on which somebody without the token spoke
-  bool ending_ = false;  // finish() was called, and waits for is_drained()
+  bool ending_ = false;                 // finish() was called, and waits for is_drained()
   bool fault_timed_ = false;
   Clock::time_point fault_end_;
   Clock::time_point last_report_;

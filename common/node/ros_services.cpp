@@ -20,23 +20,26 @@ constexpr size_t kEncapsulation = 4, kPadding = 3;
 }  // namespace
 
 template <typename Request, typename Response>
-void RosServices::offer(Bus& bus, const ServiceSpec& service, std::function<msg::RunRequest(const Request&)> find_request) {
+void RosServices::offer(Bus& bus, const ServiceSpec& service,
+                        std::function<msg::RunRequest(const Request&)> find_request) {
   auto buffer = std::make_shared<std::vector<char>>();
-  services_.push_back(bus.make_service(service, [this, buffer, find_request = std::move(find_request)](Bytes asked) -> Bytes {
-    Request request;
-    try {
-      decode(asked, &request);
-    } catch (const DecodeError&) {
-      return {};  // no request of this service
-    }
-    // Nor is what is longer: with Fast DDS that is how requests of rmw_cyclonedds come, whose replies it would not find.
-    if (asked.size > kEncapsulation + Request::getCdrSerializedSize(request) + kPadding) return {};
-    const SteerResult result = steer_(find_request(request));
-    Response response;
-    response.success(result.success);
-    response.message(result.message);
-    return encode(response, buffer.get());
-  }));
+  services_.push_back(
+      bus.make_service(service, [this, buffer, find_request = std::move(find_request)](Bytes asked) -> Bytes {
+        Request request;
+        try {
+          decode(asked, &request);
+        } catch (const DecodeError&) {
+          return {};  // no request of this service
+        }
+        // Nor is what is longer: with Fast DDS that is how requests of rmw_cyclonedds come, whose replies it would not
+        // find.
+        if (asked.size > kEncapsulation + Request::getCdrSerializedSize(request) + kPadding) return {};
+        const SteerResult result = steer_(find_request(request));
+        Response response;
+        response.success(result.success);
+        response.message(result.message);
+        return encode(response, buffer.get());
+      }));
 }
 
 RosServices::RosServices(Bus& bus, Steer steer) : steer_(std::move(steer)) {
@@ -44,9 +47,11 @@ RosServices::RosServices(Bus& bus, Steer steer) : steer_(std::move(steer)) {
     return request.data() ? msg::REQUEST_PAUSE : msg::REQUEST_RUN;
   });
   using Triggered = std::pair<const ServiceSpec&, msg::RunRequest>;
-  for (const auto& [service, asked] : {Triggered{topics::kRosResume, msg::REQUEST_RUN}, Triggered{topics::kRosStep, msg::REQUEST_STEP},
-                                       Triggered{topics::kRosReset, msg::REQUEST_RESET}}) {
-    offer<Trigger_Request_, Trigger_Response_>(bus, service, [request = asked](const Trigger_Request_&) { return request; });
+  for (const auto& [service, asked] :
+       {Triggered{topics::kRosResume, msg::REQUEST_RUN}, Triggered{topics::kRosStep, msg::REQUEST_STEP},
+        Triggered{topics::kRosReset, msg::REQUEST_RESET}}) {
+    offer<Trigger_Request_, Trigger_Response_>(bus, service,
+                                               [request = asked](const Trigger_Request_&) { return request; });
   }
 }
 

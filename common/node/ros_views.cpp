@@ -38,7 +38,8 @@ RosViews::RobotViews::RobotViews(Bus& bus, const Mover& robot, const FrameTree& 
   }
   wrenches.resize(sensors.wrenches.size());
   for (size_t i = 0; i < wrenches.size(); ++i) {
-    wrenches[i].publisher = {bus, make_named(topics::of_robot(topics::kRosWrench, robot.name), sensors.wrenches[i].name)};
+    wrenches[i].publisher = {bus,
+                             make_named(topics::of_robot(topics::kRosWrench, robot.name), sensors.wrenches[i].name)};
     wrenches[i].message.header().frame_id(tree.find_frame(sensors.wrenches[i].link));
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What ros2 tools see of a run: clock, frames, URDF, joint states, IMUs, foot wrenches under ROS names. Streams are sent
-// only while somebody reads them. There is one clock and one tree of frames; all else of robot "partner" is in the namespace
-// /partner, its frames are "partner/L_FOOT".
+// What ros2 tools see of a run: clock, frames, URDF, joint states, IMUs, foot wrenches under ROS names. Streams are
+// sent only while somebody reads them. There is one clock and one tree of frames; all else of robot "partner" is in the
+// namespace /partner, its frames are "partner/L_FOOT".
 #pragma once
 
 #include <string>
@@ -58,8 +58,8 @@ class RosViews {
   void publish_clock(double time);
   void publish_frames(double time, const std::vector<RobotSample>& samples);
 
-  std::vector<View<rosgraph_msgs::msg::dds_::Clock_>> clock_;            // none or one
-  std::vector<View<tf2_msgs::msg::dds_::TFMessage_>> tf_;                // none or one
+  std::vector<View<rosgraph_msgs::msg::dds_::Clock_>> clock_;  // none or one
+  std::vector<View<tf2_msgs::msg::dds_::TFMessage_>> tf_;      // none or one
   Publisher<tf2_msgs::msg::dds_::TFMessage_> tf_static_;
   std::vector<FrameTree> trees_;  // one a robot
   std::vector<RobotViews> robots_;

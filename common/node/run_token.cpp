@@ -46,8 +46,8 @@ uint64_t make_nonce() {
 std::string calc_signature(const std::string& token, const void* data, size_t size) {
   unsigned char digest[EVP_MAX_MD_SIZE];
   unsigned int digest_size = 0;
-  if (!HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()), static_cast<const unsigned char*>(data), size, digest,
-            &digest_size) ||
+  if (!HMAC(EVP_sha256(), token.data(), static_cast<int>(token.size()), static_cast<const unsigned char*>(data), size,
+            digest, &digest_size) ||
       digest_size < kTokenBytes) {
     throw std::runtime_error("the system's library cannot calculate HMAC-SHA256");
   }

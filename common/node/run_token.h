@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who may steer a run: those who know its token, which lies in a private folder of the user who started it. The token is
-// never sent, as everybody on the machine can read a topic: messages carry a signature that is made with it.
+// Who may steer a run: those who know its token, which lies in a private folder of the user who started it. The token
+// is never sent, as everybody on the machine can read a topic: messages carry a signature that is made with it.
 #pragma once
 
 #include <cstdint>
@@ -48,8 +48,8 @@ const char* get_phase_text(msg::RunPhase phase);  // "running"
 bool is_over(const msg::RunStatus& status);
 // Of those who hold the token nobody believes an end or a refusal without its signature.
 bool must_be_signed(const msg::RunStatus& status);
-// Reports of a run that goes on are not signed, so none of them may undo its end. A run that went well may still fail: its
-// logger finds out while it closes the file.
+// Reports of a run that goes on are not signed, so none of them may undo its end. A run that went well may still fail:
+// its logger finds out while it closes the file.
 bool may_follow(const msg::RunStatus& heard, const msg::RunStatus& news);
 // Both rules, for whoever looks at a run.
 bool may_believe(const std::string& token, const msg::RunStatus& heard, const msg::RunStatus& news);

@@ -34,7 +34,8 @@ int find_exit_code(const Node& node, const std::string& program) {
   if (node.outcome() != NodeOutcome::kFailed) return kExitOk;
   if (g_has_parent && node.has_told_failure()) return kExitFailed;
   // A refused model goes through the bus to the scheduler and the launcher; the terminal they share is told once.
-  if (g_has_parent && node.failure().substr(0, node.failure().find('\n')).find("model refused") != std::string::npos) return kExitFailed;
+  if (g_has_parent && node.failure().substr(0, node.failure().find('\n')).find("model refused") != std::string::npos)
+    return kExitFailed;
   std::fprintf(stderr, "%s: %s\n", program.c_str(), make_printable(node.failure()).c_str());
   return kExitFailed;
 }
@@ -46,7 +47,8 @@ void handle_stop_signals() {
   action.sa_handler = note_stop_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
-  // A terminal that is closed ends the run as Ctrl-C does, with a closed log; who started it with nohup wants it to go on.
+  // A terminal that is closed ends the run as Ctrl-C does, with a closed log; who started it with nohup wants it to go
+  // on.
   struct sigaction before = {};
   if (sigaction(SIGHUP, nullptr, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
   signal(SIGPIPE, SIG_IGN);

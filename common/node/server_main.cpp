@@ -32,15 +32,20 @@ struct CommonOptions {
 
 void add_common_options(CLI::App& app, const std::string& role, CommonOptions* options) {
   add_join_options(app, &options->join);
-  app.add_option("--network-interface", options->bus.network_interface,
-                 "IPv4 address of the interface to use; default: loopback only. ADDRESS,PEER,... looks for other programs at\n"
-                 "these peers instead of by multicast");
+  app.add_option(
+      "--network-interface", options->bus.network_interface,
+      "IPv4 address of the interface to use; default: loopback only. ADDRESS,PEER,... looks for other programs at\n"
+      "these peers instead of by multicast");
   app.add_option("--dds-config", options->bus.config_file,
                  "file in the DDS vendor's own format that replaces all network settings");
   app.add_option("--role", options->role, "name under which this server reports; default: " + role);
-  if (role == "controller") app.add_option("--robot", options->robot, "name of the robot to control, where the scenario has other 'robots'; default: its first one");
+  if (role == "controller")
+    app.add_option("--robot", options->robot,
+                   "name of the robot to control, where the scenario has other 'robots'; default: its first one");
   app.add_option("--parent", options->parent, "process id: end when this parent ends (used by hrp-simulate)");
-  app.add_flag("--far-launcher", options->far_launcher, "the launcher is on another machine and talks to this server through standard input (used by hrp-simulate --on)");
+  app.add_flag(
+      "--far-launcher", options->far_launcher,
+      "the launcher is on another machine and talks to this server through standard input (used by hrp-simulate --on)");
 }
 
 // Ends a node whose run has gone without a word: its launcher was killed.
@@ -78,8 +83,9 @@ DomainClaim claim_by_hand(const JoinedRun& run, const ServerProgram& program, bo
   return claim;
 }
 
-// A server hands its step to the next one, and then waits. On few cores, one that is woken must not push one that runs off its
-// core: the logger would do so at every sample. Whoever has chosen another policy keeps it. Threads that come later inherit it.
+// A server hands its step to the next one, and then waits. On few cores, one that is woken must not push one that runs
+// off its core: the logger would do so at every sample. Whoever has chosen another policy keeps it. Threads that come
+// later inherit it.
 void let_others_finish() {
   if (sched_getscheduler(0) != SCHED_OTHER) return;
   const sched_param none{};
@@ -91,7 +97,8 @@ int run(const ServerProgram& program, const CommonOptions& options, const NodeMa
   handle_stop_signals();
   if (!end_with_parent(options.parent)) return kExitFailed;
   const std::string place = options.robot.empty() ? program.role : make_controller_role(options.robot);
-  auto joined = options.far_launcher ? join_far_run(options.join) : find_run_to_join(options.join, {program.program, place, /*waits=*/true});
+  auto joined = options.far_launcher ? join_far_run(options.join)
+                                     : find_run_to_join(options.join, {program.program, place, /*waits=*/true});
   if (!joined) return kExitInterrupted;
   const DomainClaim claim = claim_by_hand(*joined, program, !options.join.secure.empty());
   const std::unique_ptr<Bus> bus = make_bus(make_join_bus_options(*joined, options.join, options.bus));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a server shows to eyes. A run as fast as it goes makes 20 000 steps a second, and every reader of a stream costs
-// its writer a packet per step; nobody sees more than some hundred. So a server that is watched packs samples of one step
-// every 2 ms of wall clock into one packet every 16 ms. Nothing else may read this: which steps it shows is chance.
+// its writer a packet per step; nobody sees more than some hundred. So a server that is watched packs samples of one
+// step every 2 ms of wall clock into one packet every 16 ms. Nothing else may read this: which steps it shows is
+// chance.
 #pragma once
 
 #include <chrono>

@@ -40,7 +40,7 @@ struct Run {
   RobotDescription robot;
   Scenario scenario;
   std::vector<Mover> robots;
-  size_t followed = 0;        // of the robots
+  size_t followed = 0;          // of the robots
   std::vector<Moment> moments;  // 100 a second
 };
 
@@ -50,11 +50,14 @@ size_t find_followed(const Run& run, const std::string& path, const std::string&
     if (run.robots[k].name == name) return k;
     if (k > 0) known += (k > 1 ? ", " : "") + run.robots[k].name;
   }
-  throw std::runtime_error(path + ": has no robot '" + name + "'; expected " + (known.empty() ? "none: there is one robot" : "one of " + known));
+  throw std::runtime_error(path + ": has no robot '" + name + "'; expected " +
+                           (known.empty() ? "none: there is one robot" : "one of " + known));
 }
 
 // Of a run that has diverged, nothing can be drawn, and nothing be sorted by distance.
-bool is_finite(const State& state) { return std::isfinite(state.p_WB.squaredNorm()) && state.R_WB.coeffs().allFinite() && state.q.allFinite(); }
+bool is_finite(const State& state) {
+  return std::isfinite(state.p_WB.squaredNorm()) && state.R_WB.coeffs().allFinite() && state.q.allFinite();
+}
 
 Run read_run(const std::string& path, const PictureOptions& options) {
   mcap::Reader log(path);
@@ -144,11 +147,14 @@ class Painter {
     std::vector<Solid> solids;  // link axes
   };
 
-  const State& get_state(size_t k, const Moment& moment) const { return find_robot_state(k, moment.first, moment.others, run_.scenario); }
+  const State& get_state(size_t k, const Moment& moment) const {
+    return find_robot_state(k, moment.first, moment.others, run_.scenario);
+  }
 
   void add_robot(const Mover& robot, bool followed) {
     Body& body = bodies_.emplace_back(robot);
-    for (const CollisionShape& shape : robot.robot.shapes) body.solids.push_back(move_solid(shape.X_LG, make_solid(shape)));
+    for (const CollisionShape& shape : robot.robot.shapes)
+      body.solids.push_back(move_solid(shape.X_LG, make_solid(shape)));
     const State start = make_start_state(robot.robot, robot.scenario);
     const std::vector<Solid> placed = place(&body, start);
     for (size_t i = 0; i < placed.size(); ++i) {
@@ -166,8 +172,9 @@ class Painter {
     if (obstacle.is_surface()) return;  // solids are convex here
     CollisionShape shape;
     shape.size = obstacle.size;
-    shape.kind = obstacle.shape == "sphere" ? ShapeKind::kSphere
-                 : obstacle.shape == "cylinder" ? ShapeKind::kCylinder : ShapeKind::kBox;
+    shape.kind = obstacle.shape == "sphere"     ? ShapeKind::kSphere
+                 : obstacle.shape == "cylinder" ? ShapeKind::kCylinder
+                                                : ShapeKind::kBox;
     obstacles_.push_back(move_solid(obstacle.X_WG, make_solid(shape)));
     obstacles_.back().colour = kStone;
   }
@@ -183,8 +190,8 @@ class Painter {
 
   static constexpr double kReach = 0.9, kStep = 0.2;  // [m] of the floor that is drawn, between its lines
 
-  // Whole multiples of kStep on the floor around a coordinate; none where doubles are further apart than lines, as in a run that
-  // has diverged.
+  // Whole multiples of kStep on the floor around a coordinate; none where doubles are further apart than lines, as in a
+  // run that has diverged.
   static std::vector<double> list_lines(double middle) {
     std::vector<double> lines;
     const double first = std::ceil((middle - kReach) / kStep);
@@ -198,9 +205,11 @@ class Painter {
     const auto at = [&](double px, double py) { return camera.project(put_on_ground({px, py, 0.0})); };
     std::string svg = "<polygon class=\"floor\" points=\"" +
                       make_points({at(x - kReach, y - kReach), at(x + kReach, y - kReach), at(x + kReach, y + kReach),
-                                   at(x - kReach, y + kReach)}) + "\"/>\n";
+                                   at(x - kReach, y + kReach)}) +
+                      "\"/>\n";
     const auto add_line = [&](double k, const Vector2d& a, const Vector2d& b) {
-      svg += format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>", std::fmod(k, 5.0) == 0.0 ? "metre" : "line", a.x(), a.y(), b.x(), b.y());
+      svg += format("<path class=\"%s\" d=\"M%.1f %.1fL%.1f %.1f\"/>", std::fmod(k, 5.0) == 0.0 ? "metre" : "line",
+                    a.x(), a.y(), b.x(), b.y());
     };
     for (double k : list_lines(x)) add_line(k, at(k * kStep, y - kReach), at(k * kStep, y + kReach));
     for (double k : list_lines(y)) add_line(k, at(x - kReach, k * kStep), at(x + kReach, k * kStep));
@@ -248,18 +257,22 @@ void write_robot_pictures(const std::string& log_path, const PictureOptions& opt
   const int columns = std::min<int>(kColumns, static_cast<int>(chosen.size()));
   const double width = kPanelWidth * columns;
   const double height = kPanelHeight * std::ceil(static_cast<double>(chosen.size()) / columns);
-  std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" height=\"%.0f\" "
-                           "font-family=\"sans-serif\" font-size=\"13\" class=\"robot\">\n", width, height, width, height);
-  svg += "<style>text{fill:#333}.page{fill:#fff}.floor{fill:#eceae6}.line,.metre{stroke:#bbb6ad;stroke-width:.6;fill:none}"
-         ".metre{stroke:#8d877c;stroke-width:1.4}.shadow{fill:#000;opacity:.16}"
-         "@media(prefers-color-scheme:dark){text{fill:#ddd}.page{fill:#181818}.floor{fill:#3a3936}"
-         ".line,.metre{stroke:#5a5852}.metre{stroke:#85817a}.shadow{opacity:.4}}</style>\n"
-         "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
+  std::string svg = format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" height=\"%.0f\" "
+      "font-family=\"sans-serif\" font-size=\"13\" class=\"robot\">\n",
+      width, height, width, height);
+  svg +=
+      "<style>text{fill:#333}.page{fill:#fff}.floor{fill:#eceae6}.line,.metre{stroke:#bbb6ad;stroke-width:.6;fill:none}"
+      ".metre{stroke:#8d877c;stroke-width:1.4}.shadow{fill:#000;opacity:.16}"
+      "@media(prefers-color-scheme:dark){text{fill:#ddd}.page{fill:#181818}.floor{fill:#3a3936}"
+      ".line,.metre{stroke:#5a5852}.metre{stroke:#85817a}.shadow{opacity:.4}}</style>\n"
+      "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
   for (size_t i = 0; i < chosen.size(); ++i) {
     const Moment& moment = run.moments[chosen[i]];
     const size_t row = i / size_t(columns), column = i % size_t(columns);
-    svg += format("<svg x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.0f\">\n", kPanelWidth * static_cast<double>(column),
-                  kPanelHeight * static_cast<double>(row), kPanelWidth, kPanelHeight);
+    svg += format("<svg x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.0f\">\n",
+                  kPanelWidth * static_cast<double>(column), kPanelHeight * static_cast<double>(row), kPanelWidth,
+                  kPanelHeight);
     svg += painter.draw(moment, options);
     svg += format("<text x=\"10\" y=\"20\">%.2f s</text></svg>\n", moment.time);
   }

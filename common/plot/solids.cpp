@@ -16,7 +16,8 @@ using Eigen::Vector2d;
 // Over the viewer's shoulder; faces turned away keep the ambient part.
 Vector3d calc_light(const Camera& camera) {
   const Vector3d d = camera.calc_direction();
-  return (0.6 * d + Vector3d(0, 0, 0.9) + 0.1 * Vector3d(-std::sin(camera.azimuth), std::cos(camera.azimuth), 0)).normalized();
+  return (0.6 * d + Vector3d(0, 0, 0.9) + 0.1 * Vector3d(-std::sin(camera.azimuth), std::cos(camera.azimuth), 0))
+      .normalized();
 }
 
 constexpr double kAmbient = 0.6;
@@ -24,7 +25,9 @@ constexpr double kAmbient = 0.6;
 std::string make_fill(const Colour& colour, double light) {
   const double shade = kAmbient + (1.0 - kAmbient) * std::max(0.0, light);
   char text[8];
-  const auto byte = [shade](double value) { return static_cast<int>(std::lround(255.0 * std::clamp(value * shade, 0.0, 1.0))); };
+  const auto byte = [shade](double value) {
+    return static_cast<int>(std::lround(255.0 * std::clamp(value * shade, 0.0, 1.0)));
+  };
   std::snprintf(text, sizeof text, "#%02x%02x%02x", byte(colour.red), byte(colour.green), byte(colour.blue));
   return text;
 }
@@ -32,7 +35,8 @@ std::string make_fill(const Colour& colour, double light) {
 Solid make_box(const Vector3d& size) {
   Solid solid;
   for (int i = 0; i < 8; ++i) {
-    solid.vertices.emplace_back((i & 1 ? 0.5 : -0.5) * size.x(), (i & 2 ? 0.5 : -0.5) * size.y(), (i & 4 ? 0.5 : -0.5) * size.z());
+    solid.vertices.emplace_back((i & 1 ? 0.5 : -0.5) * size.x(), (i & 2 ? 0.5 : -0.5) * size.y(),
+                                (i & 4 ? 0.5 : -0.5) * size.z());
   }
   solid.faces = {{0, 4, 6, 2}, {1, 3, 7, 5}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 2, 3, 1}, {4, 5, 7, 6}};
   return solid;
@@ -61,7 +65,8 @@ Solid make_cylinder(double radius, double length) {
 std::vector<Vector3d> make_directions(int count) {
   std::vector<Vector3d> directions;
   for (int i = 0; i < count; ++i) {
-    const double z = 1.0 - (2.0 * i + 1.0) / count, angle = M_PI * (3.0 - std::sqrt(5.0)) * i, r = std::sqrt(1.0 - z * z);
+    const double z = 1.0 - (2.0 * i + 1.0) / count, angle = M_PI * (3.0 - std::sqrt(5.0)) * i,
+                 r = std::sqrt(1.0 - z * z);
     directions.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
   }
   return directions;
@@ -182,9 +187,8 @@ Solid move_solid(const Transform& X_WG, Solid solid) {
 }
 
 std::vector<Vector2d> find_outline(std::vector<Vector2d> points) {
-  std::sort(points.begin(), points.end(), [](const Vector2d& a, const Vector2d& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
+  std::sort(points.begin(), points.end(),
+            [](const Vector2d& a, const Vector2d& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
   if (points.size() < 3) return points;
   std::vector<Vector2d> hull;
   const auto turn_along = [&hull](auto begin, auto end) {

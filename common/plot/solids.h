@@ -22,13 +22,13 @@ struct Solid {
 
 // Where the picture is seen from.
 struct Camera {
-  double azimuth = -1.05;    // [rad] direction in which the camera stands, from world x towards y
-  double elevation = 0.2;    // [rad] of the camera over the horizon
-  double scale = 100.0;      // pixels a metre
-  Vector3d target_W = Vector3d::Zero();  // [m] is drawn at the middle of the picture
-  double middle_x = 0.0, middle_y = 0.0; // pixels
+  double azimuth = -1.05;                 // [rad] direction in which the camera stands, from world x towards y
+  double elevation = 0.2;                 // [rad] of the camera over the horizon
+  double scale = 100.0;                   // pixels a metre
+  Vector3d target_W = Vector3d::Zero();   // [m] is drawn at the middle of the picture
+  double middle_x = 0.0, middle_y = 0.0;  // pixels
 
-  Vector3d calc_direction() const;  // unit vector from the target to the camera
+  Vector3d calc_direction() const;                     // unit vector from the target to the camera
   Eigen::Vector2d project(const Vector3d& p_W) const;  // pixels, y downward
 };
 

@@ -79,7 +79,8 @@ std::string draw_axes(const Plot& plot, const Axis& x, const Axis& y) {
   }
   const double middle = (y.pixel_low + y.pixel_high) / 2;
   svg += format("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">", (x.pixel_low + x.pixel_high) / 2,
-                y.pixel_low + 42) + escape_xml(plot.x_label) + "</text>\n";
+                y.pixel_low + 42) +
+         escape_xml(plot.x_label) + "</text>\n";
   svg += format("<text x=\"18\" y=\"%.1f\" text-anchor=\"middle\" transform=\"rotate(-90 18 %.1f)\">", middle, middle) +
          escape_xml(plot.y_label) + "</text>\n";
   svg += format("<text x=\"%.1f\" y=\"24\" class=\"title\">", kLeft) + escape_xml(plot.title) + "</text>\n";
@@ -148,26 +149,27 @@ std::string make_svg(const Plot& plot) {
   const double height = kHeight + legend;
   const Axis x = make_axis(x_range, false, kLeft, kWidth - kRight);
   const Axis y = make_axis(y_range, true, kHeight - kBottom, kTop);
-  std::string svg = format("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
-                           "height=\"%.0f\" font-family=\"sans-serif\" font-size=\"13\">\n",
-                           kWidth, height, kWidth, height);
-  svg += "<style>text{fill:#333}.title{font-weight:bold;font-size:15px}.grid{stroke:#999;stroke-width:.5;opacity:.5}"
-         ".page{fill:#fff}@media(prefers-color-scheme:dark){text{fill:#ddd}.page{fill:#181818}}</style>\n"
-         "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
+  std::string svg = format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
+      "height=\"%.0f\" font-family=\"sans-serif\" font-size=\"13\">\n",
+      kWidth, height, kWidth, height);
+  svg +=
+      "<style>text{fill:#333}.title{font-weight:bold;font-size:15px}.grid{stroke:#999;stroke-width:.5;opacity:.5}"
+      ".page{fill:#fff}@media(prefers-color-scheme:dark){text{fill:#ddd}.page{fill:#181818}}</style>\n"
+      "<rect class=\"page\" width=\"100%\" height=\"100%\"/>\n";
   svg += draw_axes(plot, x, y);
   for (size_t i = 0; i < plot.series.size(); ++i) {
     const char* colour = kColours[i % kColours.size()];
     const double line = kHeight + kLegendLine * static_cast<double>(i);
     svg += draw_series(plot.series[i], x, y, colour);
-    svg += format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"3\"/>", kLeft, line,
-                  kLeft + 24, line, colour);
-    svg += format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape_xml(plot.series[i].label) + "</text>\n";
+    svg += format("<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"3\"/>", kLeft,
+                  line, kLeft + 24, line, colour);
+    svg +=
+        format("<text x=\"%.1f\" y=\"%.1f\">", kLeft + 32, line + 4) + escape_xml(plot.series[i].label) + "</text>\n";
   }
   return svg + "</svg>\n";
 }
 
-void write_svg(const Plot& plot, const std::string& path) {
-  write_file(path, make_svg(plot));
-}
+void write_svg(const Plot& plot, const std::string& path) { write_file(path, make_svg(plot)); }
 
 }  // namespace hrp

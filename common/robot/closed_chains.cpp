@@ -77,8 +77,8 @@ std::vector<LoopConstraint> find_loops(const TreeSpec& tree, const Scenario& sce
     loop.link_a = find_loop_link(tree, scenario, field + ".link_a", spec.link_a, &loop.X_AF);
     if (!spec.link_b.empty()) loop.link_b = find_loop_link(tree, scenario, field + ".link_b", spec.link_b, &loop.X_BF);
     if (loop.link_a == loop.link_b) {
-      throw InputError(scenario.make_diagnostic(field, "both ends are on the same moving link, '" +
-                                                           tree.links[static_cast<size_t>(loop.link_a)].name + "'"));
+      throw InputError(scenario.make_diagnostic(
+          field, "both ends are on the same moving link, '" + tree.links[static_cast<size_t>(loop.link_a)].name + "'"));
     }
     loops.push_back(loop);
   }
@@ -100,7 +100,8 @@ std::string add_loops(const std::string& text, const std::vector<LoopSpec>& loop
   const YAML::Node section = make_section(loops);
   // Usual text gets one line more, so that its comments and line numbers stay; other YAML is written anew.
   if (!root["loops"] && root.Style() == YAML::EmitterStyle::Block && text.find("\n...") == std::string::npos) {
-    std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "loops: " + print_flow(section) + "\n";
+    std::string longer =
+        text + (text.empty() || text.back() == '\n' ? "" : "\n") + "loops: " + print_flow(section) + "\n";
     try {
       if (YAML::Load(longer)["loops"].size() == loops.size()) return longer;
     } catch (const YAML::Exception&) {  // say, a text that ends within a block: written anew below

@@ -13,8 +13,8 @@ namespace hrp {
 // A chain counts as closed up to this: then the poses were meant to fit and were rounded.
 constexpr double kOpenLoop = 5e-3;  // [m, rad]
 
-// The scenario's loops with the links that carry their frames. Throws InputError for a link that is not there, and for a
-// loop with both ends on one moving link.
+// The scenario's loops with the links that carry their frames. Throws InputError for a link that is not there, and for
+// a loop with both ends on one moving link.
 std::vector<LoopConstraint> find_loops(const TreeSpec& tree, const Scenario& scenario);
 
 // Joints that may move to close a loop in the start pose: without a drive, no mimic joint, no joint of a foot's bush.

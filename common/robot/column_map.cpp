@@ -23,7 +23,9 @@ class ColumnReader {
   // Adds the columns of one section.
   void read(const YAML::Node& node) {
     if (!node) return;
-    if (!node.IsMap()) fail(node, "columns", "expected signals and their columns, such as 'time: 1' or '/joint_states/hip/position: q_hip'");
+    if (!node.IsMap())
+      fail(node, "columns",
+           "expected signals and their columns, such as 'time: 1' or '/joint_states/hip/position: q_hip'");
     seen_.clear();
     if (node["joints"]) read_joints(node["joints"]);
     for (const auto& item : node) {
@@ -39,15 +41,18 @@ class ColumnReader {
   }
 
   void read_joints(const YAML::Node& node) {
-    if (!node.IsSequence()) fail(node, "columns.joints", "expected a list of joints: * stands for each of them in turn");
+    if (!node.IsSequence())
+      fail(node, "columns.joints", "expected a list of joints: * stands for each of them in turn");
     joints_.clear();
     for (const YAML::Node& item : node) joints_.push_back(item.as<std::string>());
   }
 
   void check_signal(const YAML::Node& node, const std::string& signal) const {
-    static const std::vector<std::string> known{"time", "/joint_states/*/position", "/joint_commands/*/position", "joints"};
+    static const std::vector<std::string> known{"time", "/joint_states/*/position", "/joint_commands/*/position",
+                                                "joints"};
     if (signal == "time" || signal.rfind('/', 0) == 0) return;
-    fail(node, "columns." + signal, "is no signal; expected joints, time, or one as in /joint_states/hip/position" + suggest(signal, known));
+    fail(node, "columns." + signal,
+         "is no signal; expected joints, time, or one as in /joint_states/hip/position" + suggest(signal, known));
   }
 
   // A column, {column: ..., scale: ..., offset: ...}; with * in the signal's name, one for each of `joints`.
@@ -55,7 +60,8 @@ class ColumnReader {
     const std::string signal = key.as<std::string>(), field = "columns." + signal;
     check_signal(key, signal);
     const bool each = signal.find('*') != std::string::npos;
-    if (each && joints_.empty()) fail(key, field, "has a *: expected 'joints', the list of joints that it stands for, under 'columns'");
+    if (each && joints_.empty())
+      fail(key, field, "has a *: expected 'joints', the list of joints that it stands for, under 'columns'");
     if (value.IsMap()) check_keys(value, field);
     const YAML::Node column = value.IsMap() ? value["column"] : value;
     if (!column) fail(value, field, "expected 'column': its number, from 1, or its name in the header");
@@ -64,8 +70,10 @@ class ColumnReader {
       SignalColumn entry;
       entry.signal = put_joint(signal, joints[i]);
       read_place(pick(column, field + ".column", i, joints.size()), field, joints[i], &entry);
-      if (value.IsMap() && value["scale"]) entry.scale = read_number(pick(value["scale"], field + ".scale", i, joints.size()), field + ".scale");
-      if (value.IsMap() && value["offset"]) entry.offset = read_number(pick(value["offset"], field + ".offset", i, joints.size()), field + ".offset");
+      if (value.IsMap() && value["scale"])
+        entry.scale = read_number(pick(value["scale"], field + ".scale", i, joints.size()), field + ".scale");
+      if (value.IsMap() && value["offset"])
+        entry.offset = read_number(pick(value["offset"], field + ".offset", i, joints.size()), field + ".offset");
       if (!seen_.insert(entry.signal).second) fail(key, field, "'" + entry.signal + "' has a column already");
       add(entry);
     }
@@ -93,12 +101,15 @@ class ColumnReader {
   YAML::Node pick(const YAML::Node& node, const std::string& field, size_t i, size_t count) const {
     if (!node.IsSequence()) return node;
     if (node.size() != count)
-      fail(node, field, "has " + std::to_string(node.size()) + " items; expected " +
-                            (count == 1 ? "one value, or a * in the signal's name" : std::to_string(count) + ", one for each joint"));
+      fail(
+          node, field,
+          "has " + std::to_string(node.size()) + " items; expected " +
+              (count == 1 ? "one value, or a * in the signal's name" : std::to_string(count) + ", one for each joint"));
     return node[i];
   }
 
-  void read_place(const YAML::Node& node, const std::string& field, const std::string& joint, SignalColumn* entry) const {
+  void read_place(const YAML::Node& node, const std::string& field, const std::string& joint,
+                  SignalColumn* entry) const {
     if (!node.IsScalar()) fail(node, field, "expected a column: its number, from 1, or its name in the header");
     const std::string text = node.as<std::string>();
     if (node.Tag() != "!" && YAML::convert<int>::decode(node, entry->number)) {  // quoted digits are a name

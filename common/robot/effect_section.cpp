@@ -78,8 +78,8 @@ struct Place {
   std::string joint, link, foot, sensor;
 };
 
-// Reading groups of a sensor's path: "/wrench/NAME/torque" is one group, "/wrench/NAME" or "NAME" both, "/wrench" those of
-// all force sensors.
+// Reading groups of a sensor's path: "/wrench/NAME/torque" is one group, "/wrench/NAME" or "NAME" both, "/wrench" those
+// of all force sensors.
 std::vector<SensorErrors*> find_sensor(const std::string& path, Scenario* scenario) {
   const auto matches = [&](const char* kind, const std::string& name, const char* group) {
     const std::string of_kind = "/" + std::string(kind), all = of_kind + "/" + name;
@@ -190,7 +190,8 @@ void check_clocks(YamlMap& map, const Scenario& scenario) {
     }
   };
   for (const ImuSpec& imu : scenario.sensors.imus) check(imu.name, imu.gyro), check(imu.name, imu.accelerometer);
-  for (const WrenchSpec& wrench : scenario.sensors.wrenches) check(wrench.name, wrench.force), check(wrench.name, wrench.torque);
+  for (const WrenchSpec& wrench : scenario.sensors.wrenches)
+    check(wrench.name, wrench.force), check(wrench.name, wrench.torque);
 }
 
 }  // namespace

@@ -45,7 +45,8 @@ void read_push(YamlMap& map, HandPush* push) {
   map.text("link", &push->link);
   map.vector3("force", &push->force_W, Bound::kAny, "N");
   map.vector3("xyz", &push->p_LQ, Bound::kAny, "m");
-  if (!push->known && !(map.has("start") && map.has("duration"))) map.error("", "an unknown force needs 'start' and 'duration'");
+  if (!push->known && !(map.has("start") && map.has("duration")))
+    map.error("", "an unknown force needs 'start' and 'duration'");
   double duration = push->end;
   map.number("start", &push->start, Bound::kAny, "s after the first sample");
   map.number("duration", &duration, Bound::kAny, "s");
@@ -105,7 +106,8 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
     if (key != "position" && key != "velocity" && key != "effort" && key.rfind('/', 0) != 0)
       refuse_input(make_place(path, item.first, "noise." + key),
                    "expected position, velocity, effort, or a sensor or column such as /imu/waist");
-    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) || !(value >= kLeastNoise && value <= kLargestNumber)) {
+    if (!item.second.IsScalar() || !YAML::convert<double>::decode(item.second, value) ||
+        !(value >= kLeastNoise && value <= kLargestNumber)) {
       refuse_input(make_place(path, item.second, "noise." + key), "expected a standard deviation from 1e-15 to 1e12");
     }
     keys->noise[key] = value;
@@ -115,7 +117,9 @@ void read_noise(const std::string& path, const YAML::Node& node, ExperimentKeys*
 // The rate of files without stamps (column_map.h); others say it for people.
 void check_sample_rate(const std::string& path, const YAML::Node& node) {
   double value = 0.0;
-  if (!node || (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber)) return;
+  if (!node ||
+      (node.IsScalar() && YAML::convert<double>::decode(node, value) && value > 0.0 && value <= kLargestNumber))
+    return;
   refuse_input(make_place(path, node, "sample_rate"), "expected a rate of more than 0 Hz, at most 1e12 Hz");
 }
 

@@ -14,8 +14,8 @@ namespace hrp {
 // A body of known mass that somebody fixed to a link for one recording: a point mass.
 struct LoadSpec {
   std::string link;
-  double mass = 0.0;                    // [kg]
-  Vector3d p_LC = Vector3d::Zero();     // [m] its centre, in the link's frame
+  double mass = 0.0;                 // [kg]
+  Vector3d p_LC = Vector3d::Zero();  // [m] its centre, in the link's frame
 };
 
 // A hand or a rope that pulls at a link for a part of one recording.
@@ -28,11 +28,11 @@ struct HandPush {
 };
 
 struct RecordingSpec {
-  std::string file;                         // absolute
-  std::string name;                         // as written
-  bool train = true;                        // role train, else validate
-  std::vector<std::string> feet_attached;   // links that stand fast (bolted or held)
-  std::vector<std::string> unknown_force;   // joints or links pushed by somebody
+  std::string file;                        // absolute
+  std::string name;                        // as written
+  bool train = true;                       // role train, else validate
+  std::vector<std::string> feet_attached;  // links that stand fast (bolted or held)
+  std::vector<std::string> unknown_force;  // joints or links pushed by somebody
   std::vector<LoadSpec> loads;
   std::vector<HandPush> pushes;
   int line = 0;
@@ -40,7 +40,7 @@ struct RecordingSpec {
 
 struct ExperimentKeys {
   std::vector<RecordingSpec> recordings;
-  std::map<std::string, double> noise;      // standard deviations by quantity ("position") or by signal name
+  std::map<std::string, double> noise;              // standard deviations by quantity ("position") or by signal name
   std::map<std::string, std::string> wrench_frame;  // "world" or "link" by sensor
 };
 

@@ -18,8 +18,10 @@ constexpr double kFallenHeight = 0.2, kTouchingHeight = 0.5, kDueHeight = 0.8;  
 }  // namespace
 
 FallWatch::FallWatch(const RobotDescription& robot, const Scenario& scenario, const std::string& name)
-    : watching_(robot.tree.floating_base && scenario.floating_base && (scenario.ground.present || !scenario.obstacles.empty())),
-      name_(name), ground_(make_ground_plane(scenario.ground)) {
+    : watching_(robot.tree.floating_base && scenario.floating_base &&
+                (scenario.ground.present || !scenario.obstacles.empty())),
+      name_(name),
+      ground_(make_ground_plane(scenario.ground)) {
   for (const LinkSpec& link : robot.tree.links) names_.push_back(link.name);
   feet_.assign(names_.size(), 0);
   touched_ = feet_;
@@ -94,7 +96,9 @@ std::string FallWatch::describe(const FallEvent& event, const std::string& newes
   char pose[120];
   std::snprintf(pose, sizeof pose, "base tilted by %.0f deg, %.2f m above the ground (%.2f m at the start)",
                 event.tilt / kDegree, event.height, start_height_);
-  if (!event.fall) return (name_.empty() ? "" : name_ + ": ") + newest + (newest.find(',') == std::string::npos ? " touches" : " touch") + " the ground; " + pose;
+  if (!event.fall)
+    return (name_.empty() ? "" : name_ + ": ") + newest +
+           (newest.find(',') == std::string::npos ? " touches" : " touch") + " the ground; " + pose;
   std::string text = (name_.empty() ? "the robot" : "robot '" + name_ + "'") + " has fallen: " + pose;
   for (size_t i = 0; i < event.links.size(); ++i) text += (i == 0 ? "; on the ground: " : ", ") + event.links[i];
   return text;

@@ -24,10 +24,12 @@ struct FallEvent {
 // Equal states and forces give equal events, so dynamics server and logger find the same ones. A robot has fallen when
 //   its base is tilted by more than 60 deg, or is lower than a fifth of its height at the start, whatever touches; or
 //   something that is no foot touches the ground while it is tilted by more than 30 deg, or lower than half its height.
-// While it is tilted by less than 15 deg and higher than 0.8 of its height nothing is looked at: standing costs nothing.
+// While it is tilted by less than 15 deg and higher than 0.8 of its height nothing is looked at: standing costs
+// nothing.
 //
-// Without a plane, obstacles are the ground. Heights are then above the lowest point that was touched last, and the height at the
-// start is that at the first touch: a robot that walks downstairs has not fallen, one that walks over the edge has.
+// Without a plane, obstacles are the ground. Heights are then above the lowest point that was touched last, and the
+// height at the start is that at the first touch: a robot that walks downstairs has not fallen, one that walks over the
+// edge has.
 class FallWatch {
  public:
   FallWatch() = default;  // sees nothing
@@ -51,14 +53,14 @@ class FallWatch {
   bool stands_ = true;     // the height at the start is known
   std::string name_;
   std::vector<std::string> names_;
-  std::vector<char> feet_;     // by link
+  std::vector<char> feet_;  // by link
   GroundPlane ground_;
-  Vector3d up_B_ = Vector3d::UnitZ();  // the ground's normal in the base at the start
-  double start_height_ = 0.0;  // [m]
-  double tilt_ = 0.0, cosine_ = 1.0;  // [rad], its cosine
-  double height_ = 0.0;        // [m]
+  Vector3d up_B_ = Vector3d::UnitZ();       // the ground's normal in the base at the start
+  double start_height_ = 0.0;               // [m]
+  double tilt_ = 0.0, cosine_ = 1.0;        // [rad], its cosine
+  double height_ = 0.0;                     // [m]
   double base_z_ = 0.0, foothold_z_ = 0.0;  // [m] without a plane: of the base, and of the lowest point touched last
-  std::vector<char> touched_;  // by link, in this epoch
+  std::vector<char> touched_;               // by link, in this epoch
   bool fallen_ = false;
 };
 

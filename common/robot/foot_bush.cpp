@@ -16,7 +16,8 @@ int find_foot_link(const std::string& foot, const TreeSpec& tree) {
   const int link = frame >= 0 ? tree.frames[static_cast<size_t>(frame)].link : tree.find_link(foot);
   if (link < 0) fail(foot, "the robot has no such link");
   for (const LinkSpec& other : tree.links) {
-    if (other.parent == link) fail(foot, "joint '" + other.joint.name + "' is below the foot: no bush can be put there");
+    if (other.parent == link)
+      fail(foot, "joint '" + other.joint.name + "' is below the foot: no bush can be put there");
   }
   return link;
 }

@@ -11,7 +11,8 @@
 namespace hrp {
 namespace {
 
-void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const Vector3d& scale, Mesh* mesh) {
+void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, const Vector3d& scale,
+                 Mesh* mesh) {
   const aiMatrix4x4 X = parent * node.mTransformation;
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];

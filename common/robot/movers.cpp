@@ -33,7 +33,9 @@ CollisionShape make_object_shape(const ObjectSpec& object) {
   CollisionShape shape;
   shape.name = object.name;
   shape.size = object.size;
-  shape.kind = object.shape == "sphere" ? ShapeKind::kSphere : object.shape == "cylinder" ? ShapeKind::kCylinder : ShapeKind::kBox;
+  shape.kind = object.shape == "sphere"     ? ShapeKind::kSphere
+               : object.shape == "cylinder" ? ShapeKind::kCylinder
+                                            : ShapeKind::kBox;
   shape.sole = true;
   return shape;
 }
@@ -104,16 +106,20 @@ void check_fits(const Scenario& own, const RobotPlacement& placement, const Scen
   const std::string key = "robots." + placement.name + ".scenario";
   const auto check = [&](const char* name, double its, double expected) {
     if (its == expected) return;
-    refuse(world, key, "'" + own.path + "' has steps." + name + " " + format_period(its) + ", expected " + format_period(expected) +
-                           " as in this scenario: all robots step together");
+    refuse(world, key,
+           "'" + own.path + "' has steps." + name + " " + format_period(its) + ", expected " + format_period(expected) +
+               " as in this scenario: all robots step together");
   };
   check("time_step", own.time_step, world.time_step);
   check("control_period", own.time_step * own.control_period, world.time_step * world.control_period);
-  if (!own.robots.empty()) refuse(world, key, "'" + own.path + "' has robots of its own; name all of them in this scenario");
-  if (own.sensors.has_vision()) refuse(world, key, "'" + own.path + "' has cameras or lidars, which only the first robot may have");
+  if (!own.robots.empty())
+    refuse(world, key, "'" + own.path + "' has robots of its own; name all of them in this scenario");
+  if (own.sensors.has_vision())
+    refuse(world, key, "'" + own.path + "' has cameras or lidars, which only the first robot may have");
 }
 
-Mover make_other_robot(const OtherRobot& other, const RobotPlacement& placement, const RobotDescription& robot, const Scenario& scenario) {
+Mover make_other_robot(const OtherRobot& other, const RobotPlacement& placement, const RobotDescription& robot,
+                       const Scenario& scenario) {
   const Scenario own = parse_scenario(other.description.scenario, other.description.scenario_path);
   check_fits(own, placement, scenario);
   Mover mover;
@@ -140,19 +146,22 @@ std::string find_own_link(const std::string& body, const std::string& mover, boo
 }
 
 bool names_mover(const Scenario& scenario, const std::string& body) {
-  return std::any_of(scenario.objects.begin(), scenario.objects.end(), [&](const ObjectSpec& o) { return o.name == body; }) ||
-         std::any_of(scenario.robots.begin(), scenario.robots.end(), [&](const RobotPlacement& r) {
-           return body.compare(0, r.name.size() + 1, r.name + "/") == 0;
-         });
+  return std::any_of(scenario.objects.begin(), scenario.objects.end(),
+                     [&](const ObjectSpec& o) { return o.name == body; }) ||
+         std::any_of(scenario.robots.begin(), scenario.robots.end(),
+                     [&](const RobotPlacement& r) { return body.compare(0, r.name.size() + 1, r.name + "/") == 0; });
 }
 
 std::string find_wrong_states(const std::vector<Mover>& movers, const std::vector<State>& states) {
   if (states.size() != movers.size()) {
-    return std::to_string(states.size()) + " objects and other robots, the scenario has " + std::to_string(movers.size());
+    return std::to_string(states.size()) + " objects and other robots, the scenario has " +
+           std::to_string(movers.size());
   }
   for (size_t k = 0; k < movers.size(); ++k) {
     const int joints = movers[k].robot.tree.num_joints();
-    if (states[k].q.size() != joints) return std::to_string(states[k].q.size()) + " joints of '" + movers[k].name + "', which has " + std::to_string(joints);
+    if (states[k].q.size() != joints)
+      return std::to_string(states[k].q.size()) + " joints of '" + movers[k].name + "', which has " +
+             std::to_string(joints);
   }
   return "";
 }
@@ -167,14 +176,16 @@ std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& sc
   return make_robots(robot, scenario, make_movers(robot, scenario));
 }
 
-std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers) {
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario,
+                               const std::vector<Mover>& movers) {
   std::vector<Mover> robots(1);
   robots[0].is_robot = true;
   robots[0].robot = robot;
   robots[0].scenario = scenario;
   robots[0].friction = scenario.ground.friction;
   robots[0].first_body = 0;
-  std::copy_if(movers.begin(), movers.end(), std::back_inserter(robots), [](const Mover& mover) { return mover.is_robot; });
+  std::copy_if(movers.begin(), movers.end(), std::back_inserter(robots),
+               [](const Mover& mover) { return mover.is_robot; });
   return robots;
 }
 
@@ -188,8 +199,10 @@ ContactForces find_own_forces(const ContactForces& forces, const Mover& robot) {
     if (!robot.has(pair.body_a)) continue;
     own.push_back(pair);
     own.back().body_a -= robot.first_body;
-    if (robot.has(pair.body_b)) own.back().body_b -= robot.first_body;
-    else if (pair.body_b >= 0) own.back().body_b = kFirstObject;
+    if (robot.has(pair.body_b))
+      own.back().body_b -= robot.first_body;
+    else if (pair.body_b >= 0)
+      own.back().body_b = kFirstObject;
   }
   return own;
 }
@@ -198,7 +211,8 @@ Scenario place_in_world(const Scenario& own, const RobotPlacement& placement, co
   Scenario placed = own;
   set_world(world, &placed);
   placed.initial_rpy.z() += placement.yaw;
-  placed.initial_position = make_rotation_from_rpy({0.0, 0.0, placement.yaw}) * own.initial_position + placement.position;
+  placed.initial_position =
+      make_rotation_from_rpy({0.0, 0.0, placement.yaw}) * own.initial_position + placement.position;
   return placed;
 }
 
@@ -206,10 +220,12 @@ std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& sc
   std::vector<Mover> movers;
   for (const ObjectSpec& object : scenario.objects) movers.push_back(make_object(object, robot, scenario));
   if (robot.robots.size() != scenario.robots.size()) {
-    refuse(scenario, "robots", "names " + std::to_string(scenario.robots.size()) + " robots, the description has " +
-                                   std::to_string(robot.robots.size()));
+    refuse(scenario, "robots",
+           "names " + std::to_string(scenario.robots.size()) + " robots, the description has " +
+               std::to_string(robot.robots.size()));
   }
-  for (size_t i = 0; i < robot.robots.size(); ++i) movers.push_back(make_other_robot(robot.robots[i], scenario.robots[i], robot, scenario));
+  for (size_t i = 0; i < robot.robots.size(); ++i)
+    movers.push_back(make_other_robot(robot.robots[i], scenario.robots[i], robot, scenario));
   int body = kFirstObject;
   for (Mover& mover : movers) {
     mover.first_body = body;

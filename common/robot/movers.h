@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Everything that moves beside the robot, and all robots of a run: the scenario's objects, then its other robots. An object is a robot of one link,
-// so that everything that is known of robots and the world holds for both.
+// Everything that moves beside the robot, and all robots of a run: the scenario's objects, then its other robots. An
+// object is a robot of one link, so that everything that is known of robots and the world holds for both.
 #pragma once
 
 #include <string>
@@ -17,8 +17,8 @@ struct Mover {
   std::string name;
   bool is_robot = false;
   RobotDescription robot;
-  Scenario scenario;       // the world as this mover meets it, without other movers
-  double friction = 0.8;   // of its bodies: where two bodies meet, the smaller one counts
+  Scenario scenario;                 // the world as this mover meets it, without other movers
+  double friction = 0.8;             // of its bodies: where two bodies meet, the smaller one counts
   Vector6d V_WB = Vector6d::Zero();  // [rad/s; m/s] of its base at step 0
   int first_body = kFirstObject;     // body index of its base; its other links follow. 0 of the first robot
 
@@ -34,8 +34,8 @@ std::string find_own_link(const std::string& body, const std::string& mover, boo
 // True when `body` can only mean an object or another robot of the scenario, whether it has such a link or not.
 bool names_mover(const Scenario& scenario, const std::string& body);
 
-// In the order of their bodies, each with the scenario's pushes on it. Throws InputError: a scenario of another robot that is no
-// scenario, or that does not go with this one (another time step or control period, cameras).
+// In the order of their bodies, each with the scenario's pushes on it. Throws InputError: a scenario of another robot
+// that is no scenario, or that does not go with this one (another time step or control period, cameras).
 std::vector<Mover> make_movers(const RobotDescription& robot, const Scenario& scenario);
 
 // Names of the scenario's other robots.
@@ -44,13 +44,14 @@ std::vector<std::string> list_robots(const Scenario& scenario);
 // All robots of a run, the first one, whose name is empty, before the scenario's others. Throws as make_movers() does.
 std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario);
 // The same from movers that are there already.
-std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers);
+std::vector<Mover> make_robots(const RobotDescription& robot, const Scenario& scenario,
+                               const std::vector<Mover>& movers);
 
 // Where the state of the k-th of these robots stands: `first` is that of robot 0.
 const State& find_robot_state(size_t k, const State& first, const ObjectStates& others, const Scenario& scenario);
 
-// What acts on the links of one of these robots, which then have its own indices, as if it were alone: every other body that
-// moves is kFirstObject.
+// What acts on the links of one of these robots, which then have its own indices, as if it were alone: every other body
+// that moves is kFirstObject.
 ContactForces find_own_forces(const ContactForces& forces, const Mover& robot);
 
 // "" when there is a state for each mover with as many joints as it has, else how many there are and were expected.

@@ -53,7 +53,8 @@ struct PngReader {
 HeightTable read_png(const std::string& path) {
   PngReader reader(path);
   if (!reader.read_header()) refuse_input(path, "is no PNG image");
-  const size_t columns = png_get_image_width(reader.png, reader.info), rows = png_get_image_height(reader.png, reader.info);
+  const size_t columns = png_get_image_width(reader.png, reader.info),
+               rows = png_get_image_height(reader.png, reader.info);
   const int bits = png_get_bit_depth(reader.png, reader.info), colour = png_get_color_type(reader.png, reader.info);
   if (colour != PNG_COLOR_TYPE_GRAY && colour != PNG_COLOR_TYPE_GRAY_ALPHA)
     refuse_input(path, "is a coloured image, expected grey");

@@ -45,7 +45,8 @@ void check_hand(const HandSpec& hand, const std::string& key, double mass, const
 
 }  // namespace
 
-Pushes::Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start) : model_(robot.tree), data_(model_) {
+Pushes::Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start)
+    : model_(robot.tree), data_(model_) {
   for (const PushSpec& spec : scenario.pushes) {
     if (names_mover(scenario, spec.link)) continue;
     Transform X_LF;
@@ -80,7 +81,8 @@ void Pushes::set_live(const PushForces& forces) {
   }
 }
 
-void Pushes::add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W, const Vector3d& force_W) {
+void Pushes::add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W,
+                 const Vector3d& force_W) {
   acting_.push_back({name, model_.spec().links[static_cast<size_t>(link)].name, p_LQ, force_W});
   ExternalWrench wrench;
   wrench.link = link;
@@ -109,7 +111,8 @@ const ExternalWrenches& Pushes::find(double time, const State& state) {
     const Transform X_WL = pose(hand.link);
     const Vector3d p_WQ = X_WL * spec.p_LQ, v_WQ = calc_point_velocity(data_, hand.link, p_WQ).tail<3>();
     const HandPlace place = calc_hand_place(spec, time - spec.start);
-    add(spec.name, hand.link, spec.p_LQ, p_WQ - X_WL.p, calc_hand_force(spec, hand.p_WH0 + place.p - p_WQ, place.v - v_WQ));
+    add(spec.name, hand.link, spec.p_LQ, p_WQ - X_WL.p,
+        calc_hand_force(spec, hand.p_WH0 + place.p - p_WQ, place.v - v_WQ));
   }
   return active_;
 }

@@ -16,8 +16,8 @@ namespace hrp {
 // Scenario::pushes and Scenario::hands as wrenches.
 class Pushes {
  public:
-  // Leaves out pushes on objects and other robots (make_movers()). Throws InputError: unknown link, a hand that is too stiff
-  // for a step. `start`: where hands take hold.
+  // Leaves out pushes on objects and other robots (make_movers()). Throws InputError: unknown link, a hand that is too
+  // stiff for a step. `start`: where hands take hold.
   Pushes(const RobotDescription& robot, const Scenario& scenario, const State& start);
   // Those that act in the step that begins at `time`; a hand's force is that of the state at the step's beginning. The
   // result lives until the next call.
@@ -40,7 +40,9 @@ class Pushes {
   };
   void add_hands(const Scenario& scenario, const State& start);
   void add(const std::string& name, int link, const Vector3d& p_LQ, const Vector3d& arm_W, const Vector3d& force_W);
-  void add(const Push& push, const Transform& X_WL) { add(push.spec.name, push.link, push.spec.p_LQ, X_WL.R * push.spec.p_LQ, push.spec.force_W); }
+  void add(const Push& push, const Transform& X_WL) {
+    add(push.spec.name, push.link, push.spec.p_LQ, X_WL.R * push.spec.p_LQ, push.spec.force_W);
+  }
 
   std::vector<Push> pushes_;
   std::vector<Push> live_;  // act until they are replaced

@@ -33,8 +33,8 @@ ReferenceSample interpolate(Interpolation kind, const ReferenceSample& a, const 
   ReferenceSample sample = mix(a, b, s);
   if (kind == Interpolation::kLinear) return sample;
   const double s2 = s * s, s3 = s2 * s;
-  sample.q = (2 * s3 - 3 * s2 + 1) * a.q + (s3 - 2 * s2 + s) * T * a.qd + (3 * s2 - 2 * s3) * b.q +
-             (s3 - s2) * T * b.qd;
+  sample.q =
+      (2 * s3 - 3 * s2 + 1) * a.q + (s3 - 2 * s2 + s) * T * a.qd + (3 * s2 - 2 * s3) * b.q + (s3 - s2) * T * b.qd;
   sample.qd = (6 * s2 - 6 * s) / T * (a.q - b.q) + (3 * s2 - 4 * s + 1) * a.qd + (3 * s2 - 2 * s) * b.qd;
   return sample;
 }

@@ -41,7 +41,7 @@ class Reference {
 
  private:
   struct Delayed {
-    int slots = 0;    // of the ring, 0: not delayed
+    int slots = 0;  // of the ring, 0: not delayed
     double steps = 0.0;
     size_t first = 0;
   };

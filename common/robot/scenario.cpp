@@ -33,7 +33,8 @@ std::string format_number(double value) {
   return text;
 }
 
-// Number of steps in `period`, 0 after a complaint. 1e-9: periods are decimal numbers that binary ones only approximate.
+// Number of steps in `period`, 0 after a complaint. 1e-9: periods are decimal numbers that binary ones only
+// approximate.
 int calc_steps(YamlMap& map, const std::string& key, double period, double time_step) {
   const double ratio = period / time_step;
   const double rounded = std::round(ratio);
@@ -50,8 +51,10 @@ void read_steps(YamlMap& map, Scenario* scenario) {
   map.number("time_step", &scenario->time_step, Bound::kPositive, "s");
   map.number("control_period", &control_period, Bound::kPositive, "s");
   map.number("duration", &scenario->duration, Bound::kNotNegative, "s");
-  if (scenario->time_step > 0.1) map.error("time_step", "is " + format_number(scenario->time_step) + " s, expected at most 0.1 s");
-  if (control_period > 1.0) map.error("control_period", "is " + format_number(control_period) + " s, expected at most 1 s");
+  if (scenario->time_step > 0.1)
+    map.error("time_step", "is " + format_number(scenario->time_step) + " s, expected at most 0.1 s");
+  if (control_period > 1.0)
+    map.error("control_period", "is " + format_number(control_period) + " s, expected at most 1 s");
   const int steps = calc_steps(map, "control_period", control_period, scenario->time_step);
   if (steps > 0) scenario->control_period = steps;
 }
@@ -72,7 +75,8 @@ void read_all(YamlMap& map, Scenario* scenario) {
   }
   read_effect_sections(map, scenario);
   if (scenario->drive == "voltage") {  // by now a servo with a back-EMF: read_joint_sections()
-    if (scenario->servo_joints.empty()) map.error("drive", "is voltage, but 'servo.joints' names no joint with supply, resistance and torque_constant");
+    if (scenario->servo_joints.empty())
+      map.error("drive", "is voltage, but 'servo.joints' names no joint with supply, resistance and torque_constant");
     scenario->drive = "servo", scenario->servo_default = {};  // volts were for the joints that are named
   }
   map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
@@ -80,8 +84,8 @@ void read_all(YamlMap& map, Scenario* scenario) {
   map.flag("repair_inertias", &scenario->repair_inertias);
   map.integer("seed", &scenario->seed);
   // Keys of experiment folders that describe recordings; a simulation has no use for them.
-  for (const char* key : {"recordings", "columns", "topics", "noise", "sample_rate", "unknown_force", "feet_attached", "name", "description",
-                          "notes"}) {
+  for (const char* key : {"recordings", "columns", "topics", "noise", "sample_rate", "unknown_force", "feet_attached",
+                          "name", "description", "notes"}) {
     map.ignore(key);
   }
   map.finish();
@@ -108,7 +112,7 @@ YAML::Node parse_yaml(const std::string& text, const std::string& path) {
   } catch (const YAML::Exception& error) {
     refuse_input(make_place(path, error.mark), "not valid YAML: " + error.msg);
   } catch (const std::bad_alloc&) {
-    throw;  // not the file's fault
+    throw;                                 // not the file's fault
   } catch (const std::exception& error) {  // yaml-cpp lets a few std exceptions through on malformed text
     refuse_input(path, std::string("not valid YAML: ") + error.what());
   }
@@ -176,7 +180,8 @@ Scenario load_scenario(const std::string& path) {
   check_file(scenario, "robot", scenario.robot, &diagnostics);
   check_file(scenario, "controller.motion", scenario.controller.motion, &diagnostics);
   check_file(scenario, "world", scenario.world, &diagnostics);
-  for (const RobotPlacement& robot : scenario.robots) check_file(scenario, "robots." + robot.name + ".scenario", robot.scenario, &diagnostics);
+  for (const RobotPlacement& robot : scenario.robots)
+    check_file(scenario, "robots." + robot.name + ".scenario", robot.scenario, &diagnostics);
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
     check_file(scenario, "obstacles." + obstacle.name + ".file", obstacle.file, &diagnostics);
   }
@@ -197,7 +202,8 @@ std::string set_initial_joints(const std::string& text, const std::map<std::stri
   flow << values;
   // Usual text gets one line more, so that its comments and line numbers stay; other YAML is written anew.
   if (!root["initial"] && root.Style() == YAML::EmitterStyle::Block && text.find("\n...") == std::string::npos) {
-    std::string longer = text + (text.empty() || text.back() == '\n' ? "" : "\n") + "initial: {joints: " + flow.c_str() + "}\n";
+    std::string longer =
+        text + (text.empty() || text.back() == '\n' ? "" : "\n") + "initial: {joints: " + flow.c_str() + "}\n";
     try {
       if (YAML::Load(longer)["initial"]["joints"].size() == joints.size()) return longer;
     } catch (const YAML::Exception&) {  // say, a text that ends within a block: written anew below

@@ -38,14 +38,16 @@ class Checker {
     for (const OtherRobot& other : robot.robots) {
       for (const FrameSpec& frame : other.description.tree.frames) bodies.push_back(other.name + "/" + frame.name);
     }
-    check(key, name, bodies, scenario_.objects.empty() && robot.robots.empty() ? "link" : "link, and the scenario no object,");
+    check(key, name, bodies,
+          scenario_.objects.empty() && robot.robots.empty() ? "link" : "link, and the scenario no object,");
   }
   void check_joint(const std::string& key, const std::string& name) { check(key, name, joints_, "joint that moves"); }
   // One that may be fixed to the world, and has a frame of its own.
   void check_sensor(const std::string& key, const std::string& link, const std::string& frame) {
     if (!link.empty()) check_link(key + ".link", link);
     if (!has(links_, frame)) return;
-    diagnostics_->add_error(scenario_.make_diagnostic(key, "its frame would be '" + frame + "', which is a link of the robot"));
+    diagnostics_->add_error(
+        scenario_.make_diagnostic(key, "its frame would be '" + frame + "', which is a link of the robot"));
   }
   // Names of whatever may touch: "all" stands for everything.
   void check_no_contact() {
@@ -76,12 +78,14 @@ class Checker {
  private:
   void check_unique(const std::string& key, const std::string& name, const std::vector<std::string>& bodies) {
     if (std::count(bodies.begin(), bodies.end(), name) == 1) return;
-    diagnostics_->add_error(scenario_.make_diagnostic(key, "a link, an obstacle, an object or the ground has this name, too"));
+    diagnostics_->add_error(
+        scenario_.make_diagnostic(key, "a link, an obstacle, an object or the ground has this name, too"));
   }
   void check(const std::string& key, const std::string& name, const std::vector<std::string>& names,
              const std::string& kind) {
     if (has(names, name)) return;
-    diagnostics_->add_error(scenario_.make_diagnostic(key, "the robot has no " + kind + " '" + name + "'" + suggest(name, names)));
+    diagnostics_->add_error(
+        scenario_.make_diagnostic(key, "the robot has no " + kind + " '" + name + "'" + suggest(name, names)));
   }
 
   const Scenario& scenario_;
@@ -97,7 +101,8 @@ void check_feet_have_soles(const Scenario& scenario, const RobotDescription& rob
     const bool has_sole = std::any_of(robot.shapes.begin(), robot.shapes.end(),
                                       [&](const CollisionShape& shape) { return shape.sole && shape.link == link; });
     if (has_sole) continue;
-    const Diagnostic d = scenario.make_diagnostic("feet[" + std::to_string(i) + "]",
+    const Diagnostic d = scenario.make_diagnostic(
+        "feet[" + std::to_string(i) + "]",
         "link '" + scenario.feet[i] + "' has no collision geometry to stand on; give one in 'soles'");
     if (robot.tree.floating_base && scenario.drive != "motion") {
       diagnostics->add_error(d);
@@ -112,8 +117,9 @@ void check_feet_are_named(const Scenario& scenario, const RobotDescription& robo
   const bool floats = robot.tree.floating_base && scenario.floating_base && scenario.ground.present;
   if (!floats || !scenario.feet.empty() || scenario.drive == "motion") return;
   diagnostics->add_warning(scenario.make_diagnostic(
-      "feet", "is missing: nothing is known to stand on, so the robot falls on whatever shape of it touches the ground first; "
-              "expected the links that it stands on, or 'ground: {type: none}'"));
+      "feet",
+      "is missing: nothing is known to stand on, so the robot falls on whatever shape of it touches the ground first; "
+      "expected the links that it stands on, or 'ground: {type: none}'"));
 }
 
 // More than this beyond a limit is no rounding, and no pose that was ever seen on the robot.
@@ -130,9 +136,10 @@ void check_initial_joints(const Scenario& scenario, const TreeSpec& tree, Diagno
     const bool endless = turns && std::isinf(joint.lower) && std::isinf(joint.upper) && std::abs(q) > kTurns;
     if (!(beyond > 1e-6) && !endless) continue;
     const std::string unit = turns ? " rad" : " m";
-    std::string text = "is " + format("%g", q) + unit + ", expected " +
-                       (endless ? "less than two turns either way"
-                                : format("%g", joint.lower) + " to " + format("%g", joint.upper) + unit + ", the limits in the URDF");
+    std::string text =
+        "is " + format("%g", q) + unit + ", expected " +
+        (endless ? "less than two turns either way"
+                 : format("%g", joint.lower) + " to " + format("%g", joint.upper) + unit + ", the limits in the URDF");
     if (turns && std::abs(q) > kTurns) text += "; are these degrees?";
     const Diagnostic d = scenario.make_diagnostic("initial.joints." + name, text);
     beyond > kFarBeyond || endless ? diagnostics->add_error(d) : diagnostics->add_warning(d);
@@ -154,9 +161,11 @@ void check_gains(const Scenario& scenario, const TreeSpec& tree, Diagnostics* di
     if (++count <= 6) free += (free.empty() ? "" : ", ") + joint.name;
   }
   if (count == 0) return;
-  const std::string which = count == driven ? "joints are free" : "these joints are free: " + free + (count > 6 ? ", ..." : "");
+  const std::string which =
+      count == driven ? "joints are free" : "these joints are free: " + free + (count > 6 ? ", ..." : "");
   diagnostics->add_warning(scenario.make_diagnostic(
-      "servo", "no servo gains: " + which + " (kp is 0); give 'servo: {default: {kp: ..., kd: ...}}', or name them in 'unactuated'"));
+      "servo", "no servo gains: " + which +
+                   " (kp is 0); give 'servo: {default: {kp: ..., kd: ...}}', or name them in 'unactuated'"));
 }
 
 }  // namespace
@@ -183,7 +192,8 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   checker.check_link_keys("foot_bush", scenario.foot_bush);
   checker.check_no_contact();
   for (const ImuSpec& imu : scenario.sensors.imus) checker.check_link("sensors.imu." + imu.name + ".link", imu.link);
-  for (const WrenchSpec& w : scenario.sensors.wrenches) checker.check_link("sensors.wrench." + w.name + ".link", w.link);
+  for (const WrenchSpec& w : scenario.sensors.wrenches)
+    checker.check_link("sensors.wrench." + w.name + ".link", w.link);
   for (const CameraSpec& camera : scenario.sensors.cameras) {
     checker.check_sensor("sensors.camera." + camera.name, camera.link, find_optical_frame_name(camera));
   }

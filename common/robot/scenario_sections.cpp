@@ -29,7 +29,8 @@ void refuse(YamlMap& map, std::initializer_list<Absence> absences) {
 void read_ground_type(YamlMap& map, std::string* type) {
   map.text("type", type);
   if (*type == "mesh" || *type == "height_field") {
-    map.error("type", "is '" + *type + "', expected plane or none; give an obstacle of shape " + *type + " with 'type: none'");
+    map.error("type",
+              "is '" + *type + "', expected plane or none; give an obstacle of shape " + *type + " with 'type: none'");
   } else {
     map.choice("type", type, {"plane", "none"});
   }
@@ -92,7 +93,8 @@ void read_bush(YamlMap& map, FootBushSpec* bush) {
 }
 
 void read_surface(YamlMap& map, ObstacleSpec* obstacle) {
-  map.require("file", obstacle->shape == "mesh" ? "a mesh file (.stl, .obj, .dae)" : "a file of heights (.csv, .png, .pgm)");
+  map.require("file",
+              obstacle->shape == "mesh" ? "a mesh file (.stl, .obj, .dae)" : "a file of heights (.csv, .png, .pgm)");
   map.text("file", &obstacle->file);
   if (obstacle->shape == "mesh") return map.axes3("scale", &obstacle->scale, Bound::kPositive, "");
   map.require("spacing", "the distance of neighbouring heights [m]");
@@ -151,18 +153,21 @@ void read_object(YamlMap& map, ObjectSpec* object) {
 // Names stand in topics and in names of bodies.
 bool is_topic_word(const std::string& name) {
   const auto is_good = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-  return !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 && std::all_of(name.begin(), name.end(), is_good);
+  return !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) != 0 &&
+         std::all_of(name.begin(), name.end(), is_good);
 }
 
 constexpr size_t kMostOtherRobots = 12;  // of whom the logger keeps topics of their own
 
 void read_placement(YamlMap& map, RobotPlacement* robot) {
   if (!is_topic_word(robot->name)) {
-    map.error("", "'" + robot->name + "' is no name of a robot, expected a letter, then letters, digits and underscores");
+    map.error("",
+              "'" + robot->name + "' is no name of a robot, expected a letter, then letters, digits and underscores");
   }
   // Its topics are rt/<robot>/...; these are there already.
   for (const char* topic : {"imu", "wrench"}) {
-    if (robot->name == topic) map.error("", "'" + robot->name + "' begins the topics of sensors, expected another name");
+    if (robot->name == topic)
+      map.error("", "'" + robot->name + "' begins the topics of sensors, expected another name");
   }
   map.require("scenario", "the scenario file of this robot");
   map.text("scenario", &robot->scenario);
@@ -196,8 +201,10 @@ void read_gains(YamlMap& map, ServoGains* gains) {
 void read_motor(const std::string& joint, YamlMap& map, ServoGains* gains, Scenario* scenario) {
   double supply = 0.0, resistance = 0.0, constant = 0.0;
   const char* const needed[] = {"supply", "resistance", "torque_constant"};
-  for (const char* key : needed) map.require(key, "a number: 'drive: voltage' gives the torque of a motor from its supply [V], "
-                                                  "resistance [ohm] and torque constant [N m/A] at the joint");
+  for (const char* key : needed)
+    map.require(key,
+                "a number: 'drive: voltage' gives the torque of a motor from its supply [V], "
+                "resistance [ohm] and torque constant [N m/A] at the joint");
   map.number("supply", &supply, Bound::kPositive, "V");
   map.number("resistance", &resistance, Bound::kPositive, "ohm");
   map.number("torque_constant", &constant, Bound::kPositive, "N m/A");
@@ -277,7 +284,7 @@ void read_sensors(YamlMap& map, SensorsSpec* sensors) {
   map.named("wrench", &sensors->wrenches, read_wrench);
   map.child("encoders", [&](YamlMap& child) { read_encoders(child, &sensors->encoders); });
   map.flag("base_pose", &sensors->base_pose);
-  map.ignore("base_twist");  // says in which frames a recording has its twist
+  map.ignore("base_twist");    // says in which frames a recording has its twist
   map.ignore("joint_torque");  // joints whose recordings have a torque sensor or an encoder behind the gear
   map.ignore("link_encoder");
   read_vision_sensors(map, sensors);
@@ -327,10 +334,12 @@ void read_world_sections(YamlMap& map, Scenario* scenario) {
   map.named("objects", &scenario->objects, read_object);
   map.named("robots", &scenario->robots, read_placement);
   if (scenario->robots.size() > kMostOtherRobots) {
-    map.error("robots", "names " + std::to_string(scenario->robots.size()) + " robots, expected at most " + std::to_string(kMostOtherRobots));
+    map.error("robots", "names " + std::to_string(scenario->robots.size()) + " robots, expected at most " +
+                            std::to_string(kMostOtherRobots));
   }
   const auto refuse_with_impulses = [&](const char* key, bool any) {
-    if (any && scenario->contact.model == "impulse") map.error(key, "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
+    if (any && scenario->contact.model == "impulse")
+      map.error(key, "do not go with 'contact: {model: impulse}', expected spring_damper or wrench");
   };
   refuse_with_impulses("objects", !scenario->objects.empty());
   refuse_with_impulses("robots", !scenario->robots.empty());

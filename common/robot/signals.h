@@ -12,8 +12,8 @@
 
 namespace hrp {
 
-constexpr int kGround = -1;                                       // body index of the ground
-constexpr int make_obstacle_index(int k) { return -2 - k; }       // body index of obstacle k
+constexpr int kGround = -1;                                  // body index of the ground
+constexpr int make_obstacle_index(int k) { return -2 - k; }  // body index of obstacle k
 // Everything that moves beside the robot (movers.h): the scenario's objects, then the links of its other robots.
 constexpr int kFirstObject = 1000000;
 constexpr int make_object_index(int k) { return kFirstObject + k; }  // body index of object k
@@ -23,18 +23,18 @@ constexpr bool is_object(int body) { return body >= kFirstObject; }
 using ObjectStates = std::vector<State>;
 
 struct ContactPoint {
-  Vector3d p_WC = Vector3d::Zero();    // [m] the point, half way into the penetration
-  Vector3d n_BA_W = Vector3d::UnitZ(); // unit normal from body B towards body A
-  double depth = 0.0;                  // [m] positive when overlapping
+  Vector3d p_WC = Vector3d::Zero();     // [m] the point, half way into the penetration
+  Vector3d n_BA_W = Vector3d::UnitZ();  // unit normal from body B towards body A
+  double depth = 0.0;                   // [m] positive when overlapping
 };
 
 struct ContactPair {
-  int body_a = 0;                      // link index (>= 0), an object or a link of another robot
-  int body_b = kGround;                // the same, kGround or an obstacle
+  int body_a = 0;        // link index (>= 0), an object or a link of another robot
+  int body_b = kGround;  // the same, kGround or an obstacle
   std::vector<ContactPoint> points;
   Vector3d separation = Vector3d::Zero();       // [m] smallest translation of A that ends the overlap, world axes
   Vector3d separation_turn = Vector3d::Zero();  // [rad] small rotation of A about p_WR that levels the patch
-  Vector3d p_WR = Vector3d::Zero();    // [m] reference point of A for moments and rotations
+  Vector3d p_WR = Vector3d::Zero();             // [m] reference point of A for moments and rotations
   double friction = 0.0;
 };
 
@@ -49,7 +49,7 @@ struct PointForce {
   Vector3d damper = Vector3d::Zero();
   Vector3d friction = Vector3d::Zero();
   Vector3d total = Vector3d::Zero();
-  Vector3d slip = Vector3d::Zero();    // [m/s] tangential velocity of A against B
+  Vector3d slip = Vector3d::Zero();  // [m/s] tangential velocity of A against B
   bool clipped = false;
 };
 
@@ -91,10 +91,10 @@ struct SensorSample {
 
 // A force from outside on a point Q of a link.
 struct PushForce {
-  std::string name;                    // of the scenario's push or hand; empty: of somebody who pushes live
+  std::string name;  // of the scenario's push or hand; empty: of somebody who pushes live
   std::string link;
-  Vector3d p_LQ = Vector3d::Zero();    // [m] where it acts, link axes
-  Vector3d force_W = Vector3d::Zero(); // [N] on the link
+  Vector3d p_LQ = Vector3d::Zero();     // [m] where it acts, link axes
+  Vector3d force_W = Vector3d::Zero();  // [N] on the link
 };
 
 using PushForces = std::vector<PushForce>;

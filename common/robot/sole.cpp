@@ -22,9 +22,8 @@ void add_once(const Vector3d& p, std::vector<Vector3d>* points) {
 }
 
 const Vector3d& find_outermost(const std::vector<Vector3d>& vertices, const Vector3d& direction) {
-  return *std::max_element(vertices.begin(), vertices.end(), [&](const Vector3d& a, const Vector3d& b) {
-    return a.dot(direction) < b.dot(direction);
-  });
+  return *std::max_element(vertices.begin(), vertices.end(),
+                           [&](const Vector3d& a, const Vector3d& b) { return a.dot(direction) < b.dot(direction); });
 }
 
 // The corners of the flat side whose outward normal is +-axis: outermost along 16 directions in the side's plane.
@@ -136,7 +135,9 @@ void update_sphere(FallingLink* link) {
     high = high.cwiseMax((p.array() + radius).matrix());
   });
   link->p_LC = 0.5 * (low + high);
-  visit([&](const Vector3d& p, double radius) { link->radius = std::max(link->radius, (p - link->p_LC).norm() + radius); });
+  visit([&](const Vector3d& p, double radius) {
+    link->radius = std::max(link->radius, (p - link->p_LC).norm() + radius);
+  });
 }
 
 }  // namespace
@@ -159,7 +160,8 @@ namespace {
 // Smallest distance of the soles above the plane [m]; nothing to stand on: infinite.
 double calc_clearance(const std::vector<Sole>& soles, const Data& data, const GroundPlane& ground) {
   double clearance = std::numeric_limits<double>::infinity();
-  for (const Sole& sole : soles) clearance = std::min(clearance, calc_clearance(sole, get_pose(data, sole.link), ground));
+  for (const Sole& sole : soles)
+    clearance = std::min(clearance, calc_clearance(sole, get_pose(data, sole.link), ground));
   return clearance;
 }
 
@@ -181,22 +183,26 @@ double calc_drop(const Vector3d& p, const Vector3d& a, const Vector3d& b, const 
   const auto is_left = [&](const Vector3d& u, const Vector3d& v) {
     return (v.x() - u.x()) * (p.y() - u.y()) - (v.y() - u.y()) * (p.x() - u.x()) >= 0.0;
   };
-  if (!(n.z() > 0.0) || !is_left(a, b) || !is_left(b, c) || !is_left(c, a)) return std::numeric_limits<double>::infinity();
+  if (!(n.z() > 0.0) || !is_left(a, b) || !is_left(b, c) || !is_left(c, a))
+    return std::numeric_limits<double>::infinity();
   return n.dot(p - a) / n.z();
 }
 
 // Smallest vertical distance of the soles' points above the surfaces [m]; infinite over none.
-double calc_drop(const RobotDescription& robot, const Scenario& scenario, const std::vector<Sole>& soles, const Data& data) {
+double calc_drop(const RobotDescription& robot, const Scenario& scenario, const std::vector<Sole>& soles,
+                 const Data& data) {
   double drop = std::numeric_limits<double>::infinity();
   for (const auto& surface : robot.surfaces) {
-    const auto spec = std::find_if(scenario.obstacles.begin(), scenario.obstacles.end(), [&](const ObstacleSpec& o) { return o.name == surface->obstacle; });
+    const auto spec = std::find_if(scenario.obstacles.begin(), scenario.obstacles.end(),
+                                   [&](const ObstacleSpec& o) { return o.name == surface->obstacle; });
     if (spec == scenario.obstacles.end()) continue;
     Mesh mesh = make_triangles(*surface);
     for (Vector3d& v : mesh.vertices) v = spec->X_WG * v;
     for (const Sole& sole : soles) {
       for (const Vector3d& p : find_lowest_points(sole, get_pose(data, sole.link))) {
         for (const auto& t : mesh.triangles) {
-          drop = std::min(drop, calc_drop(p, mesh.vertices[size_t(t[0])], mesh.vertices[size_t(t[1])], mesh.vertices[size_t(t[2])]));
+          drop = std::min(drop, calc_drop(p, mesh.vertices[size_t(t[0])], mesh.vertices[size_t(t[1])],
+                                          mesh.vertices[size_t(t[2])]));
         }
       }
     }

@@ -19,9 +19,9 @@ struct SolePoint {
 
 // A rim of a cylinder.
 struct SoleRim {
-  Vector3d p_LQ = Vector3d::Zero();       // [m] its centre
-  Vector3d axis_L = Vector3d::UnitZ();    // unit vector
-  double radius = 0.0;                    // [m]
+  Vector3d p_LQ = Vector3d::Zero();     // [m] its centre
+  Vector3d axis_L = Vector3d::UnitZ();  // unit vector
+  double radius = 0.0;                  // [m]
 };
 
 // All soles of one link.
@@ -41,10 +41,10 @@ std::vector<Sole> make_soles(const RobotDescription& robot);
 
 // What of a link may touch the ground when the robot does not only stand: geometry as of soles.
 struct FallingLink {
-  Sole others;                         // shapes that are no soles
-  Sole whole;                          // all shapes, the reference point of its soles where it has some
-  Vector3d p_LC = Vector3d::Zero();    // [m] middle and radius of a sphere that holds the others
-  double radius = 0.0;                 // [m]
+  Sole others;                       // shapes that are no soles
+  Sole whole;                        // all shapes, the reference point of its soles where it has some
+  Vector3d p_LC = Vector3d::Zero();  // [m] middle and radius of a sphere that holds the others
+  double radius = 0.0;               // [m]
 };
 
 // Of all links that have such shapes, by link. Meshes that cannot be read are left out: nobody has asked for them.
@@ -56,8 +56,8 @@ double calc_clearance(const Sole& sole, const Transform& X_WL, const GroundPlane
 // The rim's points that touch a plane first: lowest point, and those at quarter turns from it.
 void calc_rim_points(const SoleRim& rim, const Transform& X_WL, const Vector3d& n_W, Vector3d p_WQ[4]);
 
-// The state at step 0: the scenario's pose at rest, mimic joints following, and, where the scenario gives no base position, the
-// base at the height where the lowest point of the soles touches the ground or a surface.
+// The state at step 0: the scenario's pose at rest, mimic joints following, and, where the scenario gives no base
+// position, the base at the height where the lowest point of the soles touches the ground or a surface.
 State make_start_state(const RobotDescription& robot, const Scenario& scenario);
 
 }  // namespace hrp

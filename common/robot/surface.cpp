@@ -13,16 +13,19 @@ std::string find_grid_fault(const Surface& surface) {
   if (count > kMostHeights) {
     return "has " + std::to_string(count) + " heights, expected " + std::to_string(kMostHeights) + " at most";
   }
-  if (static_cast<long>(surface.heights.size()) != count) return "has another number of heights than rows times columns";
+  if (static_cast<long>(surface.heights.size()) != count)
+    return "has another number of heights than rows times columns";
   if (!(surface.spacing > 0.0) || !std::isfinite(surface.spacing)) return "its spacing is no positive number";
-  const bool finite = std::all_of(surface.heights.begin(), surface.heights.end(), [](double h) { return std::isfinite(h); });
+  const bool finite =
+      std::all_of(surface.heights.begin(), surface.heights.end(), [](double h) { return std::isfinite(h); });
   return finite ? "" : "has a height that is not finite";
 }
 
 std::string find_mesh_fault(const Mesh& mesh) {
   if (mesh.triangles.empty()) return "has no triangles";
   if (mesh.triangles.size() > static_cast<size_t>(kMostTriangles)) {
-    return "has " + std::to_string(mesh.triangles.size()) + " triangles, expected " + std::to_string(kMostTriangles) + " at most";
+    return "has " + std::to_string(mesh.triangles.size()) + " triangles, expected " + std::to_string(kMostTriangles) +
+           " at most";
   }
   for (const Vector3d& v : mesh.vertices) {
     if (!v.allFinite()) return "has a vertex that is not finite";

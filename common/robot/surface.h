@@ -17,11 +17,12 @@ struct Mesh {
 
 // What the file of an obstacle holds, in the obstacle's frame. Either triangles or a grid.
 struct Surface {
-  std::string obstacle;         // name in the scenario
-  Mesh mesh;                    // empty for a grid
-  int columns = 0, rows = 0;    // of a grid, 0 for a mesh
-  double spacing = 0.0;         // [m] of neighbours of a grid
-  std::vector<double> heights;  // [m] row by row; columns along x, the first row at the largest y; the middle is the origin
+  std::string obstacle;       // name in the scenario
+  Mesh mesh;                  // empty for a grid
+  int columns = 0, rows = 0;  // of a grid, 0 for a mesh
+  double spacing = 0.0;       // [m] of neighbours of a grid
+  // [m] row by row; columns along x, the first row at the largest y; the middle is the origin
+  std::vector<double> heights;
 
   bool is_grid() const { return columns > 0; }
 };
@@ -35,8 +36,8 @@ std::string find_surface_fault(const Surface& surface);
 // Number of columns or rows -> coordinate of the first one [m]; the grid's middle is at 0.
 inline double find_first_coordinate(int count, double spacing) { return -0.5 * spacing * (count - 1); }
 
-// Triangles of the surface. Each square of a grid becomes two; triangles 2 k and 2 k + 1 are those of square k, squares row
-// by row.
+// Triangles of the surface. Each square of a grid becomes two; triangles 2 k and 2 k + 1 are those of square k, squares
+// row by row.
 Mesh make_triangles(const Surface& surface);
 
 }  // namespace hrp

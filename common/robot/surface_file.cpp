@@ -61,7 +61,8 @@ int take_number(const std::string& text, size_t* at, const std::string& path) {
 
 std::string find_ending(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending;
 }
 
@@ -171,7 +172,8 @@ Mesh weld(const Mesh& mesh) {
   }
   for (const auto& [a, b, c] : mesh.triangles) {
     const std::array<int, 3> t{index[size_t(a)], index[size_t(b)], index[size_t(c)]};
-    const Vector3d &p = welded.vertices[size_t(t[0])], &q = welded.vertices[size_t(t[1])], &r = welded.vertices[size_t(t[2])];
+    const Vector3d &p = welded.vertices[size_t(t[0])], &q = welded.vertices[size_t(t[1])],
+                   &r = welded.vertices[size_t(t[2])];
     if ((q - p).cross(r - p).norm() > 1e-12 * (q - p).norm() * (r - p).norm()) welded.triangles.push_back(t);
   }
   return welded;

@@ -93,7 +93,8 @@ class TopicReader {
     } else if (node.IsMap()) {
       for (const auto& item : node) spec->rename[item.first.as<std::string>()] = item.second.as<std::string>();
     } else {
-      fail(node, field + ".joints", "expected names in the order of the message, or {name in the bag: name in the model}");
+      fail(node, field + ".joints",
+           "expected names in the order of the message, or {name in the bag: name in the model}");
     }
   }
 

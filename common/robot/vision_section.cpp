@@ -45,12 +45,15 @@ void read_camera(YamlMap& map, CameraSpec* camera) {
   read_count(map, "height", &camera->height, kMostPixels);
   map.number("fov", &camera->fov, Bound::kPositive, "rad");
   if (camera->fov < kLeastFov || camera->fov > kMostFov) {
-    map.error("fov", "is " + format("%g", camera->fov) + " rad, expected " + format("%g", kLeastFov) + " to " + format("%g", kMostFov) + " rad");
+    map.error("fov", "is " + format("%g", camera->fov) + " rad, expected " + format("%g", kLeastFov) + " to " +
+                         format("%g", kMostFov) + " rad");
   }
   map.number("rate", &camera->rate, Bound::kPositive, "1/s");
   map.number("near", &camera->near, Bound::kPositive, "m");
   map.number("far", &camera->far, Bound::kPositive, "m");
-  if (camera->far <= camera->near) map.error("far", "is " + format("%g", camera->far) + " m, expected more than near, " + format("%g", camera->near) + " m");
+  if (camera->far <= camera->near)
+    map.error("far",
+              "is " + format("%g", camera->far) + " m, expected more than near, " + format("%g", camera->near) + " m");
   map.flag("color", &camera->color);
   map.flag("depth", &camera->depth);
   if (!camera->color && !camera->depth) map.error("", "takes neither color nor depth: expected one of them");
@@ -65,7 +68,8 @@ void read_lidar(YamlMap& map, LidarSpec* lidar) {
   read_count(map, "columns", &lidar->columns, kMostRays);
   read_count(map, "rows", &lidar->rows, kMostRays / static_cast<unsigned long long>(lidar->columns));
   map.interval("azimuth", &lidar->first_azimuth, &lidar->last_azimuth, Bound::kAny, "rad");
-  if (lidar->last_azimuth - lidar->first_azimuth > 2 * M_PI + 1e-3) map.error("azimuth", "is more than a turn; are these degrees?");
+  if (lidar->last_azimuth - lidar->first_azimuth > 2 * M_PI + 1e-3)
+    map.error("azimuth", "is more than a turn; are these degrees?");
   map.interval("elevation", &lidar->first_elevation, &lidar->last_elevation, Bound::kAny, "rad");
   if (std::max(-lidar->first_elevation, lidar->last_elevation) > 0.5 * M_PI + 1e-3) {
     map.error("elevation", "is beyond a right angle; are these degrees?");
@@ -86,8 +90,9 @@ void check_look_rates(const Scenario& scenario, Diagnostics* diagnostics) {
   const double most = 1.0 / (scenario.time_step * scenario.control_period);
   const auto check = [&](const std::string& sensor, double rate) {
     if (rate <= most * (1.0 + 1e-9)) return;  // periods are decimal numbers that binary ones only approximate
-    diagnostics->add_error(scenario.make_diagnostic(
-        sensor + ".rate", "is " + format("%g", rate) + " 1/s, expected at most " + format("%g", most) + " 1/s: once in a control period"));
+    diagnostics->add_error(
+        scenario.make_diagnostic(sensor + ".rate", "is " + format("%g", rate) + " 1/s, expected at most " +
+                                                       format("%g", most) + " 1/s: once in a control period"));
   };
   for (const CameraSpec& camera : scenario.sensors.cameras) check("sensors.camera." + camera.name, camera.rate);
   for (const LidarSpec& lidar : scenario.sensors.lidars) check("sensors.lidar." + lidar.name, lidar.rate);

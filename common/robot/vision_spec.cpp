@@ -27,8 +27,8 @@ bool is_look_due(double rate, uint64_t step, double time_step, int control_perio
   return count(step) > count(step - period);
 }
 
-std::vector<size_t> find_looking_sensors(const std::vector<CameraSpec>& cameras, const std::vector<LidarSpec>& lidars, uint64_t step,
-                                         double time_step, int control_period) {
+std::vector<size_t> find_looking_sensors(const std::vector<CameraSpec>& cameras, const std::vector<LidarSpec>& lidars,
+                                         uint64_t step, double time_step, int control_period) {
   std::vector<size_t> found;
   if (step % static_cast<uint64_t>(control_period) != 0) return found;  // asked at every step
   const auto add = [&](size_t sensor, double rate) {

@@ -61,7 +61,9 @@ std::string print_flow(const YAML::Node& node) {
 // Empty when the text cannot be treated so.
 std::string add_lines(const std::string& text, const YAML::Node& root, const YAML::Node& added) {
   const size_t line = text.rfind("world:", 0) == 0 ? 0 : text.find("\nworld:") + 1;
-  if (root.Style() != YAML::EmitterStyle::Block || text.find("\n...") != std::string::npos || (line == 0 && text[0] != 'w')) return "";
+  if (root.Style() != YAML::EmitterStyle::Block || text.find("\n...") != std::string::npos ||
+      (line == 0 && text[0] != 'w'))
+    return "";
   std::string longer = text.substr(0, line) + "# " + text.substr(line);
   if (longer.back() != '\n') longer += "\n";
   for (const auto& section : added) {

@@ -15,8 +15,8 @@ struct WorldSpec {
   GroundSpec ground;                    // type, pose and friction
 };
 
-// `text` with these obstacles beside its own, and with this ground unless it has a `ground`; without its key `world`, so
-// that nobody reads the world twice. Numbers keep their bits.
+// `text` with these obstacles beside its own, and with this ground unless it has a `ground`; without its key `world`,
+// so that nobody reads the world twice. Numbers keep their bits.
 std::string add_world(const std::string& text, const WorldSpec& world);
 
 // `scenario` with obstacles and ground of the text that the model parser has made of it: what every server has.

@@ -111,18 +111,20 @@ bool YamlMap::decode_number(const YAML::Node& node, const std::string& path, Bou
   double decoded = 0.0;
   if (!node.IsScalar() || !YAML::convert<double>::decode(node, decoded) || !is_within(decoded, bound)) {
     const bool large = std::isfinite(decoded) && std::abs(decoded) > kLargestNumber;
-    complain(node, path, "is " + describe(node) + ", expected " + describe_bound(bound) + unit_text(unit) +
-                             (large ? " of at most 1e12 either way" : ""));
+    complain(node, path,
+             "is " + describe(node) + ", expected " + describe_bound(bound) + unit_text(unit) +
+                 (large ? " of at most 1e12 either way" : ""));
     return false;
   }
   *value = decoded;
   return true;
 }
 
-bool YamlMap::decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, size_t count,
-                          double* values) {
+bool YamlMap::decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
+                          size_t count, double* values) {
   if (!node.IsSequence() || node.size() != count) {
-    complain(node, path, "is " + describe(node) + ", expected a list of " + std::to_string(count) + " numbers" + unit_text(unit));
+    complain(node, path,
+             "is " + describe(node) + ", expected a list of " + std::to_string(count) + " numbers" + unit_text(unit));
     return false;
   }
   bool good = true;
@@ -297,7 +299,8 @@ void YamlMap::finish() {
   const std::vector<std::string> known(asked_.begin(), asked_.end());
   for (const std::string& key : keys_) {
     if (asked_.count(key) > 0) continue;
-    complain(key_nodes_.at(key), path_of(key), "unknown key" + suggest(key, known, "; known here: " + join_words(known)));
+    complain(key_nodes_.at(key), path_of(key),
+             "unknown key" + suggest(key, known, "; known here: " + join_words(known)));
   }
 }
 

@@ -51,7 +51,8 @@ class YamlMap {
   // A list of two numbers, the second one not below the first.
   void interval(const std::string& key, double* first, double* last, Bound bound, const std::string& unit);
   void names(const std::string& key, std::vector<std::string>* value);
-  void numbers_by_name(const std::string& key, std::map<std::string, double>* value, Bound bound, const std::string& unit);
+  void numbers_by_name(const std::string& key, std::map<std::string, double>* value, Bound bound,
+                       const std::string& unit);
   void names_by_name(const std::string& key, std::map<std::string, std::vector<std::string>>* value);
   // Calls `read` with the mapping under `key`, if there, and finishes it.
   void child(const std::string& key, const std::function<void(YamlMap&)>& read);
@@ -83,15 +84,18 @@ class YamlMap {
   YAML::Node find(const std::string& key);
   std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
   void complain(const YAML::Node& node, const std::string& path, const std::string& message);
-  bool decode_number(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, double* value);
-  bool decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, size_t count, double* values);
-  bool decode_three(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, Vector3d* value);
+  bool decode_number(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
+                     double* value);
+  bool decode_list(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit, size_t count,
+                   double* values);
+  bool decode_three(const YAML::Node& node, const std::string& path, Bound bound, const std::string& unit,
+                    Vector3d* value);
   bool decode_text(const YAML::Node& node, const std::string& path, std::string* value);
 
   YAML::Node node_;
   std::string path_;
   YamlContext* context_;
-  std::vector<std::string> keys_;           // in the order of the file
+  std::vector<std::string> keys_;  // in the order of the file
   std::map<std::string, YAML::Node> nodes_;
   std::map<std::string, YAML::Node> key_nodes_;
   std::set<std::string> asked_;

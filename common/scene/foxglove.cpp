@@ -18,18 +18,24 @@ struct Colour {
 };
 
 constexpr Colour kBody{0.75, 0.78, 0.82, 1.0}, kSole{0.35, 0.38, 0.45, 1.0}, kFloor{0.55, 0.55, 0.52, 0.35},
-    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPush{0.45, 0.35, 0.85, 1.0}, kObject{0.50, 0.64, 0.42, 1.0},
-    kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
-constexpr double kFloorSize = 20.0, kFloorThickness = 0.01;                      // [m]
+    kStone{0.72, 0.70, 0.66, 1.0}, kForce{0.90, 0.30, 0.20, 1.0}, kPush{0.45, 0.35, 0.85, 1.0},
+    kObject{0.50, 0.64, 0.42, 1.0}, kPolygon{0.20, 0.70, 0.35, 1.0}, kZmp{0.95, 0.80, 0.10, 1.0};
+constexpr double kFloorSize = 20.0, kFloorThickness = 0.01;                         // [m]
 constexpr double kShaft = 0.012, kHead = 0.03, kLine = 0.004, kZmpDiameter = 0.03;  // [m]
-constexpr double kWeightLength = 0.5;                                            // [m]
+constexpr double kWeightLength = 0.5;                                               // [m]
 constexpr size_t kMostTriangles = 20000;  // of one shape: more makes pages slow
 enum LineType { kStrip, kLoop, kList };
 enum DeletionType { kMatchingId, kAll };
 
 void put_time(const char* name, double time, JsonText* json) {
   const long nanoseconds = std::lround(time * 1e9);
-  json->key(name).begin('{').key("sec").put(nanoseconds / 1000000000).key("nsec").put(nanoseconds % 1000000000).end('}');
+  json->key(name)
+      .begin('{')
+      .key("sec")
+      .put(nanoseconds / 1000000000)
+      .key("nsec")
+      .put(nanoseconds % 1000000000)
+      .end('}');
 }
 
 void put_vector(const Vector3d& v, JsonText* json) {
@@ -49,7 +55,17 @@ void put_pose(const Transform& X, JsonText* json) {
 }
 
 void put_colour(const Colour& colour, JsonText* json) {
-  json->key("color").begin('{').key("r").put(colour.r).key("g").put(colour.g).key("b").put(colour.b).key("a").put(colour.a).end('}');
+  json->key("color")
+      .begin('{')
+      .key("r")
+      .put(colour.r)
+      .key("g")
+      .put(colour.g)
+      .key("b")
+      .put(colour.b)
+      .key("a")
+      .put(colour.a)
+      .end('}');
 }
 
 void put_points(const std::vector<Vector3d>& points, JsonText* json) {
@@ -126,7 +142,8 @@ void put_deletion(DeletionType type, const std::string& id, double time, JsonTex
   json->key("type").put(static_cast<long>(type)).key("id").put(id).end('}');
 }
 
-// Begins the list of entities of a picture in which everything is new: an arrow of a foot that has left the ground must go.
+// Begins the list of entities of a picture in which everything is new: an arrow of a foot that has left the ground must
+// go.
 void begin_picture(double time, JsonText* json) {
   put_deletion(kAll, "", time, &json->begin('{').key("deletions").begin('['));
   json->end(']').key("entities").begin('[');
@@ -139,7 +156,8 @@ Vector3d find_extent(ShapeKind kind, const Vector3d& size) {
   return size;
 }
 
-void add_mesh_shape(const CollisionShape& shape, const Colour& colour, Entity* entity, std::vector<std::string>* notes) {
+void add_mesh_shape(const CollisionShape& shape, const Colour& colour, Entity* entity,
+                    std::vector<std::string>* notes) {
   try {
     const Mesh mesh = load_mesh(shape.mesh, shape.scale);
     if (mesh.triangles.size() <= kMostTriangles) return entity->add_mesh(mesh, shape.X_LG, colour);
@@ -185,13 +203,16 @@ void add_solid_shape(const CollisionShape& shape, const Colour& colour, Entity* 
   entity->add_solid(shape.kind, shape.X_LG, find_extent(shape.kind, shape.size), colour);
 }
 
-void put_links(const RobotDescription& robot, const FrameTree& frames, double time, JsonText* json, std::vector<std::string>* notes) {
+void put_links(const RobotDescription& robot, const FrameTree& frames, double time, JsonText* json,
+               std::vector<std::string>* notes) {
   std::vector<Entity> links(robot.tree.links.size());
   for (const CollisionShape& shape : robot.shapes) {
     Entity& entity = links[static_cast<size_t>(shape.link)];
     const Colour& colour = shape.sole ? kSole : kBody;
-    if (shape.kind == ShapeKind::kMesh) add_mesh_shape(shape, colour, &entity, notes);
-    else add_solid_shape(shape, colour, &entity);
+    if (shape.kind == ShapeKind::kMesh)
+      add_mesh_shape(shape, colour, &entity, notes);
+    else
+      add_solid_shape(shape, colour, &entity);
   }
   for (size_t i = 0; i < links.size(); ++i) {
     const std::string& name = frames.get_link(static_cast<int>(i));
@@ -214,8 +235,8 @@ void put_obstacle(const RobotDescription& robot, const ObstacleSpec& obstacle, E
 }
 
 // `forces` on this robot's links.
-void put_contacts(const ContactForces& forces, const FrameTree& frames, const GroundPlane& ground, double metres_per_newton, double time,
-                  JsonText* json) {
+void put_contacts(const ContactForces& forces, const FrameTree& frames, const GroundPlane& ground,
+                  double metres_per_newton, double time, JsonText* json) {
   for (const LinkForce& force : sum_link_forces(forces)) put_force(force, frames, metres_per_newton, time, json);
   if (const auto polygon = calc_support_polygon(forces, ground); !polygon.empty()) {
     Entity entity;
@@ -229,7 +250,8 @@ void put_contacts(const ContactForces& forces, const FrameTree& frames, const Gr
   }
 }
 
-// Where the links of the first robot are, and those of movers. Throws std::exception for a link or a state that nobody has.
+// Where the links of the first robot are, and those of movers. Throws std::exception for a link or a state that nobody
+// has.
 class BodyPoses {
  public:
   BodyPoses(const Model& model, const State& first, const std::vector<Mover>& movers, const ObjectStates& others)
@@ -267,11 +289,17 @@ double calc_arrow_scale(double mass) { return kWeightLength / (kGravity * std::m
 
 }  // namespace
 
-Scene::Scene(const RobotDescription& robot, const Scenario& scenario) : Scene(robot, scenario, make_movers(robot, scenario)) {}
+Scene::Scene(const RobotDescription& robot, const Scenario& scenario)
+    : Scene(robot, scenario, make_movers(robot, scenario)) {}
 
 Scene::Scene(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers)
-    : movers_(movers), robots_(hrp::make_robots(robot, scenario, movers)), frames_(make_frame_trees(robots_)), scenario_(scenario),
-      ground_(make_ground_plane(scenario.ground)), model_(robot.tree), metres_per_newton_(calc_arrow_scale(model_.mass())) {}
+    : movers_(movers),
+      robots_(hrp::make_robots(robot, scenario, movers)),
+      frames_(make_frame_trees(robots_)),
+      scenario_(scenario),
+      ground_(make_ground_plane(scenario.ground)),
+      model_(robot.tree),
+      metres_per_newton_(calc_arrow_scale(model_.mass())) {}
 
 std::string Scene::make_fixed_transforms(double time) const {
   return write_transforms(make_fixed_frames(frames_, robots_), time);
@@ -283,7 +311,8 @@ std::string Scene::make_transforms(const State& first, const ObjectStates& other
     frames_[k].update_moving(find_robot_state(k, first, others, scenario_), &moving);
     all.insert(all.end(), moving.begin(), moving.end());
   }
-  for (size_t k = 0; k < scenario_.objects.size(); ++k) all.push_back({frames_[0].world(), scenario_.objects[k].name, others.at(k).X_WB()});
+  for (size_t k = 0; k < scenario_.objects.size(); ++k)
+    all.push_back({frames_[0].world(), scenario_.objects[k].name, others.at(k).X_WB()});
   return write_transforms(all, time);
 }
 
@@ -323,7 +352,8 @@ std::string Scene::make_contacts(const ContactForces& forces, double time) const
   return json.end(']').end('}').text();
 }
 
-std::string Scene::make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes, double time) const {
+std::string Scene::make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes,
+                               double time) const {
   if (first.q.size() != model_.num_joints()) throw std::invalid_argument("a state of another robot");
   JsonText json;
   begin_picture(time, &json);

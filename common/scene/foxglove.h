@@ -32,17 +32,17 @@ class Scene {
   // Frames that do not move against their parent, and those that do. Throws std::exception for states of other robots.
   std::string make_fixed_transforms(double time) const;
   std::string make_transforms(const State& first, const ObjectStates& others, double time) const;
-  // The robots' collision shapes, one entity a link ("link/<link>"), and the objects ("object/<name>"), each fixed to its own
-  // frame. Meshes that cannot be read are named in `notes`.
+  // The robots' collision shapes, one entity a link ("link/<link>"), and the objects ("object/<name>"), each fixed to
+  // its own frame. Meshes that cannot be read are named in `notes`.
   std::string make_robots(double time, std::vector<std::string>* notes) const;
   // Ground and obstacles.
   std::string make_world(double time) const;
-  // What presses on the robots, in world axes: an arrow for each link (entity "force/<link>"; its metadata has the numbers; the
-  // first robot's weight is 0.5 m long), of each robot the support polygon ("support_polygon") and the zero-moment point ("zmp").
-  // What is not there is deleted.
+  // What presses on the robots, in world axes: an arrow for each link (entity "force/<link>"; its metadata has the
+  // numbers; the first robot's weight is 0.5 m long), of each robot the support polygon ("support_polygon") and the
+  // zero-moment point ("zmp"). What is not there is deleted.
   std::string make_contacts(const ContactForces& forces, double time) const;
-  // What pushes robots and objects from outside, in this state: an arrow for each, of the same scale, in one entity "pushes",
-  // whose metadata has the numbers. Throws std::exception for a link or a state that nobody has.
+  // What pushes robots and objects from outside, in this state: an arrow for each, of the same scale, in one entity
+  // "pushes", whose metadata has the numbers. Throws std::exception for a link or a state that nobody has.
   std::string make_pushes(const State& first, const ObjectStates& others, const PushForces& pushes, double time) const;
 
  private:

@@ -29,7 +29,8 @@ std::string make_list(const std::string& items) {
 struct Schemas {
   std::string number = make_type("number"), integer = make_type("integer"), text = make_type("string"),
               flag = make_type("boolean");
-  std::string bytes = JsonText().begin('{').key("type").put("string").key("contentEncoding").put("base64").end('}').text();
+  std::string bytes =
+      JsonText().begin('{').key("type").put("string").key("contentEncoding").put("base64").end('}').text();
   std::string time = make_object("time", {{"sec", integer}, {"nsec", integer}});
   std::string duration = make_object("duration", {{"sec", integer}, {"nsec", integer}});
   std::string vector = make_object("foxglove.Vector3", {{"x", number}, {"y", number}, {"z", number}});
@@ -41,10 +42,10 @@ struct Schemas {
 
   std::string make_frame_transforms() const {
     const std::string transform = make_object("foxglove.FrameTransform", {{"timestamp", time},
-                                                                         {"parent_frame_id", text},
-                                                                         {"child_frame_id", text},
-                                                                         {"translation", vector},
-                                                                         {"rotation", quaternion}});
+                                                                          {"parent_frame_id", text},
+                                                                          {"child_frame_id", text},
+                                                                          {"translation", vector},
+                                                                          {"rotation", quaternion}});
     return make_object(kFrameTransforms, {{"transforms", make_list(transform)}});
   }
 
@@ -57,11 +58,9 @@ struct Schemas {
                                                    {"color", colour}});
   }
   std::string make_cylinder() const {
-    return make_object("foxglove.CylinderPrimitive", {{"pose", pose},
-                                                      {"size", vector},
-                                                      {"bottom_scale", number},
-                                                      {"top_scale", number},
-                                                      {"color", colour}});
+    return make_object(
+        "foxglove.CylinderPrimitive",
+        {{"pose", pose}, {"size", vector}, {"bottom_scale", number}, {"top_scale", number}, {"color", colour}});
   }
   std::string make_line() const {
     return make_object("foxglove.LinePrimitive", {{"type", integer},
@@ -125,7 +124,9 @@ struct Schemas {
 
 std::string find_schema(const std::string& type) {
   const Schemas schemas;
-  return type == kFrameTransforms ? schemas.make_frame_transforms() : type == kSceneUpdate ? schemas.make_scene_update() : "";
+  return type == kFrameTransforms ? schemas.make_frame_transforms()
+         : type == kSceneUpdate   ? schemas.make_scene_update()
+                                  : "";
 }
 
 }  // namespace hrp::foxglove

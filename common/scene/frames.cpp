@@ -19,8 +19,10 @@ FrameTree::FrameTree(const TreeSpec& tree, const std::string& robot, const std::
 std::vector<FrameTree> make_frame_trees(const std::vector<Mover>& robots) {
   std::vector<FrameTree> trees;
   for (const Mover& robot : robots) {
-    if (trees.empty()) trees.emplace_back(robot.robot.tree);
-    else trees.emplace_back(robot.robot.tree, robot.name, trees[0].world());
+    if (trees.empty())
+      trees.emplace_back(robot.robot.tree);
+    else
+      trees.emplace_back(robot.robot.tree, robot.name, trees[0].world());
   }
   return trees;
 }
@@ -32,9 +34,11 @@ std::vector<NamedTransform> FrameTree::make_fixed(const SensorsSpec& sensors) co
   }
   const auto find_parent = [this](const std::string& link) { return link.empty() ? world_ : find_frame(link); };
   for (const CameraSpec& camera : sensors.cameras) {
-    found.push_back({find_parent(camera.link), find_frame(find_optical_frame_name(camera)), camera.X_LC * make_optical_frame()});
+    found.push_back(
+        {find_parent(camera.link), find_frame(find_optical_frame_name(camera)), camera.X_LC * make_optical_frame()});
   }
-  for (const LidarSpec& lidar : sensors.lidars) found.push_back({find_parent(lidar.link), find_frame(find_frame_name(lidar)), lidar.X_LC});
+  for (const LidarSpec& lidar : sensors.lidars)
+    found.push_back({find_parent(lidar.link), find_frame(find_frame_name(lidar)), lidar.X_LC});
   return found;
 }
 

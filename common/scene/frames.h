@@ -29,10 +29,11 @@ class FrameTree {
   std::string find_frame(const std::string& name) const { return prefix_ + name; }
   // The frame of a link. Throws std::out_of_range for one that is not there.
   const std::string& get_link(int link) const { return tree_.links.at(static_cast<size_t>(link)).name; }
-  // Frames that do not move against their parent: every other link of the URDF, those of cameras (optical) and of lidars.
+  // Frames that do not move against their parent: every other link of the URDF, those of cameras (optical) and of
+  // lidars.
   std::vector<NamedTransform> make_fixed(const SensorsSpec& sensors) const;
-  // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again. Throws
-  // std::invalid_argument for a state of another robot.
+  // The base in the world and every other moving link in its parent. Overwrites `found`, whose memory is used again.
+  // Throws std::invalid_argument for a state of another robot.
   void update_moving(const State& state, std::vector<NamedTransform>* found) const;
 
  private:

@@ -72,7 +72,8 @@ std::vector<LinkForce> sum_link_forces(const ContactForces& forces) {
 
 std::optional<Vector3d> calc_ground_zmp(const ContactForces& forces, const GroundPlane& ground) {
   // A point of the plane.
-  const Vector3d p_WO = ground.present ? Vector3d(ground.n_W * ground.offset) : Vector3d(0, 0, calc_mean_height(forces, ground));
+  const Vector3d p_WO =
+      ground.present ? Vector3d(ground.n_W * ground.offset) : Vector3d(0, 0, calc_mean_height(forces, ground));
   Vector3d force = Vector3d::Zero(), moment = Vector3d::Zero();
   for (const PairForce& pair : forces) {
     if (!is_ground_pair(pair, ground)) continue;
@@ -91,9 +92,8 @@ std::vector<Vector3d> calc_support_polygon(const ContactForces& forces, const Gr
     for (const PointForce& point : pair.points) points.push_back(point.p_WC);
   }
   if (points.size() < 3) return {};
-  std::sort(points.begin(), points.end(), [](const Vector3d& a, const Vector3d& b) {
-    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
-  });
+  std::sort(points.begin(), points.end(),
+            [](const Vector3d& a, const Vector3d& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
   std::vector<Vector3d> hull = walk_chain(points.begin(), points.end());
   const std::vector<Vector3d> back = walk_chain(points.rbegin(), points.rend());
   hull.insert(hull.end(), back.begin(), back.end());

@@ -22,8 +22,8 @@ struct LinkForce {
 std::vector<LinkForce> sum_link_forces(const ContactForces& forces);
 
 // Zero-moment point [m]: where all forces of the ground together have no moment, except about the ground's normal.
-// Nothing when they press with less than 1 N. Without a plane, obstacles are the ground: then it lies in the level plane at
-// the height of the contact points, weighed by the sizes of their forces.
+// Nothing when they press with less than 1 N. Without a plane, obstacles are the ground: then it lies in the level
+// plane at the height of the contact points, weighed by the sizes of their forces.
 std::optional<Vector3d> calc_ground_zmp(const ContactForces& forces, const GroundPlane& ground);
 
 // Convex hull, seen from above, of all points that touch the ground [m], counter-clockwise. Empty for less than three.

@@ -7,7 +7,8 @@
 
 namespace hrp {
 
-// Inverse of make_rotation_from_rpy(): R = Rz(yaw) Ry(pitch) Rx(roll). Exact to rounding, also where pitch is a right angle.
+// Inverse of make_rotation_from_rpy(): R = Rz(yaw) Ry(pitch) Rx(roll). Exact to rounding, also where pitch is a right
+// angle.
 inline Vector3d calc_rpy(const Matrix3d& R) {
   const double yaw = std::atan2(R(1, 0), R(0, 0));
   const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));

@@ -30,7 +30,8 @@ std::vector<std::string> split(const std::string& line) {
 std::string read_joint_name(const std::string& word) {
   const std::string prefix = "/joint_commands/", suffix = "/position";
   if (word.find('/') == std::string::npos) return word;
-  const bool command = word.rfind(prefix, 0) == 0 && word.size() > prefix.size() + suffix.size() && ends_with(word, suffix);
+  const bool command =
+      word.rfind(prefix, 0) == 0 && word.size() > prefix.size() + suffix.size() && ends_with(word, suffix);
   return command ? word.substr(prefix.size(), word.size() - prefix.size() - suffix.size()) : "";
 }
 
@@ -38,7 +39,8 @@ std::vector<Column> read_header(const std::string& line, const std::string& path
   const std::vector<std::string> words = split(line);
   *width = words.size();
   if (words[0] != "time") {
-    refuse_input({path, "", number}, "the first column is '" + words[0] + "', expected a header 'time,JOINT,JOINT,...'");
+    refuse_input({path, "", number},
+                 "the first column is '" + words[0] + "', expected a header 'time,JOINT,JOINT,...'");
   }
   std::vector<Column> columns;
   std::set<std::string> seen;
@@ -67,7 +69,8 @@ std::vector<double> read_row(const std::string& line, const std::string& path, i
     values.push_back(value);
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\r')) ++at;
     if (at == end) break;
-    if (*at != ',') refuse_input({path, "", number}, "has " + show_word(at, end) + " behind a number, expected a comma");
+    if (*at != ',')
+      refuse_input({path, "", number}, "has " + show_word(at, end) + " behind a number, expected a comma");
     ++at;
   }
   if (values.size() != width) {
@@ -106,8 +109,8 @@ Motion parse_csv_motion(const std::string& text, const std::string& path) {
   const double start = motion.times.front();
   for (double& time : motion.times) time -= start;
   for (const Column& column : columns) motion.joints.push_back(column.joint);
-  motion.positions = Eigen::Map<const Eigen::MatrixXd>(values.data(), Eigen::Index(columns.size()),
-                                                       Eigen::Index(motion.times.size()));
+  motion.positions =
+      Eigen::Map<const Eigen::MatrixXd>(values.data(), Eigen::Index(columns.size()), Eigen::Index(motion.times.size()));
   return motion;
 }
 

@@ -7,14 +7,12 @@ namespace hrp {
 namespace {
 
 // Angle a with y cos(a) - z sin(a) = -offset, for a point (y, z) far above the x axis.
-double solve_roll(double y, double z, double offset) {
-  return std::atan2(y, z) + std::asin(offset / std::hypot(y, z));
-}
+double solve_roll(double y, double z, double offset) { return std::atan2(y, z) + std::asin(offset / std::hypot(y, z)); }
 
 }  // namespace
 
-// Seen from the foot the ankle roll joint is the first: it must bring the hip into the leg's plane, which the ankle stands
-// `ankle_offset` beside. Then two links in a plane; the hip takes the attitude that is left.
+// Seen from the foot the ankle roll joint is the first: it must bring the hip into the leg's plane, which the ankle
+// stands `ankle_offset` beside. Then two links in a plane; the hip takes the attitude that is left.
 std::optional<LegAngles> solve_leg(const LegGeometry& leg, const Transform& X_HF) {
   const Vector3d hip_F = -(X_HF.R.transpose() * X_HF.p);
   if (!hip_F.allFinite() || std::hypot(hip_F.y(), hip_F.z()) <= std::abs(leg.ankle_offset)) return std::nullopt;

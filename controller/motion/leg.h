@@ -17,8 +17,8 @@ struct LegGeometry {
   double ankle_offset = 0.0;  // [m] along y from the leg's plane to the ankle; left positive
 };
 
-// Hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll [rad] that put the foot (axes of the ankle roll link, origin
-// in the ankle) at X_HF, from the hip in base axes. Nothing when out of reach.
+// Hip yaw, hip roll, hip pitch, knee, ankle pitch, ankle roll [rad] that put the foot (axes of the ankle roll link,
+// origin in the ankle) at X_HF, from the hip in base axes. Nothing when out of reach.
 using LegAngles = Eigen::Matrix<double, 6, 1>;
 std::optional<LegAngles> solve_leg(const LegGeometry& leg, const Transform& X_HF);
 

@@ -16,7 +16,8 @@ const hrp::LegGeometry kRight{0.3, 0.3, -0.035};
 // 0 before t0, 1 after t1, two derivatives continuous.
 double calc_ramp(double t, double t0, double t1) { return hrp::calc_minimum_jerk((t - t0) / (t1 - t0)); }
 
-// Displacement of the pelvis [m]: down 8 cm and up again from 0.5 to 4.5 s, then a sway of 4 cm, period 2.5 s, to 9.5 s.
+// Displacement of the pelvis [m]: down 8 cm and up again from 0.5 to 4.5 s, then a sway of 4 cm, period 2.5 s, to 9.5
+// s.
 Eigen::Vector3d calc_pelvis(double t) {
   const double depth = 0.08 * (calc_ramp(t, 0.5, 2.5) - calc_ramp(t, 2.5, 4.5));
   const double amplitude = 0.04 * (calc_ramp(t, 4.5, 5.75) - calc_ramp(t, 8.25, 9.5));
@@ -32,7 +33,9 @@ Eigen::Vector3d calc_rest(double offset) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const char usage[] = "Usage: hrp-make-motion OUT.csv\nWrites the default squat and sway of the HRP-2P-like robot; --version says which program this is.";
+  const char usage[] =
+      "Usage: hrp-make-motion OUT.csv\nWrites the default squat and sway of the HRP-2P-like robot; --version says "
+      "which program this is.";
   if (hrp::answer_questions(argc, argv, "hrp-make-motion", usage)) return 0;
   if (argc != 2 || argv[1][0] == '-') return std::fprintf(stderr, "%s\n", usage), 2;
   std::FILE* out = std::fopen(argv[1], "w");
@@ -40,7 +43,8 @@ int main(int argc, char** argv) {
     std::perror(argv[1]);
     return 2;
   }
-  std::fprintf(out, "# Squat and sway of the HRP-2P-like robot from half-sitting, made by hrp-make-motion. [s], [rad]\n");
+  std::fprintf(out,
+               "# Squat and sway of the HRP-2P-like robot from half-sitting, made by hrp-make-motion. [s], [rad]\n");
   std::fprintf(out, "time,R_HIP_R,R_HIP_P,R_KNEE,R_ANKLE_P,R_ANKLE_R,L_HIP_R,L_HIP_P,L_KNEE,L_ANKLE_P,L_ANKLE_R\n");
   for (int k = 0; k <= 500; ++k) {
     const double t = 0.02 * k;

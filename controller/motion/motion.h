@@ -4,7 +4,8 @@
 // Formats: .csv  our own. '#' lines are comments; then a header "time,JOINT,JOINT,..." and one line a frame: seconds,
 //                then rad or m. Times rise strictly; steps may differ. Columns named like those of an experiment
 //                recording ("/joint_commands/JOINT/position") are understood, others with a slash are left out.
-//          .seq  Choreonoid's body motion (YAML text): frameRate and the component with content JointDisplacement. It has
+//          .seq  Choreonoid's body motion (YAML text): frameRate and the component with content JointDisplacement. It
+//          has
 //                no joint names; `joint_order` gives them. Other components (ZMP, root) are left out.
 #pragma once
 

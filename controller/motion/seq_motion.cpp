@@ -13,7 +13,8 @@ namespace {
 
 class SeqReader {
  public:
-  SeqReader(const std::string& text, const std::string& path) : at_(text.data()), end_(at_ + text.size()), path_(path) {}
+  SeqReader(const std::string& text, const std::string& path)
+      : at_(text.data()), end_(at_ + text.size()), path_(path) {}
   Motion read(const std::vector<std::string>& joint_order);
 
  private:
@@ -108,7 +109,8 @@ void SeqReader::read_frame() {
   ++at_;
   while (true) {
     while (at_ < end_ && (*at_ == ' ' || *at_ == ',' || *at_ == '\r' || *at_ == '\n')) line_ += *at_++ == '\n' ? 1 : 0;
-    if (at_ >= end_) refuse_input({path_, "", first_line}, "the frame that begins here has no ']': the file is cut off");
+    if (at_ >= end_)
+      refuse_input({path_, "", first_line}, "the frame that begins here has no ']': the file is cut off");
     if (*at_ == ']') break;
     double value = 0.0;
     if (!read_number(&at_, end_, &value)) {
@@ -156,7 +158,8 @@ Motion SeqReader::read(const std::vector<std::string>& joint_order) {
   Motion motion;
   motion.joints = joint_order;
   for (size_t k = 0; k < frames; ++k) motion.times.push_back(static_cast<double>(k) / rate);
-  motion.positions = Eigen::Map<const Eigen::MatrixXd>(found_values_.data(), Eigen::Index(found_parts_), Eigen::Index(frames));
+  motion.positions =
+      Eigen::Map<const Eigen::MatrixXd>(found_values_.data(), Eigen::Index(found_parts_), Eigen::Index(frames));
   return motion;
 }
 

@@ -25,18 +25,21 @@ std::string print(double value) {
 
 std::string print_index(const std::string& list, size_t i) { return list + "[" + std::to_string(i) + "]"; }
 
-void check_count(const std::string& topic, const std::string& field, size_t count, size_t expected, const std::string& why) {
+void check_count(const std::string& topic, const std::string& field, size_t count, size_t expected,
+                 const std::string& why) {
   if (count == expected) return;
   refuse_input({topic, field}, std::to_string(count) + " values; expected " + std::to_string(expected) + why);
 }
 
 const JointSpec& get_joint(const Robot& robot, int joint) { return robot.description->tree.joint(joint); }
 
-std::string find_unit(const Robot& robot, int joint) { return get_joint(robot, joint).kind == JointKind::kPrismatic ? " m" : " rad"; }
+std::string find_unit(const Robot& robot, int joint) {
+  return get_joint(robot, joint).kind == JointKind::kPrismatic ? " m" : " rad";
+}
 
 // `what`: "is" at a point, "reaches" on the way to it.
-void check_range(const std::string& topic, const std::string& field, const std::string& what, double value, double lower, double upper,
-                 const std::string& unit) {
+void check_range(const std::string& topic, const std::string& field, const std::string& what, double value,
+                 double lower, double upper, const std::string& unit) {
   if (value >= lower - kRounding && value <= upper + kRounding) return;
   refuse_input({topic, field}, what + " " + print(value) + unit + "; expected " + print(lower) + " to " + print(upper) +
                                    unit + ", the joint's limits");
@@ -50,13 +53,15 @@ void check_finite(const std::string& topic, const std::string& field, const std:
 void check_position(const std::string& topic, const std::string& field, const Robot& robot, int joint, double value) {
   const std::string& name = robot.joints[static_cast<size_t>(joint)];
   check_finite(topic, field, name, value);
-  check_range(topic, field, "joint '" + name + "' is told", value, robot.lower[joint], robot.upper[joint], find_unit(robot, joint));
+  check_range(topic, field, "joint '" + name + "' is told", value, robot.lower[joint], robot.upper[joint],
+              find_unit(robot, joint));
 }
 
 // One message, read field by field.
 class TrajectoryReader {
  public:
-  TrajectoryReader(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present, const std::string& topic)
+  TrajectoryReader(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present,
+                   const std::string& topic)
       : message_(message), robot_(robot), present_(present), topic_(topic) {}
 
   Trajectory read() {
@@ -80,7 +85,8 @@ class TrajectoryReader {
       const std::string name = message_.joint_names()[i];
       const int joint = robot_.find_joint(name);
       if (joint < 0) refuse_unknown(print_index("joint_names", i), name);
-      if (named[static_cast<size_t>(joint)]) refuse_here(print_index("joint_names", i), "'" + name + "' for the second time; expected each joint once");
+      if (named[static_cast<size_t>(joint)])
+        refuse_here(print_index("joint_names", i), "'" + name + "' for the second time; expected each joint once");
       named[static_cast<size_t>(joint)] = true;
       joints_.push_back(joint);
     }
@@ -95,22 +101,27 @@ class TrajectoryReader {
   static int64_t find_time(const RosPoint& point) {
     return int64_t{point.time_from_start().sec()} * kNanoseconds + point.time_from_start().nanosec();
   }
-  static std::string print_time(const RosPoint& point) { return print(static_cast<double>(find_time(point)) / kNanoseconds) + " s"; }
+  static std::string print_time(const RosPoint& point) {
+    return print(static_cast<double>(find_time(point)) / kNanoseconds) + " s";
+  }
 
   void check_time(size_t i) const {
     const RosPoint& point = message_.points()[i];
     const std::string field = print_index("points", i) + ".time_from_start";
     if (point.time_from_start().nanosec() >= kNanoseconds) {
-      refuse_here(field + ".nanosec", std::to_string(point.time_from_start().nanosec()) + "; expected less than 1000000000");
+      refuse_here(field + ".nanosec",
+                  std::to_string(point.time_from_start().nanosec()) + "; expected less than 1000000000");
     }
     if (i == 0 && find_time(point) < 0) refuse_here(field, print_time(point) + "; expected 0 or later");
     if (i > 0 && find_time(point) <= find_time(message_.points()[i - 1])) {
-      refuse_here(field, print_time(point) + "; expected later than " + print_time(message_.points()[i - 1]) + " of the point before");
+      refuse_here(field, print_time(point) + "; expected later than " + print_time(message_.points()[i - 1]) +
+                             " of the point before");
     }
   }
 
   // Either all points have them or none.
-  void check_optional(const std::string& field, const std::vector<double>& values, const std::vector<double>& first) const {
+  void check_optional(const std::string& field, const std::vector<double>& values,
+                      const std::vector<double>& first) const {
     check_count(topic_, field, values.size(), first.empty() ? 0 : joints_.size(),
                 first.empty() ? ", as in the first point" : ", one a joint of joint_names");
     check_all_finite(field, values);
@@ -139,7 +150,8 @@ class TrajectoryReader {
   void check_effort(const std::string& field, int joint, double value) const {
     const double limit = robot_.effort_limit[joint];
     const bool prismatic = get_joint(robot_, joint).kind == JointKind::kPrismatic;
-    check_range(topic_, field, "joint '" + robot_.joints[static_cast<size_t>(joint)] + "' is told", value, -limit, limit, prismatic ? " N" : " N m");
+    check_range(topic_, field, "joint '" + robot_.joints[static_cast<size_t>(joint)] + "' is told", value, -limit,
+                limit, prismatic ? " N" : " N m");
   }
 
   TrajectoryPoint make_point(const RosPoint& point, const JointCommand& before) const {
@@ -183,7 +195,8 @@ class TrajectoryReader {
       }
       for (const double q : {calc_position_extremes(way).lowest, calc_position_extremes(way).highest}) {
         // Where it begins is no choice of the message.
-        if (q != way.q0) check_range(topic_, print_index("points", i), what, q, robot_.lower[joint], robot_.upper[joint], unit);
+        if (q != way.q0)
+          check_range(topic_, print_index("points", i), what, q, robot_.lower[joint], robot_.upper[joint], unit);
       }
     }
   }
@@ -197,7 +210,8 @@ class TrajectoryReader {
 
 }  // namespace
 
-Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present, const std::string& topic) {
+Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present,
+                           const std::string& topic) {
   return TrajectoryReader(message, robot, present, topic).read();
 }
 

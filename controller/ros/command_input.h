@@ -14,9 +14,10 @@ namespace hrp {
 using RosJointTrajectory = ::trajectory_msgs::msg::dds_::JointTrajectory_;
 using RosPositions = ::std_msgs::msg::dds_::Float64MultiArray_;
 
-// From the present command (q, qd, effort of all joints) through the points of the message. Joints that it does not name
-// hold what they are told now. Without points: all joints do. `topic`: that the message came on.
-Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present, const std::string& topic);
+// From the present command (q, qd, effort of all joints) through the points of the message. Joints that it does not
+// name hold what they are told now. Without points: all joints do. `topic`: that the message came on.
+Trajectory make_trajectory(const RosJointTrajectory& message, const Robot& robot, const JointCommand& present,
+                           const std::string& topic);
 
 // Positions of all joints, in the order of robot.joints, from now on.
 Trajectory make_trajectory(const RosPositions& message, const Robot& robot, const std::string& topic);

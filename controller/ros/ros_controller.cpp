@@ -29,7 +29,9 @@ bool holds_initial_pose(const Robot& robot) { return robot.settings.type == "hol
 }  // namespace
 
 RosController::RosController(const Robot& robot, std::unique_ptr<Controller> other, const std::string& name)
-    : robot_(robot), other_(std::move(other)), trajectory_topic_(topics::of_robot(topics::kRosJointTrajectory, name)),
+    : robot_(robot),
+      other_(std::move(other)),
+      trajectory_topic_(topics::of_robot(topics::kRosJointTrajectory, name)),
       positions_topic_(topics::of_robot(topics::kRosPositionCommands, name)) {
   forget();
 }
@@ -100,7 +102,9 @@ template <typename Message>
 void RosControllerNode::listen_for(const TopicSpec& topic) {
   listen<Message>(topic, [this, name = topic.name](const Message& message) {
     if (controller_) return take(message);
-    if (early_.size() == kMostEarly) return note_refused(name + ": came before the robot was known, after " + std::to_string(kMostEarly) + " others; send it again");
+    if (early_.size() == kMostEarly)
+      return note_refused(name + ": came before the robot was known, after " + std::to_string(kMostEarly) +
+                          " others; send it again");
     early_.push_back([this, message] { take(message); });
   });
 }
@@ -124,7 +128,8 @@ void RosControllerNode::handle_decode_error(const std::string& topic, const std:
 void RosControllerNode::note_refused(const std::string& reason) {
   ++num_refused_;
   if (refused_.size() == kMostLines) return;
-  refused_.push_back("refused, goes on as before: " + reason + " (" + std::to_string(num_refused_) + " refused so far)");
+  refused_.push_back("refused, goes on as before: " + reason + " (" + std::to_string(num_refused_) +
+                     " refused so far)");
 }
 
 void RosControllerNode::handle_idle(Clock::time_point now) {

@@ -15,8 +15,8 @@
 
 namespace hrp {
 
-// Joints that no message has named follow another controller: that of the scenario. Where that one holds the initial pose,
-// one that joins a run that goes on holds the measured pose.
+// Joints that no message has named follow another controller: that of the scenario. Where that one holds the initial
+// pose, one that joins a run that goes on holds the measured pose.
 class RosController : public Controller {
  public:
   // `name`: of the robot beside others, whose topics its errors name.
@@ -59,9 +59,9 @@ class RosControllerNode : public ControllerNode {
   void take(const Message& message);
   void note_refused(const std::string& reason);
 
-  RosController* controller_ = nullptr;  // of the base; none until the robot is known
+  RosController* controller_ = nullptr;       // of the base; none until the robot is known
   std::vector<std::function<void()>> early_;  // take what came before that, in its order
-  std::deque<std::string> refused_;      // lines to be said
+  std::deque<std::string> refused_;           // lines to be said
   uint64_t num_refused_ = 0;
   Clock::time_point said_{};
 };

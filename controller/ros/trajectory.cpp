@@ -28,8 +28,8 @@ CubicSegment make_cubic(double q0, double v0, double q1, double v1, double durat
 
 CubicSegment make_line(double q0, double q1, double duration) { return {q0, (q1 - q0) / duration, 0.0, 0.0, duration}; }
 
-// Between its ends the position turns where v0 + 2 a t + 3 b t^2 = 0. The root far from zero is found without a difference
-// of equal numbers, the other one from their product.
+// Between its ends the position turns where v0 + 2 a t + 3 b t^2 = 0. The root far from zero is found without a
+// difference of equal numbers, the other one from their product.
 Extremes calc_position_extremes(const CubicSegment& segment) {
   const double end = segment.find_position(segment.duration);
   Extremes extremes{std::min(segment.q0, end), std::max(segment.q0, end)};

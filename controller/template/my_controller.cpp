@@ -17,7 +17,8 @@ class MyController : public hrp::Controller {
     hrp::JointCommand command;
     command.q = robot.initial_q;
     // As an example: a slow nod of the first joint, faded in, so that the robot can stand while it moves.
-    if (command.q.size() > 0) command.q[0] += 0.02 * std::min(1.0, sensors.time) * std::sin(2.0 * M_PI * 0.5 * sensors.time);
+    if (command.q.size() > 0)
+      command.q[0] += 0.02 * std::min(1.0, sensors.time) * std::sin(2.0 * M_PI * 0.5 * sensors.time);
     return command;
   }
 };

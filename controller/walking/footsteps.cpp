@@ -38,8 +38,9 @@ void check(const WalkSpec& spec, size_t number, Side side, const Foothold& suppo
     refuse(number, side, format("too long: %.3f m from the supporting foot, at most %.3f m", d.x(), spec.max_length));
   }
   if (width < spec.min_width) {
-    refuse(number, side, format("crossing legs: the foot would stand %.3f m to its own side of the other, at least %.3f m",
-                                width, spec.min_width));
+    refuse(number, side,
+           format("crossing legs: the foot would stand %.3f m to its own side of the other, at least %.3f m", width,
+                  spec.min_width));
   }
   if (width > spec.max_width) refuse(number, side, format("too wide: %.3f m, at most %.3f m", width, spec.max_width));
   if (std::abs(turn) > spec.max_turn) {
@@ -53,17 +54,22 @@ void check(const WalkSpec& spec, size_t number, Side side, const Foothold& suppo
 Foothold find_middle(const Stance& stance) {
   Foothold middle;
   middle.p = 0.5 * (stance.feet[kLeft].p + stance.feet[kRight].p);
-  middle.yaw = stance.feet[kRight].yaw + 0.5 * std::remainder(stance.feet[kLeft].yaw - stance.feet[kRight].yaw, 2.0 * M_PI);
+  middle.yaw =
+      stance.feet[kRight].yaw + 0.5 * std::remainder(stance.feet[kLeft].yaw - stance.feet[kRight].yaw, 2.0 * M_PI);
   return middle;
 }
 
 Foothold find_listed(const FootstepSpec& step, size_t number, Side side, const Stance& now, const Foothold& origin) {
   const Foothold& support = now.feet[other(side)];
   Foothold hold;
-  if (step.frame == "support") hold = place(support, step.x, step.y, step.theta);
-  else if (step.frame == "swing") hold = place(now.feet[side], step.x, step.y, step.theta);
-  else if (step.frame == "start") hold = place(origin, step.x, step.y, step.theta);
-  else refuse(number, side, "unknown frame '" + step.frame + "', expected support, swing or start");
+  if (step.frame == "support")
+    hold = place(support, step.x, step.y, step.theta);
+  else if (step.frame == "swing")
+    hold = place(now.feet[side], step.x, step.y, step.theta);
+  else if (step.frame == "start")
+    hold = place(origin, step.x, step.y, step.theta);
+  else
+    refuse(number, side, "unknown frame '" + step.frame + "', expected support, swing or start");
   return hold;
 }
 
@@ -127,8 +133,10 @@ class Planner {
 
 std::vector<Footstep> make_footsteps(const WalkSpec& spec, const Stance& start, const ConstraintPlane& plane) {
   Planner planner(spec, start, plane);
-  if (!spec.footsteps.empty()) planner.add_listed();
-  else if (spec.count > 0) planner.add_made();
+  if (!spec.footsteps.empty())
+    planner.add_listed();
+  else if (spec.count > 0)
+    planner.add_made();
   return planner.take();
 }
 

@@ -30,13 +30,13 @@ struct Stance {
   Foothold feet[2];
 };
 
-// Steps that the scenario asks for: its list, or those made from count, length, side, turn, with a last step that brings
-// the feet side by side. Throws InputError: "step 3 (left): 0.52 m forward, legs reach 0.35 m". `plane`: footholds are put
-// on it, beside the heights that the list gives.
+// Steps that the scenario asks for: its list, or those made from count, length, side, turn, with a last step that
+// brings the feet side by side. Throws InputError: "step 3 (left): 0.52 m forward, legs reach 0.35 m". `plane`:
+// footholds are put on it, beside the heights that the list gives.
 std::vector<Footstep> make_footsteps(const WalkSpec& spec, const Stance& start, const ConstraintPlane& plane);
 
-// The place nearest to `goal` (sole's reference point) that the foot on this side reaches from `support`: length and width
-// within the plan's limits, along the axes of the supporting foot, so that legs never cross.
+// The place nearest to `goal` (sole's reference point) that the foot on this side reaches from `support`: length and
+// width within the plan's limits, along the axes of the supporting foot, so that legs never cross.
 Vector2d limit_to_reach(const WalkSpec& spec, Side side, const Foothold& support, const Vector2d& goal);
 
 }  // namespace hrp::walking

@@ -17,8 +17,8 @@ PendulumState calc_state(const Pendulum& pendulum, const PendulumState& start, c
   return {p0 + rate * t + C * dx + Tc * S * dv, rate + S / Tc * dx + C * dv};
 }
 
-// Over the foot x is odd in time (forward) or even (sideways) about the middle of the single support; about the middle of
-// the double support, x minus half the step is odd: x = p + D sinh. Matching both at the seam gives the amplitude.
+// Over the foot x is odd in time (forward) or even (sideways) about the middle of the single support; about the middle
+// of the double support, x minus half the step is odd: x = p + D sinh. Matching both at the seam gives the amplitude.
 PendulumState calc_walk_primitive(const Pendulum& pendulum, const Vector2d& step, double Ts, double Td) {
   const double Tc = pendulum.calc_time_constant();
   const double C = std::cosh(0.5 * Ts / Tc), S = std::sinh(0.5 * Ts / Tc);
@@ -49,7 +49,8 @@ Vector2d calc_placement(const Pendulum& pendulum, const PendulumState& end, cons
     const double gain_x = at1.x[i] - at0.x[i], gain_v = at1.v[i] - at0.v[i];
     const double D = weights.position * gain_x * gain_x + weights.velocity * gain_v * gain_v;
     placement[i] = foot[i] + (weights.position * gain_x * (target.x[i] - at0.x[i]) +
-                              weights.velocity * gain_v * (target.v[i] - at0.v[i])) / D;
+                              weights.velocity * gain_v * (target.v[i] - at0.v[i])) /
+                                 D;
   }
   return placement;
 }

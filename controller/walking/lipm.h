@@ -21,8 +21,8 @@ struct ConstraintPlane {
 };
 
 struct Pendulum {
-  double zc = 0.8;   // [m]
-  double g = 9.81;   // [m/s^2]
+  double zc = 0.8;                    // [m]
+  double g = 9.81;                    // [m/s^2]
   double calc_time_constant() const;  // Tc = sqrt(zc / g)
 };
 
@@ -39,14 +39,14 @@ struct ZmpSegment {
   Vector2d at(double t) const { return T > 0.0 ? Vector2d(p0 + (t / T) * (p1 - p0)) : p1; }
 };
 
-// State at time t of a segment that begins in `start`: the closed form of [H03 eq. 8, 9], also for t < 0 or t > T. Ankle
-// torques are in p: u_p = -m g p_x, u_r = m g p_y.
+// State at time t of a segment that begins in `start`: the closed form of [H03 eq. 8, 9], also for t < 0 or t > T.
+// Ankle torques are in p: u_p = -m g p_x, u_r = m g p_y.
 //   x(t) = p(t) + (x0 - p0) cosh(t / Tc) + Tc (v0 - pd) sinh(t / Tc)
 PendulumState calc_state(const Pendulum& pendulum, const PendulumState& start, const ZmpSegment& segment, double t);
 
 // State at the end of a single support of length Ts over a foot at the origin, in a walk that repeats: every double
-// support of length Td brings the next foot by `step` (forward, sideways) [K01 walk primitive; here with double support].
-// With Td = 0: xbar = step / 2, vx = (C + 1) / (Tc S) xbar, vy = (C - 1) / (Tc S) ybar.
+// support of length Td brings the next foot by `step` (forward, sideways) [K01 walk primitive; here with double
+// support]. With Td = 0: xbar = step / 2, vx = (C + 1) / (Tc S) xbar, vy = (C - 1) / (Tc S) ybar.
 PendulumState calc_walk_primitive(const Pendulum& pendulum, const Vector2d& step, double Ts, double Td);
 
 struct PlacementWeights {
@@ -54,18 +54,19 @@ struct PlacementWeights {
   double velocity = 1.0;   // b
 };
 
-// Modified foot placement [K01]: where the next foot must stand so that the state at the end of its single support is as
-// close to `target` as it can be, min a |x_d - x_f|^2 + b |v_d - v_f|^2. `end`: state at the end of the single support
-// over `foot`. Between the feet the zero moment point moves during Td.
+// Modified foot placement [K01]: where the next foot must stand so that the state at the end of its single support is
+// as close to `target` as it can be, min a |x_d - x_f|^2 + b |v_d - v_f|^2. `end`: state at the end of the single
+// support over `foot`. Between the feet the zero moment point moves during Td.
 Vector2d calc_placement(const Pendulum& pendulum, const PendulumState& end, const Vector2d& foot,
                         const PendulumState& target, double Ts, double Td, const PlacementWeights& weights = {});
 
-// What grows of a state: x + Tc v, the divergent component of motion. A state whose divergent component is right comes to
-// the right orbit by itself: the rest of the difference decays with exp(-t / Tc).
+// What grows of a state: x + Tc v, the divergent component of motion. A state whose divergent component is right comes
+// to the right orbit by itself: the rest of the difference decays with exp(-t / Tc).
 Vector2d calc_divergent(const Pendulum& pendulum, const PendulumState& state);
 
-// Path of the zero moment point p_start -> w1 -> w2 -> p_end, thirds of T, that takes the divergent component of `start` to
-// `divergent` with the least excursion of w1 and w2 from p_start. The whole state would take excursions beyond the feet.
+// Path of the zero moment point p_start -> w1 -> w2 -> p_end, thirds of T, that takes the divergent component of
+// `start` to `divergent` with the least excursion of w1 and w2 from p_start. The whole state would take excursions
+// beyond the feet.
 std::vector<ZmpSegment> calc_transfer(const Pendulum& pendulum, const PendulumState& start, const Vector2d& p_start,
                                       const Vector2d& divergent, const Vector2d& p_end, double T);
 

@@ -130,8 +130,8 @@ void WalkPattern::finish() {
   add({0.0, rest, rest}, Support::kBoth, stance, floor_);
 }
 
-// The shift of weight ends where the first single support's orbit begins: sideways that of the repeated walk, forward from
-// between the feet with the speed that reaches the walk primitive's position.
+// The shift of weight ends where the first single support's orbit begins: sideways that of the repeated walk, forward
+// from between the feet with the speed that reaches the walk primitive's position.
 void WalkPattern::start_walk(Side carrying, const Stance& stance) {
   const Vector2d foot = find_zmp(stance, carrying);
   const Side moving = other(carrying);
@@ -315,8 +315,8 @@ PatternSample WalkPattern::sample(double t) const {
   if (t < spec_.settle) return sample_settling(t);
   const Phase& phase = find_phase(t);
   const double inside = std::min(t - phase.begin, phase.zmp.T);
-  const PendulumState state = phase.zmp.T > 0.0 ? calc_state(pendulum_, phase.state, phase.zmp, inside)
-                                                : calc_rest(phase, t - phase.begin);
+  const PendulumState state =
+      phase.zmp.T > 0.0 ? calc_state(pendulum_, phase.state, phase.zmp, inside) : calc_rest(phase, t - phase.begin);
   const Vector2d zmp = phase.zmp.at(inside);
   PatternSample sample;
   sample.support = phase.support;

@@ -27,15 +27,15 @@ struct PatternSample {
   Transform soles[2];                            // by Side
   Matrix3d R_WB = Matrix3d::Identity();
   Support support = Support::kBoth;
-  int step = 0;                                  // number of steps begun
-  Vector2d shift = Vector2d::Zero();             // [m] by which step adjustment has moved com: at once, when a foot lands
+  int step = 0;                       // number of steps begun
+  Vector2d shift = Vector2d::Zero();  // [m] by which step adjustment has moved com: at once, when a foot lands
 };
 
 // Smooth from 0 to 1 for s from 0 to 1: two derivatives continuous.
 double calc_blend(double s);
 
-// Height over the straight line between two footholds, s = 0 to 1 of a swing of T seconds: up to `height` at the middle;
-// touches with `landing_speed`.
+// Height over the straight line between two footholds, s = 0 to 1 of a swing of T seconds: up to `height` at the
+// middle; touches with `landing_speed`.
 double calc_swing_height(double s, double T, double height, double landing_speed);
 
 class WalkPattern {
@@ -44,12 +44,12 @@ class WalkPattern {
   WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc);
 
   PatternSample sample(double t) const;
-  // Step adjustment: in single support the foot in the air comes down `shift` [m] beside its plan, within reach, and the
-  // rest of the walk moves with it. Replaces what was asked for this step before. False when there is no such step, or
-  // it is the last, which only closes up.
+  // Step adjustment: in single support the foot in the air comes down `shift` [m] beside its plan, within reach, and
+  // the rest of the walk moves with it. Replaces what was asked for this step before. False when there is no such step,
+  // or it is the last, which only closes up.
   bool move_step(double t, const Vector2d& shift);
-  double find_remaining(double t) const;  // [s] until the support changes
-  double duration() const;  // [s] until the robot stands again
+  double find_remaining(double t) const;                             // [s] until the support changes
+  double duration() const;                                           // [s] until the robot stands again
   const std::vector<Footstep>& footsteps() const { return steps_; }  // as placed by the modified rule
   const std::vector<Footstep>& planned() const { return planned_; }
   const Pendulum& pendulum() const { return pendulum_; }
@@ -61,10 +61,10 @@ class WalkPattern {
   struct Phase {
     double begin = 0.0;
     ZmpSegment zmp;
-    PendulumState state;       // at begin
+    PendulumState state;  // at begin
     Support support = Support::kBoth;
-    int step = 0;              // steps begun, this one included
-    Stance stance;             // where the feet stand at begin
+    int step = 0;                       // steps begun, this one included
+    Stance stance;                      // where the feet stand at begin
     double floor0 = 0.0, floor1 = 0.0;  // [m] height that carries the body, at begin and end, beside the plane
   };
   Vector2d find_zmp(const Stance& stance, Side side) const;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stabilizer of [H03 section 2.1.4]: body inclination control, ZMP damping control, foot adjusting control. The paper
-// names them and gives no equations; these forms are ours, after the descendants that are published (docs/experiments.md).
-// Each law is a pure function of its memory, a measurement and the time step.
+// The stabilizer of [H03 section 2.1.4]: body inclination control, ZMP damping control, foot adjusting control. The
+// paper names them and gives no equations; these forms are ours, after the descendants that are published
+// (docs/experiments.md). Each law is a pure function of its memory, a measurement and the time step.
 #pragma once
 
 #include "common/robot/walk_spec.h"
@@ -25,15 +25,17 @@ Vector2d update_zmp_damping(const StabilizerSpec& spec, const Vector2d& zmp_erro
 // Foot adjusting control, attitude: the foot yields to a moment beyond the reference, d/dt turn = (tau - tau_ref) / D -
 // turn / T, roll and pitch in axes of the sole.
 Vector2d update_foot_turn(const StabilizerSpec& spec, const Vector2d& torque_error, double dt, const Vector2d& turn);
-// Heights: d/dt lift = ((f_L - f_R) - (f_L - f_R)_ref) / D_z - lift / T_z. The left foot is raised by half of it, the right
-// one lowered.
+// Heights: d/dt lift = ((f_L - f_R) - (f_L - f_R)_ref) / D_z - lift / T_z. The left foot is raised by half of it, the
+// right one lowered.
 double update_foot_lift(const StabilizerSpec& spec, double force_error, bool both_feet, double dt, double lift);
 
-// Landing: a foot that has met the ground before its time stops there; pressing on would throw the robot up. `descent`: how far
-// the reference goes down in this period [m]; lift: height over the reference, given back when the foot may carry.
+// Landing: a foot that has met the ground before its time stops there; pressing on would throw the robot up. `descent`:
+// how far the reference goes down in this period [m]; lift: height over the reference, given back when the foot may
+// carry.
 double update_landing(const StabilizerSpec& spec, bool touched, double descent, double dt, double lift);
 
-// Step adjustment: how far beside its plan the next foot goes, for a divergent component `error` [m] beyond its reference.
+// Step adjustment: how far beside its plan the next foot goes, for a divergent component `error` [m] beyond its
+// reference.
 Vector2d calc_step_shift(const StepAdjustmentSpec& spec, const Vector2d& error);
 
 // The body follows feet that have been moved: critically damped, x'' = w^2 (goal - x) - 2 w x', exact for a goal that
@@ -43,12 +45,14 @@ struct Follower {
 };
 Follower update_follower(const Follower& now, const Vector2d& goal, double w, double dt);
 
-// What each foot should carry so that the ZMP is at `zmp`: f_z and moment (roll, pitch) about the middle of the sole in its
-// axes, and the share of the left foot. On both feet the share follows the projection on the line between the soles.
+// What each foot should carry so that the ZMP is at `zmp`: f_z and moment (roll, pitch) about the middle of the sole in
+// its axes, and the share of the left foot. On both feet the share follows the projection on the line between the
+// soles.
 struct LoadReference {
   double force[2] = {0.0, 0.0};
   Vector2d torque[2] = {Vector2d::Zero(), Vector2d::Zero()};
 };
-LoadReference distribute(const Vector3d& zmp, const Transform soles[2], bool left_carries, bool right_carries, double weight);
+LoadReference distribute(const Vector3d& zmp, const Transform soles[2], bool left_carries, bool right_carries,
+                         double weight);
 
 }  // namespace hrp::walking

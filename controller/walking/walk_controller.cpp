@@ -95,8 +95,10 @@ class WalkController : public Controller {
 
   Matrix3d find_attitude(const ImuSample& imu) {
     if (!spec_.attitude_filter.on) return imu.R_WS.toRotationMatrix();
-    if (attitude_) attitude_->update(imu.angular_velocity, imu.linear_acceleration, dt_);
-    else attitude_.emplace(spec_.attitude_filter.time_constant);
+    if (attitude_)
+      attitude_->update(imu.angular_velocity, imu.linear_acceleration, dt_);
+    else
+      attitude_.emplace(spec_.attitude_filter.time_constant);
     if (!pattern_) attitude_->reset(calc_level_attitude(imu.linear_acceleration));
     return attitude_->get();
   }
@@ -173,15 +175,16 @@ class WalkController : public Controller {
     have_com_error_ = true;
   }
 
-  void stabilize(const PatternSample& now, const PatternSample& goal, Vector3d* com, Matrix3d* R_WB, Transform soles[2]) {
+  void stabilize(const PatternSample& now, const PatternSample& goal, Vector3d* com, Matrix3d* R_WB,
+                 Transform soles[2]) {
     const bool left = now.support != Support::kRight, right = now.support != Support::kLeft;
     Vector2d lean, rate;
     find_lean(now, goal, &lean, &rate);
     Vector3d zmp_command = now.zmp;
     if (laws_.tracking) {
       tracking_integral_ = clamp(tracking_integral_ + dt_ * laws_.tracking_integral * com_error_, 0.05);
-      zmp_command.head<2>() += laws_.tracking_position * com_error_ + laws_.tracking_velocity * com_speed_error_ +
-                               tracking_integral_;
+      zmp_command.head<2>() +=
+          laws_.tracking_position * com_error_ + laws_.tracking_velocity * com_speed_error_ + tracking_integral_;
     }
     const double least = 0.2 * weight_;
     Vector3d zmp = zmp_command;
@@ -228,8 +231,8 @@ class WalkController : public Controller {
       foot_turn_[side] = update_foot_turn(laws_, error, dt_, foot_turn_[side]);
       soles[side].R = soles[side].R * make_turn(foot_turn_[side]);
     }
-    const double error = (load_[kLeft].force.z() - load_[kRight].force.z()) -
-                         (reference.force[kLeft] - reference.force[kRight]);
+    const double error =
+        (load_[kLeft].force.z() - load_[kRight].force.z()) - (reference.force[kLeft] - reference.force[kRight]);
     // What a foot that has come too early carries is no fault of the other's.
     const bool early = laws_.landing && (touched_[kLeft] || touched_[kRight]);
     lift_ = update_foot_lift(laws_, early ? 0.0 : error, left && right, dt_, lift_);

@@ -22,8 +22,8 @@ class WholeBody {
   WholeBody(const RobotDescription& robot, const WalkSpec& spec, const Eigen::VectorXd& rest);
 
   double mass() const { return model_.mass(); }
-  // Pose of a sole (axes of the foot with the robot straight, origin in the middle of the sole) and centre of mass, both
-  // in base axes, and the pose of any frame, for encoder readings `q`.
+  // Pose of a sole (axes of the foot with the robot straight, origin in the middle of the sole) and centre of mass,
+  // both in base axes, and the pose of any frame, for encoder readings `q`.
   void update(const Eigen::VectorXd& q);
   Transform get_sole(Side side) const;
   Vector3d get_com() const;
@@ -32,16 +32,16 @@ class WholeBody {
   // Sole in the axes of the foot's link.
   const Transform& sole_in_foot(Side side) const { return legs_[side].X_LS; }
 
-  // Joint angles for a centre of mass (world), base attitude and soles (world). The centre of mass is that of all links:
-  // found by iteration, to 1e-6 m. False when a leg does not reach; *q then has the last angles that did.
+  // Joint angles for a centre of mass (world), base attitude and soles (world). The centre of mass is that of all
+  // links: found by iteration, to 1e-6 m. False when a leg does not reach; *q then has the last angles that did.
   bool solve(const Vector3d& com, const Matrix3d& R_WB, const Transform soles[2], Eigen::VectorXd* q);
   bool has_closed_form() const { return legs_[0].closed_form && legs_[1].closed_form; }
 
  private:
   struct Leg {
-    int foot = 0;                // link
-    int links[6] = {};           // from the hip down
-    double signs[6] = {};        // of joint axes
+    int foot = 0;          // link
+    int links[6] = {};     // from the hip down
+    double signs[6] = {};  // of joint axes
     bool closed_form = false;
     LegGeometry geometry;
     Vector3d p_BH = Vector3d::Zero();  // hip
@@ -54,7 +54,7 @@ class WholeBody {
 
   Model model_;
   Data data_;
-  State state_;   // base at the origin
+  State state_;  // base at the origin
   Eigen::MatrixXd J_;
   Leg legs_[2];
 };

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kStill = 0.02;    // [rad] travel below which a joint hardly moved
+constexpr double kStill = 0.02;  // [rad] travel below which a joint hardly moved
 
 std::string join(const std::vector<std::string>& names) {
   std::string text;
@@ -49,27 +49,32 @@ void remark_warnings(const Experiment& e, Json* remarks) {
       ++same->second.count;
   }
   for (const auto& [key, group] : groups)
-    remarks->push_back(group.text + (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " more like this)" : ""));
+    remarks->push_back(group.text +
+                       (group.count > 1 ? " (and " + std::to_string(group.count - 1) + " more like this)" : ""));
 }
 
 void remark_samples(const Json& recordings, Json* remarks) {
   for (const Json& r : recordings) {
     const std::string file = r["file"];
     if (!r["gaps"].empty())
-      remarks->push_back(file + ": " + number(r["lost"].get<double>(), 3) + " s without samples in gaps; the first from " +
-                         number(r["gaps"][0][0].get<double>(), 5) + " to " + number(r["gaps"][0][1].get<double>(), 5) + " s");
+      remarks->push_back(file + ": " + number(r["lost"].get<double>(), 3) +
+                         " s without samples in gaps; the first from " + number(r["gaps"][0][0].get<double>(), 5) +
+                         " to " + number(r["gaps"][0][1].get<double>(), 5) + " s");
     if (r["jitter"].get<double>() > kHalf)
-      remarks->push_back(file + ": samples come unevenly, by " + number(100.0 * r["jitter"].get<double>(), 2) + " % of their period");
+      remarks->push_back(file + ": samples come unevenly, by " + number(100.0 * r["jitter"].get<double>(), 2) +
+                         " % of their period");
     std::vector<std::string> held;
-    for (const Json& h : r["held"]) held.push_back(h["signal"].get<std::string>() + " (" + number(h["rate"].get<double>(), 3) + " Hz)");
+    for (const Json& h : r["held"])
+      held.push_back(h["signal"].get<std::string>() + " (" + number(h["rate"].get<double>(), 3) + " Hz)");
     if (!held.empty()) remarks->push_back(file + ": changes less often than samples come: " + join(held));
   }
 }
 
-// Root mean square of the recorded velocity over that of the position's rate across 0.05 s, all recordings. Noise and steps of
-// an encoder add to the rate, so the true factor is no smaller. Zero: not known.
+// Root mean square of the recorded velocity over that of the position's rate across 0.05 s, all recordings. Noise and
+// steps of an encoder add to the rate, so the true factor is no smaller. Zero: not known.
 double calc_least_factor(const Experiment& e, size_t joint) {
-  constexpr double kSpan = 0.05;  // [s] across which a velocity that is one moves its joint; an encoder's steps matter less
+  // [s] across which a velocity that is one moves its joint; an encoder's steps matter less
+  constexpr double kSpan = 0.05;
   double velocity = 0.0, rate = 0.0;
   for (const Recording& r : e.recordings) {
     const JointColumns& log = r.joints[joint];
@@ -77,7 +82,8 @@ double calc_least_factor(const Experiment& e, size_t joint) {
     for (size_t k = 0, end = 0; k < r.size(); ++k) {
       while (end < r.size() && r.time[end] < r.time[k] + kSpan) ++end;
       if (end == r.size()) break;
-      const double v = log.signal[static_cast<int>(Quantity::kVelocity)][k], step = log.signal[0][end] - log.signal[0][k];
+      const double v = log.signal[static_cast<int>(Quantity::kVelocity)][k],
+                   step = log.signal[0][end] - log.signal[0][k];
       if (!std::isfinite(v) || !std::isfinite(step)) continue;
       velocity += v * v, rate += std::pow(step / (r.time[end] - r.time[k]), 2);
     }
@@ -94,29 +100,40 @@ void remark_velocities(const Experiment& e, Json* remarks) {
     const std::string time = name + " (" + number(1e3 * std::abs(log.late), 2) + " ms)";
     if (log.is_late()) late.push_back(time);
     if (log.is_position_late()) ahead.push_back(time);
-    if (log.is_scaled()) scaled.push_back(name + " (" + number(log.scale, 3) + ")");
-    else if (const double factor = calc_least_factor(e, j); factor > std::exp(kFactor)) fast.push_back(name + " (" + number(factor, 2) + ")");
+    if (log.is_scaled())
+      scaled.push_back(name + " (" + number(log.scale, 3) + ")");
+    else if (const double factor = calc_least_factor(e, j); factor > std::exp(kFactor))
+      fast.push_back(name + " (" + number(factor, 2) + ")");
     if (log.is_biased()) shifted.push_back(name + " (" + number(log.bias, 3) + " rad/s)");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
   if (!ahead.empty()) remarks->push_back("the recorded position is later than the velocity: " + join(ahead));
-  if (!scaled.empty()) remarks->push_back("the recorded velocity is not the rate of the position, but that times a factor: " + join(scaled));
+  if (!scaled.empty())
+    remarks->push_back("the recorded velocity is not the rate of the position, but that times a factor: " +
+                       join(scaled));
   if (!fast.empty())
     remarks->push_back("the recorded velocity is at least so many times the rate of the position: " + join(fast) +
-                       ": is it in another unit, or that of the motor, before the gear? The position is too coarse to tell the factor");
-  if (!shifted.empty()) remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
+                       ": is it in another unit, or that of the motor, before the gear? The position is too coarse to "
+                       "tell the factor");
+  if (!shifted.empty())
+    remarks->push_back("the recorded velocity is off the rate of the position by a constant: " + join(shifted));
 }
 
 void remark_roles(const Experiment& e, Json* remarks) {
-  if (!has_held_out(e.recordings)) remarks->push_back("no recording is held out (role: validate): what is found is judged by the recordings that it was fitted to");
+  if (!has_held_out(e.recordings))
+    remarks->push_back(
+        "no recording is held out (role: validate): what is found is judged by the recordings that it was fitted to");
 }
 
 // Neighbours have the same unit, so one joint that tells it is enough.
 void remark_unit(const Json& joints, Json* remarks) {
   bool recorded = false, told = false;
-  for (const Json& j : joints) recorded = recorded || j.contains("tells_unit"), told = told || j.value("tells_unit", false);
+  for (const Json& j : joints)
+    recorded = recorded || j.contains("tells_unit"), told = told || j.value("tells_unit", false);
   if (recorded && !told)
-    remarks->push_back("weight and inertia of the model take too little of the efforts to show their unit: if they are no N m, nor are the values that are found");
+    remarks->push_back(
+        "weight and inertia of the model take too little of the efforts to show their unit: if they are no N m, nor "
+        "are the values that are found");
 }
 
 void remark_motion(const Json& joints, Json* remarks) {
@@ -135,7 +152,8 @@ void remark_motion(const Json& joints, Json* remarks) {
   }
   if (!still.empty()) remarks->push_back("hardly moves, so that nothing can be said of it: " + join(still));
   if (!unknown.empty())
-    remarks->push_back("no effort, and no command with servo gains: nothing can be said of the drive of " + join(unknown));
+    remarks->push_back("no effort, and no command with servo gains: nothing can be said of the drive of " +
+                       join(unknown));
   for (const auto& [effect, names] : hidden) {
     std::string word = effect;
     std::replace(word.begin(), word.end(), '_', ' ');
@@ -196,17 +214,21 @@ Json make_checks(const Experiment& e, const Experiment& searched, const Conventi
 std::string print_checks(const Json& checks) {
   std::string out = pad("recording", 32) + pad("role", 10) + pad("s", 9) + pad("Hz", 8) + "samples\n";
   for (const Json& r : checks["recordings"])
-    out += pad(r["file"].get<std::string>(), 32) + pad(r["role"].get<std::string>(), 10) + pad(number(r["duration"].get<double>(), 4), 9) +
-           pad(number(r["rate"].get<double>(), 4), 8) + std::to_string(r["samples"].get<size_t>()) + "\n";
+    out += pad(r["file"].get<std::string>(), 32) + pad(r["role"].get<std::string>(), 10) +
+           pad(number(r["duration"].get<double>(), 4), 9) + pad(number(r["rate"].get<double>(), 4), 8) +
+           std::to_string(r["samples"].get<size_t>()) + "\n";
   if (!checks["joints"].empty())
-    out += "\n" + pad("joint", 28) + pad("travel", 9) + pad("speed", 9) + pad("accel.", 9) + "least that shows: dry [N m], viscous "
+    out += "\n" + pad("joint", 28) + pad("travel", 9) + pad("speed", 9) + pad("accel.", 9) +
+           "least that shows: dry [N m], viscous "
            "[N m s/rad], rotor [kg m^2], gain [1]\n";
   for (const Json& j : checks["joints"]) {
     out += pad(j["joint"].get<std::string>(), 28);
     for (const char* key : {"travel", "speed", "acceleration"}) out += pad(number(j[key].get<double>(), 3), 9);
     for (const Json& t : j["tells"]) {
       if (t["effect"] == "constant_torque") continue;
-      out += pad(t["verdict"] == "hidden" ? "-" : number(t["least"].get<double>(), 2) + (t["verdict"] == "weak" ? "?" : ""), 10);
+      out += pad(
+          t["verdict"] == "hidden" ? "-" : number(t["least"].get<double>(), 2) + (t["verdict"] == "weak" ? "?" : ""),
+          10);
     }
     out += "\n";
   }

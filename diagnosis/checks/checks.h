@@ -13,7 +13,8 @@ namespace hrp::diagnosis {
 
 // `checks` of report.json: recordings, joints, remarks. `searched`: the stretches of long recordings that the search
 // uses, or the same experiment; the motion checks use it.
-nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched, const ConventionRemarks& conventions = {});
+nlohmann::ordered_json make_checks(const Experiment& experiment, const Experiment& searched,
+                                   const ConventionRemarks& conventions = {});
 
 // The same as text for a terminal.
 std::string print_checks(const nlohmann::ordered_json& checks);

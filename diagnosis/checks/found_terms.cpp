@@ -31,7 +31,8 @@ std::vector<double> list_values(const EffectInfo& effect, const Json& finding) {
 // Dry friction that differs by direction is a level and a constant torque: level (1 +- asymmetry).
 FoundTerm make_asymmetry(const FoundTerm& level, double asymmetry) {
   const std::vector<TermRow>& rows = list_term_rows();
-  const auto constant = std::find_if(rows.begin(), rows.end(), [](const TermRow& r) { return r.is_constant() && !r.whole; });
+  const auto constant =
+      std::find_if(rows.begin(), rows.end(), [](const TermRow& r) { return r.is_constant() && !r.whole; });
   return {{&*constant, level.term.place}, asymmetry * level.theta, level.finding, "", "", 0.0};
 }
 
@@ -39,7 +40,11 @@ FoundTerm make_asymmetry(const FoundTerm& level, double asymmetry) {
 void add_term(const TermRow& row, int place, size_t at, const Json& finding, std::vector<FoundTerm>* list) {
   const std::vector<double> values = list_values(*row.effect, finding);
   FoundTerm out{{&row, place, row.shape_parameter < 0 ? 0.0 : values[static_cast<size_t>(row.shape_parameter)]},
-                calc_coefficients(row, values), at, "", "", 0.0};
+                calc_coefficients(row, values),
+                at,
+                "",
+                "",
+                0.0};
   if (!row.whole) {
     const auto first = finding["parameters"].begin();
     out.parameter = first.key(), out.unit = first.value()["unit"], out.value = values[0];

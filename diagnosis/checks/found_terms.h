@@ -13,10 +13,10 @@ namespace hrp::diagnosis {
 // A term with the coefficients of a reported finding.
 struct FoundTerm {
   Term term;
-  Eigen::VectorXd theta;    // by column: missing torque = columns x theta [N m]
-  size_t finding = 0;       // index in the report's list
+  Eigen::VectorXd theta;        // by column: missing torque = columns x theta [N m]
+  size_t finding = 0;           // index in the report's list
   std::string parameter, unit;  // of the first coefficient; empty: shown with another term of the finding
-  double value = 0.0;       // of that parameter
+  double value = 0.0;           // of that parameter
 };
 
 // Terms of joints in the order of the findings, then those of links. Leaves out findings that are no term of the
@@ -24,6 +24,7 @@ struct FoundTerm {
 std::vector<FoundTerm> list_found_terms(const Experiment& experiment, const nlohmann::ordered_json& findings);
 
 // Contribution of the terms to the torque of one recording: kept samples x joints [N m].
-Eigen::MatrixXd predict_found(const TorqueData& data, const TorqueRecording& recording, const std::vector<FoundTerm>& found);
+Eigen::MatrixXd predict_found(const TorqueData& data, const TorqueRecording& recording,
+                              const std::vector<FoundTerm>& found);
 
 }  // namespace hrp::diagnosis

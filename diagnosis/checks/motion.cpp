@@ -18,7 +18,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-
 // Terms that every drive has, its gain and a constant torque; friction first.
 std::vector<const TermRow*> make_columns() {
   std::vector<const TermRow*> rows;
@@ -35,7 +34,9 @@ long count_columns() { return static_cast<long>(list_columns().size()); }
 const std::string& get_name(long column) { return list_columns()[static_cast<size_t>(column)]->effect->name; }
 
 const char* get_source_words(EffortSource source) {
-  return source == EffortSource::kRecorded ? "recorded" : source == EffortSource::kServoLaw ? "from the servo's law" : "unknown";
+  return source == EffortSource::kRecorded   ? "recorded"
+         : source == EffortSource::kServoLaw ? "from the servo's law"
+                                             : "unknown";
 }
 
 // Motion and sums of one joint over training and held-out recordings.
@@ -54,7 +55,8 @@ void add_range(const TorqueRecording& r, int joint, Motion* m) {
   for (long k = 0; k < r.kept(); ++k) {
     const long row = r.full_row(k);
     m->speed.push_back(std::abs(r.v(row, joint))), m->acceleration.push_back(std::abs(r.a(row, joint)));
-    m->least_load = std::min(m->least_load, r.tau(row, joint)), m->most_load = std::max(m->most_load, r.tau(row, joint));
+    m->least_load = std::min(m->least_load, r.tau(row, joint)),
+    m->most_load = std::max(m->most_load, r.tau(row, joint));
     if (!r.use(k, joint)) continue;
     if (r.v(row, joint) * last <= 0.0) m->half_cycles += 1.0;
     last = r.v(row, joint);
@@ -64,7 +66,8 @@ void add_range(const TorqueRecording& r, int joint, Motion* m) {
 void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motion* m) {
   const bool driven = data.experiment->robot.tree.joint(joint).actuated;
   Eigen::MatrixXd X(r.kept(), count_columns());
-  for (long c = 0; c < count_columns(); ++c) X.col(c) = calc_joint_columns(data, r, {list_columns()[static_cast<size_t>(c)], joint});
+  for (long c = 0; c < count_columns(); ++c)
+    X.col(c) = calc_joint_columns(data, r, {list_columns()[static_cast<size_t>(c)], joint});
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, joint)) continue;
     // A joint without a drive has no effort; its torques are those of gravity and motion.
@@ -88,7 +91,9 @@ long find_most_like(const Eigen::MatrixXd& G, long i) {
 Json make_tells(const JointSpec& joint, const Motion& m) {
   Json list = Json::array();
   if (m.n < static_cast<double>(kFewestToSay)) return list;
-  const auto applies = [&](long column) { return joint.actuated || !list_columns()[static_cast<size_t>(column)]->needs_drive; };
+  const auto applies = [&](long column) {
+    return joint.actuated || !list_columns()[static_cast<size_t>(column)]->needs_drive;
+  };
   Eigen::VectorXd scale = Eigen::VectorXd::Zero(count_columns());
   for (long i = 0; i < count_columns(); ++i) {
     if (applies(i) && m.G(i, i) > 0.0) scale[i] = 1.0 / std::sqrt(m.G(i, i));
@@ -102,15 +107,18 @@ Json make_tells(const JointSpec& joint, const Motion& m) {
   const double looks = std::clamp(kLooks * m.half_cycles, 1.0, m.n);
   for (long i = 0; i < count_columns(); ++i) {
     if (!applies(i)) continue;
-    const double size = std::sqrt(m.G(i, i) / m.n);  // rms of the column
+    const double size = std::sqrt(m.G(i, i) / m.n);              // rms of the column
     const double std = std::sqrt(left * inverse(i, i) / looks);  // [N m] standard deviation of the effect's torque
     const double least = size > 0.0 ? kUnlikely * std / size : HUGE_VAL;
     const double share = kUnlikely * std / spread;
     const char* verdict = share < kDetail ? "clear" : share < kMuch ? "weak" : "hidden";
     const std::string& unit_of_turning = list_columns()[static_cast<size_t>(i)]->effect->parameters[0].unit;
-    Json entry{{"effect", get_name(i)}, {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
-               {"unit", get_joint_unit(joint, unit_of_turning)}, {"verdict", verdict}};
-    if (share >= kDetail) entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
+    Json entry{{"effect", get_name(i)},
+               {"least", std::isfinite(least) ? round_to(least, 2) : 0.0},
+               {"unit", get_joint_unit(joint, unit_of_turning)},
+               {"verdict", verdict}};
+    if (share >= kDetail)
+      entry["hidden_by"] = inverse(i, i) > 4.0 ? get_name(find_most_like(m.G, i)) : "too little motion";
     list.push_back(entry);
   }
   return list;
@@ -138,7 +146,8 @@ Json make_motion_checks(const Experiment& e) {
                     {"reversals", m.half_cycles},
                     {"effort", get_source_words(data.source[static_cast<size_t>(j)])},
                     {"tells", make_tells(joint, m)}});
-    if (joint.actuated && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded) list.back()["tells_unit"] = tells_unit(data, j);
+    if (joint.actuated && data.source[static_cast<size_t>(j)] == EffortSource::kRecorded)
+      list.back()["tells_unit"] = tells_unit(data, j);
   }
   return list;
 }

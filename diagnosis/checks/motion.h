@@ -8,9 +8,10 @@
 
 namespace hrp::diagnosis {
 
-// By joint: {"joint", "travel" [rad], "speed", "acceleration", "load": [low, high] [N m], "reversals", "effort", "tells":
-// [{"effect", "least", "unit", "verdict", "hidden_by"}]}, and for recorded efforts "tells_unit": whether they show that they
-// are torques.
+// By joint: {"joint", "travel" [rad], "speed", "acceleration", "load": [low, high] [N m], "reversals", "effort",
+// "tells":
+// [{"effect", "least", "unit", "verdict", "hidden_by"}]}, and for recorded efforts "tells_unit": whether they show that
+// they are torques.
 //
 // `least`: the smallest parameter that these motions can show, three standard deviations from
 //   sigma^2 (X^T X / n)^-1 / N,

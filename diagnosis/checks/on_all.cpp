@@ -45,10 +45,13 @@ Json make_fit_on_all(const TorqueData& data, const Experiment& searched, const J
   for (int j = 0; j < all.num_joints(); ++j) {
     const Squares& s = squares[static_cast<size_t>(j)];
     if (s.n == 0.0) continue;
-    joints.push_back({{"joint", all.robot.tree.joint(j).name}, {"before", round_to(std::sqrt(s.before / s.n), 4)},
-                      {"after", round_to(std::sqrt(s.after / s.n), 4)}, {"unit", "N m"}});
+    joints.push_back({{"joint", all.robot.tree.joint(j).name},
+                      {"before", round_to(std::sqrt(s.before / s.n), 4)},
+                      {"after", round_to(std::sqrt(s.after / s.n), 4)},
+                      {"unit", "N m"}});
   }
-  return {{"seconds", round_to(sum_seconds(all), 4)}, {"searched", round_to(sum_seconds(searched), 4)}, {"joints", joints}};
+  return {
+      {"seconds", round_to(sum_seconds(all), 4)}, {"searched", round_to(sum_seconds(searched), 4)}, {"joints", joints}};
 }
 
 }  // namespace hrp::diagnosis

@@ -8,8 +8,9 @@
 
 namespace hrp::diagnosis {
 
-// `on_all` of report.json: {"seconds", "searched": seconds of the stretches, "joints": [{"joint", "before", "after", "unit"}]},
-// root mean squares of the missing torque over every sample in motion; nothing is fitted to it.
-nlohmann::ordered_json make_fit_on_all(const TorqueData& all, const Experiment& searched, const nlohmann::ordered_json& findings);
+// `on_all` of report.json: {"seconds", "searched": seconds of the stretches, "joints": [{"joint", "before", "after",
+// "unit"}]}, root mean squares of the missing torque over every sample in motion; nothing is fitted to it.
+nlohmann::ordered_json make_fit_on_all(const TorqueData& all, const Experiment& searched,
+                                       const nlohmann::ordered_json& findings);
 
 }  // namespace hrp::diagnosis

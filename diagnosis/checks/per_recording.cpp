@@ -48,7 +48,8 @@ class Fitter {
       long at = 0;
       for (size_t i = 0; i < own.size(); ++i) {
         const long columns = own[i]->term.columns();
-        const TermValues own_values = calc_values(own[i]->term, s->value.segment(at, columns), s->std.segment(at, columns));
+        const TermValues own_values =
+            calc_values(own[i]->term, s->value.segment(at, columns), s->std.segment(at, columns));
         const double value = own_values.value[0], std = own_values.std[0];
         at += columns;
         if (!(std < kLargely * std::max(std::abs(own[i]->value), std::abs(value)))) continue;
@@ -63,15 +64,21 @@ class Fitter {
     for (size_t i = 0; i < own.size(); ++i) {
       if (own[i]->parameter.empty() || each[i].size() < 2) continue;
       const Json& finding = findings_[own[i]->finding];
-      list->push_back({{"effect", finding["effect"]}, {"where", finding["where"]}, {"parameter", own[i]->parameter},
-                       {"unit", own[i]->unit}, {"each", each[i]}, {"verdict", do_differ(values[i]) ? "differ" : "agree"}});
+      list->push_back({{"effect", finding["effect"]},
+                       {"where", finding["where"]},
+                       {"parameter", own[i]->parameter},
+                       {"unit", own[i]->unit},
+                       {"each", each[i]},
+                       {"verdict", do_differ(values[i]) ? "differ" : "agree"}});
     }
   }
 
   static bool do_differ(const std::vector<std::pair<double, double>>& values) {
     for (const auto& [a, sa] : values) {
       for (const auto& [b, sb] : values) {
-        if (std::abs(a - b) > kUnlikely * std::hypot(sa, sb) && std::abs(a - b) > kDetail * std::max(std::abs(a), std::abs(b))) return true;
+        if (std::abs(a - b) > kUnlikely * std::hypot(sa, sb) &&
+            std::abs(a - b) > kDetail * std::max(std::abs(a), std::abs(b)))
+          return true;
       }
     }
     return false;
@@ -100,7 +107,8 @@ class Fitter {
       const TorqueRecording& r = *part;
       Eigen::MatrixXd X(r.kept(), width);
       long at = 0;
-      for (const FoundTerm* f : own) X.middleCols(at, f->term.columns()) = calc_joint_columns(data_, r, f->term), at += f->term.columns();
+      for (const FoundTerm* f : own)
+        X.middleCols(at, f->term.columns()) = calc_joint_columns(data_, r, f->term), at += f->term.columns();
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, joint)) continue;
         const double y = r.missing(k, joint), v = r.v(r.full_row(k), joint);

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kNever = 0.999;     // share above which it never changes, as at a joint without a drive
+constexpr double kNever = 0.999;  // share above which it never changes, as at a joint without a drive
 
 // Share of samples that repeat the previous one while the joint moves.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {

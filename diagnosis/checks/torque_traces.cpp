@@ -61,10 +61,13 @@ Json make_torque_traces(const TorqueData& data, const Json& findings) {
     for (long k = begin; k < end; k += std::max(1L, (end - begin) / kPoints)) {
       const double y = r.effort(r.full_row(k), j);
       time.push_back(round_to(r.time(k), 6)), recorded.push_back(round_to(y, 5));
-      before.push_back(round_to(y - r.missing(k, j), 5)), after.push_back(round_to(y - r.missing(k, j) + found(k, j), 5));
+      before.push_back(round_to(y - r.missing(k, j), 5)),
+          after.push_back(round_to(y - r.missing(k, j) + found(k, j), 5));
     }
-    traces.push_back({{"signal", signals.size()}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}});
-    signals.push_back({{"name", e.signal_name(static_cast<int>(j), Quantity::kEffort)}, {"unit", get_joint_unit(e.robot.tree.joint(static_cast<int>(j)), "N m")}});
+    traces.push_back(
+        {{"signal", signals.size()}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}});
+    signals.push_back({{"name", e.signal_name(static_cast<int>(j), Quantity::kEffort)},
+                       {"unit", get_joint_unit(e.robot.tree.joint(static_cast<int>(j)), "N m")}});
   }
   return {{"recording", e.recordings[r.index].spec.name}, {"signals", signals}, {"traces", traces}};
 }

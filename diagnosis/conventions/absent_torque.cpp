@@ -19,7 +19,8 @@ constexpr int kNoLoad = -1;
 long column_of(Absent part) { return part == Absent::kWeight ? kWeight : kTau; }
 
 // The model's torque along a motion, or its part that is absent.
-Eigen::MatrixXd calc_part(const Plant& plant, Absent part, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v, const Eigen::MatrixXd& a) {
+Eigen::MatrixXd calc_part(const Plant& plant, Absent part, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
+                          const Eigen::MatrixXd& a) {
   const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(q.rows(), q.cols());
   return part == Absent::kWeight ? calc_efforts(plant, q, rest, rest) : calc_efforts(plant, q, v, a);
 }
@@ -42,16 +43,20 @@ class Squares {
   explicit Squares(const TorqueData& data) {
     std::vector<int> joints;
     for (size_t j = 0; j < data.source.size(); ++j) {
-      if (data.is_judged(static_cast<int>(j)) && collect_efforts(data, static_cast<int>(j)).tau.size() > kRowsOfFit) joints.push_back(static_cast<int>(j));
+      if (data.is_judged(static_cast<int>(j)) && collect_efforts(data, static_cast<int>(j)).tau.size() > kRowsOfFit)
+        joints.push_back(static_cast<int>(j));
     }
     std::vector<Term> loads;
-    for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link) loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
+    for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link)
+      loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
     links = static_cast<int>(loads.size()), most_ = find_moving_mass(data.experiment->robot.tree);
-    for (const Term& load : loads) own_.push_back(data.experiment->robot.tree.links[static_cast<size_t>(load.place)].inertia.mass);
+    for (const Term& load : loads)
+      own_.push_back(data.experiment->robot.tree.links[static_cast<size_t>(load.place)].inertia.mass);
     const std::vector<Eigen::MatrixXd> of_loads = collect_loads(data, joints, loads);
     const Plant plant = make_plant(*data.experiment, {});
     std::vector<Eigen::MatrixXd> weight;
-    for (const TorqueRecording& r : data.recordings) weight.push_back(r.train ? calc_part(plant, Absent::kWeight, r.q, r.v, r.a) : Eigen::MatrixXd());
+    for (const TorqueRecording& r : data.recordings)
+      weight.push_back(r.train ? calc_part(plant, Absent::kWeight, r.q, r.v, r.a) : Eigen::MatrixXd());
     for (size_t i = 0; i < joints.size(); ++i) {
       const UnitRows rows = collect_efforts(data, joints[i]);
       Eigen::MatrixXd X(rows.tau.size(), kLoads + of_loads[i].cols());
@@ -112,11 +117,12 @@ int find_load(const Squares& squares, Absent part) {
   return best;
 }
 
-// True if the torque is not in the log at any joint. A share of it may take what chance gives, no more than a minority. Nor may shares
-// alone do what a load does: a log in another unit looks like a load of few joints.
+// True if the torque is not in the log at any joint. A share of it may take what chance gives, no more than a minority.
+// Nor may shares alone do what a load does: a log in another unit looks like a load of few joints.
 bool is_absent(const Squares& squares, Absent part, int load) {
   const double left = squares.calc_left(part, load, false);
-  return squares.calc_left(part, load, true) > kMostly * left && (load == kNoLoad || squares.calc_left(part, kNoLoad, true) * kHalf > left);
+  return squares.calc_left(part, load, true) > kMostly * left &&
+         (load == kNoLoad || squares.calc_left(part, kNoLoad, true) * kHalf > left);
 }
 
 }  // namespace
@@ -124,8 +130,11 @@ bool is_absent(const Squares& squares, Absent part, int load) {
 AbsentTorque find_absent_torque(const TorqueData& data) {
   AbsentTorque out;
   const Scenario& scenario = data.experiment->scenario;
-  const bool recorded = std::none_of(data.source.begin(), data.source.end(), [](EffortSource s) { return s == EffortSource::kServoLaw; });
-  if (data.recordings.empty() || scenario.floating_base || scenario.gravity_W.norm() == 0.0 || !recorded || !data.feet.empty()) return out;
+  const bool recorded =
+      std::none_of(data.source.begin(), data.source.end(), [](EffortSource s) { return s == EffortSource::kServoLaw; });
+  if (data.recordings.empty() || scenario.floating_base || scenario.gravity_W.norm() == 0.0 || !recorded ||
+      !data.feet.empty())
+    return out;
   const Squares squares(data);
   if (squares.empty()) return out;
   const double nominal = squares.calc_left(Absent::kNothing, find_load(squares, Absent::kNothing), false);
@@ -152,12 +161,14 @@ Experiment return_torque(Experiment e, Absent part) {
       std::vector<double> y = r.joints[j].signal[static_cast<int>(Quantity::kEffort)];
       const auto of_joint = torque.col(static_cast<long>(j));
       // The recording's own times lie on the grid or between its points.
-      for (size_t k = 0; k < y.size(); ++k) y[k] += calc_between(of_joint.data(), static_cast<size_t>(of_joint.size()), (r.time[k] - own.begin) / own.step);
+      for (size_t k = 0; k < y.size(); ++k)
+        y[k] += calc_between(of_joint.data(), static_cast<size_t>(of_joint.size()), (r.time[k] - own.begin) / own.step);
       efforts[own.index].push_back(std::move(y));
     }
   }
   for (size_t i = 0; i < efforts.size(); ++i) {
-    for (size_t j = 0; j < efforts[i].size(); ++j) e.recordings[i].joints[j].signal[static_cast<int>(Quantity::kEffort)] = std::move(efforts[i][j]);
+    for (size_t j = 0; j < efforts[i].size(); ++j)
+      e.recordings[i].joints[j].signal[static_cast<int>(Quantity::kEffort)] = std::move(efforts[i][j]);
   }
   return e;
 }

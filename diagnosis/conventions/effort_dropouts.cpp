@@ -18,8 +18,8 @@ namespace {
 
 // Of three equal samples two neighbours may agree by chance; logs that hold their values have longer ones as a rule.
 constexpr double kTimesUsual = 3.0;
-constexpr double kMoreThanAStep = 1.5;  // of a quantised signal
-constexpr long kColumns = 5;            // tau, a, v, direction, constant
+constexpr double kMoreThanAStep = 1.5;               // of a quantised signal
+constexpr long kColumns = 5;                         // tau, a, v, direction, constant
 constexpr long kFewest = kRowsPerColumn * kColumns;  // samples of the law
 
 constexpr size_t kEffort = static_cast<size_t>(Quantity::kEffort);
@@ -37,8 +37,10 @@ struct Run {
 std::vector<Run> list_runs(const std::vector<double>& x) {
   std::vector<Run> runs;
   for (size_t k = 0; k < x.size(); ++k) {
-    if (!runs.empty() && x[runs.back().begin] == x[k]) runs.back().end = k + 1;
-    else runs.push_back({k, k + 1});
+    if (!runs.empty() && x[runs.back().begin] == x[k])
+      runs.back().end = k + 1;
+    else
+      runs.push_back({k, k + 1});
   }
   return runs;
 }
@@ -71,21 +73,25 @@ std::vector<Dropout> list_candidates(const Experiment& e, size_t recording, int 
   }
   std::vector<Dropout> list;
   if (steps.empty()) return list;
-  const double spread = find_quantile(finite, 1.0 - kMinor) - find_quantile(finite, kMinor), step = find_quantile(steps, 0.0);
+  const double spread = find_quantile(finite, 1.0 - kMinor) - find_quantile(finite, kMinor),
+               step = find_quantile(steps, 0.0);
   double largest = 0.0;
   for (double y : finite) largest = std::max(largest, std::abs(y));
   const std::vector<Run> runs = list_runs(x);
   const double least = kTimesUsual * find_usual_length(runs, x.size());
   for (const Run& run : runs) {
     const double value = x[run.begin];
-    if (!std::isfinite(value) || static_cast<double>(run.size()) < least || std::abs(value) > (1.0 - kTrace) * largest) continue;
-    if (find_jump(x, run) > std::max(kDetail * spread, kMoreThanAStep * step)) list.push_back({recording, joint, run.begin, run.end, value});
+    if (!std::isfinite(value) || static_cast<double>(run.size()) < least || std::abs(value) > (1.0 - kTrace) * largest)
+      continue;
+    if (find_jump(x, run) > std::max(kDetail * spread, kMoreThanAStep * step))
+      list.push_back({recording, joint, run.begin, run.end, value});
   }
   return list;
 }
 
 // Whether `time` [s] is within a dropout of the recording, or `reach` [s] around it; null if not.
-const Dropout* find_at(const Experiment& e, const std::vector<Dropout>& list, size_t recording, double time, double reach) {
+const Dropout* find_at(const Experiment& e, const std::vector<Dropout>& list, size_t recording, double time,
+                       double reach) {
   for (const Dropout& d : list) {
     const std::vector<double>& t = e.recordings[recording].time;
     if (d.recording == recording && time > t[d.begin] - reach && time < t[d.end - 1] + reach) return &d;
@@ -93,8 +99,8 @@ const Dropout* find_at(const Experiment& e, const std::vector<Dropout>& list, si
   return nullptr;
 }
 
-// Samples of one joint in use: regressors and effort [N m], outside of all candidates and within each. All are filtered alike,
-// so a constant that is true agrees with the motion at its ends, too.
+// Samples of one joint in use: regressors and effort [N m], outside of all candidates and within each. All are filtered
+// alike, so a constant that is true agrees with the motion at its ends, too.
 struct JointRows {
   std::vector<Eigen::Matrix<double, kColumns, 1>> outside, inside;
   std::vector<double> effort, effort_inside;
@@ -111,8 +117,10 @@ JointRows collect(const TorqueData& data, int joint, const std::vector<Dropout>&
       Eigen::Matrix<double, kColumns, 1> x;
       x << r.tau(i, joint), r.a(i, joint), r.v(i, joint), direction[k], 1.0;
       const Dropout* in = find_at(*data.experiment, candidates, r.index, r.time(k), 0.0);
-      if (in) rows.inside.push_back(x), rows.effort_inside.push_back(r.effort(i, joint)), rows.which.push_back(in);
-      else if (!find_at(*data.experiment, candidates, r.index, r.time(k), kFilterReach / data.cutoff)) rows.outside.push_back(x), rows.effort.push_back(r.effort(i, joint));
+      if (in)
+        rows.inside.push_back(x), rows.effort_inside.push_back(r.effort(i, joint)), rows.which.push_back(in);
+      else if (!find_at(*data.experiment, candidates, r.index, r.time(k), kFilterReach / data.cutoff))
+        rows.outside.push_back(x), rows.effort.push_back(r.effort(i, joint));
     }
   }
   return rows;
@@ -124,8 +132,9 @@ struct Group {
   double square = 0.0, rows = 0.0;  // of what the law misses [(N m)^2]
 };
 
-// Values that are no efforts: the law of the other samples misses them. Stretches are the independent samples. `left`: what the
-// law misses elsewhere, `effort`: variance of the effort [(N m)^2]. A detail of it may come from the steps at the ends.
+// Values that are no efforts: the law of the other samples misses them. Stretches are the independent samples. `left`:
+// what the law misses elsewhere, `effort`: variance of the effort [(N m)^2]. A detail of it may come from the steps at
+// the ends.
 bool is_none(const Group& group, double left, double effort, size_t groups) {
   if (group.rows == 0.0 || left <= 0.0) return false;
   const double missed = group.square / group.rows;
@@ -143,9 +152,11 @@ std::vector<Dropout> choose(const TorqueData& data, int joint, const std::vector
   for (long k = 0; k < n; ++k) X.row(k) = rows.outside[static_cast<size_t>(k)];
   const Eigen::Map<const Eigen::VectorXd> y(rows.effort.data(), n);
   const Eigen::VectorXd theta = X.completeOrthogonalDecomposition().solve(y);
-  const double left = (y - X * theta).squaredNorm() / static_cast<double>(n), spread = (y.array() - y.mean()).square().mean();
+  const double left = (y - X * theta).squaredNorm() / static_cast<double>(n),
+               spread = (y.array() - y.mean()).square().mean();
   const auto key = [&](const Dropout& d) {
-    const auto same = std::count_if(candidates.begin(), candidates.end(), [&](const Dropout& other) { return other.value == d.value; });
+    const auto same = std::count_if(candidates.begin(), candidates.end(),
+                                    [&](const Dropout& other) { return other.value == d.value; });
     return same > 1 || d.value == 0.0 ? d.value : std::numeric_limits<double>::infinity();
   };
   std::map<double, Group> groups;
@@ -169,13 +180,17 @@ std::string describe(const Experiment& e, const std::vector<Dropout>& list) {
   double samples = 0.0;
   for (size_t i = 0; i < list.size(); ++i) {
     samples += static_cast<double>(list[i].end - list[i].begin);
-    if (i < kMostInSentence) stretches += (i > 0 ? ", " : " from ") + number(r.time[list[i].begin], 5) + " to " + number(r.time[list[i].end - 1], 5);
+    if (i < kMostInSentence)
+      stretches +=
+          (i > 0 ? ", " : " from ") + number(r.time[list[i].begin], 5) + " to " + number(r.time[list[i].end - 1], 5);
   }
-  if (list.size() > kMostInSentence) stretches += " and " + std::to_string(list.size() - kMostInSentence) + " more times";
+  if (list.size() > kMostInSentence)
+    stretches += " and " + std::to_string(list.size() - kMostInSentence) + " more times";
   const bool zero = std::all_of(list.begin(), list.end(), [](const Dropout& d) { return d.value == 0.0; });
-  return r.spec.name + ": " + e.signal_name(list[0].joint, Quantity::kEffort) + " is exactly " + (zero ? "0" : "constant") + stretches + " s, " +
-         number(100.0 * samples / static_cast<double>(r.size()), 2) +
-         " % of the samples, while the motion takes another effort: lost by the log, or drives off with brakes on. Left out";
+  return r.spec.name + ": " + e.signal_name(list[0].joint, Quantity::kEffort) + " is exactly " +
+         (zero ? "0" : "constant") + stretches + " s, " + number(100.0 * samples / static_cast<double>(r.size()), 2) +
+         " % of the samples, while the motion takes another effort: lost by the log, or drives off with brakes on. "
+         "Left out";
 }
 
 }  // namespace
@@ -197,7 +212,9 @@ std::vector<Dropout> find_dropouts(const Experiment& e) {
     for (const Dropout& d : choose(data, j, own)) found.push_back(d);
   }
   std::stable_sort(found.begin(), found.end(), [](const Dropout& a, const Dropout& b) {
-    return a.recording != b.recording ? a.recording < b.recording : a.joint != b.joint ? a.joint < b.joint : a.begin < b.begin;
+    return a.recording != b.recording ? a.recording < b.recording
+           : a.joint != b.joint       ? a.joint < b.joint
+                                      : a.begin < b.begin;
   });
   return found;
 }
@@ -207,10 +224,12 @@ Experiment leave_out_dropouts(Experiment e, const std::vector<Dropout>& dropouts
   for (size_t i = 0; i < dropouts.size(); ++i) {
     const Dropout& d = dropouts[i];
     same.push_back(d);
-    const bool last = i + 1 == dropouts.size() || dropouts[i + 1].recording != d.recording || dropouts[i + 1].joint != d.joint;
+    const bool last =
+        i + 1 == dropouts.size() || dropouts[i + 1].recording != d.recording || dropouts[i + 1].joint != d.joint;
     if (last) e.warnings.push_back(describe(e, same)), same.clear();
     std::vector<double>& effort = e.recordings[d.recording].joints[static_cast<size_t>(d.joint)].signal[kEffort];
-    std::fill(effort.begin() + static_cast<long>(d.begin), effort.begin() + static_cast<long>(d.end), std::numeric_limits<double>::quiet_NaN());
+    std::fill(effort.begin() + static_cast<long>(d.begin), effort.begin() + static_cast<long>(d.end),
+              std::numeric_limits<double>::quiet_NaN());
   }
   return e;
 }

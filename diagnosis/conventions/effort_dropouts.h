@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds stretches in which a log repeats one effort exactly although the motion takes another: lost frames, or a log that
-// holds its last value. Such an effort is none.
+// Finds stretches in which a log repeats one effort exactly although the motion takes another: lost frames, or a log
+// that holds its last value. Such an effort is none.
 //
-// Efforts may also be constant by design: steps, pulses, drives that are released. Then the motion takes that effort. So a
-// stretch counts only if the law of the joint's other samples,
+// Efforts may also be constant by design: steps, pulses, drives that are released. Then the motion takes that effort.
+// So a stretch counts only if the law of the joint's other samples,
 //
 //   effort = g tau + I a + d v + f sign(v) + b,   tau: nominal inverse dynamics,
 //
-// misses it by more than any detail of laws does (kAboveNoise), with odds beyond chance (kOdds), and by more than a detail of
-// the effort (kDetail).
+// misses it by more than any detail of laws does (kAboveNoise), with odds beyond chance (kOdds), and by more than a
+// detail of the effort (kDetail).
 #pragma once
 
 #include <string>

@@ -15,23 +15,23 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLoad = 2.3;     // |ln| of a scale below one that joints do not share: a heavy load may explain less
-constexpr double kByLaw = 1.01;   // bounds of a scale by the servo's law, as a factor
+constexpr double kLoad = 2.3;    // |ln| of a scale below one that joints do not share: a heavy load may explain less
+constexpr double kByLaw = 1.01;  // bounds of a scale by the servo's law, as a factor
 constexpr long kFewest = kRowsPerColumn * (kNuisance + 1);  // samples: tau stands beside them
-constexpr long kRotor = 2;        // column of the acceleration in the regressors of collect_efforts()
+constexpr long kRotor = 2;  // column of the acceleration in the regressors of collect_efforts()
 // Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
 // follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
 constexpr double kFollows = 0.6;
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
-// True if the motion moves the torque enough beside friction, rotor and springs, which leave `variance` of it: a unit that rests
-// on a small part of the torque is off where masses and lengths of the model are off by as much.
+// True if the motion moves the torque enough beside friction, rotor and springs, which leave `variance` of it: a unit
+// that rests on a small part of the torque is off where masses and lengths of the model are off by as much.
 bool is_moved(double variance, const UnitRows& rows) { return variance > kMuch * kMuch * calc_variance(rows.tau); }
 
-// True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly any
-// friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side of the
-// joint turns the torque itself.
+// True if an effort that opposes tau has its sign turned: friction, too, would drive the joint. Where there is hardly
+// any friction, as in a torque sensor behind the gear, the effort must be near -tau. Otherwise a load on the far side
+// of the joint turns the torque itself.
 bool is_turned(const UnitRows& rows, double scale) {
   Eigen::MatrixXd X(rows.tau.size(), rows.nuisance.cols() + 1);
   X << rows.nuisance, rows.tau;
@@ -39,20 +39,24 @@ bool is_turned(const UnitRows& rows, double scale) {
   const auto v = rows.nuisance.col(0);
   const Eigen::VectorXd friction = theta[0] * v + theta[1] * rows.nuisance.col(1);
   // Wrong masses look like less friction than that.
-  if (friction.squaredNorm() / static_cast<double>(friction.size()) > kMuch * kMuch * calc_variance(rows.effort)) return friction.dot(v) < 0.0;
+  if (friction.squaredNorm() / static_cast<double>(friction.size()) > kMuch * kMuch * calc_variance(rows.effort))
+    return friction.dot(v) < 0.0;
   return std::abs(std::log(-scale)) < std::log(1.0 + kMuch);  // masses of a model are not further off
 }
 
-// The share of the effort that a torque explains by chance is that of its regressors in independent samples: few samples
-// count only for what they explain beyond it (adjusted coefficient of determination). Zero if none is left.
+// The share of the effort that a torque explains by chance is that of its regressors in independent samples: few
+// samples count only for what they explain beyond it (adjusted coefficient of determination). Zero if none is left.
 double discount_chance(double share, const UnitRows& rows, long regressors) {
   if (rows.tau.size() >= kFewest) return share;
-  const double samples = static_cast<double>(rows.tau.size()) / kPerPeriod, free = samples - static_cast<double>(regressors);
+  const double samples = static_cast<double>(rows.tau.size()) / kPerPeriod,
+               free = samples - static_cast<double>(regressors);
   return free > 0.0 ? std::max(0.0, 1.0 - (1.0 - share) * (samples - 1.0) / free) : 0.0;
 }
 
-// The bracket of effort and tau beside these regressors. Empty without samples, if they explain tau, or if it is too wide.
-std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& rows, const Eigen::MatrixXd& beside, int joint) {
+// The bracket of effort and tau beside these regressors. Empty without samples, if they explain tau, or if it is too
+// wide.
+std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& rows, const Eigen::MatrixXd& beside,
+                                       int joint) {
   if (rows.tau.size() == 0) return std::nullopt;
   const Eigen::VectorXd tau = take_out(beside, rows.tau), effort = take_out(beside, rows.effort);
   const double tt = tau.squaredNorm(), te = tau.dot(effort), ee = effort.squaredNorm();
@@ -79,8 +83,8 @@ std::optional<EffortUnit> find_without_rotor(const TorqueData& data, const UnitR
 }
 
 // The joint's bracket. Empty if friction and rotor explain tau, or if the bracket is too wide. Where weight does not
-// tell tau from the rotor's torque, as on a slide or an upright axis: the rotor only adds to the bodies' inertia. Efforts
-// that are much less than the bodies alone take are in another unit, whatever the rotor.
+// tell tau from the rotor's torque, as on a slide or an upright axis: the rotor only adds to the bodies' inertia.
+// Efforts that are much less than the bodies alone take are in another unit, whatever the rotor.
 std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   const UnitRows rows = collect_efforts(data, joint);
   const std::optional<EffortUnit> unit = find_bracket(data, rows, rows.nuisance, joint);
@@ -89,8 +93,9 @@ std::optional<EffortUnit> find_unit(const TorqueData& data, int joint) {
   return least && std::log(least->low) > kFactor ? least : std::nullopt;
 }
 
-// True if the effort is what the bodies alone take. The limit of |ln| counts as one where a rotor may be part of it. Units differ
-// by factors of up to a hundred either way. One in 23 of these lies as near to one by chance, so a torque has odds of 20 to 1.
+// True if the effort is what the bodies alone take. The limit of |ln| counts as one where a rotor may be part of it.
+// Units differ by factors of up to a hundred either way. One in 23 of these lies as near to one by chance, so a torque
+// has odds of 20 to 1.
 bool is_torque_of_bodies(const TorqueData& data, int joint) {
   const std::optional<EffortUnit> least = find_unit_without_rotor(data, joint);
   return least && std::abs(std::log(least->scale)) < kMinority;
@@ -114,12 +119,14 @@ double find_least(const TorqueData& data, const std::vector<EffortUnit>& units) 
   return high - low > kMuch || may_be_load(data, joints) ? kLoad : kFactor;
 }
 
-// True if all scales are further from one than a wrong model could make them. Wide brackets decide only if no other exists.
+// True if all scales are further from one than a wrong model could make them. Wide brackets decide only if no other
+// exists.
 bool are_far(const TorqueData& data, std::vector<EffortUnit> units) {
   if (!std::all_of(units.begin(), units.end(), is_wide))
     units.erase(std::remove_if(units.begin(), units.end(), is_wide), units.end());
   const auto is_off = [](const EffortUnit& u) { return is_large(u) || std::log(u.scale) < -kFactor; };
-  const auto large = std::count_if(units.begin(), units.end(), is_large), off = std::count_if(units.begin(), units.end(), is_off);
+  const auto large = std::count_if(units.begin(), units.end(), is_large),
+             off = std::count_if(units.begin(), units.end(), is_off);
   const auto count = static_cast<long>(units.size());
   if (large == count) return true;
   // One log is in torques or is not, and drives differ: the units of some may lie near one.
@@ -138,12 +145,20 @@ bool are_bounds(const std::vector<EffortUnit>& units) {
 
 bool are_wide(const std::vector<EffortUnit>& units) { return std::all_of(units.begin(), units.end(), is_wide); }
 
-// Mean scale (of logarithms) of the joints with narrow brackets, of wide ones and of lower bounds only if there is nothing
-// else, in bounds that contain all of theirs: drives of one robot differ as much. Empty if they disagree.
+// Mean scale (of logarithms) of the joints with narrow brackets, of wide ones and of lower bounds only if there is
+// nothing else, in bounds that contain all of theirs: drives of one robot differ as much. Empty if they disagree.
 std::optional<EffortUnit> find_common_unit(const std::vector<EffortUnit>& units) {
   double sum = 0.0, low = 1e300, high = -1e300, count = 0.0;
   const bool wide = are_wide(units);
-  EffortUnit common{-1, 1.0, 1e300, 0.0, true, units.front().of_gains, are_bounds(units), units.front().of_load, units.front().by_load};
+  EffortUnit common{-1,
+                    1.0,
+                    1e300,
+                    0.0,
+                    true,
+                    units.front().of_gains,
+                    are_bounds(units),
+                    units.front().of_load,
+                    units.front().by_load};
   for (const EffortUnit& u : units) {
     if (is_wide(u) != wide || u.at_least != common.at_least) continue;
     const double log = std::log(u.scale);
@@ -159,8 +174,8 @@ bool is_known(const std::vector<EffortUnit>& units, int joint) {
   return std::any_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; });
 }
 
-// Joints without a result, or with a wide bracket or a lower bound that admits a sharp one, get the scale of the others if
-// those agree.
+// Joints without a result, or with a wide bracket or a lower bound that admits a sharp one, get the scale of the others
+// if those agree.
 void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   std::optional<EffortUnit> common = find_common_unit(*units);
   if (!common) return;
@@ -183,38 +198,48 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
 bool tells_loaded(const TorqueData& data, const LoadedUnit& u) {
   const double width = u.share > 0.0 ? -std::log(u.share) : 1e300;
   if (!is_moved(u.moved * u.moved, collect_efforts(data, u.joint))) return false;
-  return u.scale > 0.0 && width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), -2.0 * std::log(kFollows));
+  return u.scale > 0.0 &&
+         width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), -2.0 * std::log(kFollows));
 }
 
-// Once efforts are no torques: units beside a load that all joints carry, and beside springs. Each looks like a larger unit
-// of single joints. A joint whose unit shows with the load alone gets one, too.
+// Once efforts are no torques: units beside a load that all joints carry, and beside springs. Each looks like a larger
+// unit of single joints. A joint whose unit shows with the load alone gets one, too.
 void refine_beside_load(const TorqueData& data, std::vector<EffortUnit>* units) {
   std::vector<int> joints;
   const bool of_gains = units->front().of_gains;
   for (size_t j = 0; j < data.source.size(); ++j) {
-    const bool same = data.source[j] == data.source[static_cast<size_t>(units->front().joint)] && data.experiment->robot.tree.joint(static_cast<int>(j)).actuated;
-    if (same && !data.servo[j].follows && collect_efforts(data, static_cast<int>(j)).tau.size() >= kFewest) joints.push_back(static_cast<int>(j));
+    const bool same = data.source[j] == data.source[static_cast<size_t>(units->front().joint)] &&
+                      data.experiment->robot.tree.joint(static_cast<int>(j)).actuated;
+    if (same && !data.servo[j].follows && collect_efforts(data, static_cast<int>(j)).tau.size() >= kFewest)
+      joints.push_back(static_cast<int>(j));
   }
   const LoadedUnits found = find_loaded_units(data, joints);
   for (const LoadedUnit& u : found.joints) {
-    const auto known = std::find_if(units->begin(), units->end(), [&](const EffortUnit& other) { return other.joint == u.joint; });
+    const auto known =
+        std::find_if(units->begin(), units->end(), [&](const EffortUnit& other) { return other.joint == u.joint; });
     if (!tells_loaded(data, u)) {
       if (known != units->end()) units->erase(known);
       continue;
     }
     const double wide = kNinetyFive * std::hypot(u.std, kBlur * u.scale);
-    EffortUnit unit{u.joint, u.scale, std::max(u.scale - wide, u.scale * u.scale / (u.scale + wide)), u.scale + wide, false, of_gains, false, found.blur, found.of_torque};
-    if (known != units->end()) *known = unit;
-    else units->push_back(unit);
+    EffortUnit unit{u.joint,        u.scale,    std::max(u.scale - wide, u.scale * u.scale / (u.scale + wide)),
+                    u.scale + wide, false,      of_gains,
+                    false,          found.blur, found.of_torque};
+    if (known != units->end())
+      *known = unit;
+    else
+      units->push_back(unit);
   }
 }
 
-// A log that is proportional to the servo's law tells its unit by the law, much better than by the torque of the motion.
+// A log that is proportional to the servo's law tells its unit by the law, much better than by the torque of the
+// motion.
 void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw, unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
+  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw,
+  unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
 }
 
 // Further from one than a wrong model could make it.
@@ -263,10 +288,13 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
 bool is_load_or_unit(const EffortUnit& unit) { return unit.by_load > kPart; }
 
 bool tells_unit(const TorqueData& data, int joint) {
-  return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() || is_torque_of_bodies(data, joint);
+  return data.servo[static_cast<size_t>(joint)].follows || find_unit(data, joint).has_value() ||
+         is_torque_of_bodies(data, joint);
 }
 
-std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint) { return find_without_rotor(data, collect_efforts(data, joint), joint); }
+std::optional<EffortUnit> find_unit_without_rotor(const TorqueData& data, int joint) {
+  return find_without_rotor(data, collect_efforts(data, joint), joint);
+}
 
 std::optional<double> find_unit_without_friction(const TorqueData& data, int joint) {
   const UnitRows rows = collect_efforts(data, joint);
@@ -275,7 +303,8 @@ std::optional<double> find_unit_without_friction(const TorqueData& data, int joi
   Eigen::MatrixXd unit(rows.tau.size(), 2), friction(rows.tau.size(), 4);
   unit << rows.effort, rows.nuisance.col(0);
   friction << unit, rows.nuisance.col(1), rows.nuisance.col(3);
-  if (take_out(unit, rows.tau).squaredNorm() > (1.0 + kPart) * take_out(friction, rows.tau).squaredNorm()) return std::nullopt;
+  if (take_out(unit, rows.tau).squaredNorm() > (1.0 + kPart) * take_out(friction, rows.tau).squaredNorm())
+    return std::nullopt;
   return take_far(unit.colPivHouseholderQr().solve(rows.tau)[0]);
 }
 

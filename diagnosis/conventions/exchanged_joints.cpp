@@ -32,7 +32,8 @@ Pair find_pair(const TorqueData& data) {
   const Plant plant = make_plant(*data.experiment, {});
   const double nominal = calc_left(plant, rows, best);
   const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
-  if (nominal < kMuch * kMuch * samples) return best;  // friction and rotors explain nearly all: the joints are in place
+  if (nominal < kMuch * kMuch * samples)
+    return best;  // friction and rotors explain nearly all: the joints are in place
   double least = kDetail * nominal;
   for (int i = 0; i < rows.q.cols(); ++i) {
     for (int j = i + 1; j < rows.q.cols(); ++j) {
@@ -44,7 +45,8 @@ Pair find_pair(const TorqueData& data) {
 }
 
 Experiment exchange(Experiment e, const Pair& p) {
-  for (Recording& r : e.recordings) std::swap(r.joints[static_cast<size_t>(p.first)], r.joints[static_cast<size_t>(p.second)]);
+  for (Recording& r : e.recordings)
+    std::swap(r.joints[static_cast<size_t>(p.first)], r.joints[static_cast<size_t>(p.second)]);
   std::swap(e.joint_noise[static_cast<size_t>(p.first)], e.joint_noise[static_cast<size_t>(p.second)]);
   return e;
 }
@@ -56,10 +58,13 @@ void check_exchanged_joints(const TorqueData& data, int jobs) {
   if (data.recordings.empty() || data.behind_gears) return;
   const Pair pair = find_pair(data);
   if (pair.first == pair.second) return;
-  if (compare(fit_list(exchange(e, pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < kOfOneJoint + kConventionNats) return;
+  if (compare(fit_list(exchange(e, pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) <
+      kOfOneJoint + kConventionNats)
+    return;
   const std::string first = e.robot.tree.joint(pair.first).name, second = e.robot.tree.joint(pair.second).name;
   refuse_input(e.recordings.front().find_place(e.signal_name(pair.first, Quantity::kPosition)),
-               "with its effort fits the model in the place of " + second + " only: are the columns of " + first + " and " + second + " exchanged?");
+               "with its effort fits the model in the place of " + second + " only: are the columns of " + first +
+                   " and " + second + " exchanged?");
 }
 
 }  // namespace hrp::diagnosis

@@ -6,8 +6,8 @@
 
 namespace hrp::diagnosis {
 
-// Throws InputError, with file and column, if the recordings fit the model with two joints exchanged, clearly better than with
-// every effect of the list as logged. Efforts must be torques in the model's unit.
+// Throws InputError, with file and column, if the recordings fit the model with two joints exchanged, clearly better
+// than with every effect of the list as logged. Efforts must be torques in the model's unit.
 void check_exchanged_joints(const TorqueData& data, int jobs);
 
 }  // namespace hrp::diagnosis

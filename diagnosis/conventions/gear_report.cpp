@@ -17,7 +17,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kTried = 3;        // joints: a wrong angle moves the torques of its neighbours, too
+constexpr size_t kTried = 3;  // joints: a wrong angle moves the torques of its neighbours, too
 
 // What efforts say of a joint's ratio, and by how many nats more than every effect does with angles as logged.
 struct Asked {
@@ -26,12 +26,15 @@ struct Asked {
   ListFit fit;
 };
 
-// Of the first ratios, those beside which the effects of joints and drives explain more than as logged. A choice among these
-// effects takes a small part of the time of one among all.
-std::vector<GearRatio> list_promising(const Experiment& e, const TorqueDesign& design, const std::vector<GearRatio>& list, int jobs) {
+// Of the first ratios, those beside which the effects of joints and drives explain more than as logged. A choice among
+// these effects takes a small part of the time of one among all.
+std::vector<GearRatio> list_promising(const Experiment& e, const TorqueDesign& design,
+                                      const std::vector<GearRatio>& list, int jobs) {
   const ListFit as_logged = fit_list(design, jobs, Of::kJoints);
   std::vector<GearRatio> out(list.begin(), list.begin() + static_cast<long>(std::min(kTried, list.size())));
-  const auto is_worse = [&](const GearRatio& r) { return compare(fit_list(convert_ratio(e, r), jobs, Of::kJoints), as_logged) <= 0.0; };
+  const auto is_worse = [&](const GearRatio& r) {
+    return compare(fit_list(convert_ratio(e, r), jobs, Of::kJoints), as_logged) <= 0.0;
+  };
   out.erase(std::remove_if(out.begin(), out.end(), is_worse), out.end());
   return out;
 }
@@ -56,9 +59,9 @@ double compare_with_zeros(const Experiment& e, const TorqueData& data, const Ask
   return zeros.empty() ? asked.gain : compare(asked.fit, fit_list(convert_zeros(e, zeros), jobs));
 }
 
-// [nats] by which the ratio explains more than another unit does with angles as logged, of this joint's effort or of the whole
-// log. While angles are small, torques are in proportion to them: efforts in a unit of the ratio, or with a motor's efforts of
-// its square, do the same. On an upright axis they always do.
+// [nats] by which the ratio explains more than another unit does with angles as logged, of this joint's effort or of
+// the whole log. While angles are small, torques are in proportion to them: efforts in a unit of the ratio, or with a
+// motor's efforts of its square, do the same. On an upright axis they always do.
 double compare_with_units(const Experiment& e, const Asked& asked, int jobs) {
   double least = asked.gain;
   EffortUnit unit;
@@ -75,11 +78,14 @@ double compare_with_units(const Experiment& e, const Asked& asked, int jobs) {
 
 std::string name_joint(const Experiment& e, const GearRatio& ratio) { return e.robot.tree.joint(ratio.joint).name; }
 
-std::string say_value(const GearRatio& ratio) { return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2); }
+std::string say_value(const GearRatio& ratio) {
+  return number(ratio.ratio, 4) + " +- " + number(kNinetyFive * ratio.std, 2);
+}
 
 Json make_scale(const Experiment& e, const GearRatio& ratio) {
-  return state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}},
-                          {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}});
+  return state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain),
+                           {{"sensor", e.signal_name(ratio.joint, Quantity::kPosition)}},
+                           {{"scale", make_value(round_to(ratio.ratio, 5), round_to(ratio.std, 3), "1")}});
 }
 
 }  // namespace
@@ -93,7 +99,8 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     if (list.empty()) break;
     const Asked asked = ask(now, data, list, jobs);
     if (asked.gain < kConventionNats) break;
-    const double over_others = std::min(compare_with_zeros(now, data, asked, jobs), compare_with_units(now, asked, jobs));
+    const double over_others =
+        std::min(compare_with_zeros(now, data, asked, jobs), compare_with_units(now, asked, jobs));
     if (over_others < -kConventionNats) break;
     if (!asked.ratio.agreed || over_others < kConventionNats) {
       out.doubted.push_back(asked.ratio);
@@ -111,16 +118,18 @@ Experiment convert_ratios(Experiment e, const Ratios& ratios) {
 }
 
 std::string describe(const Experiment& e, const GearRatio& ratio) {
-  return "the angles of " + name_joint(e, ratio) + " divided by " + number(ratio.ratio, 4) + (ratio.of_motor ? ", its efforts taken times that" : "");
+  return "the angles of " + name_joint(e, ratio) + " divided by " + number(ratio.ratio, 4) +
+         (ratio.of_motor ? ", its efforts taken times that" : "");
 }
 
 Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
   Json f = make_scale(e, ratio);
   f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = kSurest;
   f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3), f["of_log"] = true;
-  f["statement"] = e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
-                   " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +
-                   (ratio.of_motor ? " The effort is the motor's, too: it was multiplied by the ratio." : "");
+  f["statement"] =
+      e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
+      " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +
+      (ratio.of_motor ? " The effort is the motor's, too: it was multiplied by the ratio." : "");
   f["alternatives"] = Json::array();
   return f;
 }
@@ -128,13 +137,16 @@ Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
 void doubt_ratios(const Experiment& e, const Ratios& ratios, Reports* reports) {
   for (const GearRatio& ratio : ratios.doubted) {
     const std::string joint = name_joint(e, ratio);
-    const std::string text = e.signal_name(ratio.joint, Quantity::kPosition) + ": the efforts agree better with angles divided by " + say_value(ratio) +
-                             "; is this the angle of the motor, or is the gear another one? The recordings do not tell it clearly, so nothing was converted";
+    const std::string text = e.signal_name(ratio.joint, Quantity::kPosition) +
+                             ": the efforts agree better with angles divided by " + say_value(ratio) +
+                             "; is this the angle of the motor, or is the gear another one? The recordings do not tell "
+                             "it clearly, so nothing was converted";
     reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
     for (Json& f : reports->report["findings"]) {
       if (f["where"].value("joint", "") != joint && !f["where"].contains("link")) continue;
       make_ambiguous(&f);
-      f["statement"] = f.value("statement", "") + " Or the recorded angle of " + joint + " is " + number(ratio.ratio, 3) + " times the joint's.";
+      f["statement"] = f.value("statement", "") + " Or the recorded angle of " + joint + " is " +
+                       number(ratio.ratio, 3) + " times the joint's.";
       f["alternatives"].push_back(make_scale(e, ratio));
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recorded angles that are not the joint's (measurement/gear_ratios.h): whether another ratio explains the efforts better
-// than every effect of the list does with angles as logged, and what a report says of it.
+// Recorded angles that are not the joint's (measurement/gear_ratios.h): whether another ratio explains the efforts
+// better than every effect of the list does with angles as logged, and what a report says of it.
 #pragma once
 
 #include <string>
@@ -26,7 +26,8 @@ std::string describe(const Experiment& experiment, const GearRatio& ratio);
 
 Json make_ratio_finding(const Experiment& as_logged, const GearRatio& ratio);
 
-// What is named at a joint with a doubted ratio, or at any link: ambiguous, with the ratio as the alternative. Asks for it.
+// What is named at a joint with a doubted ratio, or at any link: ambiguous, with the ratio as the alternative. Asks for
+// it.
 void doubt_ratios(const Experiment& as_logged, const Ratios& ratios, Reports* reports);
 
 }  // namespace hrp::diagnosis

@@ -20,10 +20,10 @@ const EffortUnit* find_turned(const std::vector<EffortUnit>& units) {
   return at == units.end() ? nullptr : &*at;
 }
 
-// A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an effort then
-// looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are logged clearly better,
-// nothing else is off. Drives that count the torque on the motor, not on the link, turn the signs of all efforts: that is one
-// convention, while each zero is a value of its own.
+// A zero that is off by half a turn turns the sign of the weight's torque, but not that of the bodies' inertia: an
+// effort then looks like one with its sign turned, or in another unit. If zeros alone explain efforts as they are
+// logged clearly better, nothing else is off. Drives that count the torque on the motor, not on the link, turn the
+// signs of all efforts: that is one convention, while each zero is a value of its own.
 void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   const Experiment in_time = convert_motion(e, *out);
   const std::vector<RefutedFriction> friction = find_refuted_friction(in_time);
@@ -35,7 +35,9 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   if (find_turned(out->units)) {
     const Experiment turned = turn_efforts(in_time, list_efforts(in_time));
     const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
-    if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) < kConventionNats + zeros_cost) return;
+    if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) <
+        kConventionNats + zeros_cost)
+      return;
   }
   const Experiment in_zeros = convert_zeros(in_time, zeros);  // outlives its data
   const TorqueData at_zeros = make_torque_data(in_zeros);
@@ -51,7 +53,8 @@ LogConventions find_of_joints(const Experiment& e, int jobs) {
   const Experiment whole = return_torque(e, out.absent.part);
   if (out.absent.part != Absent::kNothing) data = make_torque_data(whole);
   check_exchanged_joints(data, jobs);
-  // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or mounting.
+  // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or
+  // mounting.
   if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
   const Experiment of_links = convert_ratios(whole, out.ratios);
   out.commands = find_late_commands(of_links, jobs);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What logs of a robot on a fixed base count otherwise than the model, in the order in which one fault looks like another: signs
-// of efforts, torque that is not in them, angles of motors, late commands, units, friction that is not there, zeros, gravity.
+// What logs of a robot on a fixed base count otherwise than the model, in the order in which one fault looks like
+// another: signs of efforts, torque that is not in them, angles of motors, late commands, units, friction that is not
+// there, zeros, gravity.
 #pragma once
 
 #include "diagnosis/conventions/log_conventions.h"

@@ -26,12 +26,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kSteps = 20;         // delays to try up to the longest: 5 ms
-constexpr double kFilters[] = {0.005, 0.01, 0.015, 0.02, 0.03, 0.04};  // [s] time constants to try, as firmware has them
-constexpr int kSigned = 3;         // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
+constexpr int kSteps = 20;  // delays to try up to the longest: 5 ms
+constexpr double kFilters[] = {0.005, 0.01, 0.015,
+                               0.02,  0.03, 0.04};  // [s] time constants to try, as firmware has them
+constexpr int kSigned = 3;  // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
 
-// Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first three is
-// negative.
+// Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first
+// three is negative.
 double calc_left(const UnitRows& rows) {
   const Eigen::VectorXd missing = rows.effort - rows.tau;
   double least = 1e300;
@@ -54,7 +55,9 @@ struct LeftByDrives {
   double logs = 0.0, samples = 0.0;
   int joints = 0;
 
-  double calc_share(const LeftByDrives& of) const { return joints > 0 && joints == of.joints ? std::exp((logs - of.logs) / joints) : 1.0; }
+  double calc_share(const LeftByDrives& of) const {
+    return joints > 0 && joints == of.joints ? std::exp((logs - of.logs) / joints) : 1.0;
+  }
 };
 
 LeftByDrives find_left(const Experiment& e) {
@@ -86,7 +89,8 @@ bool has_rates(const Experiment& e) {
 
 bool has_damping(const Experiment& e) {
   const Plant plant = make_plant(e, {});
-  return std::any_of(plant.laws.begin(), plant.laws.end(), [](const JointLaws& laws) { return laws.kp > 0.0 && laws.kd > 0.0; });
+  return std::any_of(plant.laws.begin(), plant.laws.end(),
+                     [](const JointLaws& laws) { return laws.kp > 0.0 && laws.kd > 0.0; });
 }
 
 // Central differences: commands have no noise.
@@ -101,14 +105,16 @@ std::vector<double> differentiate(const std::vector<double>& time, const std::ve
 
 // The recording with commands that were logged `delay` later, as long as there are any.
 Recording advance(const Recording& logged, double delay) {
-  const auto end = std::upper_bound(logged.time.begin(), logged.time.end(), logged.time.back() - delay) - logged.time.begin();
+  const auto end =
+      std::upper_bound(logged.time.begin(), logged.time.end(), logged.time.back() - delay) - logged.time.begin();
   Recording out = cut_recording(logged, 0, static_cast<size_t>(std::max<std::ptrdiff_t>(1, end)));
   out.spec.name = logged.spec.name;
   for (size_t j = 0; j < out.joints.size(); ++j) {
     const JointColumns& in = logged.joints[j];
     for (size_t k = 0; k < out.size(); ++k) {
       if (!in.command.empty()) out.joints[j].command[k] = interpolate(logged.time, in.command, out.time[k] + delay, k);
-      if (!in.command_rate.empty()) out.joints[j].command_rate[k] = interpolate(logged.time, in.command_rate, out.time[k] + delay, k);
+      if (!in.command_rate.empty())
+        out.joints[j].command_rate[k] = interpolate(logged.time, in.command_rate, out.time[k] + delay, k);
     }
   }
   return out;
@@ -137,12 +143,14 @@ LateCommands make_rate() {
 // Without a delay at which less than half is left, 0.
 LateCommands find_delay(const Experiment& e, const LeftByDrives& logged) {
   std::vector<double> share{1.0};
-  for (int i = 1; i <= kSteps; ++i) share.push_back(find_left(convert_commands(e, make_delay(i * kLongest / kSteps))).calc_share(logged));
+  for (int i = 1; i <= kSteps; ++i)
+    share.push_back(find_left(convert_commands(e, make_delay(i * kLongest / kSteps))).calc_share(logged));
   const auto best = std::min_element(share.begin(), share.end()) - share.begin();
   if (best == 0 || best == kSteps || !(share[static_cast<size_t>(best)] < kHalf)) return {};
   const auto b = static_cast<size_t>(best);
   const double step = kLongest / kSteps, bend = share[b - 1] + share[b + 1] - 2.0 * share[b];
-  LateCommands late = make_delay(step * (static_cast<double>(best) + calc_vertex(share[b - 1], share[b], share[b + 1])));
+  LateCommands late =
+      make_delay(step * (static_cast<double>(best) + calc_vertex(share[b - 1], share[b], share[b + 1])));
   // Least squares: what is left grows by its n-th part at one standard deviation. Bounds of friction and rotor bend the
   // curve, so that a parabola tells no more than a quarter of a step.
   late.std = step * std::hypot(kPart, std::sqrt(2.0 * share[b] / (bend * std::max(1.0, logged.samples))));
@@ -154,19 +162,23 @@ bool has_late_damping(const Experiment& e) {
   const Plant plant = make_plant(e, {});
   const std::vector<VelocityReading> velocity = find_velocity_readings(e);
   for (size_t j = 0; j < velocity.size(); ++j) {
-    if (velocity[j].is_late() && plant.laws[j].kd > 0.0 && find_effort_source(e, j) == EffortSource::kServoLaw) return true;
+    if (velocity[j].is_late() && plant.laws[j].kd > 0.0 && find_effort_source(e, j) == EffortSource::kServoLaw)
+      return true;
   }
   return false;
 }
 
 // The velocity of a joint behind a filter 1 / (T s + 1).
 std::vector<double> filter_velocity(const Recording& r, const JointColumns& joint, double time) {
-  std::vector<double> rate = joint.has(Quantity::kVelocity) ? fill_gaps(joint.signal[1]) : differentiate(r.time, fill_gaps(joint.signal[0]));
-  for (size_t k = 1; k < rate.size(); ++k) rate[k] = rate[k - 1] + (1.0 - std::exp((r.time[k - 1] - r.time[k]) / time)) * (rate[k] - rate[k - 1]);
+  std::vector<double> rate =
+      joint.has(Quantity::kVelocity) ? fill_gaps(joint.signal[1]) : differentiate(r.time, fill_gaps(joint.signal[0]));
+  for (size_t k = 1; k < rate.size(); ++k)
+    rate[k] = rate[k - 1] + (1.0 - std::exp((r.time[k - 1] - r.time[k]) / time)) * (rate[k] - rate[k - 1]);
   return rate;
 }
 
-// The filter that leaves least of those that are tried; 0 if it does not leave less than half of what the sharp velocity does.
+// The filter that leaves least of those that are tried; 0 if it does not leave less than half of what the sharp
+// velocity does.
 double find_filter(const Experiment& e, const LeftByDrives& sharp) {
   double least = kHalf, best = 0.0;
   for (double time : kFilters) {
@@ -176,23 +188,27 @@ double find_filter(const Experiment& e, const LeftByDrives& sharp) {
   return best;
 }
 
-// Which of the two explains more with physical sizes of everything else: no rotor is below zero. In N m, because the efforts by the
-// two laws differ in size.
+// Which of the two explains more with physical sizes of everything else: no rotor is below zero. In N m, because the
+// efforts by the two laws differ in size.
 LateCommands find_late_damping(const Experiment& e, const LeftByDrives& sharp, int jobs) {
   const bool logged = has_late_damping(e);
   const double filter = logged || !has_damping(e) ? 0.0 : find_filter(e, sharp);
   if (!logged && filter == 0.0) return {};
   const LateCommands late = make_filter(filter);
-  const double gain = compare_torques(fit_list(convert_commands(e, late), jobs), fit_list(e, jobs)) - (logged ? 0.0 : kWholeGain);
+  const double gain =
+      compare_torques(fit_list(convert_commands(e, late), jobs), fit_list(e, jobs)) - (logged ? 0.0 : kWholeGain);
   return gain > kConventionNats ? late : LateCommands{};
 }
 
 LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged, int jobs) {
   LateCommands late = find_delay(e, logged), rate;
-  rate.of_rate = !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
+  rate.of_rate =
+      !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
   if (!late.any() && !rate.any()) return {};
   const ListFit as_logged = fit_list(e, jobs);
-  const auto judge = [&](const LateCommands& c) { return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0; };
+  const auto judge = [&](const LateCommands& c) {
+    return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0;
+  };
   const double of_delay = judge(late) - kWholeGain, of_rate = judge(rate);
   if (std::max(of_delay, of_rate) < kConventionNats) return {};
   rate.delay = late.delay, rate.std = late.std;
@@ -210,7 +226,8 @@ LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (!damping.any()) return moved;
   const Experiment damped = convert_commands(e, damping);
   // Late commands and rates that were not logged leave a rotor below zero, too.
-  if (moved.any() && compare_torques(fit_list(convert_commands(e, moved), jobs), fit_list(damped, jobs)) > 0.0) return moved;
+  if (moved.any() && compare_torques(fit_list(convert_commands(e, moved), jobs), fit_list(damped, jobs)) > 0.0)
+    return moved;
   LateCommands out = find_moved_commands(damped, find_left(damped), jobs);
   out.damps_late = true, out.filter = damping.filter;
   return out;
@@ -220,8 +237,10 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
   for (Recording& r : e.recordings) {
     for (size_t j = 0; j < r.joints.size() && late.damps_late; ++j) {
       const JointColumns& joint = r.joints[j];
-      if (late.filter > 0.0 && joint.has(Quantity::kPosition)) r.other[name_servo_rate(j)] = filter_velocity(r, joint, late.filter);
-      else if (joint.has(Quantity::kVelocity)) r.other[name_servo_rate(j)] = joint.signal[static_cast<size_t>(Quantity::kVelocity)];
+      if (late.filter > 0.0 && joint.has(Quantity::kPosition))
+        r.other[name_servo_rate(j)] = filter_velocity(r, joint, late.filter);
+      else if (joint.has(Quantity::kVelocity))
+        r.other[name_servo_rate(j)] = joint.signal[static_cast<size_t>(Quantity::kVelocity)];
     }
     if (!late.is_of_commands()) continue;
     if (!late.of_rate) {
@@ -237,14 +256,19 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
 }
 
 std::string describe(const LateCommands& late) {
-  const std::string how = late.filter > 0.0 ? "behind a filter of about " + number(1e3 * late.filter, 2) + " ms" : "as they were logged, late";
-  std::string damping = late.damps_late ? "the servos damp with the velocities " + how + "; the simulator's servo has no such filter" : "";
+  const std::string how = late.filter > 0.0 ? "behind a filter of about " + number(1e3 * late.filter, 2) + " ms"
+                                            : "as they were logged, late";
+  std::string damping =
+      late.damps_late ? "the servos damp with the velocities " + how + "; the simulator's servo has no such filter"
+                      : "";
   if (!late.is_of_commands()) return damping;
-  const std::string rate = "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
-  const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " + number(1e3 * kNinetyFive * late.std, 2) +
-                          " ms late: the servos acted on them before";
+  const std::string rate =
+      "the servos damp the error of the velocity, kd (r' - q'), but no commanded velocity was logged";
+  const std::string log = "the log of the commands is " + number(1e3 * late.delay, 3) + " +- " +
+                          number(1e3 * kNinetyFive * late.std, 2) + " ms late: the servos acted on them before";
   const std::string first = late.of_rate ? rate + "; it is taken from the commanded positions" : log;
-  return (damping.empty() ? "" : damping + ". ") + first + (late.either ? ". Hardly told from this: " + (late.of_rate ? log : rate) : "");
+  return (damping.empty() ? "" : damping + ". ") + first +
+         (late.either ? ". Hardly told from this: " + (late.of_rate ? log : rate) : "");
 }
 
 Json make_late_finding(const Experiment& e, const LateCommands& late) {
@@ -252,7 +276,8 @@ Json make_late_finding(const Experiment& e, const LateCommands& late) {
   // A log that writes values one cycle late is off by a period.
   const bool sure = !late.either && late.delay - kNinetyFive * late.std > e.sample_time;
   const Json delay = make_value(round_to(late.delay, 4), round_to(late.std, 3), "s");
-  Json f = make_finding_head(get_late_reading(), {{"sensor", "/joint_commands"}}, {{"delay", delay}}, sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
+  Json f = make_finding_head(get_late_reading(), {{"sensor", "/joint_commands"}}, {{"delay", delay}},
+                             sure ? Grade::kSupported : Grade::kAmbiguous, 1.0);
   if (late.either) f["probability"] = kHalf;
   f["of_log"] = true;
   f["statement"] = "/joint_commands: " + describe(late) + ".";

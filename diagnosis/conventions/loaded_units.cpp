@@ -13,10 +13,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kSteps = 60;          // of Gauss-Newton; ten are enough but for loads that are hardly told
-constexpr double kSettled = 1e-7;   // [nats] change at which they end
+constexpr int kSteps = 60;         // of Gauss-Newton; ten are enough but for loads that are hardly told
+constexpr double kSettled = 1e-7;  // [nats] change at which they end
 constexpr double kJackknife = (kFolds - 1.0) / kFolds;
-constexpr double kHand = 0.1;       // [m] a load nearer to the link's origin has no moment to speak of
+constexpr double kHand = 0.1;             // [m] a load nearer to the link's origin has no moment to speak of
 constexpr long kSeen = kLoadColumns + 2;  // columns of y, tau, load
 using Seen = Eigen::Matrix<double, kSeen, kSeen>;
 using Load = Eigen::Matrix<double, kLoadColumns, 1>;
@@ -28,8 +28,10 @@ std::vector<Term> list_beside(const TorqueData& data, int joint) {
   std::vector<Term> list, scanned;
   for (const Term& term : list_joint_terms(data, joint)) {
     const TermRow& row = *term.row;
-    if (row.excess) scanned.push_back(term);
-    else if (is_spring(term) || (row.of_motor_and_gear && !row.backwards)) list.push_back(term);
+    if (row.excess)
+      scanned.push_back(term);
+    else if (is_spring(term) || (row.of_motor_and_gear && !row.backwards))
+      list.push_back(term);
   }
   if (!scanned.empty()) list.push_back(scanned[scanned.size() / 2]);
   std::stable_partition(list.begin(), list.end(), [](const Term& t) { return !is_spring(t); });
@@ -48,19 +50,23 @@ Rows collect(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
   long width = 0;
   for (const Term& t : terms) width += t.columns();
   const bool spring = !terms.empty() && is_spring(terms.back());
-  Rows rows{Eigen::MatrixXd(efforts.tau.size(), width + (spring ? 0 : 2) + 2 + loads.cols()), width + (spring ? -1 : 1)};
+  Rows rows{Eigen::MatrixXd(efforts.tau.size(), width + (spring ? 0 : 2) + 2 + loads.cols()),
+            width + (spring ? -1 : 1)};
   long at = 0;
   for (const TorqueRecording& r : data.recordings) {
     if (!r.train) continue;
     Eigen::MatrixXd own(r.kept(), width);
     long column = 0;
-    for (const Term& t : terms) own.middleCols(column, t.columns()) = calc_joint_columns(data, r, t), column += t.columns();
+    for (const Term& t : terms)
+      own.middleCols(column, t.columns()) = calc_joint_columns(data, r, t), column += t.columns();
     for (long k = 0; k < r.kept(); ++k) {
       if (r.use(k, joint)) rows.X.row(at++).head(width) = own.row(k);
     }
   }
-  if (!spring) rows.X.col(width).setOnes(), rows.X.col(width + 1).setZero();
-  else rows.X.col(width - 2).swap(rows.X.col(width - 1));  // k q, constant: the constant is no sign of a spring
+  if (!spring)
+    rows.X.col(width).setOnes(), rows.X.col(width + 1).setZero();
+  else
+    rows.X.col(width - 2).swap(rows.X.col(width - 1));  // k q, constant: the constant is no sign of a spring
   rows.X.rightCols(loads.cols() + 2) << efforts.effort, efforts.tau, loads;
   return rows;
 }
@@ -93,7 +99,8 @@ struct Sums {
 Sums sum_up(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
   const Rows rows = collect(data, joint, loads);
   const long n = rows.X.rows(), width = rows.X.cols();
-  Sums out{joint, rows.beside, static_cast<double>(n), 0.0, std::vector<Eigen::MatrixXd>(kFolds, Eigen::MatrixXd::Zero(width, width))};
+  Sums out{joint, rows.beside, static_cast<double>(n), 0.0,
+           std::vector<Eigen::MatrixXd>(kFolds, Eigen::MatrixXd::Zero(width, width))};
   for (long f = 0; f < kFolds; ++f) {
     const auto part = rows.X.middleRows(f * n / kFolds, (f + 1) * n / kFolds - f * n / kFolds);
     out.folds[static_cast<size_t>(f)] = part.transpose() * part;
@@ -123,7 +130,8 @@ Profile profile(const Seen& s, const Load& p) {
 double calc_part(const Seen& s, const Load& p) {
   Eigen::Matrix<double, kSeen - 1, 1> u;
   u << 1.0, p;
-  const double all = u.dot(s.bottomRightCorner<kSeen - 1, kSeen - 1>() * u), load = p.dot(s.bottomRightCorner<kLoadColumns, kLoadColumns>() * p);
+  const double all = u.dot(s.bottomRightCorner<kSeen - 1, kSeen - 1>() * u),
+               load = p.dot(s.bottomRightCorner<kLoadColumns, kLoadColumns>() * p);
   return all > 0.0 ? std::sqrt(std::max(0.0, load) / all) : 1.0;
 }
 
@@ -172,7 +180,8 @@ class Fit {
       const double xx = std::max(1e-300, u.dot(xu)), weight = sums_[i].independent / at.left;
       const Load lu = xu.tail<kLoadColumns>();
       const Load ly = s.col(0).tail<kLoadColumns>() - at.scale * lu;
-      A += weight * at.scale * at.scale * (s.bottomRightCorner<kLoadColumns, kLoadColumns>() - lu * lu.transpose() / xx);
+      A +=
+          weight * at.scale * at.scale * (s.bottomRightCorner<kLoadColumns, kLoadColumns>() - lu * lu.transpose() / xx);
       b += weight * at.scale * ly;
     }
     return A.completeOrthogonalDecomposition().solve(b);
@@ -194,7 +203,8 @@ class Search {
  public:
   Search(const TorqueData& data, const std::vector<int>& joints) : data_(data) {
     std::vector<Term> loads;
-    for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link) loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
+    for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link)
+      loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
     const std::vector<Eigen::MatrixXd> columns = collect_loads(data, joints, loads);
     for (size_t i = 0; i < joints.size(); ++i) sums_.push_back(sum_up(data, joints[i], columns[i]));
     for (const Term& load : loads) links_.push_back(load.place);
@@ -249,8 +259,8 @@ class Search {
     return best;
   }
 
-  // Values with deviations by the jackknife, one stretch left out at a time, and by what springs everywhere would change:
-  // the jackknife does not see what is wrong in all stretches alike.
+  // Values with deviations by the jackknife, one stretch left out at a time, and by what springs everywhere would
+  // change: the jackknife does not see what is wrong in all stretches alike.
   void fill(const Choice& c, LoadedUnits* out) const {
     const long link = std::max(0L, c.link);
     const Fit all(sums_, c.springs, link);
@@ -268,9 +278,11 @@ class Search {
     for (size_t i = 0; i < sums_.size(); ++i) {
       const Profile at = profile(all.get(i), c.p);
       double square = std::pow(1.0 / profile(freely.get(i), free.p).scale - 1.0 / at.scale, 2);
-      for (size_t f = 0; f < parts.size(); ++f) square += kJackknife * std::pow(1.0 / profile(parts[f].get(i), loads[f]).scale - 1.0 / at.scale, 2);
+      for (size_t f = 0; f < parts.size(); ++f)
+        square += kJackknife * std::pow(1.0 / profile(parts[f].get(i), loads[f]).scale - 1.0 / at.scale, 2);
       if (c.link >= 0) out->of_torque = std::max(out->of_torque, out->blur * calc_part(all.get(i), c.p));
-      LoadedUnit unit{sums_[i].joint, 1.0 / at.scale, std::sqrt(square), at.share, std::sqrt(at.moved / sums_[i].samples)};
+      LoadedUnit unit{sums_[i].joint, 1.0 / at.scale, std::sqrt(square), at.share,
+                      std::sqrt(at.moved / sums_[i].samples)};
       weigh_spring(c, i, &unit);
       out->joints.push_back(unit);
     }
@@ -288,7 +300,8 @@ class Search {
     for (int spring : {0, 1}) {
       c.springs[i] = static_cast<char>(spring);
       const Choice with = fit(c.link, c.springs);
-      nats[spring] = with.nats, scale[spring] = 1.0 / profile(sums_[i].see(spring != 0, std::max(0L, c.link), -1), with.p).scale;
+      nats[spring] = with.nats,
+      scale[spring] = 1.0 / profile(sums_[i].see(spring != 0, std::max(0L, c.link), -1), with.p).scale;
     }
     const double p = 1.0 / (1.0 + std::exp(std::clamp(nats[1] - nats[0], -300.0, 300.0)));
     unit->std = std::hypot(unit->std, std::sqrt(p * (1.0 - p)) * (scale[1] - scale[0]));
@@ -297,11 +310,15 @@ class Search {
   const TorqueData& data_;
   std::vector<Sums> sums_;
   std::vector<int> links_;
-  const double spring_cost_ = std::find_if(list_term_rows().begin(), list_term_rows().end(), [](const TermRow& r) { return r.constant > 0; })->cost;
+  const double spring_cost_ = std::find_if(list_term_rows().begin(), list_term_rows().end(), [](const TermRow& r) {
+                                return r.constant > 0;
+                              })->cost;
 };
 
 }  // namespace
 
-LoadedUnits find_loaded_units(const TorqueData& data, const std::vector<int>& joints) { return joints.empty() ? LoadedUnits{} : Search(data, joints).run(); }
+LoadedUnits find_loaded_units(const TorqueData& data, const std::vector<int>& joints) {
+  return joints.empty() ? LoadedUnits{} : Search(data, joints).run();
+}
 
 }  // namespace hrp::diagnosis

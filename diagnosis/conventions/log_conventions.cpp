@@ -25,7 +25,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
 // Standard deviation: the bracket is where the scale can be at all.
 double calc_std(const EffortUnit& unit) {
   return std::max(kBlur * unit.scale, 0.5 * std::abs(unit.high - unit.low) / kNinetyFive);
@@ -33,7 +32,8 @@ double calc_std(const EffortUnit& unit) {
 
 // Share of squares that goes away when efforts are taken in that unit, held out where something is.
 double calc_share(const TorqueData& data, const EffortUnit& unit) {
-  const bool held = std::any_of(data.recordings.begin(), data.recordings.end(), [](const TorqueRecording& r) { return !r.train; });
+  const bool held =
+      std::any_of(data.recordings.begin(), data.recordings.end(), [](const TorqueRecording& r) { return !r.train; });
   double before = 0.0, after = 0.0;
   for (const TorqueRecording& r : data.recordings) {
     if (held && r.train) continue;
@@ -46,7 +46,8 @@ double calc_share(const TorqueData& data, const EffortUnit& unit) {
 }
 
 // A fault of the log with one parameter.
-Json make_finding(const EffectInfo& effect, const Json& where, const char* parameter, const Json& value, double share, Grade grade = Grade::kSupported) {
+Json make_finding(const EffectInfo& effect, const Json& where, const char* parameter, const Json& value, double share,
+                  Grade grade = Grade::kSupported) {
   Json f = make_finding_head(effect, where, {{parameter, value}}, grade, share);
   f["of_log"] = true;
   return f;
@@ -59,8 +60,8 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
   const Json scale = make_value(round_to(unit.scale, 5), round_to(std, 3), "1");
   const Json inverse = make_value(round_to(1.0 / unit.scale, 5), round_to(std / (unit.scale * unit.scale), 3), "1");
   const bool sure = !unit.by_others && !unit.at_least && !is_load_or_unit(unit);
-  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), {{"joint", joint}}, "scale", scale, calc_share(data, unit),
-                        sure ? Grade::kSupported : Grade::kAmbiguous);
+  Json f = make_finding(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain), {{"joint", joint}}, "scale", scale,
+                        calc_share(data, unit), sure ? Grade::kSupported : Grade::kAmbiguous);
   if (unit.at_least) f["at_least"] = true;
   if (unit.of_gains) {
     f["alternatives"] = Json::array();
@@ -69,13 +70,20 @@ Json make_unit_finding(const TorqueData& data, const EffortUnit& unit) {
     return f;
   }
   std::string statement = joint + ": the effort is no torque: one logged unit is " + number(unit.scale, 3) + " +- " +
-                          number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") + " (a motor's current, or a share?).";
-  if (unit.by_others) statement += " This joint cannot tell; the value is its neighbours'.";
-  else if (unit.at_least) statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
-  if (is_load_or_unit(unit)) statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
+                          number(kNinetyFive * std, 2) + " " + get_joint_unit(e.robot.tree.joint(unit.joint), "N m") +
+                          " (a motor's current, or a share?).";
+  if (unit.by_others)
+    statement += " This joint cannot tell; the value is its neighbours'.";
+  else if (unit.at_least)
+    statement += " This is a lower bound: with a rotor, or with more inertia than the model has, the unit is larger.";
+  if (is_load_or_unit(unit))
+    statement += " Or the robot carries a load and the unit is another: this motion does not tell.";
   f["statement"] = statement;
-  f["alternatives"] = Json::array({state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", column}}, {{"scale", inverse}})});
-  if (is_load_or_unit(unit)) f["alternatives"].push_back(state_alternative(get_effect(EffectId::kPayload), {{"link", e.robot.tree.links.back().name}}, Json::object()));
+  f["alternatives"] = Json::array({state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain),
+                                                     {{"sensor", column}}, {{"scale", inverse}})});
+  if (is_load_or_unit(unit))
+    f["alternatives"].push_back(
+        state_alternative(get_effect(EffectId::kPayload), {{"link", e.robot.tree.links.back().name}}, Json::object()));
   return f;
 }
 
@@ -88,7 +96,8 @@ Json make_turned_leg_finding(const Experiment& e, int joint, double left) {
 
 Json make_body_finding(const floating::BodyUnit& unit) {
   const Json scale = make_value(round_to(unit.scale, 5), round_to(kKnown * std::abs(unit.scale), 3), "1");
-  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", unit.sensor}}, "scale", scale, 1.0);
+  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), {{"sensor", unit.sensor}}, "scale",
+                        scale, 1.0);
   f["statement"] = unit.sensor + ": " + unit.meaning + ".";
   f["alternatives"] = Json::array();
   if (!unit.may_hang) return f;
@@ -96,18 +105,25 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
   f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
   const Json rpy = make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad");
-  f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), {{"sensor", imu}}, {{"rpy", rpy}}));
+  f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry),
+                                                {{"sensor", imu}}, {{"rpy", rpy}}));
   return f;
 }
 
-const char* name_absent(Absent part) { return part == Absent::kWeight ? "the weight of the model" : "all torque of the model's bodies"; }
+const char* name_absent(Absent part) {
+  return part == Absent::kWeight ? "the weight of the model" : "all torque of the model's bodies";
+}
 
 Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
   const EffectInfo& effect = get_effect_of(PlaceKind::kNone, EffectFamily::kTorqueOverPosition);
-  Json f = make_finding(effect, {{"link", e.robot.tree.links[0].name}}, "share", make_value(1.0, round_to(kBlur, 3), "1"), 1.0 - absent.left);
-  f["statement"] = absent.part == Absent::kWeight
-                       ? "The logged efforts lack the weight of the links: they are a controller's torque beside its gravity compensation, or something else carries the links. The model's weight was added to them."
-                       : "The logged efforts lack the weight and the inertia of the links, as an estimate of the external torque does. The model's torque was added to them: what is found differs from the model that the estimate used.";
+  Json f = make_finding(effect, {{"link", e.robot.tree.links[0].name}}, "share",
+                        make_value(1.0, round_to(kBlur, 3), "1"), 1.0 - absent.left);
+  f["statement"] =
+      absent.part == Absent::kWeight
+          ? "The logged efforts lack the weight of the links: they are a controller's torque beside its gravity "
+            "compensation, or something else carries the links. The model's weight was added to them."
+          : "The logged efforts lack the weight and the inertia of the links, as an estimate of the external torque "
+            "does. The model's torque was added to them: what is found differs from the model that the estimate used.";
   f["alternatives"] = Json::array();
   return f;
 }
@@ -116,9 +132,11 @@ Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
 Json make_gravity_finding(const floating::GoneGravity& gone) {
   const double std = std::max(gone.left, kBlur);
   const Json value = make_vector({-gone.value.x(), -gone.value.y(), -gone.value.z()}, {std, std, std}, "m/s^2");
-  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gone.sensor}}, "value", value, 1.0);
+  Json f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gone.sensor}}, "value",
+                        value, 1.0);
   f["statement"] = gone.sensor + ": gravity is not in it: on average it reads " + number(gone.left, 2) + " m/s^2 " +
-                   (gone.follows ? "and nothing of how the body leans. A filter took gravity out." : "of 9.8. It was zeroed at rest, or a filter took gravity out.");
+                   (gone.follows ? "and nothing of how the body leans. A filter took gravity out."
+                                 : "of 9.8. It was zeroed at rest, or a filter took gravity out.");
   f["alternatives"] = Json::array();
   return f;
 }
@@ -138,12 +156,14 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
   f["alternatives"] = Json::array();
   if (frame.rival.empty()) return f;
   f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
-  f["statement"] = frame.sensor + v.statement + " Or " + frame.rival + " is off in the other sense: legs that stand do not tell which.";
+  f["statement"] = frame.sensor + v.statement + " Or " + frame.rival +
+                   " is off in the other sense: legs that stand do not tell which.";
   f["alternatives"].push_back(state_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
   return f;
 }
 
-// A turn onto other axes, and a clock that is far off: what a sensor has of both beside that is found in converted recordings.
+// A turn onto other axes, and a clock that is far off: what a sensor has of both beside that is found in converted
+// recordings.
 void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   constexpr double kTurn = 0.05, kDelay = 0.01;  // [rad, s] to which they are told here
   const auto make_rpy = [&](const Matrix3d& R) {
@@ -152,24 +172,30 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
   };
   const auto [Q, signs] = floating::split_signs(frame.R);
   if (signs != Vector3d::Ones()) {
-    const std::string text = ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
+    const std::string text =
+        ": its columns are left-handed: x y z hold " + floating::name_columns(frame.R) + " of the model's axes.";
     const Json value = make_vector({signs.x(), signs.y(), signs.z()}, {kKnown, kKnown, kKnown}, "1");
-    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), "scale", value, value, text}));
+    findings->push_back(make_frame_finding(
+        frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kGain), "scale", value, value, text}));
   }
   if (!Q.isIdentity(1e-9)) {
     const Vector3d rpy = calc_rpy(Q);
     const auto degrees = [](double angle) { return number(std::round(angle * kDegrees) + 0.0, 3); };  // no "-0"
-    const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) + ", pitch " + degrees(rpy.y()) + ", yaw " +
-                             degrees(rpy.z()) + " degrees.";
-    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry), "rpy", make_rpy(Q), make_rpy(Q.transpose()), text}));
+    const std::string text = ": it is mounted otherwise than the model says, turned by roll " + degrees(rpy.x()) +
+                             ", pitch " + degrees(rpy.y()) + ", yaw " + degrees(rpy.z()) + " degrees.";
+    findings->push_back(make_frame_finding(frame, {get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry),
+                                                   "rpy", make_rpy(Q), make_rpy(Q.transpose()), text}));
   }
   if (frame.late == 0.0) return;
   const double late = round_to(frame.late, 3);
-  const std::string text = ": its clock is " + number(std::abs(late), 3) + " s " + (late > 0.0 ? "behind" : "ahead of") + " that of the encoders. It was moved.";
-  findings->push_back(make_frame_finding(frame, {get_late_reading(), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
+  const std::string text = ": its clock is " + number(std::abs(late), 3) + " s " +
+                           (late > 0.0 ? "behind" : "ahead of") + " that of the encoders. It was moved.";
+  findings->push_back(make_frame_finding(
+      frame, {get_late_reading(), "delay", make_value(late, kDelay, "s"), make_value(-late, kDelay, "s"), text}));
 }
 
-// What the capture's body has of a turn, and its clock. A world with another axis up and an order of numbers are no effects.
+// What the capture's body has of a turn, and its clock. A world with another axis up and an order of numbers are no
+// effects.
 void add_pose_findings(const floating::PoseFrame& pose, Json* findings) {
   floating::SensorFrame frame;
   frame.sensor = "/base/pose", frame.R = pose.R_body.transpose(), frame.late = pose.late, frame.left = pose.left;
@@ -184,15 +210,17 @@ bool is_first_and_level(const Experiment& e, int joint) {
   return axis_W.normalized().cross(down_W).norm() > kNearlyAll;
 }
 
-// Another zero turns the last link's centre of mass about the joint's axis, which is the same motion of the same weight. A centre
-// of mass that is off by more than half its distance from the axis is none that anybody stated.
+// Another zero turns the last link's centre of mass about the joint's axis, which is the same motion of the same
+// weight. A centre of mass that is off by more than half its distance from the axis is none that anybody stated.
 void add_turned_centre(const Experiment& e, const JointZero& zero, Json* f) {
   const std::optional<LastLink> last = find_last_link(e.robot.tree, zero.joint);
   if (!last || zero.turned || 2.0 * std::sin(0.5 * std::min(std::abs(zero.offset), M_PI)) > kHalf) return;
   const Vector3d turned = std::cos(zero.offset) * last->out - std::sin(zero.offset) * last->turn;
   const Vector3d moved = last->length * (turned - last->out), width = zero.std * last->length * last->turn.cwiseAbs();
   const Json offset = make_vector({moved.x(), moved.y(), moved.z()}, {width.x(), width.y(), width.z()}, "m");
-  (*f)["alternatives"].push_back(state_alternative(get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}}, {{"offset", offset}}));
+  (*f)["alternatives"].push_back(state_alternative(
+      get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}},
+      {{"offset", offset}}));
   (*f)["grade"] = get_grade_name(Grade::kAmbiguous), (*f)["probability"] = kHalf;
 }
 
@@ -200,11 +228,12 @@ Json make_zero_finding(const Experiment& e, const JointZero& zero, double share)
   const std::string joint = e.robot.tree.joint(zero.joint).name;
   const Json value = make_value(round_to(zero.offset, 5), round_to(zero.std, 3), "rad");
   Json f = make_finding(get_effect(EffectId::kJointOffset), {{"joint", joint}}, "offset", value, share);
-  f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) + " +- " +
-                   number(kNinetyFive * zero.std, 2) + " rad too much.";
+  f["statement"] = joint + ": the joint counts from another zero than the model: it reads " + number(zero.offset, 4) +
+                   " +- " + number(kNinetyFive * zero.std, 2) + " rad too much.";
   f["alternatives"] = Json::array();
   const EffectInfo& tilt = get_effect_of(PlaceKind::kNone, EffectFamily::kZero);
-  if (is_first_and_level(e, zero.joint)) f["alternatives"].push_back(state_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
+  if (is_first_and_level(e, zero.joint))
+    f["alternatives"].push_back(state_alternative(tilt, {{"link", e.robot.tree.links[0].name}}, Json::object()));
   add_turned_centre(e, zero, &f);
   return f;
 }
@@ -218,30 +247,35 @@ void change(const std::function<double(double)>& move, const std::function<doubl
   (*p)["value"] = move((*p)["value"].get<double>());
   (*p)["std"] = spread((*p)["std"].get<double>());
   for (Json& end : (*p)["ci95"]) end = move(end.get<double>());
-  if ((*p)["ci95"].size() == 2 && (*p)["ci95"][0] > (*p)["ci95"][1]) std::swap((*p)["ci95"][0], (*p)["ci95"][1]);  // a factor below zero
+  if ((*p)["ci95"].size() == 2 && (*p)["ci95"][0] > (*p)["ci95"][1])
+    std::swap((*p)["ci95"][0], (*p)["ci95"][1]);  // a factor below zero
 }
 
 // The same effect that was found in converted recordings becomes one of logged recordings: gains multiply, offsets add.
 bool merge(const Json& finding, Json* list) {
   const std::string name = finding["parameters"].begin().key();
-  if (!finding["parameters"][name]["value"].is_number()) return false;  // of a quarter turn what is left is another, small one
+  if (!finding["parameters"][name]["value"].is_number())
+    return false;  // of a quarter turn what is left is another, small one
   const double by = finding["parameters"][name]["value"];
   for (Json& other : *list) {
     if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
     const bool factor = name == "scale";
-    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * std::abs(by) : x; }, &other["parameters"][name]);
+    change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * std::abs(by) : x; },
+           &other["parameters"][name]);
     other["of_log"] = true;
     return true;
   }
   return false;
 }
 
-// In converted recordings nothing was missing, or something that has no name: with what the log counts otherwise, the recordings
-// are explained down to their noise, or partly.
+// In converted recordings nothing was missing, or something that has no name: with what the log counts otherwise, the
+// recordings are explained down to their noise, or partly.
 void add_to_verdict(Json* report) {
   Json& verdict = (*report)["verdict"];
-  if (verdict == get_verdict_name(Verdict::kNoMismatch)) verdict = get_verdict_name(Verdict::kExplained);
-  else if (verdict == get_verdict_name(Verdict::kUnexplained)) verdict = get_verdict_name(Verdict::kPartlyExplained);
+  if (verdict == get_verdict_name(Verdict::kNoMismatch))
+    verdict = get_verdict_name(Verdict::kExplained);
+  else if (verdict == get_verdict_name(Verdict::kUnexplained))
+    verdict = get_verdict_name(Verdict::kPartlyExplained);
 }
 
 // An IMU that the legs know is right by then: what differs from it is the pose.
@@ -250,7 +284,8 @@ void find_frames(const Experiment& in_units, LogConventions* out) {
   out->pose = floating::find_pose_frame(floating::convert_sensor_frames(in_units, out->frames));
 }
 
-// Shares are those of the effort in its unit. No motion of a moving base tells the torque of its joints: all of the servo's law.
+// Shares are those of the effort in its unit. No motion of a moving base tells the torque of its joints: all of the
+// servo's law.
 void add_sign_findings(const Experiment& e, const LogConventions& c, Json* findings) {
   if (e.scenario.floating_base) {
     for (const TurnedEffort& t : c.signs) findings->push_back(make_turned_finding(e, t, 1.0));
@@ -292,33 +327,42 @@ LogConventions find_conventions(const Experiment& e, int jobs) {
   for (int joint : list_turned_by_law(e)) by_law.push_back({joint});
   const Experiment in_law = turn_efforts(e, by_law);
   LogConventions out;
-  if (e.scenario.floating_base) out = find_of_bodies(in_law);
-  else if (e.scenario.drive != "motion" && e.num_joints() > 0) out = find_joint_conventions(in_law, jobs);
+  if (e.scenario.floating_base)
+    out = find_of_bodies(in_law);
+  else if (e.scenario.drive != "motion" && e.num_joints() > 0)
+    out = find_joint_conventions(in_law, jobs);
   out.signs.insert(out.signs.begin(), by_law.begin(), by_law.end());
   return out;
 }
 
 Experiment convert_recordings(const Experiment& e, const LogConventions& c) {
   const Experiment in_torques = convert_zeros(convert_efforts(convert_motion(e, c), c.units), c.zeros);
-  const Experiment in_units = floating::convert_body_units(floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
-  const Experiment in_frames = floating::convert_pose(floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
-  return drop_friction(floating::convert_turned_efforts(floating::convert_whole_readings(in_frames, c.whole), c.efforts), c.friction);
+  const Experiment in_units = floating::convert_body_units(
+      floating::return_gravity(floating::convert_turned_legs(in_torques, c.turned), c.weightless), c.bodies);
+  const Experiment in_frames = floating::convert_pose(
+      floating::convert_sensor_frames(floating::convert_sides(in_units, c.sides), c.frames), c.pose);
+  return drop_friction(
+      floating::convert_turned_efforts(floating::convert_whole_readings(in_frames, c.whole), c.efforts), c.friction);
 }
 
 ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   ConventionRemarks out;
   const auto name = [&](int joint) { return e.robot.tree.joint(joint).name; };
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
-  if (c.absent.part != Absent::kNothing) add(std::string("the logged efforts lack ") + name_absent(c.absent.part) + "; it is put back");
+  if (c.absent.part != Absent::kNothing)
+    add(std::string("the logged efforts lack ") + name_absent(c.absent.part) + "; it is put back");
   if (c.commands.any()) add(describe(c.commands));
   for (const GearRatio& r : c.ratios.found) add(describe(e, r));
   for (const TurnedEffort& t : c.signs) add("the effort of " + name(t.joint) + " is taken with the other sign");
-  for (const EffortUnit& u : c.units) add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
-  for (const JointZero& z : c.zeros) add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
+  for (const EffortUnit& u : c.units)
+    add((u.of_gains ? "gains of " : "the effort of ") + name(u.joint) + " taken times " + number(u.scale, 3));
+  for (const JointZero& z : c.zeros)
+    add("the zero of " + name(z.joint) + " is taken as " + number(z.offset, 4) + " rad");
   for (const floating::GoneGravity& w : c.weightless) add(w.sensor + ": gravity is not in it; it is put back");
   for (const floating::BodyUnit& u : c.bodies) add(u.sensor + ": " + u.meaning);
   for (const floating::SensorFrame& f : c.frames)
-    add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") + (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
+    add(f.sensor + (f.is_turned() ? ": turned onto other axes" : "") +
+        (f.late != 0.0 ? ": its clock is moved by " + number(f.late, 3) + " s" : ""));
   if (c.pose.is_turned()) add("/base/pose: " + floating::describe(c.pose));
   if (c.pose.late != 0.0) add("/base/pose: its clock is moved by " + number(c.pose.late, 3) + " s");
   for (const floating::WholeReading& w : c.whole) add(floating::describe(w));
@@ -326,7 +370,8 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   if (!c.turned.joints.empty()) add(floating::describe_turned_legs(e, c.turned));
   if (!c.efforts.joints.empty()) add(floating::describe_turned_efforts(e, c.efforts));
   for (const RefutedFriction& r : c.friction)
-    add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") + " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
+    add(name(r.joint) + (r.effect->dry ? ": dry" : ": viscous") +
+        " friction of the model is not there: " + number(r.stated, 3) + " stated, " + number(r.found, 3) + " found");
   const std::string exchanged = floating::find_exchanged_legs(convert_recordings(e, c));
   if (!exchanged.empty()) add(exchanged);
   out.not_looked_for = floating::list_not_looked_for(e);
@@ -337,7 +382,8 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   add_refuted_friction(as_logged, c.friction, reports);
   for (const floating::WholeReading& w : c.whole) reports->report["warnings"].push_back(floating::describe(w));
   if (c.sides.any()) reports->report["warnings"].push_back(floating::describe(c.sides));
-  if (!c.turned.joints.empty()) reports->report["warnings"].push_back(floating::describe_turned_legs(as_logged, c.turned));
+  if (!c.turned.joints.empty())
+    reports->report["warnings"].push_back(floating::describe_turned_legs(as_logged, c.turned));
   doubt_untold_units(as_logged, c.untold, reports);
   doubt_least_units(as_logged, c.units, reports);
   doubt_beside_units(as_logged, c.units, reports);
@@ -371,7 +417,8 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   if (!own.empty()) add_to_verdict(&report);  // of a pose's convention nothing but the words below is said
   if (c.commands.any()) report["warnings"].push_back(describe(c.commands));
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
-  const std::string text = "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
+  const std::string text =
+      "logs count otherwise than the model; errors are those of recordings in the model's units and zeros";
   report["warnings"].push_back(text);
   reports->series["notes"].push_back(text);
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Logs of real machines that count otherwise than the model: angles of motors before their gears (measurement/gear_ratios.h),
-// efforts that are currents (conventions/effort_units.h), joints whose zero is elsewhere (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is
-// friction that the model states and that is not there (stated_friction.h). Sensors of a body have units, too
-// (floating/conventions/body_units.h), axes and clocks (floating/conventions/sensor_frames.h), sides (floating/conventions/exchanged_sides.h), and are
-// above the foot or below it (floating/log/whole_readings.h). All else is then judged in the model's own units.
+// Logs of real machines that count otherwise than the model: angles of motors before their gears
+// (measurement/gear_ratios.h), efforts that are currents (conventions/effort_units.h), joints whose zero is elsewhere
+// (measurement/joint_zeros.h). They are found first, taken out of the recordings, and said; so is friction that the
+// model states and that is not there (stated_friction.h). Sensors of a body have units, too
+// (floating/conventions/body_units.h), axes and clocks (floating/conventions/sensor_frames.h), sides
+// (floating/conventions/exchanged_sides.h), and are above the foot or below it (floating/log/whole_readings.h). All
+// else is then judged in the model's own units.
 #pragma once
 
 #include "diagnosis/conventions/absent_torque.h"
@@ -27,12 +29,14 @@
 namespace hrp::diagnosis {
 
 struct LogConventions {
-  std::vector<TurnedEffort> signs;  // efforts with the opposite sign; those by the servo's law are turned where they are read
+  // Efforts with the opposite sign; those by the servo's law are turned where they are read
+  std::vector<TurnedEffort> signs;
   AbsentTorque absent;
   Ratios ratios;
   LateCommands commands;
   std::vector<EffortUnit> units;
-  std::vector<EffortUnit> untold;  // joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
+  // Joints whose recorded effort may be in any unit: neither the motion nor other joints tell it
+  std::vector<EffortUnit> untold;
   std::vector<JointZero> zeros;
   std::vector<RefutedFriction> friction;
   std::vector<floating::GoneGravity> weightless;
@@ -40,14 +44,22 @@ struct LogConventions {
   std::vector<floating::SensorFrame> frames;
   std::vector<floating::WholeReading> whole;
   floating::ExchangedSides sides;
-  floating::TurnedJoints turned, efforts;  // encoders of legs, told by standing feet; efforts of legs, told by the body's balance
+  floating::TurnedJoints turned,
+      efforts;  // encoders of legs, told by standing feet; efforts of legs, told by the body's balance
   floating::PoseFrame pose;
-  bool any() const { return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() || !turned.joints.empty(); }
-  bool counts_otherwise() const { return !signs.empty() || absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() || !efforts.joints.empty() || pose.any(); }
+  bool any() const {
+    return counts_otherwise() || !ratios.doubted.empty() || !friction.empty() || !whole.empty() || sides.any() ||
+           !turned.joints.empty();
+  }
+  bool counts_otherwise() const {
+    return !signs.empty() || absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() ||
+           !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() ||
+           !efforts.joints.empty() || pose.any();
+  }
 };
 
-// Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file and
-// column, where the sense of a joint is turned, or two joints are exchanged.
+// Efforts, zeros and friction for robots on a fixed base, sensors of the body for others. Throws InputError, with file
+// and column, where the sense of a joint is turned, or two joints are exchanged.
 LogConventions find_conventions(const Experiment& experiment, int jobs);
 
 // What was found, in a line each, and what recordings are too short for.
@@ -56,8 +68,8 @@ ConventionRemarks make_remarks(const Experiment& as_logged, const LogConventions
 // The recordings as the model counts, and the model without what they refute.
 Experiment convert_recordings(const Experiment& experiment, const LogConventions& conventions);
 
-// Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted recordings is
-// taken together with it.
+// Adds a finding for each, its entry in the model, and warnings. What was found of the same kind in converted
+// recordings is taken together with it.
 void add_conventions(const Experiment& as_logged, const LogConventions& conventions, Reports* reports);
 
 }  // namespace hrp::diagnosis

@@ -15,7 +15,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kGravity = 0.15;   // share by which gravity that efforts ask for may be larger or smaller than it is
+constexpr double kGravity = 0.15;  // share by which gravity that efforts ask for may be larger or smaller than it is
 
 Experiment turn_gravity(Experiment e, const Vector3d& direction) {
   e.scenario.gravity_W = e.scenario.gravity_W.norm() * direction.normalized();
@@ -26,7 +26,8 @@ bool is_other(const Experiment& e, const Vector3d& g_W) {
   return std::atan2(g_W.cross(e.scenario.gravity_W).norm(), g_W.dot(e.scenario.gravity_W)) >= kMounted;
 }
 
-// Mean square of what weight and inertia leave of each judged joint's effort, with nothing else at the joints [(N m)^2].
+// Mean square of what weight and inertia leave of each judged joint's effort, with nothing else at the joints [(N
+// m)^2].
 std::vector<double> calc_left_squares(const TorqueData& data) {
   std::vector<double> out;
   for (size_t j = 0; j < data.source.size(); ++j) {
@@ -42,9 +43,8 @@ std::vector<double> calc_left_squares(const TorqueData& data) {
   return out;
 }
 
-// Springs and constants stand for weight near one posture, and so for any direction of gravity. That which is right leaves less
-// without them: over all joints, each by its ratio.
-// `before`: squares under the stated one.
+// Springs and constants stand for weight near one posture, and so for any direction of gravity. That which is right
+// leaves less without them: over all joints, each by its ratio. `before`: squares under the stated one.
 bool fits_bare(const std::vector<double>& before, const TorqueData& turned) {
   const std::vector<double> after = calc_left_squares(turned);
   double nats = 0.0;
@@ -66,7 +66,7 @@ Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
 // gravity fits by least squares; its size and six directions are known beforehand.
 struct Mounting {
   Vector3d g_W = Vector3d::Zero();  // zero: no other one
-  ListFit by_joints;            // what effects of joints alone explain under it
+  ListFit by_joints;                // what effects of joints alone explain under it
 };
 
 // `before`: what weight and inertia leave under the stated gravity.
@@ -95,8 +95,8 @@ bool leaves_much(const ListFit& by_joints) {
 [[noreturn]] void refuse_gravity(const Experiment& e, const Vector3d& g_W) {
   const auto digits = [](double x) { return number(std::round(x * 100.0) / 100.0 + 0.0, 3); };  // no "-0"
   throw InputError(e.scenario.make_diagnostic(
-      "gravity", "does not fit the efforts, which are those of gravity [" + digits(g_W.x()) + ", " + digits(g_W.y()) + ", " + digits(g_W.z()) +
-                     "] m/s^2: is the robot mounted otherwise?"));
+      "gravity", "does not fit the efforts, which are those of gravity [" + digits(g_W.x()) + ", " + digits(g_W.y()) +
+                     ", " + digits(g_W.z()) + "] m/s^2: is the robot mounted otherwise?"));
 }
 
 }  // namespace
@@ -112,12 +112,14 @@ void check_mounting(const Experiment& e, int jobs) {
     const Experiment turned = turn_gravity(e, squares);
     TorqueData other = make_torque_data(turned);
     const bool bare = fits_bare(before, other);
-    if (bare && compare_torques(fit_list(make_torque_design(std::move(other)), jobs), fit_list(design, jobs)) >= kConventionNats)
+    if (bare && compare_torques(fit_list(make_torque_design(std::move(other)), jobs), fit_list(design, jobs)) >=
+                    kConventionNats)
       refuse_gravity(e, turned.scenario.gravity_W);
   }
   const ListFit by_joints = fit_list(design, jobs, Of::kJoints);
   if (!leaves_much(by_joints)) return;
-  // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and forces.
+  // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and
+  // forces.
   const Mounting best = find_best(e, before, jobs);
   if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
   if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);

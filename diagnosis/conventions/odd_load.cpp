@@ -16,10 +16,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kCommon = 6;       // v, direction, a, 1, tau, |tau| direction: the same at all times
-constexpr double kCost = 10.0;    // [nats] four parameters, which link and which part
+constexpr long kCommon = 6;                         // v, direction, a, 1, tau, |tau| direction: the same at all times
+constexpr double kCost = 10.0;                      // [nats] four parameters, which link and which part
 constexpr long kFewest = kRowsPerColumn * kCommon;  // samples of a joint
-constexpr long kBoth = 2 * kLoadColumns;  // a load at all times, and the same for a part
+constexpr long kBoth = 2 * kLoadColumns;            // a load at all times, and the same for a part
 
 // Pieces [begin, end) of a file.
 struct Part {
@@ -41,7 +41,8 @@ double calc_seconds(const Experiment& e, bool train) {
 // True if a part of the recordings of each role is left: pieces that are too short for a recording are none.
 bool keeps_enough(const Experiment& e, const OddLoad& load) {
   const Experiment rest = leave_out(e, load);
-  return calc_seconds(rest, true) >= kPart * calc_seconds(e, true) && calc_seconds(rest, false) >= kPart * calc_seconds(e, false);
+  return calc_seconds(rest, true) >= kPart * calc_seconds(e, true) &&
+         calc_seconds(rest, false) >= kPart * calc_seconds(e, false);
 }
 
 class OddLoadSearch {
@@ -77,7 +78,9 @@ class OddLoadSearch {
     double piece() const { return (end - begin) / kFolds; }
   };
 
-  const std::string& get_name(const TorqueRecording& r) const { return data_.experiment->recordings[r.index].spec.file; }
+  const std::string& get_name(const TorqueRecording& r) const {
+    return data_.experiment->recordings[r.index].spec.file;
+  }
   size_t find_file(const TorqueRecording& r) const {
     size_t file = 0;
     while (file < files_.size() && files_[file].name != get_name(r)) ++file;
@@ -121,7 +124,8 @@ class OddLoadSearch {
     joints_.push_back(std::move(until)), samples_ += n;
   }
 
-  // Sums with a load at all times (the first four columns) and for these parts, once friction, rotor and gain are taken out.
+  // Sums with a load at all times (the first four columns) and for these parts, once friction, rotor and gain are taken
+  // out.
   Gram reduce(const std::vector<std::vector<Gram>>& joint, const Parts& parts, size_t load) const {
     Columns columns;
     for (long c = 0; c < kCommon; ++c) columns.push_back(c);
@@ -129,14 +133,19 @@ class OddLoadSearch {
     constexpr long kOne = kCommon + kLoadColumns;
     Gram all(kOne), part(kOne);
     for (const std::vector<Gram>& file : joint) all.add(file.back().pick(columns), 1.0);
-    for (const Part& p : parts) part.add(joint[p.file][p.end].pick(columns), 1.0), part.add(joint[p.file][p.begin].pick(columns), -1.0);
+    for (const Part& p : parts)
+      part.add(joint[p.file][p.end].pick(columns), 1.0), part.add(joint[p.file][p.begin].pick(columns), -1.0);
     Eigen::MatrixXd cross(kCommon, kBoth + 1), own(kBoth + 1, kBoth + 1);
-    cross << all.G.topRightCorner(kCommon, kLoadColumns), part.G.topRightCorner(kCommon, kLoadColumns), all.b.head(kCommon);
-    const Eigen::MatrixXd always = all.G.bottomRightCorner(kLoadColumns, kLoadColumns), then = part.G.bottomRightCorner(kLoadColumns, kLoadColumns);
-    own << always, then, all.b.tail(kLoadColumns), then, then, part.b.tail(kLoadColumns), all.b.tail(kLoadColumns).transpose(), part.b.tail(kLoadColumns).transpose(), all.c;
+    cross << all.G.topRightCorner(kCommon, kLoadColumns), part.G.topRightCorner(kCommon, kLoadColumns),
+        all.b.head(kCommon);
+    const Eigen::MatrixXd always = all.G.bottomRightCorner(kLoadColumns, kLoadColumns),
+                          then = part.G.bottomRightCorner(kLoadColumns, kLoadColumns);
+    own << always, then, all.b.tail(kLoadColumns), then, then, part.b.tail(kLoadColumns),
+        all.b.tail(kLoadColumns).transpose(), part.b.tail(kLoadColumns).transpose(), all.c;
     own -= cross.transpose() * all.G.topLeftCorner(kCommon, kCommon).completeOrthogonalDecomposition().solve(cross);
     Gram out(kBoth);
-    out.G = own.topLeftCorner(kBoth, kBoth), out.b = own.col(kBoth).head(kBoth), out.c = own(kBoth, kBoth), out.n = all.n;
+    out.G = own.topLeftCorner(kBoth, kBoth), out.b = own.col(kBoth).head(kBoth), out.c = own(kBoth, kBoth),
+    out.n = all.n;
     return out;
   }
 
@@ -201,16 +210,27 @@ class OddLoadSearch {
     std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.file < b.file; });
     const Fit f = fit(parts, load);
     const double mass = f.p[kLoadColumns];
-    if (f.nats < kCost + kOdds || f.left > kHalf * f.without || mass < kUnlikely * f.std[kLoadColumns]) return std::nullopt;
+    if (f.nats < kCost + kOdds || f.left > kHalf * f.without || mass < kUnlikely * f.std[kLoadColumns])
+      return std::nullopt;
     // No load that it takes up: something else, and no reason to leave recordings out.
     if (!is_possible_load(data_.experiment->robot.tree, mass)) return std::nullopt;
-    OddLoad odd{{}, loads_[load].place, mass, std::hypot(f.std[kLoadColumns], calc_blur(parts) * mass), f.p.tail<3>() / mass, f.std.tail<3>() / mass, 1.0 - f.left / f.without, false};
+    OddLoad odd{{},
+                loads_[load].place,
+                mass,
+                std::hypot(f.std[kLoadColumns], calc_blur(parts) * mass),
+                f.p.tail<3>() / mass,
+                f.std.tail<3>() / mass,
+                1.0 - f.left / f.without,
+                false};
     for (const Part& p : parts) {
       const File& file = files_[p.file];
-      odd.parts.push_back({file.name, p.end - p.begin == kFolds, file.begin + file.piece() * static_cast<double>(p.begin),
+      odd.parts.push_back({file.name, p.end - p.begin == kFolds,
+                           file.begin + file.piece() * static_cast<double>(p.begin),
                            file.begin + file.piece() * static_cast<double>(p.end)});
     }
-    if (std::all_of(odd.parts.begin(), odd.parts.end(), [](const LoadedPart& p) { return p.whole; }) && parts.size() == files_.size()) return std::nullopt;
+    if (std::all_of(odd.parts.begin(), odd.parts.end(), [](const LoadedPart& p) { return p.whole; }) &&
+        parts.size() == files_.size())
+      return std::nullopt;
     odd.leave_out = keeps_enough(*data_.experiment, odd);
     return odd;
   }
@@ -218,7 +238,8 @@ class OddLoadSearch {
   // Relative deviation of the mass, as each end within a file is told to a piece only, evenly over it.
   static double calc_blur(const Parts& parts) {
     double ends = 0.0, pieces = 0.0;
-    for (const Part& p : parts) ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
+    for (const Part& p : parts)
+      ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
     return std::sqrt(ends / 12.0) / pieces;
   }
 
@@ -231,7 +252,9 @@ class OddLoadSearch {
 
 // The stretches of a recording outside of a part, with a piece of that file's to each side, in which the hand was busy.
 void add_rest(const Recording& r, const LoadedPart& part, double busy, std::vector<Recording>* out) {
-  const auto find = [&](double time) { return static_cast<size_t>(std::lower_bound(r.time.begin(), r.time.end(), time) - r.time.begin()); };
+  const auto find = [&](double time) {
+    return static_cast<size_t>(std::lower_bound(r.time.begin(), r.time.end(), time) - r.time.begin());
+  };
   const size_t begin = find(part.begin - busy), end = find(part.end + busy);
   if (begin > 0 && r.time[begin - 1] - r.time[0] > kShortestPart) out->push_back(cut_recording(r, 0, begin));
   if (end < r.size() && r.time.back() - r.time[end] > kShortestPart) out->push_back(cut_recording(r, end, r.size()));
@@ -245,9 +268,12 @@ Experiment leave_out(const Experiment& e, const OddLoad& load) {
   Experiment out = e;
   out.recordings.clear();
   for (const Recording& r : e.recordings) {
-    const auto part = std::find_if(load.parts.begin(), load.parts.end(), [&](const LoadedPart& p) { return p.file == r.spec.file; });
-    if (part == load.parts.end()) out.recordings.push_back(r);
-    else if (!part->whole) add_rest(r, *part, r.duration() / kFolds, &out.recordings);
+    const auto part =
+        std::find_if(load.parts.begin(), load.parts.end(), [&](const LoadedPart& p) { return p.file == r.spec.file; });
+    if (part == load.parts.end())
+      out.recordings.push_back(r);
+    else if (!part->whole)
+      add_rest(r, *part, r.duration() / kFolds, &out.recordings);
   }
   return out;
 }

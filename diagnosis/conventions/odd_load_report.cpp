@@ -27,7 +27,8 @@ std::string describe(const Experiment& e, const LoadedPart& part) {
   }
   if (part.whole) return name;
   const double piece = kDetail * (last - first);  // ends are told to a piece of the file
-  const std::string from = part.begin > first + piece ? " from about " + number(part.begin, 3) + " s" : "", until = part.end < last - piece ? " until about " + number(part.end, 3) + " s" : " on";
+  const std::string from = part.begin > first + piece ? " from about " + number(part.begin, 3) + " s" : "",
+                    until = part.end < last - piece ? " until about " + number(part.end, 3) + " s" : " on";
   return name + from + until;
 }
 
@@ -38,12 +39,14 @@ void add_odd_load(const Experiment& e, const OddLoad& load, Reports* reports) {
   const auto list = [](const Vector3d& v) { return std::vector<double>{v.x(), v.y(), v.z()}; };
   std::vector<std::string> where;
   for (const LoadedPart& part : load.parts) where.push_back(describe(e, part));
-  const std::string text = link + ": in " + join_words(where) + " the robot carries " + number(load.mass, 3) +
-                           " +- " + number(kNinetyFive * load.std, 2) + " kg more than otherwise.";
-  const std::string then = load.leave_out ? " All else is judged without this part." : " Errors of these recordings contain it.";
+  const std::string text = link + ": in " + join_words(where) + " the robot carries " + number(load.mass, 3) + " +- " +
+                           number(kNinetyFive * load.std, 2) + " kg more than otherwise.";
+  const std::string then =
+      load.leave_out ? " All else is judged without this part." : " Errors of these recordings contain it.";
   const Json parameters = {{"mass", make_value(round_to(load.mass, 4), round_to(load.std, 3), "kg")},
                            {"com", make_vector(list(load.com_L), list(load.com_std), "m")}};
-  Json finding = make_finding_head(*find_term_row(&TermRow::load).effect, {{"link", link}}, parameters, Grade::kSupported, load.share);
+  Json finding = make_finding_head(*find_term_row(&TermRow::load).effect, {{"link", link}}, parameters,
+                                   Grade::kSupported, load.share);
   finding["statement"] = text + then;
   finding["alternatives"] = Json::array();
   finding["only_in"] = where;

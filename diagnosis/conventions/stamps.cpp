@@ -25,7 +25,9 @@ struct Told {
   double left = 0.0;           // the same after one correction for all joints
 };
 
-bool tells_time(const JointColumns& joint) { return !joint.command.empty() && !joint.command_rate.empty() && !joint.separate_rate; }
+bool tells_time(const JointColumns& joint) {
+  return !joint.command.empty() && !joint.command_rate.empty() && !joint.separate_rate;
+}
 
 Told read_commands(const Recording& r) {
   const size_t steps = r.size() - 1;
@@ -86,7 +88,8 @@ struct Confirmation {
 };
 
 // Sums of one joint: [rad^2], and `scatter` [rad^4] from clusters of steps at the slope `slope`.
-Confirmation compare(const Recording& r, const std::vector<double>& q, const std::vector<double>& errors, double slope) {
+Confirmation compare(const Recording& r, const std::vector<double>& q, const std::vector<double>& errors,
+                     double slope) {
   Confirmation c;
   double score = 0.0;
   for (size_t k = kAround; k + kAround + 1 < r.size(); ++k) {
@@ -146,7 +149,8 @@ Experiment correct_stamps(Experiment e) {
     if (errors.empty()) continue;
     double sum = 0.0;
     for (size_t k = 0; k < errors.size(); ++k) r.time[k] -= errors[k], sum += errors[k] * errors[k];
-    e.warnings.push_back(r.spec.name + ": time stamps of single rows err by " + number(1e3 * std::sqrt(sum / static_cast<double>(errors.size())), 2) +
+    e.warnings.push_back(r.spec.name + ": time stamps of single rows err by " +
+                         number(1e3 * std::sqrt(sum / static_cast<double>(errors.size())), 2) +
                          " ms (rms), as all commands and the measured positions tell; corrected");
   }
   return e;

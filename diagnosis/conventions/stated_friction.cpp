@@ -22,7 +22,8 @@ double& get_stated(TreeSpec* tree, int joint, bool dry) {
   return dry ? spec.coulomb_friction : spec.viscous_friction;
 }
 
-// What every drive has; a gain, too, where it shows: a drive that gives more than its log says makes friction look smaller.
+// What every drive has; a gain, too, where it shows: a drive that gives more than its log says makes friction look
+// smaller.
 TorqueModel make_model(const TorqueDesign& design) {
   TorqueModel model{list_usual_terms(design), {}};
   for (size_t i = 0; i < design.joints.size(); ++i) {
@@ -45,10 +46,13 @@ double calc_share(const JointDesign& joint, long column, double x) {
 class Refuter {
  public:
   explicit Refuter(const TorqueDesign& design)
-      : design_(design), model_(make_model(design)), fit_(fit_torque(design, model_, true)), slots_(list_slots(design, model_)) {}
+      : design_(design),
+        model_(make_model(design)),
+        fit_(fit_torque(design, model_, true)),
+        slots_(list_slots(design, model_)) {}
 
-  // Of a joint of whose friction one part is refuted, the other goes, too, unless the recordings confirm it: they were written
-  // down together. What there is of it is found again.
+  // Of a joint of whose friction one part is refuted, the other goes, too, unless the recordings confirm it: they were
+  // written down together. What there is of it is found again.
   std::vector<RefutedFriction> run(const TreeSpec& tree) const {
     std::vector<RefutedFriction> out;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
@@ -56,7 +60,8 @@ class Refuter {
       bool refuted = false;
       for (size_t t = 0; t < model_.own[i].size(); ++t) {
         const TermRow& row = *design_.joints[i].terms[model_.own[i][t]].row;
-        if (row.level || row.effect->family == EffectFamily::kSpeedLoss) refuted = add(tree, i, t, *row.effect, &stated) || refuted;
+        if (row.level || row.effect->family == EffectFamily::kSpeedLoss)
+          refuted = add(tree, i, t, *row.effect, &stated) || refuted;
       }
       if (refuted) out.insert(out.end(), stated.begin(), stated.end());
     }
@@ -65,7 +70,8 @@ class Refuter {
 
  private:
   // Whether it is refuted.
-  bool add(const TreeSpec& tree, size_t i, size_t t, const EffectInfo& effect, std::vector<RefutedFriction>* out) const {
+  bool add(const TreeSpec& tree, size_t i, size_t t, const EffectInfo& effect,
+           std::vector<RefutedFriction>* out) const {
     const JointDesign& joint = design_.joints[i];
     const long slot = slots_.own[i][t], column = joint.first[model_.own[i][t]];
     const JointSpec& spec = tree.joint(joint.joint);
@@ -74,7 +80,9 @@ class Refuter {
     const double std = std::sqrt(std::max(0.0, fit_.covariance(slot, slot)));
     const double size = std::sqrt(joint.total.get(column, column) / std::max(1.0, joint.total.n)) * -more;
     const bool confirmed = std::abs(more) < kNinetyFive * std && stated > kUnlikely * std;
-    if (!confirmed) out->push_back({joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
+    if (!confirmed)
+      out->push_back(
+          {joint.joint, &effect, stated, std::max(0.0, stated + more), std, calc_share(joint, column, more)});
     return -more > std::max(kSignificantInJoint * std, kPart * stated) && size > kBlur * joint.spread;
   }
 
@@ -94,8 +102,9 @@ bool states_friction(const TreeSpec& tree) {
 std::string describe(const Experiment& e, const RefutedFriction& r) {
   const JointSpec& joint = e.robot.tree.joint(r.joint);
   const std::string unit = get_joint_unit(joint, r.unit());
-  return std::string(r.effect->dry ? "dry" : "viscous") + " friction of " + number(r.stated, 3) + " " + unit + " at " + joint.name +
-         "; the recordings show " + number(r.found, 3) + " +- " + number(kNinetyFive * r.std, 2) + " " + unit;
+  return std::string(r.effect->dry ? "dry" : "viscous") + " friction of " + number(r.stated, 3) + " " + unit + " at " +
+         joint.name + "; the recordings show " + number(r.found, 3) + " +- " + number(kNinetyFive * r.std, 2) + " " +
+         unit;
 }
 
 Json make_finding(const Experiment& e, const RefutedFriction& r) {
@@ -103,7 +112,8 @@ Json make_finding(const Experiment& e, const RefutedFriction& r) {
   const JointSpec& joint = e.robot.tree.joint(r.joint);
   const std::string unit = get_joint_unit(joint, r.unit());
   const Json value = make_value(round_to(r.found, 5), round_to(r.std, 3), unit);
-  Json f = make_finding_head(effect, {{"joint", joint.name}}, {{effect.parameters[0].name, value}}, Grade::kSupported, r.share);
+  Json f = make_finding_head(effect, {{"joint", joint.name}}, {{effect.parameters[0].name, value}}, Grade::kSupported,
+                             r.share);
   f["statement"] = joint.name + ": the model states " + describe(e, r) + ".";
   f["alternatives"] = Json::array();
   f["replaces"] = round_to(r.stated, 5);
@@ -114,7 +124,8 @@ Json make_finding(const Experiment& e, const RefutedFriction& r) {
 bool has_friction(const Json& findings, const Json& where) {
   return std::any_of(findings.begin(), findings.end(), [&](const Json& f) {
     const EffectInfo* effect = find_effect(f["effect"].get<std::string>());
-    return effect && f["where"] == where && (effect->family == EffectFamily::kDryFriction || effect->family == EffectFamily::kSpeedLoss);
+    return effect && f["where"] == where &&
+           (effect->family == EffectFamily::kDryFriction || effect->family == EffectFamily::kSpeedLoss);
   });
 }
 
@@ -131,7 +142,8 @@ std::vector<RefutedFriction> find_refuted_friction(const Experiment& e) {
 Experiment drop_friction(Experiment e, const std::vector<RefutedFriction>& refuted) {
   for (const RefutedFriction& r : refuted) {
     get_stated(&e.robot.tree, r.joint, r.effect->dry) = 0.0;
-    e.robot.urdf = set_joint_attribute(e.robot.urdf, e.robot.tree.joint(r.joint).name, "dynamics", r.effect->dry ? "friction" : "damping", "0");
+    e.robot.urdf = set_joint_attribute(e.robot.urdf, e.robot.tree.joint(r.joint).name, "dynamics",
+                                       r.effect->dry ? "friction" : "damping", "0");
   }
   return e;
 }
@@ -147,14 +159,18 @@ void add_refuted_friction(const Experiment& e, const std::vector<RefutedFriction
     if (same == report["findings"].end()) {
       if (!has_friction(report["findings"], finding["where"])) report["findings"].push_back(finding);
     } else {
-      (*same)["statement"] = same->value("statement", "") + " The model states " + number(r.stated, 3) + "; this is all that is there.";
+      (*same)["statement"] =
+          same->value("statement", "") + " The model states " + number(r.stated, 3) + "; this is all that is there.";
       (*same)["replaces"] = finding["replaces"];
     }
-    report["warnings"].push_back("the model states " + describe(e, r) + ": it was taken out, also for the errors called nominal, and of updated/robot.urdf");
+    report["warnings"].push_back("the model states " + describe(e, r) +
+                                 ": it was taken out, also for the errors called nominal, and of updated/robot.urdf");
     reports->series["notes"].push_back(report["warnings"].back());
   }
-  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch)) report["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
-  if (report["verdict"] == get_verdict_name(Verdict::kUnexplained)) report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch))
+    report["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
+  if (report["verdict"] == get_verdict_name(Verdict::kUnexplained))
+    report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
 }
 
 }  // namespace hrp::diagnosis

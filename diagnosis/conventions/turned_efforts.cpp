@@ -14,8 +14,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// True if positions and rates of this joint with the other sign, in place of its effort, explain as much: a pendulum that
-// hangs is the mirror image of itself.
+// True if positions and rates of this joint with the other sign, in place of its effort, explain as much: a pendulum
+// that hangs is the mirror image of itself.
 bool may_be_angle(const Experiment& e, const TurnedEffort& turned, const ListFit& by_effort, int jobs) {
   const Experiment mirrored = turn_efforts(convert_zeros(e, {{turned.joint, 0.0, 0.0, true}}), {turned});
   return compare(by_effort, fit_list(mirrored, jobs)) < kConventionNats;
@@ -38,7 +38,8 @@ std::vector<TurnedEffort> list_efforts(const Experiment& e) {
 }
 
 void add_turned_effort(const Experiment& e, int joint, int jobs, std::vector<TurnedEffort>* turned) {
-  const auto known = std::find_if(turned->begin(), turned->end(), [&](const TurnedEffort& t) { return t.joint == joint; });
+  const auto known =
+      std::find_if(turned->begin(), turned->end(), [&](const TurnedEffort& t) { return t.joint == joint; });
   if (known != turned->end()) {
     turned->erase(known);
     return;
@@ -59,13 +60,17 @@ Json make_turned_finding(const Experiment& e, const TurnedEffort& turned, double
   const std::string joint = e.robot.tree.joint(turned.joint).name;
   const EffectInfo& effect = get_effect_of(PlaceKind::kSensor, EffectFamily::kGain);
   const Json scale = make_value(-1.0, 0.0, "1");
-  Json f = make_finding_head(effect, {{"sensor", e.signal_name(turned.joint, Quantity::kEffort)}}, {{"scale", scale}}, Grade::kSupported, share);
+  Json f = make_finding_head(effect, {{"sensor", e.signal_name(turned.joint, Quantity::kEffort)}}, {{"scale", scale}},
+                             Grade::kSupported, share);
   f["of_log"] = true;
-  f["statement"] = joint + ": the recorded effort has the opposite sign of the torque that the motion takes. The recordings are judged with the other sign" +
+  f["statement"] = joint +
+                   ": the recorded effort has the opposite sign of the torque that the motion takes. The recordings "
+                   "are judged with the other sign" +
                    (turned.or_angle ? std::string("; turned positions and velocities would do the same.") : ".");
   f["alternatives"] = Json::array();
   if (turned.or_angle)
-    f["alternatives"].push_back(state_alternative(effect, {{"sensor", e.signal_name(turned.joint, Quantity::kPosition)}}, {{"scale", scale}}));
+    f["alternatives"].push_back(
+        state_alternative(effect, {{"sensor", e.signal_name(turned.joint, Quantity::kPosition)}}, {{"scale", scale}}));
   return f;
 }
 

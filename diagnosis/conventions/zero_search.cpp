@@ -11,7 +11,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kParsimony = 30.0;  // [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
+// [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
+constexpr double kParsimony = 30.0;
 
 [[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
   const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
@@ -28,7 +29,8 @@ double calc_mean_ratio(const ListFit& a, const ListFit& b) {
   return std::exp(sum / static_cast<double>(a.cross.size()));
 }
 
-// Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares aside.
+// Zeros moved by ever smaller steps while more is explained: friction near rest draws those of plain least squares
+// aside.
 ListFit polish_zeros(const Experiment& e, int jobs, ListFit best, std::vector<JointZero>* zeros) {
   for (double step : {0.02, 0.01, 0.005, 0.0025}) {
     for (size_t i = 0; i < zeros->size(); ++i) {
@@ -58,8 +60,8 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // Hundredths of a radian cannot save zeros beside which other effects explain all but a trace of what these leave.
   if (!most && calc_mean_ratio(without, first) < kDetail) return {};
   const double gain = compare(polish_zeros(e, jobs, first, &found.joints), without);
-  // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything at
-  // the logged zeros, a zero alone has to do so, too.
+  // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything
+  // at the logged zeros, a zero alone has to do so, too.
   const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
   const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
   if (!alone && gain < cost + kConventionNats) return {};

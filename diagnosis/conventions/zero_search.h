@@ -8,7 +8,8 @@
 
 namespace hrp::diagnosis {
 
-// Empty if other effects explain the recordings as well. Throws InputError, with the column, where a joint turns the other way.
+// Empty if other effects explain the recordings as well. Throws InputError, with the column, where a joint turns the
+// other way.
 std::vector<JointZero> find_zeros(const Experiment& experiment, int jobs);
 
 }  // namespace hrp::diagnosis

@@ -6,7 +6,8 @@
 
 namespace hrp::diagnosis {
 
-// Throws InputError, with file and column, for a position three times beyond the joint's limits and beyond a whole turn.
+// Throws InputError, with file and column, for a position three times beyond the joint's limits and beyond a whole
+// turn.
 void check_limits(const Experiment& experiment, const Recording& recording, int joint);
 
 // Warns of commands far beyond the limits: a damaged sample, or a drive that receives torques as positions.

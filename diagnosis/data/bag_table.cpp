@@ -20,8 +20,8 @@ namespace {
 // Samples of the same columns: in the order of the bag, later sorted by time.
 struct Track {
   const BoundTopic* topic = nullptr;
-  std::vector<std::string> columns;  // whole names
-  std::vector<double> stamp, time;   // [s]; `time`: receive time, until place()
+  std::vector<std::string> columns;         // whole names
+  std::vector<double> stamp, time;          // [s]; `time`: receive time, until place()
   std::vector<std::vector<double>> values;  // by column
   PlacedClock clock;
 
@@ -135,7 +135,8 @@ class BagReader {
                          (topic.paths[p].rfind("points", 0) == 0
                               ? " (trajectories of one point are commands, longer ones are plans)"
                               : ""));
-      for (const std::string& name : names) columns.push_back("/" + topic.spec.signal + "/" + find_model_name(topic, name) + "/" + topic.columns[p]);
+      for (const std::string& name : names)
+        columns.push_back("/" + topic.spec.signal + "/" + find_model_name(topic, name) + "/" + topic.columns[p]);
     }
     return find_track(i, columns);
   }
@@ -232,13 +233,14 @@ class BagReader {
       if (end > begin + 1 && master.time[end - 1] - master.time[begin] >= kShortestPart)
         out.emplace_back(begin, end);
       else if (end > begin + 1)
-        notes_->push_back("a stretch of " + number(master.time[end - 1] - master.time[begin], 2) + " s between gaps is left out");
+        notes_->push_back("a stretch of " + number(master.time[end - 1] - master.time[begin], 2) +
+                          " s between gaps is left out");
     };
     for (size_t k = 0; k < master.time.size(); ++k) {
       const bool jump = k > begin && master.time[k] - master.time[k - 1] > master.gap();
       if (jump) {
-        notes_->push_back("topic " + master.topic->spec.topic + " is silent from " + number(master.time[k - 1], 5) + " to " +
-                          number(master.time[k], 5) + " s: nothing is carried across");
+        notes_->push_back("topic " + master.topic->spec.topic + " is silent from " + number(master.time[k - 1], 5) +
+                          " to " + number(master.time[k], 5) + " s: nothing is carried across");
         close(k), begin = k;
       }
       if (master.time[k] >= from && is_covered(master.time[k])) continue;
@@ -251,7 +253,8 @@ class BagReader {
   bool is_covered(double t) const {
     return std::all_of(tracks_.begin(), tracks_.end(), [&](const Track& track) {
       if (!track.is_states() || track.columns.empty()) return true;
-      const size_t next = static_cast<size_t>(std::lower_bound(track.time.begin(), track.time.end(), t) - track.time.begin());
+      const size_t next =
+          static_cast<size_t>(std::lower_bound(track.time.begin(), track.time.end(), t) - track.time.begin());
       if (next == track.time.size()) return false;
       return track.time[next] == t || (next > 0 && track.time[next] - track.time[next - 1] <= track.gap());
     });
@@ -262,10 +265,10 @@ class BagReader {
     Table& table = out.table;
     table.file = bag_.path();
     table.names.push_back("time");
-    table.columns.emplace_back(master.time.begin() + static_cast<long>(begin), master.time.begin() + static_cast<long>(end));
+    table.columns.emplace_back(master.time.begin() + static_cast<long>(begin),
+                               master.time.begin() + static_cast<long>(end));
     for (size_t k = begin; k < end; ++k) table.lines.push_back(static_cast<int>(k) + 2);
-    if (several)
-      out.part = " (" + number(master.time[begin], 4) + " to " + number(master.time[end - 1], 4) + " s)";
+    if (several) out.part = " (" + number(master.time[begin], 4) + " to " + number(master.time[end - 1], 4) + " s)";
     const std::vector<double> time = table.columns[0];
     for (const Track& track : tracks_) {
       for (size_t c = 0; c < track.columns.size(); ++c) {

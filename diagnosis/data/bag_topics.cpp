@@ -16,13 +16,15 @@ bool contains(const std::string& text, const std::string& part) { return text.fi
 // Chooses topics if the experiment has no section `topics`.
 class Guess {
  public:
-  Guess(const RosBag& bag, const BagRobot& robot, std::vector<std::string>* notes) : bag_(bag), robot_(robot), notes_(notes) {}
+  Guess(const RosBag& bag, const BagRobot& robot, std::vector<std::string>* notes)
+      : bag_(bag), robot_(robot), notes_(notes) {}
 
   TopicMap find() {
     add("joint_states", "", {"sensor_msgs/msg/JointState"}, false);
     add("joint_commands", "", {"sensor_msgs/msg/JointState", "trajectory_msgs/msg/JointTrajectory"}, true);
     for (const std::string& imu : robot_.imus) add("imu/" + imu, imu, {"sensor_msgs/msg/Imu"}, false);
-    for (const std::string& wrench : robot_.wrenches) add("wrench/" + wrench, wrench, {"geometry_msgs/msg/WrenchStamped"}, false);
+    for (const std::string& wrench : robot_.wrenches)
+      add("wrench/" + wrench, wrench, {"geometry_msgs/msg/WrenchStamped"}, false);
     if (robot_.floating) add("base", "", {"nav_msgs/msg/Odometry", "geometry_msgs/msg/PoseStamped"}, false);
     return map_;
   }
@@ -38,7 +40,8 @@ class Guess {
     }
     const std::vector<std::string>& found = named.empty() ? fitting : named;
     if (found.size() > 1) {
-      notes_->push_back("several topics may be " + signal + ": " + join_words(found) + "; say which under 'topics:' of the experiment");
+      notes_->push_back("several topics may be " + signal + ": " + join_words(found) +
+                        "; say which under 'topics:' of the experiment");
     }
     if (found.size() != 1) return;
     SignalTopic spec;
@@ -93,8 +96,8 @@ class Binder {
     }
   }
 
-  void add(const BoundTopic& bound, const std::string& column, const std::string& path, std::vector<std::string>* columns,
-           std::vector<std::string>* paths) const {
+  void add(const BoundTopic& bound, const std::string& column, const std::string& path,
+           std::vector<std::string>* columns, std::vector<std::string>* paths) const {
     if (!bound.type.has(path))
       refuse_input({bag_.path(), bound.spec.topic},
                    "type " + bound.type.name() + " has no field '" + path + "', expected for " + column);

@@ -22,8 +22,8 @@ struct BoundTopic {
   SignalTopic spec;
   size_t index = 0;  // in the bag
   RosType type;
-  bool by_joint = false;         // joint_states and similar: lists with one element per joint
-  std::string names;             // path of the joints' names; empty: in stated order
+  bool by_joint = false;             // joint_states and similar: lists with one element per joint
+  std::string names;                 // path of the joints' names; empty: in stated order
   std::vector<std::string> paths;    // of values: by_joint lists, else single numbers
   std::vector<std::string> columns;  // by_joint "position", ..., else complete column names
 };

@@ -10,10 +10,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kHand = 0.3;       // [s] uncertainty of the times at which a force starts and ends
-constexpr double kShortest = 1.5;   // [s] shortest piece; filters need both ends
+constexpr double kHand = 0.3;      // [s] uncertainty of the times at which a force starts and ends
+constexpr double kShortest = 1.5;  // [s] shortest piece; filters need both ends
 
-[[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what, const std::string& text) {
+[[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what,
+                         const std::string& text) {
   refuse_input({e.path, spec.name + "." + what, spec.line}, text);
 }
 
@@ -62,7 +63,8 @@ void warn_of_pushes_beyond(const Recording& r, std::vector<std::string>* warning
   for (const HandPush& push : r.spec.pushes) {
     if (push.start <= r.duration() && push.end >= 0.0) continue;
     warnings->push_back(r.spec.name + ": a push from " + number(push.start, 4) + " to " + number(push.end, 4) +
-                        " s lies beyond the recording's " + number(r.duration(), 4) + " s; its times count from the first sample");
+                        " s lies beyond the recording's " + number(r.duration(), 4) +
+                        " s; its times count from the first sample");
   }
 }
 
@@ -70,7 +72,8 @@ void warn_of_pushes_beyond(const Recording& r, std::vector<std::string>* warning
 
 void resolve_by_hand(const Experiment& e, Recording* recording) {
   RecordingSpec& spec = recording->spec;
-  if (!spec.loads.empty() && e.scenario.floating_base) refuse(e, spec, "loads", "a load by hand is predicted on a fixed base only; leave the recording out");
+  if (!spec.loads.empty() && e.scenario.floating_base)
+    refuse(e, spec, "loads", "a load by hand is predicted on a fixed base only; leave the recording out");
   for (LoadSpec& load : spec.loads) resolve(e, spec, "loads", &load.link, &load.p_LC);
   for (HandPush& push : spec.pushes) {
     if (!push.link.empty()) resolve(e, spec, "pushes", &push.link, &push.p_LQ);
@@ -96,7 +99,8 @@ std::vector<Recording> cut_at_pushes(const Experiment& e, const Recording& r, st
     }
     begin = end;
   }
-  if (lost > 0.0) warnings->push_back(r.spec.name + ": " + number(lost, 3) + " s with a force that is not known are left out");
+  if (lost > 0.0)
+    warnings->push_back(r.spec.name + ": " + number(lost, 3) + " s with a force that is not known are left out");
   return pieces;
 }
 

@@ -13,6 +13,7 @@ void resolve_by_hand(const Experiment& experiment, Recording* recording);
 
 // Divides the recording into pieces with constant known forces. Leaves out stretches with unknown forces (on a moving
 // base: with any force), and the moments at which a force starts or ends.
-std::vector<Recording> cut_at_pushes(const Experiment& experiment, const Recording& recording, std::vector<std::string>* warnings);
+std::vector<Recording> cut_at_pushes(const Experiment& experiment, const Recording& recording,
+                                     std::vector<std::string>* warnings);
 
 }  // namespace hrp::diagnosis

@@ -34,10 +34,12 @@ class RowReader {
       if (layout_.header) return false;
     }
     split_cells(layout_, text, &cells_);
-    while (cells_.size() > layout_.cells && trim_cell(cells_.back()).empty()) cells_.pop_back();  // a separator at its end
+    while (cells_.size() > layout_.cells && trim_cell(cells_.back()).empty())
+      cells_.pop_back();  // a separator at its end
     if (cells_.size() > layout_.cells) {
-      refuse_input({table_.file, "", line, static_cast<int>(layout_.cells) + 1},
-                   "more cells than the " + std::to_string(layout_.cells) + " columns of " + first() + hint_at_lists(text));
+      refuse_input(
+          {table_.file, "", line, static_cast<int>(layout_.cells) + 1},
+          "more cells than the " + std::to_string(layout_.cells) + " columns of " + first() + hint_at_lists(text));
     }
     if (cells_.size() < layout_.cells && layout_.separator == '\t') split_by_spaces(text);
     cut_ = cells_.size() < layout_.cells;
@@ -62,7 +64,9 @@ class RowReader {
  private:
   // A cell for all joints, as pandas writes arrays: "[0.1, 0.2]".
   static std::string hint_at_lists(const std::string& text) {
-    return text.find('[') == std::string::npos ? "" : "; its cells hold lists: scripts/diagnosis/to_text.py FILE writes a column for each value";
+    return text.find('[') == std::string::npos
+               ? ""
+               : "; its cells hold lists: scripts/diagnosis/to_text.py FILE writes a column for each value";
   }
 
   // A line with spaces in place of tabs, as people write them who mend a log by hand.
@@ -109,9 +113,10 @@ void note_empty_cells(const Table& table, std::vector<std::string>* warnings) {
       if (std::isnan(column[row]) && count++ == 0) where = row;
     }
     if (count == 0) continue;
-    warnings->push_back(table.file + ":" + std::to_string(table.lines[where]) + ":" + std::to_string(i + 1) + ": warning: " +
-                        table.names[i] + ": no number here" +
-                        (count > 1 ? " and in " + std::to_string(count - 1) + " more cells" : "") + "; taken as missing");
+    warnings->push_back(table.file + ":" + std::to_string(table.lines[where]) + ":" + std::to_string(i + 1) +
+                        ": warning: " + table.names[i] + ": no number here" +
+                        (count > 1 ? " and in " + std::to_string(count - 1) + " more cells" : "") +
+                        "; taken as missing");
   }
 }
 
@@ -129,7 +134,8 @@ namespace {
 // Adds rows to the table as means of `count` consecutive ones.
 class Averager {
  public:
-  Averager(size_t count, Table* table) : count_(count), table_(*table), sum_(table->names.size(), 0.0), n_(sum_.size(), 0.0) {
+  Averager(size_t count, Table* table)
+      : count_(count), table_(*table), sum_(table->names.size(), 0.0), n_(sum_.size(), 0.0) {
     const int at = table->find("time");
     time_ = at < 0 ? sum_.size() : static_cast<size_t>(at);
   }
@@ -183,7 +189,8 @@ CsvShape probe_csv(const std::string& path, const ColumnMap& columns) {
   shape.columns = static_cast<double>(head.names.size());
   file.clear();
   file.seekg(0, std::ios::end);
-  if (bytes > 0) shape.rows = static_cast<double>(file.tellg()) * static_cast<double>(head.rows()) / static_cast<double>(bytes);
+  if (bytes > 0)
+    shape.rows = static_cast<double>(file.tellg()) * static_cast<double>(head.rows()) / static_cast<double>(bytes);
   const int time = head.find("time");
   if (time < 0 || head.rows() < 8) return shape;
   const std::vector<double>& t = head.columns[static_cast<size_t>(time)];
@@ -191,10 +198,13 @@ CsvShape probe_csv(const std::string& path, const ColumnMap& columns) {
   return shape;
 }
 
-Table read_csv(const std::string& path, std::vector<std::string>* warnings) { return read_csv_averaged(path, 1, warnings); }
+Table read_csv(const std::string& path, std::vector<std::string>* warnings) {
+  return read_csv_averaged(path, 1, warnings);
+}
 
 // Reads line by line, because a recording of twenty minutes may not fit into memory.
-Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings, const ColumnMap& columns) {
+Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::string>* warnings,
+                        const ColumnMap& columns) {
   std::ifstream file = open_text(path);
   Table table;
   table.file = path;
@@ -209,7 +219,8 @@ Table read_csv_averaged(const std::string& path, size_t count, std::vector<std::
     } else if (rows.cut() && file.peek() == std::ifstream::traits_type::eof()) {
       warnings->push_back(path + ":" + std::to_string(line) + ": warning: the last line is cut off and was dropped");
     } else if (rows.cut()) {
-      refuse_input({path, "", line, 0}, "fewer cells than the " + std::to_string(rows.count_cells()) + " columns of " + rows.first());
+      refuse_input({path, "", line, 0},
+                   "fewer cells than the " + std::to_string(rows.count_cells()) + " columns of " + rows.first());
     }
   }
   check_end(file, path);

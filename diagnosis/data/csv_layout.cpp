@@ -49,9 +49,14 @@ const std::vector<Format>& list_formats() {
       {"\x89MCAP", "is MCAP", "its name must end with .mcap"},
       {"\x1f\x8b", "is packed with gzip", "gunzip it"},
       {"BZh", "is packed with bzip2", "bunzip2 it"},
-      {"\xfd" "7zXZ", "is packed with xz", "unxz it"},
+      {"\xfd"
+       "7zXZ",
+       "is packed with xz", "unxz it"},
       {"PAR1", "is Parquet", "write it as CSV"},
-      {"{", "is JSON", convert}, {"[{", "is JSON", convert}, {"[[", "is JSON", convert}, {"[\n", "is JSON", convert}};
+      {"{", "is JSON", convert},
+      {"[{", "is JSON", convert},
+      {"[[", "is JSON", convert},
+      {"[\n", "is JSON", convert}};
   return formats;
 }
 
@@ -62,8 +67,9 @@ void check_text(const std::string& line, const Table& table) {
   const auto bad = std::find_if(line.begin(), end, is_control);
   if (bad == end) return;
   if (*bad == '\r') refuse_input({table.file, "", 1, 0}, "its lines end with CR alone: expected LF or CR LF");
-  refuse_input({table.file, "", 1, 0}, "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) + " at place " +
-                                           std::to_string(bad - line.begin() + 1) + " of its header; expected comma-separated values in UTF-8");
+  refuse_input({table.file, "", 1, 0}, "is no text: byte " + std::to_string(static_cast<unsigned char>(*bad)) +
+                                           " at place " + std::to_string(bad - line.begin() + 1) +
+                                           " of its header; expected comma-separated values in UTF-8");
 }
 
 // True if the line has a number and nothing but numbers.
@@ -86,17 +92,22 @@ void check_names(const std::vector<std::string>& names, int line, const Table& t
 }
 
 // Which cell of a line has the signal. `names` are those of the header; empty without one.
-size_t find_source(const SignalColumn& entry, const std::vector<std::string>& names, size_t cells, const InputPlace& place) {
+size_t find_source(const SignalColumn& entry, const std::vector<std::string>& names, size_t cells,
+                   const InputPlace& place) {
   const std::string by = entry.name.empty() ? std::to_string(entry.number) : "'" + entry.name + "'";
-  const auto refuse = [&](const std::string& why) { refuse_input(place, "is column " + by + " by 'columns' of the experiment: " + why); };
+  const auto refuse = [&](const std::string& why) {
+    refuse_input(place, "is column " + by + " by 'columns' of the experiment: " + why);
+  };
   if (entry.name.empty()) {
-    if (static_cast<size_t>(entry.number) > cells) refuse("expected at most " + std::to_string(cells) + ", the number of the file's columns");
+    if (static_cast<size_t>(entry.number) > cells)
+      refuse("expected at most " + std::to_string(cells) + ", the number of the file's columns");
     return static_cast<size_t>(entry.number) - 1;
   }
   if (names.empty()) refuse("the file has no header, expected its number, from 1");
   const auto at = std::find(names.begin(), names.end(), entry.name);
   if (at == names.end()) refuse("the header has no such name" + suggest(entry.name, names));
-  if (std::find(at + 1, names.end(), entry.name) != names.end()) refuse("this name stands twice in the header, expected its number, from 1");
+  if (std::find(at + 1, names.end(), entry.name) != names.end())
+    refuse("this name stands twice in the header, expected its number, from 1");
   return static_cast<size_t>(at - names.begin());
 }
 
@@ -104,8 +115,9 @@ size_t find_source(const SignalColumn& entry, const std::vector<std::string>& na
 void take_header(const std::string& first, int line, CsvLayout* layout, Table* table) {
   const std::vector<std::string>& names = layout->names;
   if (names.empty())
-    refuse_input({table->file, "", line, 1},
-                 "'" + first + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
+    refuse_input(
+        {table->file, "", line, 1},
+        "'" + first + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
   check_names(names, line, *table);
   for (size_t i = 0; i < names.size(); ++i) {
     layout->signals.emplace_back().signal = names[i];
@@ -185,27 +197,33 @@ std::vector<std::string> read_comment(const CsvLayout& layout, const std::string
   return names;
 }
 
-// A comment that names all cells of a line with words and numbers, as `rostopic echo -p` writes it. A header has no numbers.
+// A comment that names all cells of a line with words and numbers, as `rostopic echo -p` writes it. A header has no
+// numbers.
 bool is_named_row(const CsvLayout& layout, const std::vector<Cell>& cells, const std::string& comment) {
   const std::vector<std::string> names = read_comment(layout, comment);
-  if (names.empty() || std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.empty(); })) return false;
+  if (names.empty() || std::any_of(names.begin(), names.end(), [](const std::string& name) { return name.empty(); }))
+    return false;
   return has_number(cells, layout.separator);
 }
 
 }  // namespace
 
-CsvLayout read_layout(const std::string& line, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table) {
+CsvLayout read_layout(const std::string& line, const std::string& comment, int number,
+                      const std::vector<SignalColumn>& signals, Table* table) {
   CsvLayout layout;
   check_text(line, *table);
   layout.separator = find_separator(line);
   std::vector<Cell> cells;
   split_cells(layout, line, &cells);
-  if (layout.separator == '\t' && !are_numbers(cells, '\t')) {  // tabs between lines of numbers with spaces, as of `paste`
+  if (layout.separator == '\t' &&
+      !are_numbers(cells, '\t')) {  // tabs between lines of numbers with spaces, as of `paste`
     CsvLayout spaces = layout;
     spaces.separator = ' ';
     split_cells(spaces, line, &cells);
-    if (are_numbers(cells, ' ')) layout = spaces;
-    else split_cells(layout, line, &cells);
+    if (are_numbers(cells, ' '))
+      layout = spaces;
+    else
+      split_cells(layout, line, &cells);
   }
   layout.cells = cells.size();
   layout.header = !are_numbers(cells, layout.separator) && !is_named_row(layout, cells, comment);
@@ -247,13 +265,15 @@ bool parse_stamp(Cell cell, double* value) {
   std::tm date{};
   date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
   int read = 0, seconds_at = 0;
-  if (std::sscanf(text.c_str(), "%4d-%2d-%2d%*1[T ]%n", &date.tm_year, &date.tm_mon, &date.tm_mday, &read) == 3 && read > 0) {
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2d%*1[T ]%n", &date.tm_year, &date.tm_mon, &date.tm_mday, &read) == 3 &&
+      read > 0) {
     date.tm_year -= 1900;
   } else {
     read = 0, date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
   }
   date.tm_mon -= 1;
-  if (std::sscanf(text.c_str() + read, "%2d:%2d:%n", &date.tm_hour, &date.tm_min, &seconds_at) != 2 || seconds_at == 0) return false;
+  if (std::sscanf(text.c_str() + read, "%2d:%2d:%n", &date.tm_hour, &date.tm_min, &seconds_at) != 2 || seconds_at == 0)
+    return false;
   const char *begin = text.c_str() + read + seconds_at, *end = text.c_str() + text.size();
   double seconds = 0.0;
   const auto result = std::from_chars(begin, end, seconds);

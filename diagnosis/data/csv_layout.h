@@ -23,19 +23,23 @@ struct CsvLayout {
   std::vector<size_t> source;         // by column: its cell
 };
 
-// A text file, from its beginning, or behind its byte order mark. Throws InputError for what cannot be opened, and for other kinds of files, with what to do.
+// A text file, from its beginning, or behind its byte order mark. Throws InputError for what cannot be opened, and for
+// other kinds of files, with what to do.
 std::ifstream open_text(const std::string& path);
 
 // True for lines that say nothing: empty ones, and comments that begin with # or %.
 bool is_blank(const std::string& line);
 
-// Sets the layout and the names of the table's columns by the file's first line. `comment`: the one before it, or "". NumPy
-// and MATLAB write their headers as comments. Throws InputError if it is no text, or if the columns of `signals` are not there.
-CsvLayout read_layout(const std::string& line, const std::string& comment, int number, const std::vector<SignalColumn>& signals, Table* table);
+// Sets the layout and the names of the table's columns by the file's first line. `comment`: the one before it, or "".
+// NumPy and MATLAB write their headers as comments. Throws InputError if it is no text, or if the columns of `signals`
+// are not there.
+CsvLayout read_layout(const std::string& line, const std::string& comment, int number,
+                      const std::vector<SignalColumn>& signals, Table* table);
 
 void split_cells(const CsvLayout& layout, const std::string& line, std::vector<Cell>* cells);
 
-// Parses one cell: a number, nothing, or "nan"; with a decimal comma where commas do not separate. False: none of these.
+// Parses one cell: a number, nothing, or "nan"; with a decimal comma where commas do not separate. False: none of
+// these.
 bool parse_cell(Cell cell, char separator, double* value);
 
 // Parses a date and time, or a time of day [s]: "2026-11-28T14:36:19.250Z".

@@ -9,7 +9,8 @@ namespace hrp::diagnosis {
 
 // True if some joint has a drive.
 inline bool has_drive(const TreeSpec& tree) {
-  return std::any_of(tree.links.begin() + 1, tree.links.end(), [](const LinkSpec& link) { return link.joint.actuated; });
+  return std::any_of(tree.links.begin() + 1, tree.links.end(),
+                     [](const LinkSpec& link) { return link.joint.actuated; });
 }
 
 }  // namespace hrp::diagnosis

@@ -45,7 +45,8 @@ Plan plan_reading(const Experiment& e, const std::vector<ColumnMap>& columns) {
     const std::string& file = e.keys.recordings[i].file;
     if (is_ros_bag(file) || is_log(file)) continue;
     const CsvShape shape = probe_csv(file, columns[i]);
-    numbers += shape.rows * shape.columns, rate = std::max(rate, shape.rate > 0.0 ? shape.rate : columns[i].sample_rate);
+    numbers += shape.rows * shape.columns,
+        rate = std::max(rate, shape.rate > 0.0 ? shape.rate : columns[i].sample_rate);
   }
   const size_t averaging = find_averaging(numbers, rate);
   return {averaging, std::min(1.0, kMostNumbers * static_cast<double>(averaging) / std::max(1.0, numbers))};
@@ -53,7 +54,8 @@ Plan plan_reading(const Experiment& e, const std::vector<ColumnMap>& columns) {
 
 class Loader {
  public:
-  explicit Loader(Experiment* e) : e_(*e), columns_(parse_column_maps(e->scenario.text, e->path)), plan_(plan_reading(*e, columns_)) {
+  explicit Loader(Experiment* e)
+      : e_(*e), columns_(parse_column_maps(e->scenario.text, e->path)), plan_(plan_reading(*e, columns_)) {
     for (int j = 0; j < e_.num_joints(); ++j) robot_.joints.push_back(e_.robot.tree.joint(j).name);
     for (const ImuSpec& imu : e_.scenario.sensors.imus) robot_.imus.push_back(imu.name);
     for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) robot_.wrenches.push_back(wrench.name);
@@ -79,9 +81,12 @@ class Loader {
     if (is_ros_bag(spec.file)) return load_bag(spec);
     const bool text = !is_log(spec.file);
     const size_t averaging = text ? plan_.averaging : 1;
-    Table table = text ? read_csv_averaged(spec.file, averaging, &e_.warnings, columns) : read_recording_table(spec.file, &e_.warnings);
+    Table table = text ? read_csv_averaged(spec.file, averaging, &e_.warnings, columns)
+                       : read_recording_table(spec.file, &e_.warnings);
     if (text) add_stamps(columns.sample_rate / static_cast<double>(averaging), spec.name, &table);
-    if (averaging > 1) e_.warnings.push_back(spec.name + ": " + std::to_string(averaging) + " samples in a row are averaged to one: it is long");
+    if (averaging > 1)
+      e_.warnings.push_back(spec.name + ": " + std::to_string(averaging) +
+                            " samples in a row are averaged to one: it is long");
     add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
   }
 
@@ -91,7 +96,8 @@ class Loader {
     table->names.push_back("time");
     table->columns.emplace_back();
     for (size_t k = 0; k < table->rows(); ++k) table->columns.back().push_back(static_cast<double>(k) / rate);
-    e_.warnings.push_back(name + ": has no column of time: its rows are taken " + number(1.0 / rate) + " s apart, by 'sample_rate'");
+    e_.warnings.push_back(name + ": has no column of time: its rows are taken " + number(1.0 / rate) +
+                          " s apart, by 'sample_rate'");
   }
 
   static double count_numbers(const Recording& r) { return static_cast<double>(r.size() * r.column_of.size()); }
@@ -103,7 +109,8 @@ class Loader {
       return;
     }
     e_.warnings.push_back(r.spec.name + ": of " + std::to_string(std::lround(r.duration())) + " s about " +
-                          std::to_string(std::lround(share * r.duration())) + " s are used, those in which the joints move most");
+                          std::to_string(std::lround(share * r.duration())) +
+                          " s are used, those in which the joints move most");
     for (Recording& piece : cut_to_stretches(r, share * r.duration())) e_.recordings.push_back(std::move(piece));
   }
 
@@ -159,8 +166,8 @@ void take_by_hand(Experiment* e) {
   }
   e->recordings = std::move(pieces);
   if (!e->recordings.empty()) return;
-  throw InputError(e->scenario.make_diagnostic("recordings",
-                                               "in all of them somebody pushes with a force that is not known: nothing is left"));
+  throw InputError(e->scenario.make_diagnostic(
+      "recordings", "in all of them somebody pushes with a force that is not known: nothing is left"));
 }
 
 // On a fixed base; others cut theirs by what each sensor read anew (floating/log/tracks.h).
@@ -185,7 +192,9 @@ void note_missing_feet(Experiment* e) {
   const Scenario& scenario = e->scenario;
   if (!scenario.floating_base || !scenario.feet.empty() || e->num_joints() == 0) return;
   const std::string carriers = join_words(scenario.sensors.wrenches, [](const WrenchSpec& s) { return s.link; });
-  e->warnings.push_back(e->path + ": feet: is missing, so the forces of the ground are compared with nothing; expected the links that carry the robot" +
+  e->warnings.push_back(e->path +
+                        ": feet: is missing, so the forces of the ground are compared with nothing; expected the links "
+                        "that carry the robot" +
                         (carriers.empty() ? "" : ", such as those with force sensors: " + carriers));
 }
 
@@ -209,7 +218,8 @@ Experiment load_experiment(const std::string& path) {
   e.robot = load_repaired_robot(&e.scenario);
   if (!adopt_loops(e.scenario, e.robot.scenario).loops.empty()) {
     throw InputError(e.scenario.make_diagnostic(
-        "loops", "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
+        "loops",
+        "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
   }
   if (!e.scenario.robots.empty()) {
     throw InputError(e.scenario.make_diagnostic("robots", "the diagnosis knows one robot; expected no others"));

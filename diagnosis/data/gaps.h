@@ -12,7 +12,7 @@ namespace hrp::diagnosis {
 constexpr double kGapPeriods = 5.0;  // longest normal step, in periods
 // Steps of a single sensor that are longer, in periods, lack a reading; jitter stays below.
 constexpr double kLostPeriods = 3.5;
-constexpr double kGapTime = 0.1;     // [s] shortest gap that cuts a recording or a bag
+constexpr double kGapTime = 0.1;       // [s] shortest gap that cuts a recording or a bag
 constexpr double kShortestPart = 1.0;  // [s] shortest part between gaps that is used
 
 // Median step of stamps [s], without repeated ones; 0 for fewer than two.

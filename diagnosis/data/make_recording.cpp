@@ -52,17 +52,19 @@ std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) 
   return rows;
 }
 
-// True if the rows are poses, not samples of one motion: joints are elsewhere in each row, though every logged velocity is
-// zero, or though stamps in milliseconds would make a joint faster than the model lets it be.
+// True if the rows are poses, not samples of one motion: joints are elsewhere in each row, though every logged velocity
+// is zero, or though stamps in milliseconds would make a joint faster than the model lets it be.
 bool are_poses(const Experiment& e, const Table& table, const std::vector<double>& t, const std::vector<size_t>& rows) {
   bool moved = false, still = true, any_rate = false, too_fast = false;
   for (int j = 0; j < e.num_joints(); ++j) {
     const JointSpec& joint = e.robot.tree.joint(j);
-    const int angle = table.find("/joint_states/" + joint.name + "/position"), rate = table.find("/joint_states/" + joint.name + "/velocity");
+    const int angle = table.find("/joint_states/" + joint.name + "/position"),
+              rate = table.find("/joint_states/" + joint.name + "/velocity");
     for (size_t k = 1; k < rows.size(); ++k) {
       const auto read = [&](int column, size_t row) { return table.columns[static_cast<size_t>(column)][row]; };
       const double step = angle < 0 ? 0.0 : std::abs(read(angle, rows[k]) - read(angle, rows[k - 1]));
-      moved = moved || step > 0.0, any_rate = any_rate || rate >= 0, still = still && (rate < 0 || read(rate, rows[k]) == 0.0);
+      moved = moved || step > 0.0, any_rate = any_rate || rate >= 0,
+      still = still && (rate < 0 || read(rate, rows[k]) == 0.0);
       too_fast = too_fast || step / (1e-3 * (t[rows[k]] - t[rows[k - 1]])) > joint.velocity_limit;
     }
   }
@@ -70,9 +72,12 @@ bool are_poses(const Experiment& e, const Table& table, const std::vector<double
 }
 
 [[noreturn]] void refuse_poses(const InputPlace& place, double mean) {
-  refuse_input(place, "rows stand " + number(mean, 3) + " s apart and each is a pose at rest: the tool judges motion, at least " +
-                          number(1.0 / kLongestStep, 3) + " rows a second. It does not judge held poses yet. Record slow sweeps through them, both ways: "
-                          "they show what poses show (load, masses, torque constants, springs), and tell dry friction from it");
+  refuse_input(
+      place, "rows stand " + number(mean, 3) +
+                 " s apart and each is a pose at rest: the tool judges motion, at least " +
+                 number(1.0 / kLongestStep, 3) +
+                 " rows a second. It does not judge held poses yet. Record slow sweeps through them, both ways: "
+                 "they show what poses show (load, masses, torque constants, springs), and tell dry friction from it");
 }
 
 // Checks that stamps are in seconds, and that no pause is longer than all samples together.
@@ -81,27 +86,34 @@ void check_steps(const Experiment& e, const Table& table, int column, const std:
   std::vector<double> steps;
   for (size_t k = 1; k < rows.size(); ++k) steps.push_back(t[rows[k]] - t[rows[k - 1]]);
   const size_t longest = static_cast<size_t>(std::max_element(steps.begin(), steps.end()) - steps.begin());
-  const double mean = (t[rows.back()] - t[rows.front()]) / static_cast<double>(steps.size()), usual = find_median(steps);
+  const double mean = (t[rows.back()] - t[rows.front()]) / static_cast<double>(steps.size()),
+               usual = find_median(steps);
   if (usual <= kLongestStep && mean > kLongestStep) {
     refuse_input({table.file, "time", table.lines[rows[longest + 1]], column + 1},
                  "jumps from " + number(t[rows[longest]], 13) + " to " + number(t[rows[longest + 1]], 13) +
                      " s: expected pauses that are short against the recording; make two recordings of it");
   }
   if (mean <= kLongestStep && mean >= kShortestStep) return;
-  if (mean > kLongestStep && are_poses(e, table, t, rows)) refuse_poses({table.file, "time", table.lines[rows[1]], column + 1}, mean);
+  if (mean > kLongestStep && are_poses(e, table, t, rows))
+    refuse_poses({table.file, "time", table.lines[rows[1]], column + 1}, mean);
   refuse_input({table.file, "time", table.lines[rows[1]], column + 1},
                "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
                    number(kLongestStep) + " s apart; " +
                    (mean > 1e5              ? "are these nanoseconds?"
                     : mean > 100.0          ? "are these microseconds?"
                     : mean >= kShortestStep ? "are these milliseconds?"
-                                            : "in which unit is this column?") + " 'scale' under 'columns' of the experiment converts them");
+                                            : "in which unit is this column?") +
+                   " 'scale' under 'columns' of the experiment converts them");
 }
 
 // Reads the time stamps: finite, increasing, in seconds. Drops rows with repeated stamps.
-std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording* recording, std::vector<std::string>* warnings) {
+std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording* recording,
+                              std::vector<std::string>* warnings) {
   const int column = table.find("time");
-  if (column < 0) refuse_input({table.file, "time", 1, 1}, "is missing: expected a column 'time' [s], or one under 'columns', or 'sample_rate' [Hz] of the experiment (docs/text_recordings.md)");
+  if (column < 0)
+    refuse_input({table.file, "time", 1, 1},
+                 "is missing: expected a column 'time' [s], or one under 'columns', or 'sample_rate' [Hz] of the "
+                 "experiment (docs/text_recordings.md)");
   size_t repeated = 0;
   std::vector<size_t> rows = find_rows(table, column, &repeated);
   if (rows.size() < 8) {
@@ -116,7 +128,8 @@ std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording
                         " rows repeat the last time stamp and were dropped");
   }
   if (recording->duration() < kShort) {
-    warnings->push_back(recording->spec.name + ": lasts " + number(recording->duration(), 2) + " s (" + std::to_string(rows.size()) +
+    warnings->push_back(recording->spec.name + ": lasts " + number(recording->duration(), 2) + " s (" +
+                        std::to_string(rows.size()) +
                         " samples): too short to show what a model leaves out; expected seconds of motion");
   }
   return rows;
@@ -130,11 +143,14 @@ std::vector<double> take(const Table& table, int column, const std::vector<size_
 
 // Index of the first value that no sensor reads; values.size() if there is none.
 size_t find_absurd(const std::vector<double>& values) {
-  return static_cast<size_t>(std::find_if(values.begin(), values.end(), [](double v) { return std::abs(v) > kLargestReading; }) -
-                             values.begin());
+  return static_cast<size_t>(
+      std::find_if(values.begin(), values.end(), [](double v) { return std::abs(v) > kLargestReading; }) -
+      values.begin());
 }
 
-std::string describe_absurd(double value) { return "is " + number(value) + ": expected at most " + number(kLargestReading) + " in SI units"; }
+std::string describe_absurd(double value) {
+  return "is " + number(value) + ": expected at most " + number(kLargestReading) + " in SI units";
+}
 
 // False for a column without numbers.
 bool any_finite(const std::vector<double>& values) {
@@ -146,7 +162,7 @@ bool is_constant(const std::vector<double>& values) { return calc_range(values) 
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
 // changes.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
-  constexpr double kSeparate = 0.5;  // of squares
+  constexpr double kSeparate = 0.5;                    // of squares
   const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, moved = 0.0;
   for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
@@ -175,8 +191,9 @@ bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
 }
 
 // With `by_effort`, commanded efforts stand in for efforts that were not logged.
-void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, bool by_effort, JointColumns* joint,
-                std::set<std::string>* used, const std::string& file, std::vector<std::string>* warnings) {
+void read_joint(const Table& table, const std::vector<size_t>& rows, const std::string& name, bool by_effort,
+                JointColumns* joint, std::set<std::string>* used, const std::string& file,
+                std::vector<std::string>* warnings) {
   const auto column = [&](const std::string& key, std::vector<double>* values) {
     const int index = table.find(key);
     if (index < 0) return;
@@ -203,7 +220,9 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
   if (by_effort && table.find(key) >= 0 && (effort.empty() || is_constant(effort))) {
     effort.clear();
     column(key, &effort);
-    if (!effort.empty()) warnings->push_back(file + ": the effort of " + name + " was not logged; its command " + key + " stands in for it");
+    if (!effort.empty())
+      warnings->push_back(file + ": the effort of " + name + " was not logged; its command " + key +
+                          " stands in for it");
   }
   joint->command = fill_gaps(joint->command);
   joint->command_rate = fill_gaps(joint->command_rate);
@@ -211,8 +230,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
 
 // Leaves out columns of joints that the model does not have, such as those of a gripper. Throws if a joint of the model
 // is missing that the name may mean, or if the file has none of the model's joints.
-void leave_out_strangers(const Experiment& experiment, const Table& table, const std::string& file, std::set<std::string>* used,
-                         std::vector<std::string>* warnings) {
+void leave_out_strangers(const Experiment& experiment, const Table& table, const std::string& file,
+                         std::set<std::string>* used, std::vector<std::string>* warnings) {
   std::set<std::string> known, strangers;
   std::vector<std::string> missing;
   for (const std::string& column : *used) known.insert(get_joint(column));
@@ -226,11 +245,13 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
     if (joint.empty() || used->count(table.names[i]) || known.count(joint)) continue;
     const std::string near = suggest(joint, missing);
     if (!near.empty() || known.empty())
-      refuse_input({table.file, table.names[i], 1, static_cast<int>(i) + 1},
-                   "the robot has no joint '" + joint + "'" + (near.empty() ? "; its joints are " + join_words(missing) : near));
+      refuse_input(
+          {table.file, table.names[i], 1, static_cast<int>(i) + 1},
+          "the robot has no joint '" + joint + "'" + (near.empty() ? "; its joints are " + join_words(missing) : near));
     strangers.insert(joint), used->insert(table.names[i]);
   }
-  if (!strangers.empty()) warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));
+  if (!strangers.empty())
+    warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));
 }
 
 }  // namespace
@@ -250,8 +271,8 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
   for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
   recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
   for (int j = 0; j < experiment.num_joints(); ++j) {
-    read_joint(table, rows, experiment.robot.tree.joint(j).name, experiment.scenario.drive == "effort", &recording.joints[static_cast<size_t>(j)], &used,
-               spec.name, warnings);
+    read_joint(table, rows, experiment.robot.tree.joint(j).name, experiment.scenario.drive == "effort",
+               &recording.joints[static_cast<size_t>(j)], &used, spec.name, warnings);
     JointColumns& joint = recording.joints[static_cast<size_t>(j)];
     joint.separate_rate = has_separate_rate(recording.time, joint);
     joint.rough_command = is_rough(recording.time, joint);
@@ -265,8 +286,9 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
     std::vector<double> values = take(table, static_cast<int>(i), rows);
     const size_t bad = find_absurd(values);
     if (bad < rows.size()) {
-      warnings->push_back(table.file + ":" + std::to_string(table.lines[rows[bad]]) + ":" + std::to_string(i + 1) + ": warning: " +
-                          table.names[i] + ": " + describe_absurd(values[bad]) + "; the column is left out");
+      warnings->push_back(table.file + ":" + std::to_string(table.lines[rows[bad]]) + ":" + std::to_string(i + 1) +
+                          ": warning: " + table.names[i] + ": " + describe_absurd(values[bad]) +
+                          "; the column is left out");
     } else if (any_finite(values)) {
       recording.other[table.names[i]] = std::move(values);
     }

@@ -127,7 +127,8 @@ void warn_of_large_noise(Experiment* e) {
       const double change = calc_largest_change(*e, j, q);
       if (!noise.stated || change <= 0.0 || noise.sigma < change) continue;
       e->warnings.push_back(e->signal_name(static_cast<int>(j), static_cast<Quantity>(q)) + ": the stated noise of " +
-                            number(noise.sigma, 3) + " is more than all its changes, " + number(change, 3) + ": it shows nothing");
+                            number(noise.sigma, 3) + " is more than all its changes, " + number(change, 3) +
+                            ": it shows nothing");
     }
   }
 }

@@ -12,8 +12,8 @@ namespace hrp::diagnosis {
 // It is robust against jumps, and insensitive to motion that is a cubic over four samples.
 double estimate_noise(const std::vector<double>& signal);
 
-// [rad] Step of a joint's encoder, from the small differences of its samples; 0 if it hardly changes. Of an encoder that
-// resolves more than its joint moves between samples: some small motion.
+// [rad] Step of a joint's encoder, from the small differences of its samples; 0 if it hardly changes. Of an encoder
+// that resolves more than its joint moves between samples: some small motion.
 double find_encoder_step(const Experiment& experiment, size_t joint);
 
 // Fills joint_noise and other_noise. All deviations are positive.

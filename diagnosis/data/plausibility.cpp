@@ -139,7 +139,8 @@ void check_exchange(const Experiment& e, const Recording& r, const Pairs& pairs,
       if (!std::isfinite(own_a) || !std::isfinite(own_b)) continue;
       const bool astray = own_a > 0.5 * calc_rms(pairs[a].expected) && own_b > 0.5 * calc_rms(pairs[b].expected);
       if (!astray || cross_a > 0.3 * own_a || cross_b > 0.3 * own_b) continue;
-      if (!varies_with(pairs[a].reading, pairs[b].expected) || !varies_with(pairs[b].reading, pairs[a].expected)) continue;
+      if (!varies_with(pairs[a].reading, pairs[b].expected) || !varies_with(pairs[b].reading, pairs[a].expected))
+        continue;
       refuse_input(r.find_place(e.signal_name(static_cast<int>(a), q)),
                    std::string("is ") + expected + " of joint " + e.robot.tree.joint(static_cast<int>(b)).name +
                        " rather than its own, and the other way round: are the columns of these two joints exchanged?");
@@ -184,7 +185,8 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
                        " times: degrees instead of rad (or servo gains per degree)?");
     }
     if (is_near(line.slope, -1.0) && is_turned(pairs[j]))
-      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)), "is the servo's effort with its sign turned, which it is not in another recording");
+      refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)),
+                   "is the servo's effort with its sign turned, which it is not in another recording");
     if (is_near(line.slope, 1000.0))
       refuse_input(r.find_place(e.signal_name(joint, Quantity::kEffort)),
                    "is 1000 times the servo's effort: mN m instead of N m?");
@@ -193,7 +195,9 @@ void check_effort_units(const Experiment& e, const Recording& r, const Pairs& pa
 
 // Throws if all columns of two joints are exchanged: each effort then follows the law with the other's gains.
 void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs& pairs) {
-  const auto gains = [&](size_t j) { return get_servo_gains(e.scenario, e.robot.tree.joint(static_cast<int>(j)).name).kp; };
+  const auto gains = [&](size_t j) {
+    return get_servo_gains(e.scenario, e.robot.tree.joint(static_cast<int>(j)).name).kp;
+  };
   for (size_t a = 0; a < pairs.size(); ++a) {
     for (size_t b = a + 1; b < pairs.size(); ++b) {
       if (pairs[a].reading.empty() || pairs[b].reading.empty()) continue;
@@ -218,8 +222,8 @@ bool is_still(const std::vector<double>& values) {
   return any && calc_range(values) < kLeastChange;
 }
 
-// True if the joint's effort is not the same constant in all recordings. A motor that is switched on before the recording,
-// or coasts, has a constant effort.
+// True if the joint's effort is not the same constant in all recordings. A motor that is switched on before the
+// recording, or coasts, has a constant effort.
 bool changes_between(const Experiment& e, int j) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const Recording& r : e.recordings) {
@@ -244,8 +248,10 @@ void check_still(Experiment* e, Recording* r, int j) {
     std::vector<double>& signal = joint.signal[static_cast<int>(q)];
     if (!is_still(signal) || calc_range(joint.signal[0]) == 0.0) continue;
     if (q == Quantity::kEffort && changes_between(*e, j)) continue;
-    const char* advice = q == Quantity::kEffort ? "; if the drive did give that, add a recording with another effort" : "";
-    e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded" + advice);
+    const char* advice =
+        q == Quantity::kEffort ? "; if the drive did give that, add a recording with another effort" : "";
+    e->warnings.push_back(r->spec.name + ": " + e->signal_name(j, q) + " never changes: taken as not recorded" +
+                          advice);
     signal.clear();
   }
 }
@@ -259,7 +265,8 @@ double calc_turn(const Recording& r, const std::string& gyro) {
     const std::vector<double> read = fill_gaps(at->second);
     const double mean = calc_mean(read);
     std::vector<double> angle{0.0};
-    for (size_t k = 1; k < r.size(); ++k) angle.push_back(angle.back() + (read[k] - mean) * (r.time[k] - r.time[k - 1]));
+    for (size_t k = 1; k < r.size(); ++k)
+      angle.push_back(angle.back() + (read[k] - mean) * (r.time[k] - r.time[k - 1]));
     largest = std::max(largest, calc_range(angle));
   }
   return largest;
@@ -276,7 +283,8 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
       still = still && at != r->other.end() && is_still(at->second);
     }
     if (!still || calc_turn(*r, "/imu/" + imu.name + "/angular_velocity") < kTurned) continue;
-    e->warnings.push_back(r->spec.name + ": " + name + " never changes although the gyroscope does: taken as not recorded");
+    e->warnings.push_back(r->spec.name + ": " + name +
+                          " never changes although the gyroscope does: taken as not recorded");
     drop_attitude(name, r);
   }
 }
@@ -284,7 +292,9 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
 void check_commands(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
-  if (get_servo_gains(e.scenario, e.robot.tree.joint(j).name).kp <= 0.0 || !r.joints[static_cast<size_t>(j)].command.empty()) return;
+  if (get_servo_gains(e.scenario, e.robot.tree.joint(j).name).kp <= 0.0 ||
+      !r.joints[static_cast<size_t>(j)].command.empty())
+    return;
   refuse_input(r.find_place("/joint_commands/" + spec.name + "/position"),
                "is missing: the servo of this joint follows it (is the drive 'effort' or 'motion'?)");
 }

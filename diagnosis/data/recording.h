@@ -29,8 +29,8 @@ struct JointColumns {
 
 struct Recording {
   RecordingSpec spec;
-  std::vector<double> time;                  // [s] increasing
-  std::vector<JointColumns> joints;          // in the model's order
+  std::vector<double> time;                          // [s] increasing
+  std::vector<JointColumns> joints;                  // in the model's order
   std::map<std::string, std::vector<double>> other;  // all other columns by name
   std::map<std::string, int> column_of;              // number of each column in the file, from 1, for messages
   bool has(const std::string& name) const { return other.count(name) > 0; }

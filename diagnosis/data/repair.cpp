@@ -12,16 +12,17 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kJump = 1.5 * M_PI;    // [rad] no joint moves so far between two samples
-constexpr double kOneTurn = 2.2 * M_PI; // [rad] an encoder that wraps reads within one turn; a tenth more for its errors
-constexpr double kSpike = 10.0;        // times the 95 % quantile of second differences
-constexpr double kSteps = 8.0;         // times the smallest change of a quantised signal
-constexpr double kReturn = 0.1;        // share of the jump by which the neighbours may differ
-constexpr double kMostSpikes = 0.01;   // share of the samples
-constexpr double kOfPosition = 0.03;   // least jump relative to the signal's middle 90 %: a link cannot jump
-constexpr double kOfOthers = 2.0;      // the same for speeds and efforts; impacts also last one sample
+constexpr double kJump = 1.5 * M_PI;  // [rad] no joint moves so far between two samples
+// [rad] an encoder that wraps reads within one turn; a tenth more for its errors
+constexpr double kOneTurn = 2.2 * M_PI;
+constexpr double kSpike = 10.0;       // times the 95 % quantile of second differences
+constexpr double kSteps = 8.0;        // times the smallest change of a quantised signal
+constexpr double kReturn = 0.1;       // share of the jump by which the neighbours may differ
+constexpr double kMostSpikes = 0.01;  // share of the samples
+constexpr double kOfPosition = 0.03;  // least jump relative to the signal's middle 90 %: a link cannot jump
+constexpr double kOfOthers = 2.0;     // the same for speeds and efforts; impacts also last one sample
 
-constexpr double kOfNorm = 0.1;        // by which a quaternion may miss its norm: rounded and averaged ones are nearer
+constexpr double kOfNorm = 0.1;  // by which a quaternion may miss its norm: rounded and averaged ones are nearer
 
 // |x[k] - mean of the neighbours|; NaN beside missing samples.
 std::vector<double> calc_second_differences(const std::vector<double>& x) {
@@ -73,8 +74,8 @@ void repair_attitudes(Recording* r, std::vector<std::string>* warnings) {
     const double norm = repair_attitude(xyzw);
     if (std::isnan(norm)) continue;
     const bool any = std::any_of(xyzw[3]->begin(), xyzw[3]->end(), [](double v) { return std::isfinite(v); });
-    warnings->push_back(r->spec.name + ": " + name + ": a quaternion of norm " + number(norm) + " is no attitude, expected 1; " +
-                        (any ? "such samples are" : "its columns are") + " left out");
+    warnings->push_back(r->spec.name + ": " + name + ": a quaternion of norm " + number(norm) +
+                        " is no attitude, expected 1; " + (any ? "such samples are" : "its columns are") + " left out");
     if (!any) drop_attitude(name, r);
   }
 }
@@ -105,7 +106,8 @@ double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
 
 int unwrap_angle(std::vector<double>* angle) {
   const std::vector<double> values = keep_finite(*angle);
-  // Where turns are counted already, a wheel whose encoder is read seldom moves by more than a turn between two readings.
+  // Where turns are counted already, a wheel whose encoder is read seldom moves by more than a turn between two
+  // readings.
   if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > kOneTurn) return 0;
   int jumps = 0;
   double turns = 0.0, last = std::numeric_limits<double>::quiet_NaN();
@@ -123,7 +125,8 @@ int drop_spikes(std::vector<double>* signal, double of_spread) {
   if (usual.size() < 100) return 0;
   const std::vector<double> values = keep_finite(*signal);
   const double spread = find_quantile(values, 0.95) - find_quantile(values, 0.05);
-  const double least = std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSteps * find_smallest(usual)});
+  const double least =
+      std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSteps * find_smallest(usual)});
   std::vector<size_t> found;
   for (size_t k = 1; k + 1 < signal->size(); ++k) {
     if (second[k] > least && std::abs((*signal)[k + 1] - (*signal)[k - 1]) < kReturn * second[k]) found.push_back(k);
@@ -138,10 +141,12 @@ void repair_recording(const Experiment& e, Recording* r, std::vector<std::string
     JointColumns& joint = r->joints[static_cast<size_t>(j)];
     std::vector<double>& angle = joint.signal[static_cast<int>(Quantity::kPosition)];
     for (int q = 0; q < kQuantities; ++q) {
-      const int spikes = drop_spikes(&joint.signal[q], q == static_cast<int>(Quantity::kPosition) ? kOfPosition : kOfOthers);
+      const int spikes =
+          drop_spikes(&joint.signal[q], q == static_cast<int>(Quantity::kPosition) ? kOfPosition : kOfOthers);
       if (spikes == 0) continue;
-      warnings->push_back(r->spec.name + ": " + e.signal_name(j, static_cast<Quantity>(q)) + ": " + std::to_string(spikes) +
-                          (spikes == 1 ? " sample that jumps and returns is left out" : " samples that jump and return are left out"));
+      warnings->push_back(
+          r->spec.name + ": " + e.signal_name(j, static_cast<Quantity>(q)) + ": " + std::to_string(spikes) +
+          (spikes == 1 ? " sample that jumps and returns is left out" : " samples that jump and return are left out"));
     }
     if (e.robot.tree.joint(j).kind != JointKind::kRevolute) continue;
     const int jumps = unwrap_angle(&angle);

@@ -17,9 +17,9 @@ int unwrap_angle(std::vector<double>* angle);
 // left unchanged. Returns the number of replaced samples.
 int drop_spikes(std::vector<double>* signal, double of_spread);
 
-// Makes the signs of an attitude's quaternions continuous: q and -q are one attitude, and loggers write either. A sample
-// whose norm is not 1, such as the zeros of an IMU that estimates no attitude, becomes NaN. `xyzw` has the four columns.
-// Returns the first such norm; NaN if there is none.
+// Makes the signs of an attitude's quaternions continuous: q and -q are one attitude, and loggers write either. A
+// sample whose norm is not 1, such as the zeros of an IMU that estimates no attitude, becomes NaN. `xyzw` has the four
+// columns. Returns the first such norm; NaN if there is none.
 double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw);
 
 // Takes out the four columns of "/imu/trunk/orientation".

@@ -11,7 +11,10 @@ namespace {
 // Samples around the k-th, with time scaled to [-1, 1].
 struct Window {
   Window(const std::vector<double>& all, size_t k, size_t reach)
-      : begin(k >= reach ? k - reach : 0), end(std::min(all.size(), k + reach + 1)), time(all), center(all[k]),
+      : begin(k >= reach ? k - reach : 0),
+        end(std::min(all.size(), k + reach + 1)),
+        time(all),
+        center(all[k]),
         scale(std::max(1e-9, 0.5 * (all[end - 1] - all[begin]))) {}
   double find_place(size_t i) const { return (time[i] - center) / scale; }
 

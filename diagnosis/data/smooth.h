@@ -14,16 +14,16 @@ namespace hrp::diagnosis {
 constexpr double kSettling = 0.6;
 
 struct SmoothJoint {
-  std::vector<double> q, qd, qdd;     // at every sample of the recording
-  double sigma_qdd = 0.0;             // [rad/s^2] noise of qdd
-  int half_window = 0;                // samples
+  std::vector<double> q, qd, qdd;  // at every sample of the recording
+  double sigma_qdd = 0.0;          // [rad/s^2] noise of qdd
+  int half_window = 0;             // samples
 };
 
 struct SmoothRecording {
   size_t start = 0;   // first sample with a two-sided window; rollouts start here
   size_t judged = 0;  // first sample that is compared: errors of the start state have decayed
   std::vector<SmoothJoint> joints;
-  std::vector<std::vector<double>> effort;     // smoothed alike; empty if not recorded
+  std::vector<std::vector<double>> effort;  // smoothed alike; empty if not recorded
 };
 
 // Replaces missing samples (NaN) by the previous value, at the start by the first value; 0 if there is none.

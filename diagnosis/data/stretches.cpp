@@ -13,13 +13,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPiece = 10.0;    // [s]
+constexpr double kPiece = 10.0;         // [s]
 constexpr double kHeldOut = 1.0 / 3.0;  // of the time that is used, for held-out recordings
 
 // Joints times seconds: half a minute of one core in torque space, minutes in simulation.
 constexpr double kSearched = 2400.0;
-// [s] of robots on their feet: a minute of one core with 13 joints at 200 Hz. Every hypothesis is evaluated at every sample,
-// and balance and soles need the same time whatever the number of joints.
+// [s] of robots on their feet: a minute of one core with 13 joints at 200 Hz. Every hypothesis is evaluated at every
+// sample, and balance and soles need the same time whatever the number of joints.
 constexpr double kSearchedOnFeet = 120.0;
 
 template <typename Value>
@@ -39,7 +39,8 @@ std::vector<size_t> find_pieces(const Recording& r) {
 }
 
 // Rms speed of a joint in each piece.
-std::vector<double> measure_motion(const JointColumns& joint, const std::vector<double>& time, const std::vector<size_t>& pieces) {
+std::vector<double> measure_motion(const JointColumns& joint, const std::vector<double>& time,
+                                   const std::vector<size_t>& pieces) {
   std::vector<double> motion;
   const std::vector<double>& q = joint.signal[0];
   for (size_t p = 0; p + 1 < pieces.size(); ++p) {
@@ -82,7 +83,8 @@ std::vector<Piece> list_pieces(const std::vector<const Recording*>& recordings) 
 }
 
 // Chooses the best piece of every file, then the second best of every file, and so on, up to `seconds`.
-std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<const Recording*>& recordings, double seconds) {
+std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<const Recording*>& recordings,
+                                 double seconds) {
   std::stable_sort(pieces.begin(), pieces.end(), [](const Piece& a, const Piece& b) { return a.score > b.score; });
   std::map<std::string, size_t> count;
   for (Piece& p : pieces) p.rank = count[recordings[p.recording]->spec.file]++;
@@ -104,7 +106,9 @@ std::vector<Recording> cut_pieces(const std::vector<const Recording*>& recording
   std::vector<Recording> out;
   for (size_t i = 0; i < chosen.size();) {
     size_t last = i;
-    while (last + 1 < chosen.size() && chosen[last + 1].recording == chosen[i].recording && chosen[last + 1].begin == chosen[last].end) ++last;
+    while (last + 1 < chosen.size() && chosen[last + 1].recording == chosen[i].recording &&
+           chosen[last + 1].begin == chosen[last].end)
+      ++last;
     const Recording& r = *recordings[chosen[i].recording];
     const bool whole = chosen[i].begin == 0 && chosen[last].end == r.size();
     out.push_back(whole ? r : cut_recording(r, chosen[i].begin, chosen[last].end));
@@ -129,7 +133,8 @@ std::vector<size_t> find_ends_of_gaps(const std::vector<double>& time) {
 }
 
 void copy_all_but_recordings(const Experiment& from, Experiment* to) {
-  to->path = from.path, to->folder = from.folder, to->scenario = from.scenario, to->robot = from.robot, to->keys = from.keys;
+  to->path = from.path, to->folder = from.folder, to->scenario = from.scenario, to->robot = from.robot,
+  to->keys = from.keys;
   to->joint_noise = from.joint_noise, to->other_noise = from.other_noise, to->warnings = from.warnings;
   to->sample_time = from.sample_time;
 }
@@ -139,7 +144,8 @@ void copy_all_but_recordings(const Experiment& from, Experiment* to) {
 Recording cut_recording(const Recording& r, size_t begin, size_t end) {
   Recording out;
   out.spec = r.spec, out.column_of = r.column_of;
-  out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " + number(r.time[end - 1], 4) + " s)";
+  out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " +
+                  number(r.time[end - 1], 4) + " s)";
   out.time = cut(r.time, begin, end);
   for (const JointColumns& joint : r.joints) {
     JointColumns own;
@@ -168,8 +174,9 @@ std::vector<Recording> cut_at_gaps(const Recording& r, std::vector<std::string>*
     }
   }
   if (parts.empty()) return {r};
-  warnings->push_back(r.spec.name + ": " + (gaps == 1 ? "a gap" : std::to_string(gaps) + " gaps, the first") + " without samples from " +
-                      number(r.time[first - 1], 5) + " to " + number(r.time[first], 5) + " s: nothing is carried across" +
+  warnings->push_back(r.spec.name + ": " + (gaps == 1 ? "a gap" : std::to_string(gaps) + " gaps, the first") +
+                      " without samples from " + number(r.time[first - 1], 5) + " to " + number(r.time[first], 5) +
+                      " s: nothing is carried across" +
                       (lost > 0.0 ? "; " + number(lost, 3) + " s in parts shorter than a second are left out" : ""));
   return parts;
 }
@@ -186,7 +193,8 @@ void average_rows(size_t count, Table* table) {
   const double period = time.size() > 2 ? (time[2] - time[0]) / 2.0 : 0.0;
   std::vector<size_t> begins;
   for (size_t k = 0; k < time.size(); ++k) {
-    if (begins.empty() || k - begins.back() == count || time[k] - time[k - 1] > kGapPeriods * period) begins.push_back(k);
+    if (begins.empty() || k - begins.back() == count || time[k] - time[k - 1] > kGapPeriods * period)
+      begins.push_back(k);
   }
   begins.push_back(time.size());
   std::vector<int> lines;

@@ -38,8 +38,8 @@ Experiment make_screened(const Experiment& experiment, double joint_seconds);
 // The same of the recordings with these indices.
 Experiment make_screened(const Experiment& experiment, double joint_seconds, const std::vector<int>& recordings);
 
-// Joints times seconds that a search works with; longer recordings are cut to that by make_screened(). Infinite for robots
-// whose recordings are not cut.
+// Joints times seconds that a search works with; longer recordings are cut to that by make_screened(). Infinite for
+// robots whose recordings are not cut.
 double calc_searched(const Experiment& experiment);
 
 // Joints times seconds of all recordings.

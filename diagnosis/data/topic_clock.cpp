@@ -47,7 +47,8 @@ TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<
   const Points p = find_fastest(stamp, receive);
   std::vector<double> slopes, levels, rest;
   for (size_t a = 0; a < p.x.size(); ++a) {
-    for (size_t b = a + p.x.size() / 4 + 1; b < p.x.size(); ++b) slopes.push_back((p.y[b] - p.y[a]) / std::max(1e-9, p.x[b] - p.x[a]));
+    for (size_t b = a + p.x.size() / 4 + 1; b < p.x.size(); ++b)
+      slopes.push_back((p.y[b] - p.y[a]) / std::max(1e-9, p.x[b] - p.x[a]));
   }
   clock.slope = find_median(slopes);
   for (size_t a = 0; a < p.x.size(); ++a) levels.push_back(p.y[a] - clock.slope * p.x[a]);
@@ -82,9 +83,11 @@ std::string describe_clock(const PlacedClock& c, const std::string& reference) {
   std::string text = c.period > 0.0 ? number(1.0 / c.period, 3) + " Hz" : "one sample";
   if (!c.stamped) return text + "; no stamps of its sender, times of receiving are used";
   if (!c.moved) return text;
-  text += "; its clock is " + number(std::abs(c.offset), 4) + (c.offset > 0.0 ? " s ahead of" : " s behind") + " that of " + reference;
+  text += "; its clock is " + number(std::abs(c.offset), 4) + (c.offset > 0.0 ? " s ahead of" : " s behind") +
+          " that of " + reference;
   if (c.drift != 0.0)
-    text += " and " + std::string(c.drift > 0.0 ? "gains " : "loses ") + number(1e6 * std::abs(c.drift), 3) + " us in a second";
+    text += " and " + std::string(c.drift > 0.0 ? "gains " : "loses ") + number(1e6 * std::abs(c.drift), 3) +
+            " us in a second";
   return text + ": moved there";
 }
 

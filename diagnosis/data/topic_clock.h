@@ -14,7 +14,8 @@ namespace hrp::diagnosis {
 struct TopicClock {
   bool stamped = false;  // by the sender; if false, only receive times are known
   double begin = 0.0;    // [s] first stamp
-  double level = 0.0, slope = 0.0, scatter = 0.0;  // envelope of receive - stamp: level + slope (stamp - begin) +- scatter
+  double level = 0.0, slope = 0.0,
+         scatter = 0.0;  // envelope of receive - stamp: level + slope (stamp - begin) +- scatter
   double span = 0.0;     // [s] of stamps
   double to_receive(double stamp) const { return stamped ? stamp + level + slope * (stamp - begin) : stamp; }
   double from_receive(double receive) const {
@@ -25,10 +26,10 @@ TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<
 
 struct PlacedClock {
   bool stamped = false;
-  bool moved = false;    // converted to the reference's clock
-  double offset = 0.0;   // [s] ahead of the reference at the start
-  double drift = 0.0;    // [s/s] gain against the reference
-  double period = 0.0;   // [s] median between samples
+  bool moved = false;   // converted to the reference's clock
+  double offset = 0.0;  // [s] ahead of the reference at the start
+  double drift = 0.0;   // [s/s] gain against the reference
+  double period = 0.0;  // [s] median between samples
 };
 
 // Times of samples on the clock of `reference`. Stamps stay unchanged if the clocks differ by no more than latency can

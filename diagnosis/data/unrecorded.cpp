@@ -57,8 +57,10 @@ bool fix_unrecorded(Experiment* e) {
   bool mentioned = false;
   for (const std::string& name : names) {
     urdf = set_joint_attribute(urdf, name, "", "type", "fixed");
-    mentioned = e->scenario.servo_joints.erase(name) + e->scenario.initial_joints.erase(name) + e->scenario.rotor_inertia.erase(name) +
-                e->scenario.joint_laws.erase(name) > 0 || mentioned;
+    mentioned = e->scenario.servo_joints.erase(name) + e->scenario.initial_joints.erase(name) +
+                        e->scenario.rotor_inertia.erase(name) + e->scenario.joint_laws.erase(name) >
+                    0 ||
+                mentioned;
     e->warnings.push_back("joint " + name + " is in no recording: taken as fixed at its zero");
   }
   const std::string own = e->robot.urdf;

@@ -15,7 +15,8 @@ size_t find_within(const std::string& text, const std::string& what, size_t begi
 // Start of an attribute's value, after its quote, in the tag at `tag`; npos if there is none.
 size_t find_value(const std::string& text, size_t tag, const std::string& attribute) {
   const size_t end = text.find('>', tag);
-  for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos; at = find_within(text, attribute, at + 1, end)) {
+  for (size_t at = find_within(text, attribute, tag, end); at != std::string::npos;
+       at = find_within(text, attribute, at + 1, end)) {
     size_t next = at + attribute.size();
     while (next < end && std::isspace(static_cast<unsigned char>(text[next]))) ++next;
     if (next >= end || text[next] != '=' || !std::isspace(static_cast<unsigned char>(text[at - 1]))) continue;

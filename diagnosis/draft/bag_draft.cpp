@@ -26,13 +26,15 @@ struct TopicContent {
   const BagTopic* topic = nullptr;
   std::optional<RosType> type;
   size_t count = 0;
-  int64_t first = 0, last = 0;                               // [ns] received
-  std::string frame;                                         // of the last message
-  std::vector<std::string> joints;                           // of the first message
+  int64_t first = 0, last = 0;                                  // [ns] received
+  std::string frame;                                            // of the last message
+  std::vector<std::string> joints;                              // of the first message
   bool positions = false, velocities = false, efforts = false;  // for all joints
-  size_t known = 0;                                          // of the joints: those of the model
+  size_t known = 0;                                             // of the joints: those of the model
 
-  double rate() const { return last > first ? static_cast<double>(count - 1) * 1e9 / static_cast<double>(last - first) : 0.0; }
+  double rate() const {
+    return last > first ? static_cast<double>(count - 1) * 1e9 / static_cast<double>(last - first) : 0.0;
+  }
 };
 
 class BagDrafter {
@@ -81,7 +83,9 @@ class BagDrafter {
       content->joints = names;
       for (const std::string& name : names) content->known += robot_.find_joint(name) >= 0 ? 1 : 0;
     }
-    const auto has = [&](const char* quantity) { return !names.empty() && values.numbers(quantity).size() == names.size(); };
+    const auto has = [&](const char* quantity) {
+      return !names.empty() && values.numbers(quantity).size() == names.size();
+    };
     content->positions |= has("position"), content->velocities |= has("velocity"), content->efforts |= has("effort");
   }
 
@@ -90,7 +94,8 @@ class BagDrafter {
     const TopicContent* best = nullptr;
     for (const TopicContent& content : contents_) {
       const bool fits = std::find(types.begin(), types.end(), content.topic->type) != types.end();
-      if (fits && is_command_name(content.topic->name) == command && (best == nullptr || content.known > best->known)) best = &content;
+      if (fits && is_command_name(content.topic->name) == command && (best == nullptr || content.known > best->known))
+        best = &content;
     }
     return best;
   }
@@ -106,11 +111,12 @@ class BagDrafter {
     out_.text += "  joint_states: " + states->topic->name + "   # " + rate + "\n";
     out_.efforts = states->efforts;
     const std::string of = std::to_string(states->known) + " of " + std::to_string(robot_.num_joints()) + " joints";
-    out_.found.push_back("topic " + states->topic->name + ": " + of + "; positions: " + say(states->positions) + ", velocities: " +
-                         say(states->velocities) + ", efforts: " + say(states->efforts));
+    out_.found.push_back("topic " + states->topic->name + ": " + of + "; positions: " + say(states->positions) +
+                         ", velocities: " + say(states->velocities) + ", efforts: " + say(states->efforts));
     if (states->known == 0)
-      out_.asked.push_back("which joint of the bag (" + join_words(states->joints) + ") is which of the model: joint_states: {topic: " +
-                           states->topic->name + ", joints: {NAME IN THE BAG: NAME IN THE MODEL}}");
+      out_.asked.push_back("which joint of the bag (" + join_words(states->joints) +
+                           ") is which of the model: joint_states: {topic: " + states->topic->name +
+                           ", joints: {NAME IN THE BAG: NAME IN THE MODEL}}");
   }
   static const char* say(bool there) { return there ? "yes" : "no"; }
 
@@ -127,7 +133,8 @@ class BagDrafter {
     out_.text += "  joint_commands: {topic: " + name + ", quantity: position, joints: [";
     for (int i = 0; i < robot_.num_joints(); ++i) out_.text += (i > 0 ? ", " : "") + robot_.joint(i).name;
     out_.text += "]}   # (?)\n";
-    out_.asked.push_back("which joints, in which order, the numbers of " + name + " are, and whether they are positions, velocities or efforts");
+    out_.asked.push_back("which joints, in which order, the numbers of " + name +
+                         " are, and whether they are positions, velocities or efforts");
   }
 
   // One for each topic of the type, on the link that its messages name.
@@ -138,10 +145,12 @@ class BagDrafter {
       const std::string name = make_name(content.topic->name);
       const bool known = robot_.find_link(content.frame) >= 0 || robot_.find_frame(content.frame) >= 0;
       out_.text += "  " + kind + "/" + name + ": " + content.topic->name + "\n";
-      text += "    " + name + ": {link: " + (known ? content.frame : robot_.links[0].name + "}   # (?) the messages say '" + content.frame + "'");
+      text += "    " + name + ": {link: " +
+              (known ? content.frame : robot_.links[0].name + "}   # (?) the messages say '" + content.frame + "'");
       text += known ? "}\n" : "\n";
       out_.found.push_back("topic " + content.topic->name + ": sensor '" + name + "'");
-      if (!known) out_.asked.push_back("the link of the sensor '" + name + "': the model has no '" + content.frame + "'");
+      if (!known)
+        out_.asked.push_back("the link of the sensor '" + name + "': the model has no '" + content.frame + "'");
     }
     if (!text.empty() && kind == "imu") out_.imu = true;
     if (!text.empty()) sensors_ += "  " + kind + ":\n" + text;
@@ -151,8 +160,10 @@ class BagDrafter {
   static std::string make_name(const std::string& topic) {
     std::string name;
     for (const char c : topic) {
-      if (std::isalnum(static_cast<unsigned char>(c))) name += c;
-      else if (!name.empty()) name += '_';
+      if (std::isalnum(static_cast<unsigned char>(c)))
+        name += c;
+      else if (!name.empty())
+        name += '_';
     }
     return name;
   }

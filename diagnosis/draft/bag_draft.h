@@ -10,9 +10,9 @@
 namespace hrp::diagnosis {
 
 struct BagDraft {
-  std::string text;                // the sections `topics` and `sensors`
+  std::string text;                        // the sections `topics` and `sensors`
   bool commands = false, efforts = false;  // it has some
-  bool imu = false;                // and an inertial sensor
+  bool imu = false;                        // and an inertial sensor
   std::vector<std::string> found, asked;   // as of Draft
 };
 

@@ -30,18 +30,25 @@ const std::map<std::string, Word>& list_words() {
     add({"msec", "millis", "milliseconds"}, {Q::kTime, false, false, 1e-3});
     add({"usec", "micros", "microseconds"}, {Q::kTime, false, false, 1e-6});
     add({"nsec", "nanos", "nanoseconds"}, {Q::kTime, false, false, 1e-9});
-    add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"}, {Q::kPosition, false, false, 0.0});
-    add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"}, {Q::kVelocity, false, false, 0.0});
-    add({"tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "force"}, {Q::kEffort, false, false, 0.0});
-    add({"current", "currents", "cur", "iq", "amp", "amps", "ampere", "amperes"}, {Q::kEffort, false, false, 0.0, EffortOf::kCurrent});
-    add({"pwm", "duty", "dutycycle", "load"}, {Q::kEffort, false, false, 0.0, EffortOf::kDuty});  // servos call their duty a load
+    add({"q", "pos", "position", "positions", "angle", "theta", "phi", "encoder", "enc"},
+        {Q::kPosition, false, false, 0.0});
+    add({"dq", "qd", "qdot", "vel", "velocity", "velocities", "speed", "omega", "thetadot", "dtheta", "dot", "rate"},
+        {Q::kVelocity, false, false, 0.0});
+    add({"tau", "torque", "torques", "effort", "efforts", "eff", "trq", "moment", "force"},
+        {Q::kEffort, false, false, 0.0});
+    add({"current", "currents", "cur", "iq", "amp", "amps", "ampere", "amperes"},
+        {Q::kEffort, false, false, 0.0, EffortOf::kCurrent});
+    add({"pwm", "duty", "dutycycle", "load"},
+        {Q::kEffort, false, false, 0.0, EffortOf::kDuty});  // servos call their duty a load
     add({"voltage", "voltages", "volt", "volts"}, {Q::kEffort, false, false, 0.0, EffortOf::kVoltage});
     add({"cmd", "command", "commanded", "des", "desired", "target", "ref", "reference", "goal", "set", "setpoint"},
         {Q::kNone, true, false, 0.0, EffortOf::kTorque, false, true});
     add({"action"}, {Q::kNone, true, false, 0.0});  // of a policy, alone: in a unit of its own
-    add({"meas", "measured", "actual", "present", "feedback", "fb"}, {Q::kNone, false, false, 0.0, EffortOf::kTorque, false, true});
-    add({"ddq", "qdd", "ddot", "acc", "acceleration", "accel", "temp", "temperature", "error", "err", "jerk", "gyro", "imu", "quat",
-         "battery", "bus", "supply", "input", "enable", "enabled", "limit", "limits", "mode", "flag", "gain", "gains"},
+    add({"meas", "measured", "actual", "present", "feedback", "fb"},
+        {Q::kNone, false, false, 0.0, EffortOf::kTorque, false, true});
+    add({"ddq",    "qdd",     "ddot",  "acc",    "acceleration", "accel",   "temp", "temperature", "error",
+         "err",    "jerk",    "gyro",  "imu",    "quat",         "battery", "bus",  "supply",      "input",
+         "enable", "enabled", "limit", "limits", "mode",         "flag",    "gain", "gains"},
         {Q::kNone, false, true, 0.0});
     add({"deg", "degree", "degrees"}, {Q::kNone, false, false, 0.017453292519943295, EffortOf::kTorque, false, true});
     // Only speeds have these units: "left_rpm".
@@ -74,7 +81,8 @@ bool take_out(const std::vector<std::string>& name, std::vector<std::string>* wo
   return true;
 }
 
-// The joint with the longest name that the words have: "left_hip_yaw" before "hip_yaw". Words that all URDFs have tell none apart.
+// The joint with the longest name that the words have: "left_hip_yaw" before "hip_yaw". Words that all URDFs have tell
+// none apart.
 int take_joint(const std::vector<std::string>& joints, std::vector<std::string>* words) {
   int best = -1;
   size_t longest = 0;
@@ -83,7 +91,8 @@ int take_joint(const std::vector<std::string>& joints, std::vector<std::string>*
     std::vector<std::string> name = split_words(joints[i]);
     for (int attempt = 0; attempt < 2; ++attempt) {
       std::vector<std::string> rest = *words;
-      if (name.size() > longest && take_out(name, &rest)) best = static_cast<int>(i), longest = name.size(), left = rest;
+      if (name.size() > longest && take_out(name, &rest))
+        best = static_cast<int>(i), longest = name.size(), left = rest;
       if (name.size() < 2 || name.back() != "joint") break;
       name.pop_back();
     }
@@ -98,8 +107,10 @@ std::vector<std::string> split_words(const std::string& text) {
   std::vector<std::string> words;
   char before = ' ';
   for (const char c : text) {
-    const bool digit = std::isdigit(static_cast<unsigned char>(c)), letter = std::isalpha(static_cast<unsigned char>(c));
-    const bool digit_before = std::isdigit(static_cast<unsigned char>(before)), letter_before = std::isalpha(static_cast<unsigned char>(before));
+    const bool digit = std::isdigit(static_cast<unsigned char>(c)),
+               letter = std::isalpha(static_cast<unsigned char>(c));
+    const bool digit_before = std::isdigit(static_cast<unsigned char>(before)),
+               letter_before = std::isalpha(static_cast<unsigned char>(before));
     const bool camel = std::isupper(static_cast<unsigned char>(c)) && std::islower(static_cast<unsigned char>(before));
     if ((digit && !digit_before) || (letter && (!letter_before || camel))) words.emplace_back();
     if (digit || letter) words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -132,12 +143,14 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
   }
   if (bare) meaning.kind = ColumnKind::kPosition;
   if (useless) meaning.kind = ColumnKind::kNone;
-  if (meaning.of == EffortOf::kDuty || meaning.of == EffortOf::kVoltage) meaning.command = false;  // "pwm_cmd": what the drive was given
+  if (meaning.of == EffortOf::kDuty || meaning.of == EffortOf::kVoltage)
+    meaning.command = false;  // "pwm_cmd": what the drive was given
   if (meaning.kind == ColumnKind::kTime && (meaning.command || meaning.joint >= 0)) meaning.kind = ColumnKind::kNone;
   return meaning;
 }
 
-std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns, const std::vector<std::string>& joints) {
+std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns,
+                                         const std::vector<std::string>& joints) {
   std::vector<ColumnMeaning> meanings;
   std::map<std::string, std::vector<size_t>> numbered;  // by the name without its digits: one group of columns each
   bool timed = false;
@@ -165,14 +178,16 @@ std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns
   return meanings;
 }
 
-void take_named_joints(const std::vector<std::string>& columns, const std::vector<std::string>& first, const std::vector<std::string>& joints,
-                       std::vector<ColumnMeaning>* meanings) {
+void take_named_joints(const std::vector<std::string>& columns, const std::vector<std::string>& first,
+                       const std::vector<std::string>& joints, std::vector<ColumnMeaning>* meanings) {
   std::map<int, int> joint_of;  // by the number in the columns' names
   for (size_t i = 0; i < columns.size() && i < first.size(); ++i) {
     const std::vector<std::string> words = split_words(columns[i]);
     const auto joint = std::find(joints.begin(), joints.end(), first[i]);
-    const bool name = std::any_of(words.begin(), words.end(), [](const std::string& word) { return word == "name" || word == "names"; });
-    if (name && joint != joints.end() && (*meanings)[i].index >= 0) joint_of[(*meanings)[i].index] = static_cast<int>(joint - joints.begin());
+    const bool name = std::any_of(words.begin(), words.end(),
+                                  [](const std::string& word) { return word == "name" || word == "names"; });
+    if (name && joint != joints.end() && (*meanings)[i].index >= 0)
+      joint_of[(*meanings)[i].index] = static_cast<int>(joint - joints.begin());
   }
   for (ColumnMeaning& m : *meanings) {
     if (joint_of.empty() || m.index < 0 || m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;

@@ -12,7 +12,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLongestPeriod = 0.2;  // [s] between samples: slower logs are in a finer unit of time
-constexpr double kSameMotion = 0.99;    // correlation of a velocity with a position's differences: other columns move alike, too
+// Correlation of a velocity with a position's differences: other columns move alike, too
+constexpr double kSameMotion = 0.99;
 
 }  // namespace
 

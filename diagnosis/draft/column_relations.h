@@ -13,12 +13,15 @@ double find_stamp_period(const std::vector<double>& column);
 double find_time_scale(double period);
 
 // Of the central differences of a position with a velocity. `time`: of their rows.
-double calc_rate_correlation(const std::vector<double>& position, const std::vector<double>& velocity, const std::vector<double>& time);
+double calc_rate_correlation(const std::vector<double>& position, const std::vector<double>& velocity,
+                             const std::vector<double>& time);
 
 // The integral of a velocity by the travel of a position, as a slope: speeds that are late hardly change it.
-double calc_travel_ratio(const std::vector<double>& position, const std::vector<double>& velocity, const std::vector<double>& time);
+double calc_travel_ratio(const std::vector<double>& position, const std::vector<double>& velocity,
+                         const std::vector<double>& time);
 
-// Two columns, the second the rate of the first: rows a second that make it so, if both are in one unit of angle or length.
+// Two columns, the second the rate of the first: rows a second that make it so, if both are in one unit of angle or
+// length.
 struct RatePair {
   size_t position = 0, velocity = 0;
   double rate = 0.0;  // [1/s]; 0: there is no such pair

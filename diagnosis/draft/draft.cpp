@@ -44,8 +44,11 @@ struct EffortUnit {
 constexpr EffortUnit kEffortUnits[] = {
     {EffortOf::kTorque, "", ""},
     {EffortOf::kCurrent, "a current", "the torque constant at the joint [N m/A]: gear ratio times that of the motor"},
-    {EffortOf::kDuty, "the duty of a PWM", "the stall torque over the largest count [N m], and a duty needs the sign of its direction; its back-EMF then looks like viscous friction"},
-    {EffortOf::kVoltage, "a voltage", "the torque constant at the joint over the resistance [N m/V]; its back-EMF then looks like viscous friction"}};
+    {EffortOf::kDuty, "the duty of a PWM",
+     "the stall torque over the largest count [N m], and a duty needs the sign of its direction; its back-EMF then "
+     "looks like viscous friction"},
+    {EffortOf::kVoltage, "a voltage",
+     "the torque constant at the joint over the resistance [N m/V]; its back-EMF then looks like viscous friction"}};
 
 // For YAML.
 std::string quote(std::string text) {
@@ -55,7 +58,9 @@ std::string quote(std::string text) {
 
 // As it is where YAML takes it as a word.
 std::string quote_name(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-'; });
+  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-';
+  });
   return plain ? name : quote(name);
 }
 
@@ -79,22 +84,28 @@ class DraftWriter {
     scenario.floating_base = false;
     tree_ = load_repaired_robot(&scenario).tree;
     for (int i = 0; i < tree_.num_joints(); ++i) joints_.push_back(tree_.joint(i).name);
-    if (joints_.empty()) refuse_input(robot, "has no joint that moves: write the experiment by hand (docs/diagnosis.md)");
+    if (joints_.empty())
+      refuse_input(robot, "has no joint that moves: write the experiment by hand (docs/diagnosis.md)");
   }
 
   Draft write() {
     write_recordings();
     const auto text = std::find_if(logs_.begin(), logs_.end(), is_text);
-    if (text != logs_.end()) write_columns(*text);
-    else if (is_ros_bag(logs_[0])) write_topics(logs_[0]);
-    else write_drive(true, true);
+    if (text != logs_.end())
+      write_columns(*text);
+    else if (is_ros_bag(logs_[0]))
+      write_topics(logs_[0]);
+    else
+      write_drive(true, true);
     if (floats() && feet_.empty()) ask("which links of the model are its feet: 'feet: [left_foot, right_foot]'");
     draft_.text = make_head() + out_.str();
     return draft_;
   }
 
  private:
-  std::string name_from_folder(const std::string& path) const { return fs::absolute(path).lexically_normal().lexically_relative(folder_.lexically_normal()).string(); }
+  std::string name_from_folder(const std::string& path) const {
+    return fs::absolute(path).lexically_normal().lexically_relative(folder_.lexically_normal()).string();
+  }
 
   void ask(const std::string& what) { draft_.asked.push_back(what); }
 
@@ -104,19 +115,24 @@ class DraftWriter {
   std::string make_head() const {
     std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
     if (floats()) {
-      base = "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
-             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" + join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+      base =
+          "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
+          "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" +
+          join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
     }
-    return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " + quote_name(name_from_folder(robot_)) + "\n" + base;
+    return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " +
+           quote_name(name_from_folder(robot_)) + "\n" + base;
   }
 
   void write_recordings() {
     out_ << "recordings:\n";
     for (size_t i = 0; i < logs_.size(); ++i) {
       const bool held_out = logs_.size() > 1 && i + 1 == logs_.size();
-      out_ << "  - {file: " << quote_name(name_from_folder(logs_[i])) << ", role: " << (held_out ? "validate" : "train") << "}\n";
+      out_ << "  - {file: " << quote_name(name_from_folder(logs_[i])) << ", role: " << (held_out ? "validate" : "train")
+           << "}\n";
     }
-    if (logs_.size() == 1) ask("a second log of another motion, with 'role: validate': values of one recording alone are hardly certain");
+    if (logs_.size() == 1)
+      ask("a second log of another motion, with 'role: validate': values of one recording alone are hardly certain");
   }
 
   void write_topics(const std::string& path) {
@@ -133,7 +149,8 @@ class DraftWriter {
     log_ = read_log_columns(path);
     meanings_ = find_meanings(log_.names, joints_);
     take_named_joints(log_.names, log_.first, joints_, &meanings_);
-    if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") != log_.names.end()) {
+    if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") !=
+        log_.names.end()) {
       draft_.found.push_back("the header names the signals itself: no columns are needed");
       write_drive(true, true);
       return;
@@ -156,18 +173,25 @@ class DraftWriter {
     if (efforts == 0 && commands == 0) efforts = commanded;
     if (positions == 0) ask("which columns are the joints' positions");
     if (imu_ || !feet_.empty()) out_ << "sensors:\n";
-    if (imu_) out_ << "  imu:\n    body: {link: " << quote_name(tree_.links[0].name) << "}   # (?) the link that carries it\n";
-    const char* frame = upright_ ? ", frame: world}   # (?) one force a foot is taken as upright; without 'frame', along the link's z\n" : "}\n";
-    for (const std::string& foot : feet_) out_ << (foot == feet_[0] ? "  wrench:\n" : "") << "    " << foot << ": {link: " << quote_name(foot) << frame;
+    if (imu_)
+      out_ << "  imu:\n    body: {link: " << quote_name(tree_.links[0].name) << "}   # (?) the link that carries it\n";
+    const char* frame =
+        upright_ ? ", frame: world}   # (?) one force a foot is taken as upright; without 'frame', along the link's z\n"
+                 : "}\n";
+    for (const std::string& foot : feet_)
+      out_ << (foot == feet_[0] ? "  wrench:\n" : "") << "    " << foot << ": {link: " << quote_name(foot) << frame;
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
     ask_for_joints();
     write_unused();
-    if (std::any_of(meanings_.begin(), meanings_.end(), [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) && joints_.size() > 1)
+    if (std::any_of(meanings_.begin(), meanings_.end(),
+                    [](const ColumnMeaning& m) { return m.joint >= 0 && m.index >= 0; }) &&
+        joints_.size() > 1)
       ask("whether the numbers in the columns' names count the joints in the model's order: " + join_words(joints_));
     const std::string of = " of " + std::to_string(joints_.size()) + " joints: ";
-    draft_.found.push_back("positions" + of + std::to_string(positions) + "; velocities: " + std::to_string(velocities) +
-                           "; efforts: " + std::to_string(efforts) + "; commanded positions: " + std::to_string(commands));
+    draft_.found.push_back("positions" + of + std::to_string(positions) +
+                           "; velocities: " + std::to_string(velocities) + "; efforts: " + std::to_string(efforts) +
+                           "; commanded positions: " + std::to_string(commands));
   }
 
   void write_imu(std::ostringstream* columns) {
@@ -175,7 +199,9 @@ class DraftWriter {
       *columns << "  /imu/body/" << found.signal << ": " << find_place(found.column) << "\n";
       used_[found.column] = imu_ = true;
     }
-    if (imu_) draft_.found.push_back("an inertial sensor, taken as mounted along the axes of the link '" + tree_.links[0].name + "'");
+    if (imu_)
+      draft_.found.push_back("an inertial sensor, taken as mounted along the axes of the link '" + tree_.links[0].name +
+                             "'");
   }
 
   void write_feet(std::ostringstream* columns) {
@@ -185,7 +211,8 @@ class DraftWriter {
       used_[found.column] = true, upright_ = upright_ && found.axis == "z";
       if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
     }
-    if (!feet_.empty()) draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join_words(feet_));
+    if (!feet_.empty())
+      draft_.found.push_back("forces under " + std::to_string(feet_.size()) + " feet: " + join_words(feet_));
   }
 
   // Without names: a position and its rate for each joint, and as many other columns, which are the efforts.
@@ -193,13 +220,16 @@ class DraftWriter {
     if (!log_.names.empty() || time_ < 0) return;
     std::vector<ColumnMeaning> meanings(log_.count);
     int pairs = 0, others = 0;
-    const auto is_free = [&](size_t i) { return meanings[i].kind == ColumnKind::kNone && static_cast<int>(i) != time_; };
+    const auto is_free = [&](size_t i) {
+      return meanings[i].kind == ColumnKind::kNone && static_cast<int>(i) != time_;
+    };
     for (size_t i = 0; i < log_.count; ++i) {
       double most = 0.9;
       size_t rate = i;
       for (size_t k = 0; k < log_.count && is_free(i); ++k) {
         const double alike = k == i || !is_free(k) ? 0.0 : calc_rate_correlation(column(i), column(k), time());
-        const bool same_unit = alike > most && std::abs(time_scale_ * calc_travel_ratio(column(i), column(k), time()) - 1.0) < 0.1;
+        const bool same_unit =
+            alike > most && std::abs(time_scale_ * calc_travel_ratio(column(i), column(k), time()) - 1.0) < 0.1;
         if (same_unit) most = alike, rate = k;
       }
       if (rate == i) continue;
@@ -211,7 +241,8 @@ class DraftWriter {
     }
     if (pairs != static_cast<int>(joints_.size()) || others != pairs) return;
     meanings_ = std::move(meanings);
-    ask("whether the columns are positions, their velocities and efforts, in the model's order of the joints: the file has no header, but one column is the rate of another");
+    ask("whether the columns are positions, their velocities and efforts, in the model's order of the joints: the file "
+        "has no header, but one column is the rate of another");
   }
 
   // Counts of an encoder, by the velocity beside them if its unit is known.
@@ -221,12 +252,16 @@ class DraftWriter {
       if (m.kind != ColumnKind::kPosition || !m.counts || m.scale > 0.0) continue;
       for (size_t v = 0; v < meanings_.size(); ++v) {
         const ColumnMeaning& speed = meanings_[v];
-        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) || calc_rate_correlation(column(i), column(v), time()) < 0.9) continue;
+        if (speed.kind != ColumnKind::kVelocity || speed.command || speed.joint != m.joint || !(speed.scale > 0.0) ||
+            calc_rate_correlation(column(i), column(v), time()) < 0.9)
+          continue;
         m.scale = speed.scale * time_scale_ * calc_travel_ratio(column(i), column(v), time());
-        draft_.found.push_back("column " + find_place(i) + ": " + std::to_string(std::lround(2.0 * M_PI / m.scale)) + " counts a turn, by column " + find_place(v));
+        draft_.found.push_back("column " + find_place(i) + ": " + std::to_string(std::lround(2.0 * M_PI / m.scale)) +
+                               " counts a turn, by column " + find_place(v));
         break;
       }
-      if (!(m.scale > 0.0)) ask("how many counts a turn column " + find_place(i) + " has: 'scale' is 6.2831853 by that number");
+      if (!(m.scale > 0.0))
+        ask("how many counts a turn column " + find_place(i) + " has: 'scale' is 6.2831853 by that number");
     }
   }
 
@@ -253,9 +288,11 @@ class DraftWriter {
       const bool named = i < meanings_.size() && meanings_[i].kind == ColumnKind::kTime;
       if (period <= 0.0 || !(named || log_.names.empty())) continue;
       const double scale = named && meanings_[i].scale > 0.0 ? meanings_[i].scale : find_time_scale(period);
-      *columns << "  time: {column: " << find_place(i) << ", scale: " << format_exact(scale) << "}   # " << format_short(1.0 / (period * scale)) << " Hz\n";
+      *columns << "  time: {column: " << find_place(i) << ", scale: " << format_exact(scale) << "}   # "
+               << format_short(1.0 / (period * scale)) << " Hz\n";
       time_scale_ = scale;
-      draft_.found.push_back("time: column " + find_place(i) + ", " + format_short(1.0 / (period * scale)) + " samples a second");
+      draft_.found.push_back("time: column " + find_place(i) + ", " + format_short(1.0 / (period * scale)) +
+                             " samples a second");
       time_ = static_cast<int>(i);
       return;
     }
@@ -263,12 +300,16 @@ class DraftWriter {
       const std::vector<double>& stamps = column(i);
       const auto back = std::is_sorted_until(stamps.begin(), stamps.end());
       if (meanings_[i].kind != ColumnKind::kTime || back == stamps.end()) continue;
-      ask("what happened to the clock: column " + find_place(i) + " goes back from " + format_exact(back[-1]) + " to " + format_exact(*back) +
-          ", in row " + std::to_string(back - stamps.begin() + 1) + " of the numbers. Cut the file there, or mend the stamps");
+      ask("what happened to the clock: column " + find_place(i) + " goes back from " + format_exact(back[-1]) + " to " +
+          format_exact(*back) + ", in row " + std::to_string(back - stamps.begin() + 1) +
+          " of the numbers. Cut the file there, or mend the stamps");
     }
     const RatePair pair = find_rate_pair(log_.table.columns);
-    const std::string by = pair.rate > 0.0 ? "; so column " + find_place(pair.velocity) + " is the rate of column " + find_place(pair.position) + " in the same unit" : "";
-    out_ << "sample_rate: " << (pair.rate > 0.0 ? format_short(pair.rate) : "100") << "    # (?) [Hz]: no column of time was found" << by << "\n";
+    const std::string by = pair.rate > 0.0 ? "; so column " + find_place(pair.velocity) + " is the rate of column " +
+                                                 find_place(pair.position) + " in the same unit"
+                                           : "";
+    out_ << "sample_rate: " << (pair.rate > 0.0 ? format_short(pair.rate) : "100")
+         << "    # (?) [Hz]: no column of time was found" << by << "\n";
     ask("the rate of the samples, or the column of time");
   }
 
@@ -278,25 +319,33 @@ class DraftWriter {
       const size_t count = write_signals(ColumnKind::kEffort, command, "effort", columns, unit);
       if (count == 0) continue;
       if (unit.of != EffortOf::kTorque && !command)
-        ask("the factor of the efforts: their columns hold " + std::string(unit.what) + ", no torque. It is " + unit.factor +
-            ". With the factor 1, all torques and inertias of the report are in the unit of the log, or in the one that it finds");
+        ask("the factor of the efforts: their columns hold " + std::string(unit.what) + ", no torque. It is " +
+            unit.factor +
+            ". With the factor 1, all torques and inertias of the report are in the unit of the log, or in the one "
+            "that it finds");
       return count;
     }
     return 0;
   }
 
   // One line a joint. Returns how many joints have one.
-  size_t write_signals(ColumnKind kind, bool command, const std::string& name, std::ostringstream* columns, const EffortUnit& unit = kEffortUnits[0]) {
+  size_t write_signals(ColumnKind kind, bool command, const std::string& name, std::ostringstream* columns,
+                       const EffortUnit& unit = kEffortUnits[0]) {
     size_t count = 0;
     for (size_t joint = 0; joint < joints_.size(); ++joint) {
       for (size_t i = 0; i < meanings_.size(); ++i) {
         const ColumnMeaning& m = meanings_[i];
-        if (m.kind != kind || m.of != unit.of || m.command != command || m.joint != static_cast<int>(joint) || used_[i]) continue;
-        *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name << ": ";
+        if (m.kind != kind || m.of != unit.of || m.command != command || m.joint != static_cast<int>(joint) || used_[i])
+          continue;
+        *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name
+                 << ": ";
         if (unit.of != EffortOf::kTorque)
-          *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale > 0.0 ? m.scale : 1.0) << "}   # (?) " << unit.what << "\n";
-        else if (m.scale > 0.0) *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
-        else *columns << find_place(i) << "\n";
+          *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale > 0.0 ? m.scale : 1.0)
+                   << "}   # (?) " << unit.what << "\n";
+        else if (m.scale > 0.0)
+          *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
+        else
+          *columns << find_place(i) << "\n";
         used_[i] = true, ++count;
         break;
       }
@@ -307,10 +356,12 @@ class DraftWriter {
   void write_drive(bool commands, bool efforts) {
     if (!commands) {
       out_ << (efforts || !floats() ? "drive: effort\n" : "drive: motion\n");
-      if (!efforts && !floats()) ask("the columns of the efforts or of the commands: without either, nothing tells what moved the robot");
+      if (!efforts && !floats())
+        ask("the columns of the efforts or of the commands: without either, nothing tells what moved the robot");
       return;
     }
-    out_ << "servo:              # (?) gains of the position loops: kp [N m/rad], kd [N m s/rad]; or 'drive: effort' instead of this\n"
+    out_ << "servo:              # (?) gains of the position loops: kp [N m/rad], kd [N m s/rad]; or 'drive: effort' "
+            "instead of this\n"
          << "  default: {kp: 100, kd: 1}\n";
     ask("the gains of the servos (servo.default), or 'drive: effort' where the log has the drives' efforts");
   }
@@ -331,7 +382,9 @@ class DraftWriter {
       const auto [low, high] = std::minmax_element(values.begin(), values.end());
       out_ << format_short(*low) << " to " << format_short(*high) << find_relation(i) << "\n";
     }
-    if (any && log_.names.empty()) ask("which column is which signal: the file has no header. The comments at the end of the draft describe each column");
+    if (any && log_.names.empty())
+      ask("which column is which signal: the file has no header. The comments at the end of the draft describe each "
+          "column");
   }
 
   // Columns whose names say what they are, but not of which joint: the current of one of two drives.
@@ -339,8 +392,11 @@ class DraftWriter {
     for (size_t i = 0; i < meanings_.size() && joints_.size() > 1; ++i) {
       const ColumnMeaning& m = meanings_[i];
       if (used_[i] || m.joint >= 0 || m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;
-      const char* what = m.kind == ColumnKind::kPosition ? "a position" : m.kind == ColumnKind::kVelocity ? "a velocity" : "an effort";
-      ask("which joint column " + find_place(i) + " belongs to: by its name it is " + what + (m.command ? ", commanded" : ""));
+      const char* what = m.kind == ColumnKind::kPosition   ? "a position"
+                         : m.kind == ColumnKind::kVelocity ? "a velocity"
+                                                           : "an effort";
+      ask("which joint column " + find_place(i) + " belongs to: by its name it is " + what +
+          (m.command ? ", commanded" : ""));
     }
   }
 
@@ -348,7 +404,8 @@ class DraftWriter {
   std::string find_relation(size_t column) const {
     for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
       if (other == column || static_cast<int>(other) == time_) continue;
-      if (calc_rate_correlation(this->column(other), this->column(column), time()) > 0.9) return "; the rate of column " + find_place(other);
+      if (calc_rate_correlation(this->column(other), this->column(column), time()) > 0.9)
+        return "; the rate of column " + find_place(other);
     }
     return "";
   }
@@ -364,9 +421,9 @@ class DraftWriter {
   LogColumns log_;
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;
-  std::vector<std::string> feet_;    // links with a sensor of force
-  bool upright_ = true;              // they have one force each
-  bool imu_ = false;                 // the log has an inertial sensor
+  std::vector<std::string> feet_;  // links with a sensor of force
+  bool upright_ = true;            // they have one force each
+  bool imu_ = false;               // the log has an inertial sensor
   int time_ = -1;
   double time_scale_ = 1.0;  // of its column, to seconds
   std::ostringstream out_;

@@ -15,21 +15,24 @@ const std::initializer_list<const char*> kNamesOfFeet{"foot", "sole", "toe"};
 const std::initializer_list<const char*> kFeet{"foot", "feet", "sole", "toe", "contact", "ground", "x", "y", "z"};
 
 bool is_end(const TreeSpec& tree, size_t link) {
-  return link > 0 && std::none_of(tree.links.begin(), tree.links.end(), [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
+  return link > 0 && std::none_of(tree.links.begin(), tree.links.end(),
+                                  [&](const LinkSpec& l) { return l.parent == static_cast<int>(link); });
 }
 
 bool has_all(const std::vector<std::string>& words, const std::vector<std::string>& asked) {
   return std::all_of(asked.begin(), asked.end(), [&](const std::string& word) { return has(words, word); });
 }
 
-// The only URDF link at the end of a chain that has these words, of several the only one that is a foot by its name. Empty if none.
+// The only URDF link at the end of a chain that has these words, of several the only one that is a foot by its name.
+// Empty if none.
 std::string find_foot(const TreeSpec& tree, const std::vector<std::string>& asked) {
   std::vector<std::string> ends, feet;
   for (const FrameSpec& frame : tree.frames) {
     const std::vector<std::string> words = split_words(frame.name);
     if (!is_end(tree, static_cast<size_t>(frame.link)) || !has_all(words, asked)) continue;
     ends.push_back(frame.name);
-    if (std::any_of(words.begin(), words.end(), [](const std::string& w) { return has(kNamesOfFeet, w); })) feet.push_back(frame.name);
+    if (std::any_of(words.begin(), words.end(), [](const std::string& w) { return has(kNamesOfFeet, w); }))
+      feet.push_back(frame.name);
   }
   return feet.size() == 1 ? feet[0] : ends.size() == 1 ? ends[0] : "";
 }

@@ -15,7 +15,8 @@ struct FootColumn {
   std::string link, axis;  // of the foot; "x", "y", "z"
 };
 
-// Columns of forces whose other words name one foot, or one link at the end of a chain. A force without an axis presses along z.
+// Columns of forces whose other words name one foot, or one link at the end of a chain. A force without an axis presses
+// along z.
 std::vector<FootColumn> find_foot_columns(const std::vector<std::string>& columns, const TreeSpec& tree);
 
 }  // namespace hrp::diagnosis

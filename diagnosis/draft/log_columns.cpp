@@ -48,7 +48,8 @@ LogColumns read_log_columns(const std::string& path) {
   ColumnMap all;
   for (size_t i = 0; i < log.count; ++i) {
     // Cells of time alone are read as dates or times of day.
-    const std::string signal = i < log.first.size() && is_date(log.first[i]) ? "time" : "column " + std::to_string(i + 1);
+    const std::string signal =
+        i < log.first.size() && is_date(log.first[i]) ? "time" : "column " + std::to_string(i + 1);
     all.columns.push_back({signal, "", static_cast<int>(i) + 1});
   }
   std::vector<std::string> ignored;

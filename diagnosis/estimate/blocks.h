@@ -5,8 +5,8 @@
 
 namespace hrp::diagnosis {
 
-// [s] Errors of stretches of this length count as independent: longer than a step of a walk, the sway of a robot, or the filter
-// of a log remembers.
+// [s] Errors of stretches of this length count as independent: longer than a step of a walk, the sway of a robot, or
+// the filter of a log remembers.
 constexpr double kBlock = 0.5;
 
 // Blocks of which a spread is known to a third of itself, at least.

@@ -20,11 +20,11 @@ constexpr size_t kLeastServoSamples = 100;
 // Samples for each column that is fitted, at least: fewer follow any law by chance.
 constexpr long kRowsPerColumn = 10;
 
-// Robust standard deviations of an outlier: a spike, an impact, a foot in the air. None of some thousand samples of noise is
-// so far off.
+// Robust standard deviations of an outlier: a spike, an impact, a foot in the air. None of some thousand samples of
+// noise is so far off.
 constexpr double kOutlier = 4.0;
-// Standard deviations that chance does not reach, whatever is asked. Of a sum of products: those of two independent errors have
-// either sign, so the probability to exceed it is below 2 exp(-5^2 / 2).
+// Standard deviations that chance does not reach, whatever is asked. Of a sum of products: those of two independent
+// errors have either sign, so the probability to exceed it is below 2 exp(-5^2 / 2).
 constexpr double kNoChance = 5.0;
 // Probability that no finding exceeds, however clear it is: laws outside the table exist.
 constexpr double kSurest = 0.99;

@@ -54,7 +54,8 @@ Gram Gram::pick(const Columns& columns) const {
 double calc_square(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta) {
   double square = 0.0;
   for (size_t i = 0; i < columns.size(); ++i) {
-    for (size_t j = 0; j < columns.size(); ++j) square += theta[static_cast<long>(i)] * theta[static_cast<long>(j)] * gram.get(columns[i], columns[j]);
+    for (size_t j = 0; j < columns.size(); ++j)
+      square += theta[static_cast<long>(i)] * theta[static_cast<long>(j)] * gram.get(columns[i], columns[j]);
   }
   return square;
 }
@@ -111,8 +112,7 @@ Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& tota
   const long p = theta.size();
   const Gram all = total.pick(columns);
   const Eigen::VectorXd scale = calc_scale(all.G);
-  const Eigen::MatrixXd inverse =
-      scale.asDiagonal() * factor(all.G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
+  const Eigen::MatrixXd inverse = scale.asDiagonal() * factor(all.G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(p, p);
   double count = 0.0;
   for (const Gram& fold : folds) {

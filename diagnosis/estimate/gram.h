@@ -31,8 +31,8 @@ struct Gram {
 // Parameters of the chosen columns. Directions that the data do not show at all stay near zero (a ridge of 1e-9 of
 // each column's own sum of squares).
 Eigen::VectorXd solve(const Gram& gram, const Columns& columns);
-// Amplitude of a fixed combination of columns: those from `first` on, in the proportion of `direction`. The other columns are
-// fitted freely.
+// Amplitude of a fixed combination of columns: those from `first` on, in the proportion of `direction`. The other
+// columns are fitted freely.
 double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction);
 // Sum of squares that parameters of these columns predict.
 double calc_square(const Gram& gram, const Columns& columns, const Eigen::VectorXd& theta);

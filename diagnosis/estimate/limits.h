@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Limits of the same probability as a number of normal deviations (significance.h), for other questions than one error of a
-// known deviation.
+// Limits of the same probability as a number of normal deviations (significance.h), for other questions than one error
+// of a known deviation.
 #pragma once
 
 #include <cstddef>

@@ -27,7 +27,8 @@ inline double find_few(double clusters) { return clusters > 1.0 ? clusters / (cl
 inline double find_widening(size_t values) {
   constexpr double student[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228};
   const size_t freedom = values - 1;
-  return (freedom <= std::size(student) ? student[freedom - 1] : 2.0 + 2.3 / static_cast<double>(freedom)) / kNinetyFive;
+  return (freedom <= std::size(student) ? student[freedom - 1] : 2.0 + 2.3 / static_cast<double>(freedom)) /
+         kNinetyFive;
 }
 
 // `inverse`: A^-1; `scatter`: B.

@@ -12,9 +12,7 @@ void Spread::add(double y) {
   if (std::isfinite(y)) sum_ += y, square_ += y * y, n_ += 1.0;
 }
 
-double Spread::get() const {
-  return n_ > 1.0 ? std::sqrt(std::max(0.0, square_ / n_ - sum_ * sum_ / n_ / n_)) : 0.0;
-}
+double Spread::get() const { return n_ > 1.0 ? std::sqrt(std::max(0.0, square_ / n_ - sum_ * sum_ / n_ / n_)) : 0.0; }
 
 double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series) {
   const long n = series.size();

@@ -20,8 +20,8 @@ class Spread {
   double sum_ = 0.0, square_ = 0.0, n_ = 0.0;
 };
 
-// Where between them three samples at equal steps have their extreme, by a parabola: in steps from the middle one, at most a
-// half; 0 where that one is not the extreme.
+// Where between them three samples at equal steps have their extreme, by a parabola: in steps from the middle one, at
+// most a half; 0 where that one is not the extreme.
 double calc_vertex(double left, double middle, double right);
 
 // Independent looks at what a model leaves in one half-cycle of a motion: at its ends and its middle.
@@ -30,10 +30,12 @@ constexpr double kLooks = 3.0;
 // Integrated autocorrelation time [samples]: how many samples one independent one stands for. At least 1.
 double calc_correlation_time(const Eigen::Ref<const Eigen::VectorXd>& series);
 
-// Value of a series at a place between its samples, counted in steps; beyond an end, that of the end. At least one sample.
+// Value of a series at a place between its samples, counted in steps; beyond an end, that of the end. At least one
+// sample.
 inline double calc_between(const double* series, size_t size, double place) {
   const double at = place < 0.0 ? 0.0 : place;
-  const size_t below = at < static_cast<double>(size - 1) ? static_cast<size_t>(at) : size - 1, above = below + 1 < size ? below + 1 : below;
+  const size_t below = at < static_cast<double>(size - 1) ? static_cast<size_t>(at) : size - 1,
+               above = below + 1 < size ? below + 1 : below;
   return series[below] + (at - static_cast<double>(below)) * (series[above] - series[below]);
 }
 

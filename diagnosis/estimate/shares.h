@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much is much: the shares of a spread, a mismatch, a gain, a time or a probability by which the diagnosis judges. They
-// are one scale of few steps on purpose. No recording tells whether a limit should be 0.1 or 0.12, so none is tuned alone.
+// How much is much: the shares of a spread, a mismatch, a gain, a time or a probability by which the diagnosis judges.
+// They are one scale of few steps on purpose. No recording tells whether a limit should be 0.1 or 0.12, so none is
+// tuned alone.
 #pragma once
 
 namespace hrp::diagnosis {
@@ -9,7 +10,8 @@ namespace hrp::diagnosis {
 constexpr double kTrace = 0.01;
 // To which the best-known numbers are known: scales and torque constants of data sheets, models fitted to the same log.
 constexpr double kKnown = 0.02;
-// What filters, derivatives and friction that is no function leave uncertain: who takes less of an error proves nothing.
+// What filters, derivatives and friction that is no function leave uncertain: who takes less of an error proves
+// nothing.
 constexpr double kBlur = 0.03;
 // The least that counts: chance among a dozen candidates takes as much, a cause takes more.
 constexpr double kMinor = 0.05;

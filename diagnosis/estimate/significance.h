@@ -6,8 +6,8 @@
 
 namespace hrp::diagnosis {
 
-// Times the noise (root mean square), up to which what is left counts as noise: sizes of noise are estimates themselves,
-// and details of laws and of smoothing stay below it.
+// Times the noise (root mean square), up to which what is left counts as noise: sizes of noise are estimates
+// themselves, and details of laws and of smoothing stay below it.
 constexpr double kNoiseLeft = 1.2;
 
 // Times the noise (root mean square), beyond which no detail of laws and no estimate of the noise reaches: something is
@@ -29,8 +29,8 @@ constexpr double kOdds = 3.0;
 // |ln| of a factor beyond which nothing is believed: the bound of its prior (EffectParameter::factor).
 constexpr double kFactor = 1.0;
 
-// Two regressions of a factor, one each way, bracket it: they tell it where they are nearer to each other than this share
-// of its distance from one.
+// Two regressions of a factor, one each way, bracket it: they tell it where they are nearer to each other than this
+// share of its distance from one.
 constexpr double kBracket = 0.5;
 
 // Effects of one joint against each other: 16, of which the others have been refused by their price in chi2 before.

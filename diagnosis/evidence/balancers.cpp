@@ -12,7 +12,8 @@ namespace {
 
 // True if a joint's effort shows the term: more of it than efforts are known to.
 bool is_shown(const TorqueDesign& design, const JointDesign& joint, const GradedTerm& g) {
-  const auto at = std::find_if(design.whole.begin(), design.whole.end(), [&](const Term& t) { return t.row == g.term.row && t.place == g.term.place; });
+  const auto at = std::find_if(design.whole.begin(), design.whole.end(),
+                               [&](const Term& t) { return t.row == g.term.row && t.place == g.term.place; });
   const Columns columns = list_whole_columns(design, joint, static_cast<size_t>(at - design.whole.begin()));
   return calc_square(joint.total, columns, g.parameters) > std::pow(kKnown * joint.spread, 2) * joint.total.n;
 }
@@ -31,7 +32,8 @@ bool is_upright(const Vector3d& gravity_W, const GradedTerm& g) {
 
 void doubt_balancers(const TorqueDesign& design, std::vector<GradedTerm>* graded) {
   for (GradedTerm& g : *graded) {
-    if (g.term.effect().id != EffectId::kExternalForce || !is_upright(design.data->experiment->scenario.gravity_W, g)) continue;
+    if (g.term.effect().id != EffectId::kExternalForce || !is_upright(design.data->experiment->scenario.gravity_W, g))
+      continue;
     std::vector<int> joints;
     for (const JointDesign& joint : design.joints) {
       if (is_shown(design, joint, g)) joints.push_back(joint.joint);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A spring or a counterweight that balances a joint takes the torque of weight off its drive, as a force that lifts the link
-// does. A force at a link acts at all joints that carry it; a balancer acts at its own.
+// A spring or a counterweight that balances a joint takes the torque of weight off its drive, as a force that lifts the
+// link does. A force at a link acts at all joints that carry it; a balancer acts at its own.
 #pragma once
 
 #include "diagnosis/evidence/torque/grade.h"

@@ -38,7 +38,8 @@ Hypothesis add_logs(Hypothesis model, const Hypothesis& of) {
 // that are scanned over decades have no mean: those of `b` stay.
 Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
   for (Effect& effect : a) {
-    const auto other = std::find_if(b.begin(), b.end(), [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
+    const auto other =
+        std::find_if(b.begin(), b.end(), [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; });
     for (size_t i = 0; other != b.end() && i < effect.p.size(); ++i)
       effect.p[i] = list_infos(effect.id)[i].scanned ? other->p[i] : 0.5 * (effect.p[i] + other->p[i]);
   }
@@ -49,7 +50,9 @@ Hypothesis find_middle(Hypothesis a, const Hypothesis& b) {
 Hypothesis list_other_families(const Hypothesis& model, const Hypothesis& of) {
   Hypothesis others;
   for (const Effect& e : of) {
-    const auto is_alike = [&](const Effect& own) { return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family; };
+    const auto is_alike = [&](const Effect& own) {
+      return own.place == e.place && get_effect(own.id).family == get_effect(e.id).family;
+    };
     if (std::none_of(model.begin(), model.end(), is_alike)) others.push_back(e);
   }
   return others;
@@ -62,8 +65,8 @@ struct Errors {
   std::vector<double> positions, efforts;  // by joint, in the signal's unit; NaN: not compared
 };
 
-// ", efforts miss 3 % of their spread"; empty if nothing was compared: joints without a drive have no effort, and a recording
-// shorter than a window has no positions to compare.
+// ", efforts miss 3 % of their spread"; empty if nothing was compared: joints without a drive have no effort, and a
+// recording shorter than a window has no positions to compare.
 std::string describe_miss(const char* what, double error) {
   return error < kNoError ? std::string(what) + " miss " + number(100.0 * error, 3) + " % of their spread" : "";
 }
@@ -74,11 +77,13 @@ struct Compared {
   Errors errors;
 };
 
-double join(const Problem& problem, const std::vector<double>& rms, Quantity quantity, const std::vector<double>& spreads) {
+double join(const Problem& problem, const std::vector<double>& rms, Quantity quantity,
+            const std::vector<double>& spreads) {
   double sum = 0.0, n = 0.0;
   for (size_t j = 0; j < rms.size(); ++j) {
     const bool driven = quantity == Quantity::kEffort;
-    const double spread = driven ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
+    const double spread =
+        driven ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
     if (spread > (driven ? 0.0 : kRest) && std::isfinite(rms[j])) sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
   }
   return n > 0.0 ? std::sqrt(sum / n) : kNoError;
@@ -86,14 +91,23 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
 
 bool has_same_links(const Hypothesis& model, const Hypothesis& links) {
   const Hypothesis own = take_links(model);
-  const auto is_same = [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; };
+  const auto is_same = [](const Effect& a, const Effect& b) {
+    return a.id == b.id && a.place == b.place && a.p == b.p;
+  };
   return std::equal(own.begin(), own.end(), links.begin(), links.end(), is_same);
 }
 
 class Chooser {
  public:
-  Chooser(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained, const std::function<void(const std::string&)>& progress)
-      : problem_(problem), whole_(whole), model_(model), settled_(explained >= 1.0 - kTrace), progress_(progress), data_(make_torque_data(*whole.experiment)), rows_(*whole.experiment, data_) {
+  Chooser(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained,
+          const std::function<void(const std::string&)>& progress)
+      : problem_(problem),
+        whole_(whole),
+        model_(model),
+        settled_(explained >= 1.0 - kTrace),
+        progress_(progress),
+        data_(make_torque_data(*whole.experiment)),
+        rows_(*whole.experiment, data_) {
     spreads_ = find_effort_spreads();
   }
 
@@ -121,10 +135,12 @@ class Chooser {
     consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
     consider("the best of these at each joint", mix_joints());
     if (!is_effort_driven(*whole_.experiment)) {
-      consider("the best of these, fitted through the whole robot", fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
+      consider("the best of these, fitted through the whole robot",
+               fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
     } else if (!settled_) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
-      consider("least squares with richer laws, fitted to positions alone", polish_joints(problem_, start, nullptr, true));
+      consider("least squares with richer laws, fitted to positions alone",
+               polish_joints(problem_, start, nullptr, true));
     }
     return best_.validate.ok ? best_ : simulate_trial(whole_, model_);
   }
@@ -164,12 +180,14 @@ class Chooser {
     if (is_effort_driven(*whole_.experiment)) positions = calc_held_windows(whole_, trial.hypothesis).rms;
     for (size_t j = 0; positions.size() < spreads_.size() && j < spreads_.size(); ++j)
       positions.push_back(trial.validate.rms(j * kQuantities) / whole_.weights[j * kQuantities]);
-    const std::vector<double> efforts = calc_torque_residuals(data_, make_plant(*whole_.experiment, trial.hypothesis), !whole_.validate.empty());
-    return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_), positions, efforts};
+    const std::vector<double> efforts =
+        calc_torque_residuals(data_, make_plant(*whole_.experiment, trial.hypothesis), !whole_.validate.empty());
+    return {join(whole_, positions, Quantity::kPosition, spreads_), join(whole_, efforts, Quantity::kEffort, spreads_),
+            positions, efforts};
   }
 
-  // The drives of several models: at each joint those with the lowest product of the joint's own two errors. Only models
-  // with the links of the best one compete, because a link's effects change what every drive has to give.
+  // The drives of several models: at each joint those with the lowest product of the joint's own two errors. Only
+  // models with the links of the best one compete, because a link's effects change what every drive has to give.
   Hypothesis mix_joints() const {
     const Hypothesis links = take_links(best_.hypothesis);
     Hypothesis mixed = links;
@@ -210,7 +228,8 @@ class Chooser {
     const Errors errors = calc_errors(trial);
     if (!trial.validate.ok) return kNoError;
     compared_.push_back({hypothesis, errors});
-    progress_("    " + std::string(name) + ": held out" + describe_miss(", positions", errors.position) + describe_miss(", efforts", errors.effort));
+    progress_("    " + std::string(name) + ": held out" + describe_miss(", positions", errors.position) +
+              describe_miss(", efforts", errors.effort));
     const double cost = calc_cost(errors);
     if (cost < share * least_) best_ = trial, least_ = cost;
     return cost;
@@ -229,15 +248,17 @@ class Chooser {
   double least_ = kNoError;
 };
 
-// Share [1] of a joint's logged effort that its drive gives, as root mean squares along the recordings. A limit far below the
-// efforts takes the drive away: the missing torque is small then, but only as all torques are. 1 without a log.
+// Share [1] of a joint's logged effort that its drive gives, as root mean squares along the recordings. A limit far
+// below the efforts takes the drive away: the missing torque is small then, but only as all torques are. 1 without a
+// log.
 double calc_given_share(const Experiment& e, const JointLaws& laws, size_t joint) {
   double logged = 0.0, given = 0.0;
   for (const Recording& r : e.recordings) {
     const JointColumns& c = r.joints[joint];
     if (!c.has(Quantity::kEffort) || !c.has(Quantity::kVelocity)) continue;
     for (size_t k = 0; k < r.size(); ++k) {
-      const double effort = laws.torque_scale * c.signal[2][k], torque = calc_given_torque(laws, c.signal[2][k], c.signal[1][k]);
+      const double effort = laws.torque_scale * c.signal[2][k],
+                   torque = calc_given_torque(laws, c.signal[2][k], c.signal[1][k]);
       if (std::isfinite(effort + torque)) logged += effort * effort, given += torque * torque;
     }
   }
@@ -253,9 +274,13 @@ std::string find_odd_effect(const Experiment& e, const Hypothesis& model, const 
     if (get_effect(effect.id).family == EffectFamily::kLimits && effect.place.kind == PlaceKind::kJoint) {
       const auto j = static_cast<size_t>(effect.place.index);
       const double share = calc_given_share(e, make_plant(e, model).laws[j], j);
-      if (share < std::exp(-kFactor)) return name + ": a drive that gives a factor of " + number(share, 3) + " of its logged effort";
+      if (share < std::exp(-kFactor))
+        return name + ": a drive that gives a factor of " + number(share, 3) + " of its logged effort";
     }
-    const std::string why = find_odd_size(e.robot.tree, {{"effect", name}, {"where", make_where(e, effect)}, {"parameters", make_estimates(list_estimates(e, effect, {}))}});
+    const std::string why =
+        find_odd_size(e.robot.tree, {{"effect", name},
+                                     {"where", make_where(e, effect)},
+                                     {"parameters", make_estimates(list_estimates(e, effect, {}))}});
     if (!why.empty()) return name + ": " + why;
   }
   return "";
@@ -273,13 +298,15 @@ Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis) {
 }
 
 WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothesis) {
-  return calc_window_errors(make_plant(*problem.experiment, hypothesis), *problem.experiment, problem.smooth, get_judged(problem), problem.jobs);
+  return calc_window_errors(make_plant(*problem.experiment, hypothesis), *problem.experiment, problem.smooth,
+                            get_judged(problem), problem.jobs);
 }
 
-Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained, const Hypothesis& searched,
-                        const std::function<void(const std::string&)>& progress) {
+Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained,
+                        const Hypothesis& searched, const std::function<void(const std::string&)>& progress) {
   // Efforts along the recorded motion would prefer a model with the ripples of their logs.
-  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), explained, progress).run(searched);
+  return Chooser(problem, whole, drop_ripples_of_logs(problem, find_preslidings(problem, model)), explained, progress)
+      .run(searched);
 }
 
 }  // namespace hrp::diagnosis

@@ -11,8 +11,8 @@
 
 namespace hrp::diagnosis {
 
-// [rad, m] Least standard deviation of a position that is compared. Where a joint comes to rest that hardly moves, its dry
-// friction decides, which its recorded rest does not tell: its error over its spread has no bound.
+// [rad, m] Least standard deviation of a position that is compared. Where a joint comes to rest that hardly moves, its
+// dry friction decides, which its recorded rest does not tell: its error over its spread has no bound.
 constexpr double kRest = 0.005;
 
 // Simulates a hypothesis and scores it on the training and on the held-out recordings.
@@ -32,11 +32,11 @@ WindowErrors calc_held_windows(const Problem& problem, const Hypothesis& hypothe
 // - `searched`, the result of the search, alone and beside friction and rotors; empty if the search found nothing;
 // - the best of these with richer laws, and each joint with the laws of the candidate that is best there.
 //
-// `explained` [1] is the share of the held-out missing torque (of its squares) that `model` predicts. Where hardly a trace
-// of it is left, fits from plain least squares and to positions alone are not tried. They take half of the time, and start
-// further away.
-// `problem` searches by subtrees; `whole` is the problem of the whole robot. `progress` gets one line per candidate.
-Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained, const Hypothesis& searched,
-                        const std::function<void(const std::string&)>& progress);
+// `explained` [1] is the share of the held-out missing torque (of its squares) that `model` predicts. Where hardly a
+// trace of it is left, fits from plain least squares and to positions alone are not tried. They take half of the time,
+// and start further away. `problem` searches by subtrees; `whole` is the problem of the whole robot. `progress` gets
+// one line per candidate.
+Trial choose_best_model(const Problem& problem, const Problem& whole, const Hypothesis& model, double explained,
+                        const Hypothesis& searched, const std::function<void(const std::string&)>& progress);
 
 }  // namespace hrp::diagnosis

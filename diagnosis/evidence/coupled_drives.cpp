@@ -13,10 +13,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kMost = 2;       // motors of a differential
-constexpr long kToScreen = 3000;  // samples: hundreds for each column, so that the best ratio is the best of all samples
-// Ratios of the screen: from a quarter to four, in steps of 2^(1/4). Only samples at which the sign is wrong count against a
-// ratio, a few percent within a step. Beyond a quarter, one of the joints hardly changes when the sign does.
+constexpr size_t kMost = 2;  // motors of a differential
+// Samples: hundreds for each column, so that the best ratio is the best of all samples
+constexpr long kToScreen = 3000;
+// Ratios of the screen: from a quarter to four, in steps of 2^(1/4). Only samples at which the sign is wrong count
+// against a ratio, a few percent within a step. Beyond a quarter, one of the joints hardly changes when the sign does.
 constexpr int kSteps = 8;
 
 std::vector<double> list_ratios() {
@@ -30,15 +31,20 @@ using Column = Eigen::VectorXd (*)(const TorqueData&, const TorqueRecording&, in
 
 // Smooth sign of the motor's rate. Its direction is as uncertain as those of both joints.
 Eigen::VectorXd calc_motor_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
-  const double slow = std::hypot(data.slow[static_cast<size_t>(joint)], d.ratio * data.slow[static_cast<size_t>(d.other)]);
+  const double slow =
+      std::hypot(data.slow[static_cast<size_t>(joint)], d.ratio * data.slow[static_cast<size_t>(d.other)]);
   return ((r.speed.col(joint) + d.ratio * r.speed.col(d.other)).array() / slow).tanh().matrix();
 }
 
 Eigen::VectorXd calc_filtered_sign(const TorqueData& data, const TorqueRecording& r, int joint, const CoupledDrive& d) {
   return data.condition(r, calc_motor_sign(data, r, joint, d));
 }
-Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.v.col(d.other)); }
-Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) { return keep_rows(r, r.a.col(d.other)); }
+Eigen::VectorXd calc_rate(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) {
+  return keep_rows(r, r.v.col(d.other));
+}
+Eigen::VectorXd calc_change(const TorqueData&, const TorqueRecording& r, int, const CoupledDrive& d) {
+  return keep_rows(r, r.a.col(d.other));
+}
 
 class CoupledSearch {
  public:
@@ -46,8 +52,10 @@ class CoupledSearch {
     const int j = joint_.joint;
     y_ = rows_.stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j); });
     own_ = Eigen::MatrixXd::Ones(y_.size(), 1);
-    own_ = append(own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).v.col(j)); }));
-    own_ = append(own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).a.col(j)); }));
+    own_ = append(
+        own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).v.col(j)); }));
+    own_ = append(
+        own_, rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).a.col(j)); }));
     own_ = append(own_, rows_.stack([&](size_t r) { return data_.calc_direction(recording(r), j); }));
     own_ = append(own_, rows_.stack([&](size_t r) { return calc_load(recording(r)); }));
     for (long c = 0; c < (joint_.columns.empty() ? 0 : joint_.columns[0].cols()); ++c)
@@ -65,11 +73,13 @@ class CoupledSearch {
       if (!(next.level > 0.0)) break;
       refine(add_smooth(all, next), &next);
       if (turns_alike(next)) break;
-      const Eigen::MatrixXd beside = add_smooth(smooth, next), with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
+      const Eigen::MatrixXd beside = add_smooth(smooth, next),
+                            with = append(add_smooth(all, next), fill(calc_filtered_sign, next));
       const double without = rows_.judge(y_, add_smooth(all, next)), rest = rows_.judge(y_, with);
       next.level = rows_.solve(y_, with)[with.cols() - 1];
       // A second motor must count beside the first one.
-      if (!(next.level > 0.0) || rest > kLargely * without || without - rest < kMinor * own || !is_sure(without, rest)) break;
+      if (!(next.level > 0.0) || rest > kLargely * without || without - rest < kMinor * own || !is_sure(without, rest))
+        break;
       found.drives.push_back(next);
       smooth = beside, all = with, left = rest;
     }
@@ -92,7 +102,8 @@ class CoupledSearch {
 
   // Regressor of friction that grows with the load.
   Eigen::VectorXd calc_load(const TorqueRecording& r) const {
-    return data_.condition(r, (r.load.col(joint_.joint).array().abs() * data_.calc_sign(r, joint_.joint).array()).matrix());
+    return data_.condition(
+        r, (r.load.col(joint_.joint).array().abs() * data_.calc_sign(r, joint_.joint).array()).matrix());
   }
 
   // One of all ratios at all joints: the number of candidates is the price.
@@ -126,8 +137,8 @@ class CoupledSearch {
     return signs;
   }
 
-  // Motor and joint turn alike, or always against each other, but near reversals. Friction there is no function of the speed,
-  // so these samples prove nothing.
+  // Motor and joint turn alike, or always against each other, but near reversals. Friction there is no function of the
+  // speed, so these samples prove nothing.
   bool turns_alike(const CoupledDrive& d) const {
     long apart = 0;
     for (long i = 0; i < rows_.train(); ++i) {
@@ -140,7 +151,8 @@ class CoupledSearch {
     return share < kMinor || share > 1.0 - kMinor;
   }
 
-  // The drive whose sharp sign explains most of the training samples, beside `taken` and the other joint's smooth motion.
+  // The drive whose sharp sign explains most of the training samples, beside `taken` and the other joint's smooth
+  // motion.
   CoupledDrive screen(const Eigen::MatrixXd& taken) const {
     CoupledDrive best;
     double most = 0.0;
@@ -150,7 +162,8 @@ class CoupledSearch {
       const Eigen::VectorXd y = take_out(beside, thin(y_));
       const Eigen::MatrixXd signs = calc_signs(other), alone = take_out(beside, signs);
       for (long c = 0; c < signs.cols(); ++c) {
-        const double along = alone.col(c).dot(y), explained = along * along / std::max(1e-300, alone.col(c).squaredNorm());
+        const double along = alone.col(c).dot(y),
+                     explained = along * along / std::max(1e-300, alone.col(c).squaredNorm());
         if (along > 0.0 && explained > most)
           most = explained, best = {other, list_ratios()[static_cast<size_t>(c)], along / alone.col(c).squaredNorm()};
       }
@@ -158,7 +171,8 @@ class CoupledSearch {
     return best;
   }
 
-  // A joint that carries this one, or that this one carries: no shaft or tendon leads from one leg to another. It must move.
+  // A joint that carries this one, or that this one carries: no shaft or tendon leads from one leg to another. It must
+  // move.
   bool may_share_drive(int other) const {
     const TreeSpec& tree = data_.experiment->robot.tree;
     const int link = joint_.joint + 1, link_other = other + 1;
@@ -180,7 +194,9 @@ class CoupledSearch {
     }
   }
 
-  double calc_left(const Eigen::MatrixXd& X) const { return take_out(X.topRows(rows_.train()), y_.head(rows_.train())).squaredNorm(); }
+  double calc_left(const Eigen::MatrixXd& X) const {
+    return take_out(X.topRows(rows_.train()), y_.head(rows_.train())).squaredNorm();
+  }
 
   const TorqueData& data_;
   const FoundLaws& joint_;
@@ -191,6 +207,8 @@ class CoupledSearch {
 
 }  // namespace
 
-CoupledDrives find_coupled_drives(const TorqueData& data, const FoundLaws& joint) { return CoupledSearch(data, joint).run(); }
+CoupledDrives find_coupled_drives(const TorqueData& data, const FoundLaws& joint) {
+  return CoupledSearch(data, joint).run();
+}
 
 }  // namespace hrp::diagnosis

@@ -17,7 +17,8 @@ double sum_squares(const std::vector<double>& x) {
 
 bool moves_bodies(const Effect& effect) {
   const PlaceKind kind = effect.place.kind;
-  return effect.id == EffectId::kJointOffset || get_effect(effect.id).flexible || (kind != PlaceKind::kJoint && kind != PlaceKind::kSensor);
+  return effect.id == EffectId::kJointOffset || get_effect(effect.id).flexible ||
+         (kind != PlaceKind::kJoint && kind != PlaceKind::kSensor);
 }
 
 }  // namespace
@@ -29,7 +30,8 @@ EffortRows::EffortRows(const Experiment& e, const TorqueData& data, const Hypoth
   bodies_ = std::make_shared<const Bodies>(std::move(bodies));
 }
 
-CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at, int joint) const {
+CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at,
+                                 int joint) const {
   std::vector<int> joints;
   for (int j = 0; j < bodies_->experiment->num_joints(); ++j) {
     if (bodies_->data->is_judged(j) && (joint < 0 || joint == j)) joints.push_back(j);

@@ -20,7 +20,8 @@ class EffortRows {
   // Appends weighted effort residuals to the residuals of `simulated`. At the hypothesis `at`, both kinds have the same
   // sum of squares over the recordings `train`. Near `at`, their sum then falls exactly where the product of the two
   // errors falls. `joint`: adds the efforts of this joint only; -1: of all judged joints.
-  CalcResiduals add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at, int joint = -1) const;
+  CalcResiduals add_to(const CalcResiduals& simulated, const std::vector<int>& train, const Hypothesis& at,
+                       int joint = -1) const;
 
  private:
   struct Bodies {

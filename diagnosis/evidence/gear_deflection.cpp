@@ -20,7 +20,7 @@ namespace {
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
 
 constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
-constexpr double kTwoEngines = 3e-3; // share of a value: differences between laws and filters
+constexpr double kTwoEngines = 3e-3;  // share of a value: differences between laws and filters
 
 struct Series {
   bool train = true;
@@ -31,7 +31,8 @@ struct Series {
 // One joint.
 class Gear {
  public:
-  Gear(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const LinkData& links, const LinkReadings& predict, int joint)
+  Gear(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const LinkData& links,
+       const LinkReadings& predict, int joint)
       : e_(e), motion_(motion), joint_(joint) {
     out_.joint = joint;
     column_ = "/joint_states_link/" + e.robot.tree.joint(joint).name + "/position";
@@ -70,8 +71,15 @@ class Gear {
       for (long k = 0; k < kept; ++k) out[k] = full[link.trim + k * link.stride];
       return out;
     };
-    Series s{link.train, keep(deflection), keep(rate), keep(torque), {}, keep(motor->v.col(joint_)), keep(motor->a.col(joint_))};
-    if (motion_.source[static_cast<size_t>(joint_)] == EffortSource::kRecorded) s.effort = keep(motor->effort.col(joint_));
+    Series s{link.train,
+             keep(deflection),
+             keep(rate),
+             keep(torque),
+             {},
+             keep(motor->v.col(joint_)),
+             keep(motor->a.col(joint_))};
+    if (motion_.source[static_cast<size_t>(joint_)] == EffortSource::kRecorded)
+      s.effort = keep(motor->effort.col(joint_));
     series_.push_back(std::move(s));
   }
 
@@ -85,17 +93,21 @@ class Gear {
 
   Eigen::VectorXd make_row(const Series& s, long k) const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(kWidth);
-    x[kZero] = 1.0, x[kTorque] = s.torque[k], x[kRate] = -s.rate[k], x[kPlay] = 0.5 * std::tanh(s.torque[k] / (kMinor * spread_));
+    x[kZero] = 1.0, x[kTorque] = s.torque[k], x[kRate] = -s.rate[k],
+    x[kPlay] = 0.5 * std::tanh(s.torque[k] / (kMinor * spread_));
     return x;
   }
 
   void add(const Series& s) {
     const long n = s.deflection.size();
     std::vector<Gram> parts(static_cast<size_t>(kStretches), Gram(kWidth));
-    for (long k = 0; k < n; ++k) parts[static_cast<size_t>(kStretches * k / std::max(1L, n))].add_row(make_row(s, k), s.deflection[k]);
+    for (long k = 0; k < n; ++k)
+      parts[static_cast<size_t>(kStretches * k / std::max(1L, n))].add_row(make_row(s, k), s.deflection[k]);
     alone_.push_back(sum(parts, kWidth));
-    if (s.train) train_.insert(train_.end(), parts.begin(), parts.end());
-    else held_.push_back(alone_.back());
+    if (s.train)
+      train_.insert(train_.end(), parts.begin(), parts.end());
+    else
+      held_.push_back(alone_.back());
   }
 
   void find_sides() {
@@ -109,7 +121,8 @@ class Gear {
   void find_noise() {
     if (held_.empty()) held_ = train_;
     const auto known = e_.other_noise.find(column_);
-    const double link = known == e_.other_noise.end() ? 0.0 : known->second.sigma, motor = e_.joint_noise[static_cast<size_t>(joint_)][0].sigma;
+    const double link = known == e_.other_noise.end() ? 0.0 : known->second.sigma,
+                 motor = e_.joint_noise[static_cast<size_t>(joint_)][0].sigma;
     const double passed = std::min(1.0, 2.0 * motion_.cutoff * motion_.recordings[0].step);
     floor_ = std::max(1e-18, (link * link + motor * motor) * passed);
     const Columns all{kZero, kTorque, kRate, kPlay};
@@ -126,7 +139,8 @@ class Gear {
   double calc_evidence(const Columns& columns) const {
     double cost = 0.0;
     for (long c : columns) cost += c == kZero ? kZeroCost : c == kTorque ? kElasticCost : c == kPlay ? kPlayCost : 1.0;
-    const double square = columns.empty() ? total_.c / std::max(1.0, total_.n) : cross_validate(train_, total_, columns);
+    const double square =
+        columns.empty() ? total_.c / std::max(1.0, total_.n) : cross_validate(train_, total_, columns);
     return -0.5 * effective_ * std::log(std::max(square, floor_)) - cost;
   }
 
@@ -139,8 +153,18 @@ class Gear {
 
   // Selects the model: elasticity, free play, or both, with or without a zero. Damping needs elasticity beside it.
   void choose() {
-    static const std::vector<Columns> models{{}, {kZero}, {kTorque}, {kTorque, kRate}, {kZero, kTorque}, {kZero, kTorque, kRate}, {kPlay}, {kZero, kPlay},
-                                             {kTorque, kPlay}, {kTorque, kRate, kPlay}, {kZero, kTorque, kPlay}, {kZero, kTorque, kRate, kPlay}};
+    static const std::vector<Columns> models{{},
+                                             {kZero},
+                                             {kTorque},
+                                             {kTorque, kRate},
+                                             {kZero, kTorque},
+                                             {kZero, kTorque, kRate},
+                                             {kPlay},
+                                             {kZero, kPlay},
+                                             {kTorque, kPlay},
+                                             {kTorque, kRate, kPlay},
+                                             {kZero, kTorque, kPlay},
+                                             {kZero, kTorque, kRate, kPlay}};
     double best = -1e300;
     for (const Columns& columns : models) {
       const Eigen::VectorXd theta = solve(total_, columns);
@@ -159,7 +183,8 @@ class Gear {
       std::vector<double> values, variances;
       for (const Gram& gram : alone_) {
         values.push_back(solve(gram, model_)[c]);
-        variances.push_back(std::max(1e-300, left / std::max(1e-300, gram.get(model_[static_cast<size_t>(c)], model_[static_cast<size_t>(c)]))));
+        variances.push_back(std::max(
+            1e-300, left / std::max(1e-300, gram.get(model_[static_cast<size_t>(c)], model_[static_cast<size_t>(c)]))));
       }
       const double between = calc_variance_between(values, variances) / static_cast<double>(values.size());
       std_[c] = std::sqrt(std_[c] * std_[c] + between + std::pow(kTwoEngines * theta_[c], 2));
@@ -173,7 +198,9 @@ class Gear {
     return 0.0;
   }
 
-  bool is_sure(Column column) const { return get(column) != 0.0 && std::abs(get(column)) > kSignificantInJoint * get(column, true); }
+  bool is_sure(Column column) const {
+    return get(column) != 0.0 && std::abs(get(column)) > kSignificantInJoint * get(column, true);
+  }
 
   double find_held(const Columns& columns, const Eigen::VectorXd& theta) const {
     double rest = 0.0, n = 0.0;
@@ -191,8 +218,9 @@ class Gear {
     out_.fit = {column_, unit("rad"), std::sqrt(before), std::sqrt(after), std::sqrt(before)};
     out_.remaining.where = {{"sensor", column_}}, out_.remaining.unit = unit("rad");
     out_.remaining.before = std::sqrt(before), out_.remaining.after = std::sqrt(after);
-    out_.remaining.statement = column_ + ": of " + number(std::sqrt(before), 3) + " " + unit("rad") + " against the joint's encoder, " +
-                               number(std::sqrt(after), 3) + " " + unit("rad") + " remain.";
+    out_.remaining.statement = column_ + ": of " + number(std::sqrt(before), 3) + " " + unit("rad") +
+                               " against the joint's encoder, " + number(std::sqrt(after), 3) + " " + unit("rad") +
+                               " remain.";
     if (!out_.mismatch) return;
     const double share = std::clamp(1.0 - after / std::max(1e-300, before), 0.0, 1.0);
     if (is_sure(kZero)) out_.zero_found = true, out_.zero = get(kZero), out_.zero_std = get(kZero, true);
@@ -200,8 +228,10 @@ class Gear {
     const double shifted = find_held(zero, solve(total_, zero));  // what remains for elasticity and play
     const double law = shifted > floor_ ? 1.0 - std::max(0.0, after - floor_) / shifted : 0.0;
     const Grade grade = law > kLargely ? Grade::kSupported : Grade::kAmbiguous;
-    if (is_sure(kPlay)) add_play(grade, share);
-    else if (is_sure(kTorque)) add_give(grade, share);
+    if (is_sure(kPlay))
+      add_play(grade, share);
+    else if (is_sure(kTorque))
+      add_give(grade, share);
   }
 
   Finding start(EffectId id, Grade grade, double share) const {
@@ -216,20 +246,23 @@ class Gear {
     if (compliance <= 0.0) return {};
     const double k = 1.0 / compliance, std = get(kTorque, true) / (compliance * compliance);
     std::vector<Estimate> list{make_one("stiffness", unit("N m/rad"), k, std)};
-    if (rate > 0.0) list.push_back(make_one("damping", unit("N m s/rad"), rate * k, std::hypot(get(kRate, true) * k, rate * std)));
+    if (rate > 0.0)
+      list.push_back(make_one("damping", unit("N m s/rad"), rate * k, std::hypot(get(kRate, true) * k, rate * std)));
     return list;
   }
 
   void finish(Finding f, const std::string& words) {
-    f.statement = name() + ": " + get_effect(find_effect(f.effect)->id).phrase + ", " + words + " (" + get_grade_name(f.grade) +
-                  "), by its two encoders. It takes away " + number(100.0 * f.share, 3) + " % of what they differ by on held-out data.";
+    f.statement = name() + ": " + get_effect(find_effect(f.effect)->id).phrase + ", " + words + " (" +
+                  get_grade_name(f.grade) + "), by its two encoders. It takes away " + number(100.0 * f.share, 3) +
+                  " % of what they differ by on held-out data.";
     out_.findings.push_back(std::move(f));
   }
 
   void add_give(Grade grade, double share) {
     Finding f = start(EffectId::kElasticity, grade, share);
     f.parameters = list_give();
-    finish(f, "stiffness " + number(f.parameters[0].value[0], 4) + " +- " + number(kNinetyFive * f.parameters[0].std[0], 2) + " " + f.parameters[0].unit);
+    finish(f, "stiffness " + number(f.parameters[0].value[0], 4) + " +- " +
+                  number(kNinetyFive * f.parameters[0].std[0], 2) + " " + f.parameters[0].unit);
   }
 
   void add_play(Grade grade, double share) {

@@ -18,10 +18,10 @@ namespace hrp::diagnosis {
 struct GearVerdict {
   int joint = 0;
   std::vector<Finding> findings;
-  double zero = 0.0, zero_std = 0.0;    // [rad] motor encoder minus link encoder at zero torque
-  bool one_sided = false;               // the torque keeps its sign, so half a gap looks like a zero
+  double zero = 0.0, zero_std = 0.0;  // [rad] motor encoder minus link encoder at zero torque
+  bool one_sided = false;             // the torque keeps its sign, so half a gap looks like a zero
   bool zero_found = false, mismatch = false, to_noise = false;
-  Remaining remaining;                  // [rad] of the deflection
+  Remaining remaining;  // [rad] of the deflection
   SignalFit fit;
 };
 

@@ -13,8 +13,8 @@ double calc_cost(const FittedModel& m) {
   return of_errors - m.fit.evidence;
 }
 
-// Cross-validated mean square of a joint in units of its effort [(N m)^2]. Where the effort itself is the load, friction
-// mu |y| s takes mu of whatever drives the joint, errors included: 1 - mu of them are left.
+// Cross-validated mean square of a joint in units of its effort [(N m)^2]. Where the effort itself is the load,
+// friction mu |y| s takes mu of whatever drives the joint, errors included: 1 - mu of them are left.
 double calc_square(const FittedModel& m, size_t i) {
   constexpr double kMostShare = 0.999;  // beyond, a gear gives nothing, and nothing is divided by it
   const JointDesign& joint = m.design.joints[i];
@@ -77,7 +77,8 @@ bool reload_gears(const TorqueModel& model, TorqueDesign* design) {
     const TorqueFit fit = fit_torque(by_effort, with);
     const double cost = with.own[i].size() > model.own[i].size() ? find_term_row(&TermRow::by_load).cost : 0.0;
     const double gain = calc_joint_gain({by_effort, with, fit}, {*design, model, without}, i) - cost;
-    if (gain > 0.0 && is_model_physical(by_effort, with, fit)) load_by_effort(design->joints[i].joint, &data), any = true;
+    if (gain > 0.0 && is_model_physical(by_effort, with, fit))
+      load_by_effort(design->joints[i].joint, &data), any = true;
   }
   if (any) *design = make_torque_design(std::move(data));
   return any;

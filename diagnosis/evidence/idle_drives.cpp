@@ -42,9 +42,9 @@ double predict_effort(const TorqueData& data, int joint) {
   return 1.0 - cross_validate(parts, sum(parts, width), all) / square;
 }
 
-// True if somebody carries and accelerates the links: the motion takes at least half of the squares that weight and inertia
-// take one by one. In free motion the two cancel. A joint whose effort was not logged may be moved by anybody, and tells nothing
-// of the others: a cart that a hand pushes does not hold its pole.
+// True if somebody carries and accelerates the links: the motion takes at least half of the squares that weight and
+// inertia take one by one. In free motion the two cancel. A joint whose effort was not logged may be moved by anybody,
+// and tells nothing of the others: a cart that a hand pushes does not hold its pole.
 bool is_driven(const TorqueData& data) {
   const std::vector<double> squares = calc_passive_squares(data);
   double taken = 0.0, parts = 0.0;
@@ -58,15 +58,19 @@ bool is_driven(const TorqueData& data) {
   return taken > kHalf * parts;
 }
 
-// Links that nothing drives swing freely, unless their angles are in another unit: then weight and inertia do not cancel.
+// Links that nothing drives swing freely, unless their angles are in another unit: then weight and inertia do not
+// cancel.
 std::string explain_undriven(const TorqueData& data) {
   Experiment in_degrees = *data.experiment;
   for (int j = 0; j < in_degrees.num_joints(); ++j) {
-    if (in_degrees.robot.tree.joint(j).kind == JointKind::kRevolute) in_degrees = convert_ratio(std::move(in_degrees), {j, kDegrees});
+    if (in_degrees.robot.tree.joint(j).kind == JointKind::kRevolute)
+      in_degrees = convert_ratio(std::move(in_degrees), {j, kDegrees});
   }
   if (!is_driven(make_torque_data(in_degrees)))
-    return "Nothing drives the joints of this robot. Its links swing freely only if the recorded angles are degrees: write them in rad.";
-  return "Nothing drives the joints of this robot, but its links do not swing freely: another force moved them (a hand?), or a drive is missing in the experiment.";
+    return "Nothing drives the joints of this robot. Its links swing freely only if the recorded angles are degrees: "
+           "write them in rad.";
+  return "Nothing drives the joints of this robot, but its links do not swing freely: another force moved them (a "
+         "hand?), or a drive is missing in the experiment.";
 }
 
 }  // namespace
@@ -89,9 +93,12 @@ void doubt_idle_drives(const TorqueData& data, Evidence* evidence) {
     make_ambiguous(&f);
     f.statement += " No recorded effort follows the motion, so another force may have moved the robot.";
   }
-  evidence->warnings.push_back(!has_drive(data.experiment->robot.tree) ? explain_undriven(data) :
-      "No recorded effort follows the motion of its joint: the drives did not move this robot, somebody else did (by hand?), or the log holds no efforts. "
-      "Friction, rotors and masses need a recording in which the drives move the robot.");
+  evidence->warnings.push_back(
+      !has_drive(data.experiment->robot.tree)
+          ? explain_undriven(data)
+          : "No recorded effort follows the motion of its joint: the drives did not move this robot, somebody else did "
+            "(by hand?), or the log holds no efforts. "
+            "Friction, rotors and masses need a recording in which the drives move the robot.");
 }
 
 }  // namespace hrp::diagnosis

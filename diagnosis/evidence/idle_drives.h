@@ -7,9 +7,9 @@
 
 namespace hrp::diagnosis {
 
-// True if no recorded effort follows the joint's own torque, acceleration, speed, direction or position (on stretches that
-// were not fitted, a tenth of its square is predicted at none of the judged joints), and the robot does not move freely.
-// False without recorded efforts, and on a floating base: feet carry it, too.
+// True if no recorded effort follows the joint's own torque, acceleration, speed, direction or position (on stretches
+// that were not fitted, a tenth of its square is predicted at none of the judged joints), and the robot does not move
+// freely. False without recorded efforts, and on a floating base: feet carry it, too.
 bool are_drives_idle(const TorqueData& data);
 
 // Nothing about drives, masses and gravity is supported then: the hand's forces are in no log.

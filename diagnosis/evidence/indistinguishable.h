@@ -18,8 +18,8 @@ namespace hrp::diagnosis {
 //   it to lower it.
 //
 // `excess`: the Stribeck term beside the friction, or null. `level`: the joint's Coulomb friction, or null.
-std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term, const GradedTerm* excess,
-                                                const GradedTerm* level);
+std::vector<Alternative> list_indistinguishable(const TorqueData& data, const GradedTerm& term,
+                                                const GradedTerm* excess, const GradedTerm* level);
 
 // Alternative to a wrong mass beside load-dependent friction: one gear that is hard to drive backwards
 // (torque/gears.h). `friction`: load-dependent friction of the only joint that carries the link of `mass`.
@@ -31,6 +31,7 @@ Estimate make_ranged(const char* name, const std::string& unit, const Range& ran
 // Findings of an effort log that the servo's law contradicts: its scale and its bias.
 std::vector<Finding> make_log_findings(const Experiment& experiment, int joint, const ServoReading& log);
 // Findings from a joint's position and velocity columns, which contradict each other: scale, bias, delay.
-std::vector<Finding> make_velocity_findings(const Experiment& experiment, int joint, const std::vector<VelocityReading>& logs);
+std::vector<Finding> make_velocity_findings(const Experiment& experiment, int joint,
+                                            const std::vector<VelocityReading>& logs);
 
 }  // namespace hrp::diagnosis

@@ -11,7 +11,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kIterations = 10;  // Levenberg-Marquardt steps of one joint
-constexpr int kRounds = 4;  // of steps of coarse parameters and a fit, while they gain
+constexpr int kRounds = 4;       // of steps of coarse parameters and a fit, while they gain
 constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
 
 template <typename Keep>
@@ -51,7 +51,8 @@ Problem JointPaths::view(int joint) const {
   return one;
 }
 
-JointAlone::JointAlone(const JointPaths& paths, int joint) : problem(paths.view(joint)), residuals(make_residuals(problem)) {}
+JointAlone::JointAlone(const JointPaths& paths, int joint)
+    : problem(paths.view(joint)), residuals(make_residuals(problem)) {}
 
 FitResult JointAlone::fit(const Hypothesis& start, int iterations, const std::vector<int>& recordings) const {
   FitOptions options;
@@ -75,7 +76,9 @@ Hypothesis JointAlone::fit_to_the_end(const Hypothesis& start) const {
 }
 
 CalcResiduals make_residuals(const Problem& problem) {
-  return [&problem](const Hypothesis& h, int recording, std::vector<double>* out) { return calc_residuals(problem, h, recording, out); };
+  return [&problem](const Hypothesis& h, int recording, std::vector<double>* out) {
+    return calc_residuals(problem, h, recording, out);
+  };
 }
 
 }  // namespace hrp::diagnosis

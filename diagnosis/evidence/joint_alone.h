@@ -40,7 +40,9 @@ class JointAlone {
   FitResult fit(const Hypothesis& start, int iterations, const std::vector<int>& recordings) const;
   // Score on the training recordings.
   Score score(const Hypothesis& h) const { return score(h, problem.train); }
-  Score score(const Hypothesis& h, const std::vector<int>& recordings) const { return calc_score(residuals, 1, h, recordings); }
+  Score score(const Hypothesis& h, const std::vector<int>& recordings) const {
+    return calc_score(residuals, 1, h, recordings);
+  }
   // Fits until the gain per round is below 1 %, alternating a scan of pre-sliding displacements with a fit of all
   // parameters. Empty if no rollout stays finite or the result is no better than `start`.
   Hypothesis fit_to_the_end(const Hypothesis& start) const;

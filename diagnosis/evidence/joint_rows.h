@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples of one joint in use, to try laws that are no terms: training samples first, then those by which a fit is judged.
+// Samples of one joint in use, to try laws that are no terms: training samples first, then those by which a fit is
+// judged.
 #pragma once
 
 #include <utility>
@@ -9,8 +10,8 @@
 
 namespace hrp::diagnosis {
 
-// Laws that were found in a joint's rows. Their values are fitted again beside what is tried: a load or a spring may have taken
-// a part of the friction.
+// Laws that were found in a joint's rows. Their values are fitted again beside what is tried: a load or a spring may
+// have taken a part of the friction.
 struct FoundLaws {
   int joint = 0;
   std::vector<Eigen::MatrixXd> columns;  // by recording of the data: kept samples x columns
@@ -24,7 +25,7 @@ class JointRows {
 
   long train() const { return train_; }
   long held() const { return static_cast<long>(rows_.size()) - train_; }
-  bool is_few() const;  // too few to judge
+  bool is_few() const;                                                        // too few to judge
   const std::vector<std::pair<size_t, long>>& list() const { return rows_; }  // recording, kept sample
 
   // Values at the rows. `calc`: from a recording's index to a vector of its kept samples.

@@ -38,7 +38,8 @@ void add_rivals(const TorqueDesign& design, const Choice& with_delay, const Choi
     if (has(with_delay.model.own[i], without.model.own[i][at])) continue;
     const TermPlace place{g->place.joint, at};
     const GradedTerm other = grade_term(design, without, place);
-    if (other.parameters[0] > 0.0) g->rivals.push_back({other.term, other.parameters, other.width, without.model, place});
+    if (other.parameters[0] > 0.0)
+      g->rivals.push_back({other.term, other.parameters, other.width, without.model, place});
   }
 }
 
@@ -47,7 +48,8 @@ double find_like_delay(const TorqueDesign& design, const GradedTerm& g) {
   if (g.place.joint < 0 || g.term.effect().id != EffectId::kViscous) return 0.0;
   const TorqueData& data = *design.data;
   const auto joint = static_cast<size_t>(design.joints[static_cast<size_t>(g.place.joint)].joint);
-  const double kp = get_servo_gains(data.experiment->scenario, data.experiment->robot.tree.joint(static_cast<int>(joint)).name).kp;
+  const double kp =
+      get_servo_gains(data.experiment->scenario, data.experiment->robot.tree.joint(static_cast<int>(joint)).name).kp;
   return data.source[joint] == EffortSource::kServoLaw && kp > 0.0 ? g.parameters[0] / kp : 0.0;
 }
 
@@ -76,7 +78,9 @@ void doubt_viscous_of_one_delay(const TorqueDesign& design, std::vector<GradedTe
     g.grade = Grade::kAmbiguous;
     const Term* late = find_delay_term(design.joints[static_cast<size_t>(g.place.joint)], mean);
     const bool listed = std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->late; });
-    if (late && !listed) g.rivals.push_back({*late, Eigen::VectorXd::Constant(1, mean), Eigen::VectorXd::Constant(1, kMinority * mean), {}, {}});
+    if (late && !listed)
+      g.rivals.push_back(
+          {*late, Eigen::VectorXd::Constant(1, mean), Eigen::VectorXd::Constant(1, kMinority * mean), {}, {}});
   }
 }
 

@@ -23,11 +23,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPromising = 0.85;   // ratio to the rigid gear after a few iterations that is worth a full fit
+constexpr double kPromising = 0.85;  // ratio to the rigid gear after a few iterations that is worth a full fit
 constexpr int kIterations = 6;
-constexpr size_t kFullFits = 2;       // of one kind of transmission: a few iterations do not tell the best start for certain
-// Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit does
-// not find its way from a gap that is a third wrong.
+constexpr size_t kFullFits = 2;  // of one kind of transmission: a few iterations do not tell the best start for certain
+// Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit
+// does not find its way from a gap that is a third wrong.
 constexpr double kGapSteps[] = {1.0, 1.33, 1.78, 2.37};
 
 // Starts of a transmission, with more gaps if it has one.
@@ -59,7 +59,10 @@ struct Rigid {
 
 // Effects of links that the joint carries were fitted with a rigid gear. They may stand for its play.
 Hypothesis drop_carried(const TreeSpec& tree, Hypothesis model, int joint) {
-  model.erase(std::remove_if(model.begin(), model.end(), [&](const Effect& e) { return e.place.kind == PlaceKind::kLink && is_above(tree, joint + 1, e.place.index); }),
+  model.erase(std::remove_if(model.begin(), model.end(),
+                             [&](const Effect& e) {
+                               return e.place.kind == PlaceKind::kLink && is_above(tree, joint + 1, e.place.index);
+                             }),
               model.end());
   return model;
 }
@@ -124,7 +127,8 @@ class Gear {
     if (!score.ok || score.rms() < kAboveNoise) return true;
     for (int q = 0; q < kQuantities; ++q) {
       const size_t channel = static_cast<size_t>(joint_) * kQuantities + static_cast<size_t>(q);
-      const double left = score.rms(channel), spread = calc_channel_spread(*alone_.problem.experiment, alone_.problem.validate, channel);
+      const double left = score.rms(channel),
+                   spread = calc_channel_spread(*alone_.problem.experiment, alone_.problem.validate, channel);
       if (left > std::max(kAboveNoise, kAgreement * spread * alone_.problem.weights[channel])) return false;
     }
     return true;
@@ -143,7 +147,8 @@ class Gear {
     std::vector<std::pair<double, Hypothesis>> tries;
     const bool gap = list_infos(law.id)[0].walked;
     const size_t count = gap ? kGapStarts : 1;
-    for (const Effect& option : choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_starts(law), count)) {
+    for (const Effect& option :
+         choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_starts(law), count)) {
       Hypothesis start = own_.effects;
       start[at_] = option;
       // Stiffness and damping of the teeth are as far off as the gap: a walk along each leads to where a fit can begin.
@@ -168,7 +173,8 @@ class Gear {
   size_t find_simplest(const std::vector<Fitted>& loose) const {
     size_t best = 0;
     for (size_t i = 1; i < loose.size(); ++i) {
-      if (loose[i].cost < (1.0 + kDetail) * loose[0].cost && get_law(loose[i]).p.size() < get_law(loose[best]).p.size()) best = i;
+      if (loose[i].cost < (1.0 + kDetail) * loose[0].cost && get_law(loose[i]).p.size() < get_law(loose[best]).p.size())
+        best = i;
     }
     return best;
   }
@@ -215,15 +221,16 @@ class Gear {
   // Empty if the recordings do not confirm the loose gear.
   std::optional<LooseGear> describe(const std::vector<Fitted>& loose, size_t best) const {
     const Fitted& chosen = loose[best];
-    // Of the squared residual of the rigid gear, in training and held-out recordings: below kLargely the loose gear is used
-    // for prediction, below kHalf it is also reported. Friction that varies with position or warms up leaves as much as a
-    // little elasticity, and a spring and damper fit up to a third of it.
+    // Of the squared residual of the rigid gear, in training and held-out recordings: below kLargely the loose gear is
+    // used for prediction, below kHalf it is also reported. Friction that varies with position or warms up leaves as
+    // much as a little elasticity, and a spring and damper fit up to a third of it.
     if (!is_within_bounds(get_law(chosen)) || chosen.cost > kLargely * rigid_.train) return std::nullopt;
     const double rigid = rigid_.held, held = get_held(chosen.effects);
     if (held > kLargely * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
     gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
-    gear.left = held / rigid, gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf && is_gear(get_law(chosen));
+    gear.left = held / rigid,
+    gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf && is_gear(get_law(chosen));
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
       const bool contains_it = get_law(loose[i]).p.size() > get_law(chosen).p.size();  // as a special case
@@ -246,10 +253,14 @@ Finding tell(const Experiment& e, const LooseGear& gear) {
   f.grade = gear.rival ? Grade::kAmbiguous : Grade::kSupported;
   f.probability = 0.95, f.share = gear.share, f.weight = gear.share / e.num_joints();
   f.statement = get_place_text(e, gear.law()) + ": " + info.phrase;
-  for (const Estimate& p : f.parameters) f.statement += ", " + p.name + " " + number(p.value[0], 3) + " +- " + number(kNinetyFive * p.std[0], 2) + " " + p.unit;
-  f.statement += std::string(" (") + get_grade_name(f.grade) + "). The joint's simulation leaves " + number(100.0 * gear.left, 2) +
-                 " % of what it leaves with a rigid gear, on held-out data.";
-  if (gear.rival) f.alternatives = {make_alternative(get_effect(gear.rival->id), f.where, list_estimates(e, *gear.rival, {}), kHeldLink)};
+  for (const Estimate& p : f.parameters)
+    f.statement +=
+        ", " + p.name + " " + number(p.value[0], 3) + " +- " + number(kNinetyFive * p.std[0], 2) + " " + p.unit;
+  f.statement += std::string(" (") + get_grade_name(f.grade) + "). The joint's simulation leaves " +
+                 number(100.0 * gear.left, 2) + " % of what it leaves with a rigid gear, on held-out data.";
+  if (gear.rival)
+    f.alternatives = {
+        make_alternative(get_effect(gear.rival->id), f.where, list_estimates(e, *gear.rival, {}), kHeldLink)};
   return f;
 }
 
@@ -261,7 +272,8 @@ bool is_gear(const Effect& law) {
   return damping < 2.0 * std::sqrt(stiffness * rotor);
 }
 
-std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model, const std::vector<int>& joints) {
+std::vector<LooseGear> find_loose_gears(const Problem& problem, const Hypothesis& model,
+                                        const std::vector<int>& joints) {
   if (is_effort_driven(*problem.experiment) || problem.validate.empty()) return {};
   Hypothesis moving = take_links(model);
   for (const Effect& e : model) {
@@ -299,7 +311,8 @@ std::vector<LooseGear> find_all_loose_gears(const Problem& problem, Hypothesis* 
     if (gears.empty()) break;
     const int joint = gears[0].law().place.index;
     if (gears[0].drops_carried) *model = drop_carried(problem.experiment->robot.tree, *model, joint);
-    model->erase(std::remove_if(model->begin(), model->end(), [joint](const Effect& e) { return is_at(e, joint); }), model->end());
+    model->erase(std::remove_if(model->begin(), model->end(), [joint](const Effect& e) { return is_at(e, joint); }),
+                 model->end());
     model->insert(model->end(), gears[0].joint.begin(), gears[0].joint.end());
     found.push_back(gears[0]);
   }

@@ -56,7 +56,8 @@ std::vector<double> find_still(const Problem& problem, bool with_gears) {
   for (int r : problem.train) {
     for (size_t j = 0; with_gears && j < still.size(); ++j) {
       // Slower samples still show static friction, which the gear loss would absorb.
-      for (double v : problem.smooth[static_cast<size_t>(r)].joints[j].qd) still[j] = std::max(still[j], kMinor * std::abs(v));
+      for (double v : problem.smooth[static_cast<size_t>(r)].joints[j].qd)
+        still[j] = std::max(still[j], kMinor * std::abs(v));
     }
   }
   return still;
@@ -113,7 +114,8 @@ Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted) {
     hypothesis.push_back({EffectId::kViscous, j, {fitted[i].viscous}});
     hypothesis.push_back({EffectId::kCoulomb, j, {fitted[i].dry, 0.0, kStick}});
     hypothesis.push_back({EffectId::kRotorInertia, j, {fitted[i].rotor}});
-    if (fitted[i].gear > 0.0) hypothesis.push_back({find_effect("backdriving_friction")->id, j, {fitted[i].gear, kStick}});
+    if (fitted[i].gear > 0.0)
+      hypothesis.push_back({find_effect("backdriving_friction")->id, j, {fitted[i].gear, kStick}});
   }
   return hypothesis;
 }

@@ -20,8 +20,8 @@ constexpr int kMostAdded = 3;       // additional laws at one joint
 constexpr double kQuiet = 1.2;      // times the noise (squares): below it, a joint gets no additional laws
 constexpr double kInstant = 0.003;  // [s] start value of lags and delays
 constexpr double kShareOfFastest[] = {0.05, 0.2};  // share of the fastest speed: start values of the Stribeck velocity
-// Largest work of a fit through the whole robot (calc_whole_work): some two minutes of one core. Twelve joints of four legs
-// for 15 s take 2e8, six of an arm for 70 s 2e9.
+// Largest work of a fit through the whole robot (calc_whole_work): some two minutes of one core. Twelve joints of four
+// legs for 15 s take 2e8, six of an arm for 70 s 2e9.
 constexpr double kMostWhole = 2.5e8;
 
 // Largest speed of the joint in the training recordings [rad/s].
@@ -67,13 +67,15 @@ bool is_logged(const Experiment& e, int joint) {
 
 // Hypotheses with one additional law, or with a Stribeck curve in place of Coulomb friction. Only a joint with a drive
 // (`driven`) has a gain, and only a recorded effort (`logged`) a late log.
-std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded, bool driven, bool logged) {
+std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double fastest, bool commanded, bool driven,
+                                      bool logged) {
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {
     if (own[i].id != EffectId::kCoulomb) continue;
     for (double share : kShareOfFastest) {
       list.push_back(own);
-      list.back()[i] = {EffectId::kStribeck, joint, {own[i].p[0], 1.2 * own[i].p[0], share * fastest, 0.0, own[i].p.back()}};
+      list.back()[i] = {
+          EffectId::kStribeck, joint, {own[i].p[0], 1.2 * own[i].p[0], share * fastest, 0.0, own[i].p.back()}};
     }
   }
   const auto has = [&](EffectId id) { return contains(own, id, at_joint(joint)); };
@@ -83,9 +85,11 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   const bool rotor = std::any_of(own.begin(), own.end(), [](const Effect& e) { return get_effect(e.id).rotor >= 0; });
   if (!rotor) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
-  if (!has(EffectId::kLoadFriction)) list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0, get_presliding(own).value_or(kPresliding)}}));
+  if (!has(EffectId::kLoadFriction))
+    list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0, get_presliding(own).value_or(kPresliding)}}));
   const Place log = at_sensor(joint, Reading::kEffort);
-  if (logged && !contains(own, EffectId::kSensorDelay, log)) list.push_back(with(own, {EffectId::kSensorDelay, log, {kInstant}}));
+  if (logged && !contains(own, EffectId::kSensorDelay, log))
+    list.push_back(with(own, {EffectId::kSensorDelay, log, {kInstant}}));
   if (driven && !has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
 }
@@ -126,7 +130,8 @@ Hypothesis change_joints(const Problem& problem, const Hypothesis& model, const 
 
 Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const double fastest = find_fastest(alone.problem, joint);
-  const bool commanded = !is_effort_driven(*alone.problem.experiment), driven = alone.problem.experiment->robot.tree.joint(joint).actuated;
+  const bool commanded = !is_effort_driven(*alone.problem.experiment),
+             driven = alone.problem.experiment->robot.tree.joint(joint).actuated;
   const bool logged = is_logged(*alone.problem.experiment, joint);
   const Score before = alone.score(own);
   double least = before.chi2;
@@ -150,9 +155,12 @@ Hypothesis split_asymmetry(const Hypothesis& model) {
   const EffectId constant = find_effect("constant_torque")->id;
   for (const Effect& dry : model) {
     if (dry.id != EffectId::kCoulomb || dry.p[1] == 0.0) continue;
-    const auto there = std::find_if(out.begin(), out.end(), [&](const Effect& e) { return e.id == constant && e.place == dry.place; });
-    if (there != out.end()) there->p[0] += dry.p[0] * dry.p[1];
-    else out.push_back({constant, dry.place, {dry.p[0] * dry.p[1]}});
+    const auto there =
+        std::find_if(out.begin(), out.end(), [&](const Effect& e) { return e.id == constant && e.place == dry.place; });
+    if (there != out.end())
+      there->p[0] += dry.p[0] * dry.p[1];
+    else
+      out.push_back({constant, dry.place, {dry.p[0] * dry.p[1]}});
   }
   for (Effect& effect : out) {
     if (effect.id == EffectId::kCoulomb) effect.p[1] = 0.0;
@@ -196,7 +204,8 @@ double calc_whole_work(const Problem& problem, const Hypothesis& model, int iter
   return iterations * parameters * squares * seconds / problem.options.max_step;
 }
 
-Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations) {
+Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals,
+                        int iterations) {
   if (calc_whole_work(problem, model, iterations) > kMostWhole) return model;
   FitOptions options;
   options.max_iterations = iterations;

@@ -11,7 +11,8 @@ namespace hrp::diagnosis {
 // fit is no better. Effects of links stay. `enriched` tests further laws of the drive (Stribeck curve, lag, command
 // delay, rotor, viscous friction, gain) and adds those that remove 3 % of the joint's squared residual. `efforts`, if
 // given, adds the effort residuals.
-Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts = nullptr, bool enriched = false);
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts = nullptr,
+                         bool enriched = false);
 
 // The same for the effects `own` of one joint.
 Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint);
@@ -29,13 +30,14 @@ Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model)
 // Iterations through the whole robot: its start is a fit of each joint alone.
 constexpr int kWholeIterations = 3;
 
-// Work of a fit through the whole robot: iterations, parameters, steps of the integrator, and the squares of the joints of
-// each independent part. Steps, not samples: a log at 125 Hz takes as long to simulate as one at 1 kHz.
+// Work of a fit through the whole robot: iterations, parameters, steps of the integrator, and the squares of the joints
+// of each independent part. Steps, not samples: a log at 125 Hz takes as long to simulate as one at 1 kHz.
 double calc_whole_work(const Problem& problem, const Hypothesis& model, int iterations);
 
 // Fits all parameters again through the whole robot. A joint alone follows recorded paths of its neighbours, which
 // contain encoder noise. Returns the model unchanged if this would take too long.
-Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals, int iterations);
+Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals,
+                        int iterations);
 
 // Residuals of readings that are simulated over short windows. The problem must outlive the function.
 CalcResiduals make_window_residuals(const Problem& problem);

@@ -18,9 +18,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostSoft = 3;       // gears of one robot
+constexpr int kMostSoft = 3;  // gears of one robot
 constexpr const char* kWithEffort = "the same motion with the drive's effort or current in the log";
-constexpr double kSoftCost = 5.0;  // [nats] a stiffness, and that the joint has it
+constexpr double kSoftCost = 5.0;     // [nats] a stiffness, and that the joint has it
 constexpr double kLeastRotor = 1e-4;  // [kg m^2] behind which a simulation is stable
 
 Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSource source) {
@@ -28,14 +28,16 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSourc
   const JointSpec& joint = e.robot.tree.joint(gear.joint);
   // An effort is known to kKnown, and the stiffness with it.
   const double stiffness = 1.0 / gear.give, std = stiffness * std::hypot(gear.std / gear.give, kKnown);
-  Finding f = make_finding(row, {{"joint", joint.name}}, {make_one("stiffness", get_joint_unit(joint, "N m/rad"), stiffness, std)});
+  Finding f = make_finding(row, {{"joint", joint.name}},
+                           {make_one("stiffness", get_joint_unit(joint, "N m/rad"), stiffness, std)});
   const bool measured = source == EffortSource::kRecorded;
   f.grade = gear.applied && measured && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest;
   f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
-  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " + number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" +
-                get_grade_name(f.grade) + "). With the links moved by its twist, the missing torque of all joints is " + number(100.0 * gear.left, 2) +
-                " % of that with a rigid gear (squares), on held-out data.";
+  f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " +
+                number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" + get_grade_name(f.grade) +
+                "). With the links moved by its twist, the missing torque of all joints is " +
+                number(100.0 * gear.left, 2) + " % of that with a rigid gear (squares), on held-out data.";
   const auto add = [&](EffectId id, const char* motion) {
     f.alternatives.push_back(make_alternative(get_effect(id), f.where, {}, motion));
   };
@@ -63,7 +65,8 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
     TorqueDesign softened = make_torque_design(soften(*design->data, *gear));
     if (softened.joints.size() != design->joints.size()) return;
     const Choice again = choose_torque_model(softened, jobs);
-    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain) return;
+    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain)
+      return;
     gear->left = calc_held_left(softened, again.fit) / std::max(1e-300, calc_held_left(*design, choice->fit));
     if (gear->left > kLargely) return;
     if (gear->left > kHalf) {
@@ -75,7 +78,8 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
   }
 }
 
-void add_soft_gear(const Experiment& e, const SoftGear& gear, EffortSource source, std::vector<Finding>* findings, Hypothesis* model) {
+void add_soft_gear(const Experiment& e, const SoftGear& gear, EffortSource source, std::vector<Finding>* findings,
+                   Hypothesis* model) {
   // Of a gear that was only noted, a compliance that may be zero says nothing.
   if (!gear.applied && gear.give < kNinetyFive * gear.std) return;
   findings->push_back(make_soft_finding(e, gear, source));

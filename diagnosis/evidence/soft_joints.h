@@ -15,10 +15,11 @@ namespace hrp::diagnosis {
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice);
 
 // Adds `joint_elasticity` of a gear that gives to the findings; ambiguous, with play as the alternative, if it was only
-// noted. The effort tells the twist: one that was not recorded, but calculated with the servo's law (`source`), mixes the
-// command into the motion as a gear would, so that another law or a late one does as well. In the model it replaces the
-// rotor of its joint by an elastic transmission with that rotor; a gear that was only noted does not: the simulation then
-// tries both laws (loose_gears.h).
-void add_soft_gear(const Experiment& experiment, const SoftGear& gear, EffortSource source, std::vector<Finding>* findings, Hypothesis* model);
+// noted. The effort tells the twist: one that was not recorded, but calculated with the servo's law (`source`), mixes
+// the command into the motion as a gear would, so that another law or a late one does as well. In the model it replaces
+// the rotor of its joint by an elastic transmission with that rotor; a gear that was only noted does not: the
+// simulation then tries both laws (loose_gears.h).
+void add_soft_gear(const Experiment& experiment, const SoftGear& gear, EffortSource source,
+                   std::vector<Finding>* findings, Hypothesis* model);
 
 }  // namespace hrp::diagnosis

@@ -14,7 +14,8 @@ namespace {
 
 class UnlistedFriction {
  public:
-  UnlistedFriction(const TorqueData& data, const FoundLaws& laws) : data_(data), j_(laws.joint), rows_(data, laws.joint) {
+  UnlistedFriction(const TorqueData& data, const FoundLaws& laws)
+      : data_(data), j_(laws.joint), rows_(data, laws.joint) {
     y_ = rows_.stack([&](size_t r) -> Eigen::VectorXd { return recording(r).missing.col(j_); });
     laws_ = Eigen::MatrixXd(y_.size(), 0);
     for (long c = 0; c < laws.columns[0].cols(); ++c)
@@ -24,7 +25,8 @@ class UnlistedFriction {
   std::string run(const std::vector<Eigen::VectorXd>& gear) {
     if (rows_.is_few()) return "";
     const auto of_gear = [&](size_t r) { return gear[r]; };
-    // These laws have a parameter or two more, and some contain the gear where its load has one sign. So they must do better.
+    // These laws have a parameter or two more, and some contain the gear where its load has one sign. So they must do
+    // better.
     least_ = (1.0 - kBlur) * rows_.judge(y_, append(laws_, rows_.stack(of_gear)));
     try_postures();
     try_directions();
@@ -56,8 +58,10 @@ class UnlistedFriction {
     const Eigen::VectorXd loaded = fill([&](const TorqueRecording& r) { return hold(r); });
     for (int k = 0; k < static_cast<int>(data_.source.size()); ++k) {
       if (!is_above(tree, j_ + 1, k + 1) && !is_above(tree, k + 1, j_ + 1)) continue;
-      const Eigen::VectorXd turned = fill([&](const TorqueRecording& r) { return Eigen::VectorXd(sign(r).cwiseProduct(r.q.col(k))); });
-      const Eigen::VectorXd both = fill([&](const TorqueRecording& r) { return Eigen::VectorXd(hold(r).cwiseProduct(r.q.col(k))); });
+      const Eigen::VectorXd turned =
+          fill([&](const TorqueRecording& r) { return Eigen::VectorXd(sign(r).cwiseProduct(r.q.col(k))); });
+      const Eigen::VectorXd both =
+          fill([&](const TorqueRecording& r) { return Eigen::VectorXd(hold(r).cwiseProduct(r.q.col(k))); });
       const std::string of = " that follows the position of " + tree.joint(k).name;
       consider(rows_.judge(y_, append(append(laws_, dry), turned)), "dry friction" + of);
       consider(rows_.judge(y_, append(append(laws_, loaded), both)), "friction of the load" + of);
@@ -70,17 +74,25 @@ class UnlistedFriction {
     const Eigen::VectorXd loaded = fill([&](const TorqueRecording& r) { return hold(r); });
     const std::string of = " that differs by the direction of motion";
     // A load of one sign drives the joint in one direction only: there the gear is this law.
-    const Eigen::ArrayXd torque = rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).tau.col(j_)); }).array();
+    const Eigen::ArrayXd torque =
+        rows_.stack([&](size_t r) -> Eigen::VectorXd { return keep_rows(recording(r), recording(r).tau.col(j_)); })
+            .array();
     const double positive = (torque > 0.0).cast<double>().mean();
     if (positive > kMinority && positive < kMostly)
-      consider(rows_.judge(y_, append(append(beside, loaded), fill([&](const TorqueRecording& r) { return load(r); }))), "friction of the load" + of);
-    consider(rows_.judge(y_, append(beside, fill([&](const TorqueRecording& r) { return Eigen::VectorXd(r.v.col(j_).cwiseAbs()); }))), "viscous friction" + of);
+      consider(rows_.judge(y_, append(append(beside, loaded), fill([&](const TorqueRecording& r) { return load(r); }))),
+               "friction of the load" + of);
+    consider(rows_.judge(y_, append(beside, fill([&](const TorqueRecording& r) {
+                                      return Eigen::VectorXd(r.v.col(j_).cwiseAbs());
+                                    }))),
+             "viscous friction" + of);
   }
 
   // With the effort as regressor, what is left is in other units: the larger ones count.
   void try_signs() {
     const auto effort = [&](const TorqueRecording& r) -> Eigen::VectorXd { return r.effort.col(j_); };
-    const Eigen::MatrixXd X = append(append(laws_, fill(effort)), fill([&](const TorqueRecording& r) { return Eigen::VectorXd(effort(r).cwiseAbs()); }));
+    const Eigen::MatrixXd X =
+        append(append(laws_, fill(effort)),
+               fill([&](const TorqueRecording& r) { return Eigen::VectorXd(effort(r).cwiseAbs()); }));
     const Eigen::VectorXd p = rows_.solve(y_, X).tail(2);
     const double unit = 1.0 - p[0] - std::abs(p[1]);  // the smaller factor of the two signs
     if (!(unit > 0.0)) return;
@@ -98,7 +110,8 @@ class UnlistedFriction {
 
 }  // namespace
 
-std::string find_unlisted_friction(const TorqueData& data, const FoundLaws& laws, const std::vector<Eigen::VectorXd>& gear) {
+std::string find_unlisted_friction(const TorqueData& data, const FoundLaws& laws,
+                                   const std::vector<Eigen::VectorXd>& gear) {
   return UnlistedFriction(data, laws).run(gear);
 }
 
@@ -109,7 +122,8 @@ void doubt_gears(const TorqueDesign& design, const Choice& choice, std::vector<G
     TorqueModel rest = choice.model;
     rest.own[i].erase(rest.own[i].begin() + static_cast<long>(g.place.at));
     std::vector<Eigen::VectorXd> gear;
-    for (const TorqueRecording& r : design.data->recordings) gear.push_back(calc_joint_columns(*design.data, r, g.term));
+    for (const TorqueRecording& r : design.data->recordings)
+      gear.push_back(calc_joint_columns(*design.data, r, g.term));
     g.instead = find_unlisted_friction(*design.data, list_laws(design, rest, i), gear);
     if (!g.instead.empty()) g.grade = Grade::kAmbiguous;
   }

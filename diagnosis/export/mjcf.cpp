@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// MJCF: bodies, joints and actuators under the robot's own names. MuJoCo's joint has armature, damping, frictionloss and a
-// spring; the actuator has the servo's law with the true gain.
+// MJCF: bodies, joints and actuators under the robot's own names. MuJoCo's joint has armature, damping, frictionloss
+// and a spring; the actuator has the servo's law with the true gain.
 #include <cmath>
 #include <sstream>
 
@@ -26,8 +26,10 @@ class Writer {
 
   std::string write() {
     out_ << "<mujoco model=\"" << tree_.name << "\">\n"
-         << make_comment("The model that the recordings ask for. Merge armature, damping, frictionloss and actuators into your own "
-                    "model, or run this one. Shapes and meshes are not here.");
+         << make_comment(
+                "The model that the recordings ask for. Merge armature, damping, frictionloss and actuators into your "
+                "own "
+                "model, or run this one. Shapes and meshes are not here.");
     for (const std::string& force : model_.forces) out_ << make_comment("not held: " + force);
     out_ << "<compiler angle=\"radian\" autolimits=\"true\" boundmass=\"0\"/>\n<option gravity=\""
          << print_vector(model_.scenario.gravity_W) << "\" timestep=\"0.001\" integrator=\"implicit\"/>\n<worldbody>\n";
@@ -43,7 +45,8 @@ class Writer {
 
   static std::string print_pose(const Transform& X) {
     const Eigen::Quaterniond q(X.R);
-    return " pos=\"" + print_vector(X.p) + "\" quat=\"" + print_vector(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z())) + "\"";
+    return " pos=\"" + print_vector(X.p) + "\" quat=\"" + print_vector(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z())) +
+           "\"";
   }
 
   void write_body(int link, int depth) {
@@ -61,12 +64,16 @@ class Writer {
   void write_joint(int j, int depth) {
     const JointSpec& joint = tree_.joint(j);
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kMjcfHolds)) out_ << indent(depth) << make_comment(joint.name + ", not held: " + text);
-    out_ << indent(depth) << "<joint name=\"" << joint.name << "\" type=\"" << (joint.kind == JointKind::kPrismatic ? "slide" : "hinge")
-         << "\" axis=\"" << print_vector(joint.axis_F) << "\" armature=\"" << print_value(laws.motor_inertia) << "\" damping=\""
-         << print_value(laws.viscous + laws.spring_damping) << "\" frictionloss=\"" << print_value(laws.coulomb) << "\"";
+    for (const std::string& text : list_unheld(laws, kMjcfHolds))
+      out_ << indent(depth) << make_comment(joint.name + ", not held: " + text);
+    out_ << indent(depth) << "<joint name=\"" << joint.name << "\" type=\""
+         << (joint.kind == JointKind::kPrismatic ? "slide" : "hinge") << "\" axis=\"" << print_vector(joint.axis_F)
+         << "\" armature=\"" << print_value(laws.motor_inertia) << "\" damping=\""
+         << print_value(laws.viscous + laws.spring_damping) << "\" frictionloss=\"" << print_value(laws.coulomb)
+         << "\"";
     if (laws.spring_stiffness != 0.0)
-      out_ << " stiffness=\"" << print_value(laws.spring_stiffness) << "\" springref=\"" << print_value(laws.spring_rest) << "\"";
+      out_ << " stiffness=\"" << print_value(laws.spring_stiffness) << "\" springref=\""
+           << print_value(laws.spring_rest) << "\"";
     if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && joint.upper > joint.lower)
       out_ << " range=\"" << print_value(joint.lower) << " " << print_value(joint.upper) << "\"";
     out_ << "/>\n";
@@ -77,8 +84,8 @@ class Writer {
     const Matrix3d& I = inertia.I_LLcm_L;
     Eigen::Matrix<double, 6, 1> full;
     full << I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
-    out_ << indent(depth) << "<inertial mass=\"" << print_value(inertia.mass) << "\" pos=\"" << print_vector(inertia.p_LLcm_L)
-         << "\" fullinertia=\"" << print_vector(full) << "\"/>\n";
+    out_ << indent(depth) << "<inertial mass=\"" << print_value(inertia.mass) << "\" pos=\""
+         << print_vector(inertia.p_LLcm_L) << "\" fullinertia=\"" << print_vector(full) << "\"/>\n";
   }
 
   // Servo: force = gain (ctrl - kp q - kd qd), ctrl = kp r + kd r'. Effort: force = gain ctrl.
@@ -87,13 +94,17 @@ class Writer {
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     if (!joint.actuated || joint.mimic.joint >= 0) return;
     const double k = laws.torque_scale, limit = std::min({laws.effort_limit * k, laws.saturation, joint.effort_limit});
-    const std::string range = std::isfinite(limit) ? " forcerange=\"" + print_value(-limit) + " " + print_value(limit) + "\"" : "";
+    const std::string range =
+        std::isfinite(limit) ? " forcerange=\"" + print_value(-limit) + " " + print_value(limit) + "\"" : "";
     if (laws.kp > 0.0)
-      out_ << "  <general name=\"" << joint.name << "\" joint=\"" << joint.name << "\" biastype=\"affine\" gainprm=\"" << print_value(k)
-           << "\" biasprm=\"0 " << print_value(-k * laws.kp) << " " << print_value(-k * laws.kd) << "\"" << range << "/>  "
-           << make_comment("ctrl = " + print_value(laws.kp) + " position + " + print_value(laws.kd) + " velocity of the command");
+      out_ << "  <general name=\"" << joint.name << "\" joint=\"" << joint.name << "\" biastype=\"affine\" gainprm=\""
+           << print_value(k) << "\" biasprm=\"0 " << print_value(-k * laws.kp) << " " << print_value(-k * laws.kd)
+           << "\"" << range << "/>  "
+           << make_comment("ctrl = " + print_value(laws.kp) + " position + " + print_value(laws.kd) +
+                           " velocity of the command");
     else
-      out_ << "  <motor name=\"" << joint.name << "\" joint=\"" << joint.name << "\" gear=\"" << print_value(k) << "\"" << range << "/>\n";
+      out_ << "  <motor name=\"" << joint.name << "\" joint=\"" << joint.name << "\" gear=\"" << print_value(k) << "\""
+           << range << "/>\n";
   }
 
   const TakeHome& model_;

@@ -25,12 +25,13 @@ TakeHome load_take_home(const std::string& scenario_path) {
   TakeHome out;
   out.scenario = load_scenario(scenario_path);
   for (const auto& [foot, bush] : out.scenario.foot_bush)
-    out.forces.push_back(foot + ": a sole that gives, " + print_value(bush.kz) + " N/m in height, " + print_value(bush.k_roll) +
-                         " and " + print_value(bush.k_pitch) + " N m/rad in roll and pitch");
+    out.forces.push_back(foot + ": a sole that gives, " + print_value(bush.kz) + " N/m in height, " +
+                         print_value(bush.k_roll) + " and " + print_value(bush.k_pitch) + " N m/rad in roll and pitch");
   out.scenario.foot_bush.clear();
   out.robot = load_robot(out.scenario);
   if (!adopt_loops(out.scenario, out.robot.scenario).loops.empty()) {
-    throw InputError(out.scenario.make_diagnostic("loops", "closed chains are not exported; expected a robot without 'loops' and <loop>"));
+    throw InputError(out.scenario.make_diagnostic(
+        "loops", "closed chains are not exported; expected a robot without 'loops' and <loop>"));
   }
   for (const SteadyForce& f : apply_link_laws(out.scenario, &out.robot.tree)) {
     std::string text = out.robot.tree.links[static_cast<size_t>(f.link)].name + ": a constant force of (";
@@ -51,7 +52,8 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
     const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t';
     if (top) key = line.substr(0, line.find(':'));
     motion = motion || key == "controller";
-    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated") continue;
+    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated")
+      continue;
     text += line + "\n";
   }
   if (motion) text += "controller: {motion: ../motion.csv}\n";
@@ -61,12 +63,14 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
     const JointLaws& laws = model.laws[static_cast<size_t>(j)];
     const std::string& name = model.robot.tree.joint(j).name;
     const double limit = std::min(laws.effort_limit * laws.torque_scale, laws.saturation);
-    text += "    " + name + ": {kp: " + print_value(laws.kp * laws.torque_scale) + ", kd: " + print_value(laws.kd * laws.torque_scale) +
+    text += "    " + name + ": {kp: " + print_value(laws.kp * laws.torque_scale) +
+            ", kd: " + print_value(laws.kd * laws.torque_scale) +
             (limit < kUnlimited ? ", effort_limit: " + print_value(limit) : "") + "}\n";
     if (laws.motor_inertia > 0.0) rotors += "  " + name + ": " + print_value(laws.motor_inertia) + "\n";
   }
   const std::string free = join_words(model.scenario.unactuated);
-  return text + (rotors.empty() ? "" : "rotor_inertia:\n" + rotors) + (free.empty() ? "" : "unactuated: [" + free + "]\n");
+  return text + (rotors.empty() ? "" : "rotor_inertia:\n" + rotors) +
+         (free.empty() ? "" : "unactuated: [" + free + "]\n");
 }
 
 void write_take_home(const std::string& updated_folder) {

@@ -13,9 +13,9 @@
 namespace hrp::diagnosis {
 
 struct TakeHome {
-  Scenario scenario;            // the updated one
-  RobotDescription robot;       // effects of links are in its tree, rotors in its joints
-  std::vector<JointLaws> laws;  // by joint, with what was found
+  Scenario scenario;                // the updated one
+  RobotDescription robot;           // effects of links are in its tree, rotors in its joints
+  std::vector<JointLaws> laws;      // by joint, with what was found
   std::vector<std::string> forces;  // constant forces, and soles on rubber, in words
 };
 

@@ -21,7 +21,8 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
     if (close == std::string::npos) return false;
     const std::string head = urdf.substr(at, close - at);
     if (head.find("type") == std::string::npos) continue;
-    if (head.find("\"" + name + "\"") == std::string::npos && head.find("'" + name + "'") == std::string::npos) continue;
+    if (head.find("\"" + name + "\"") == std::string::npos && head.find("'" + name + "'") == std::string::npos)
+      continue;
     *begin = close + 1, *end = urdf.find("</joint>", close);
     return *end != std::string::npos;
   }
@@ -29,10 +30,13 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
 }
 
 std::string describe_load(const StatedEffect& e) {
-  return e.effect + " (" + join_words(e.parameters, [](const auto& p) { return p.first + " " + print_value(p.second); }) + ")";
+  return e.effect + " (" +
+         join_words(e.parameters, [](const auto& p) { return p.first + " " + print_value(p.second); }) + ")";
 }
 
-std::string print_list(const Vector3d& v) { return print_value(v.x()) + " " + print_value(v.y()) + " " + print_value(v.z()); }
+std::string print_list(const Vector3d& v) {
+  return print_value(v.x()) + " " + print_value(v.y()) + " " + print_value(v.z());
+}
 
 class SdfWriter {
  public:
@@ -45,7 +49,8 @@ class SdfWriter {
     for (size_t i = 0; i < tree_.links.size(); ++i) write_link(tree_.links[i], i);
     for (int j = 0; j < tree_.num_joints(); ++j) write_joint(j);
     if (!tree_.floating_base)
-      out_ << "  <joint name=\"to_world\" type=\"fixed\"><parent>world</parent><child>" << tree_.links[0].name << "</child></joint>\n";
+      out_ << "  <joint name=\"to_world\" type=\"fixed\"><parent>world</parent><child>" << tree_.links[0].name
+           << "</child></joint>\n";
     out_ << "</model>\n</sdf>\n";
     return out_.str();
   }
@@ -55,15 +60,16 @@ class SdfWriter {
     out_ << "  <link name=\"" << link.name << "\">\n";
     if (i > 0) {
       const Vector3d rpy = link.joint.X_PF.R.eulerAngles(2, 1, 0).reverse();
-      out_ << "    <pose relative_to=\"" << tree_.links[static_cast<size_t>(link.parent)].name << "\">" << print_list(link.joint.X_PF.p)
-           << " " << print_list(rpy) << "</pose>\n";
+      out_ << "    <pose relative_to=\"" << tree_.links[static_cast<size_t>(link.parent)].name << "\">"
+           << print_list(link.joint.X_PF.p) << " " << print_list(rpy) << "</pose>\n";
     }
     if (link.inertia.mass > 0.0) {
       const Matrix3d& I = link.inertia.I_LLcm_L;
-      out_ << "    <inertial><pose>" << print_list(link.inertia.p_LLcm_L) << " 0 0 0</pose><mass>" << print_value(link.inertia.mass)
-           << "</mass><inertia><ixx>" << print_value(I(0, 0)) << "</ixx><ixy>" << print_value(I(0, 1)) << "</ixy><ixz>"
-           << print_value(I(0, 2)) << "</ixz><iyy>" << print_value(I(1, 1)) << "</iyy><iyz>" << print_value(I(1, 2)) << "</iyz><izz>"
-           << print_value(I(2, 2)) << "</izz></inertia></inertial>\n";
+      out_ << "    <inertial><pose>" << print_list(link.inertia.p_LLcm_L) << " 0 0 0</pose><mass>"
+           << print_value(link.inertia.mass) << "</mass><inertia><ixx>" << print_value(I(0, 0)) << "</ixx><ixy>"
+           << print_value(I(0, 1)) << "</ixy><ixz>" << print_value(I(0, 2)) << "</ixz><iyy>" << print_value(I(1, 1))
+           << "</iyy><iyz>" << print_value(I(1, 2)) << "</iyz><izz>" << print_value(I(2, 2))
+           << "</izz></inertia></inertial>\n";
     }
     out_ << "  </link>\n";
   }
@@ -72,13 +78,16 @@ class SdfWriter {
     const LinkSpec& link = tree_.links[static_cast<size_t>(j) + 1];
     const JointSpec& joint = link.joint;
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kSdfHolds)) out_ << "  " << make_comment(joint.name + ", not held: " + text);
-    out_ << "  <joint name=\"" << joint.name << "\" type=\"" << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute")
-         << "\">\n    <parent>" << tree_.links[static_cast<size_t>(link.parent)].name << "</parent><child>" << link.name
+    for (const std::string& text : list_unheld(laws, kSdfHolds))
+      out_ << "  " << make_comment(joint.name + ", not held: " + text);
+    out_ << "  <joint name=\"" << joint.name << "\" type=\""
+         << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute") << "\">\n    <parent>"
+         << tree_.links[static_cast<size_t>(link.parent)].name << "</parent><child>" << link.name
          << "</child>\n    <axis><xyz>" << print_list(joint.axis_F) << "</xyz><dynamics><damping>"
          << print_value(laws.viscous + laws.spring_damping) << "</damping><friction>" << print_value(laws.coulomb)
-         << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness) << "</spring_stiffness><spring_reference>"
-         << print_value(laws.spring_rest) << "</spring_reference></dynamics>";
+         << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
+         << "</spring_stiffness><spring_reference>" << print_value(laws.spring_rest)
+         << "</spring_reference></dynamics>";
     const double limit = std::min(joint.effort_limit, laws.saturation);
     out_ << "<limit>";
     if (std::isfinite(joint.lower)) out_ << "<lower>" << print_value(joint.lower) << "</lower>";
@@ -103,14 +112,16 @@ std::string make_urdf_model(const TakeHome& model) {
     if (!find_joint(urdf, name, &begin, &end)) continue;
     std::string body = urdf.substr(begin, end - begin);
     body = std::regex_replace(body, std::regex("<dynamics[^>]*/>|<dynamics[^>]*>\\s*</dynamics>"), "");
-    body += "  <dynamics damping=\"" + print_value(laws.viscous) + "\" friction=\"" + print_value(laws.coulomb) + "\"/>\n";
+    body +=
+        "  <dynamics damping=\"" + print_value(laws.viscous) + "\" friction=\"" + print_value(laws.coulomb) + "\"/>\n";
     for (const std::string& text : list_unheld(laws, kUrdfHolds)) body += "    " + make_comment("not held: " + text);
     urdf.replace(begin, end - begin, body);
   }
   std::string notes;
   for (const std::string& force : model.forces) notes += make_comment("not held: " + force);
   for (const auto& [link, effects] : model.scenario.link_laws) {
-    for (const StatedEffect& e : effects) notes += make_comment("not held here (see robot.xml): " + link + ", " + describe_load(e));
+    for (const StatedEffect& e : effects)
+      notes += make_comment("not held here (see robot.xml): " + link + ", " + describe_load(e));
   }
   const size_t close = urdf.rfind("</robot>");
   return close == std::string::npos ? urdf + notes : urdf.insert(close, notes);

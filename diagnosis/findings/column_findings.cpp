@@ -23,10 +23,12 @@ void add_column_findings(const std::vector<Finding>& findings, nlohmann::ordered
   nlohmann::ordered_json& r = *report;
   const nlohmann::ordered_json made = make_report(columns)["findings"];
   for (const nlohmann::ordered_json& f : made) {
-    const bool there = std::any_of(r["findings"].begin(), r["findings"].end(), [&](const nlohmann::ordered_json& other) { return other["where"] == f["where"]; });
+    const bool there = std::any_of(r["findings"].begin(), r["findings"].end(),
+                                   [&](const nlohmann::ordered_json& other) { return other["where"] == f["where"]; });
     if (!there) r["findings"].push_back(f);
   }
-  if (r["verdict"] == get_verdict_name(Verdict::kUnexplained)) r["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  if (r["verdict"] == get_verdict_name(Verdict::kUnexplained))
+    r["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
 }
 
 }  // namespace hrp::diagnosis

@@ -25,7 +25,9 @@ bool is_constant_torque(const Json& finding) {
 // Value and standard deviation of a finding's only parameter; {0, 0} if it has others.
 std::pair<double, double> read_constant(const Json& finding) {
   const Json& parameters = finding["parameters"];
-  if (parameters.size() != 1 || !parameters.begin().value().contains("std") || !parameters.begin().value()["value"].is_number()) return {0.0, 0.0};
+  if (parameters.size() != 1 || !parameters.begin().value().contains("std") ||
+      !parameters.begin().value()["value"].is_number())
+    return {0.0, 0.0};
   return {parameters.begin().value()["value"], parameters.begin().value()["std"]};
 }
 
@@ -66,7 +68,9 @@ void doubt_constants_of_commands(const Experiment& e, Json* report) {
     const double kp = get_servo_gains(e.scenario, joint).kp;
     Json *of_log = nullptr, *of_joint = nullptr;
     for (Json& f : findings) {
-      if (f["effect"] == get_effect(EffectId::kSensorBias).name && f["where"].value("sensor", "") == e.signal_name(j, Quantity::kEffort)) of_log = &f;
+      if (f["effect"] == get_effect(EffectId::kSensorBias).name &&
+          f["where"].value("sensor", "") == e.signal_name(j, Quantity::kEffort))
+        of_log = &f;
       if (is_constant_torque(f) && f["where"].value("joint", "") == joint) of_joint = &f;
     }
     if (!of_log || !of_joint || !(kp > 0.0)) continue;
@@ -76,9 +80,11 @@ void doubt_constants_of_commands(const Experiment& e, Json* report) {
     for (Json* f : {of_log, of_joint}) {
       make_ambiguous(f);
       (*f)["statement"] = f->value("statement", "") + " Or the zero of the commands is " + number(bias / kp, 3) +
-                          " off that of the positions: then there is neither this nor the opposite " + (f == of_log ? "torque." : "zero of the log.");
+                          " off that of the positions: then there is neither this nor the opposite " +
+                          (f == of_log ? "torque." : "zero of the log.");
     }
-    (*of_log)["alternatives"].push_back(state_as_alternative(*of_joint)), (*of_joint)["alternatives"].push_back(state_as_alternative(*of_log));
+    (*of_log)["alternatives"].push_back(state_as_alternative(*of_joint)),
+        (*of_joint)["alternatives"].push_back(state_as_alternative(*of_log));
   }
 }
 

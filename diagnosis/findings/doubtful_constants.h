@@ -8,14 +8,14 @@
 
 namespace hrp::diagnosis {
 
-// Drives of legs bear what stands on them, and force sensors under the feet tell with which moments. As long as an ambiguous
-// finding may be a mass or its place, or is only told apart from one by a sensor's zero, constant torques may be its weight:
-// they become `ambiguous`, with those masses among their alternatives. Does nothing on a fixed base.
+// Drives of legs bear what stands on them, and force sensors under the feet tell with which moments. As long as an
+// ambiguous finding may be a mass or its place, or is only told apart from one by a sensor's zero, constant torques may
+// be its weight: they become `ambiguous`, with those masses among their alternatives. Does nothing on a fixed base.
 void doubt_constants_of_masses(const Experiment& experiment, nlohmann::ordered_json* report);
 
-// A servo whose commands count from another zero than its positions: its effort is off what its law asks for by a constant,
-// and corrected for that, the joint seems to need the opposite constant torque. The two findings cancel. Both become
-// `ambiguous` and name the zero, which explains them with one number.
+// A servo whose commands count from another zero than its positions: its effort is off what its law asks for by a
+// constant, and corrected for that, the joint seems to need the opposite constant torque. The two findings cancel. Both
+// become `ambiguous` and name the zero, which explains them with one number.
 void doubt_constants_of_commands(const Experiment& experiment, nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

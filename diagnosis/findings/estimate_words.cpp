@@ -11,7 +11,9 @@ std::string describe(const std::vector<Estimate>& parameters) {
   for (const Estimate& e : parameters) {
     std::string value;
     for (size_t i = 0; i < e.value.size(); ++i)
-      value += (i > 0 ? ", " : "") + (e.is_unseen(i) ? "unseen" : number(e.value[i], 3) + (e.assumed ? "" : " +- " + number(kNinetyFive * e.std[i], 2)));
+      value += (i > 0 ? ", " : "") +
+               (e.is_unseen(i) ? "unseen"
+                               : number(e.value[i], 3) + (e.assumed ? "" : " +- " + number(kNinetyFive * e.std[i], 2)));
     text += (text.empty() ? "" : ", ") + e.name + " " + (e.vector ? "(" + value + ")" : value) +
             (e.unit == "1" ? "" : " " + e.unit) + (e.assumed ? " (assumed)" : "");
   }

@@ -10,7 +10,9 @@
 namespace hrp::diagnosis {
 using Json = nlohmann::ordered_json;
 
-Estimate make_one(const std::string& name, const std::string& unit, double value, double std) { return {name, unit, {value}, {std}, false}; }
+Estimate make_one(const std::string& name, const std::string& unit, double value, double std) {
+  return {name, unit, {value}, {std}, false};
+}
 
 Estimate make_assumed_centre(const Eigen::Vector3d& p) {
   Estimate e{"com", "m", {p.x(), p.y(), p.z()}, {1, 1, 1}, true};
@@ -39,21 +41,21 @@ nlohmann::ordered_json make_estimate(const Estimate& e) {
 
 Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters) {
   Finding f;
-  f.effect = effect.name, f.family = get_family_name(effect.family), f.where = where, f.parameters = std::move(parameters);
+  f.effect = effect.name, f.family = get_family_name(effect.family), f.where = where,
+  f.parameters = std::move(parameters);
   return f;
 }
 
-Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters, const std::string& motion) {
+Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters,
+                             const std::string& motion) {
   return {effect.name, get_family_name(effect.family), where, std::move(parameters), motion};
 }
 
 nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives) {
   Json list = Json::array();
   for (const Alternative& a : alternatives) {
-    list.push_back({{"effect", a.effect},
-                    {"family", a.family},
-                    {"where", a.where},
-                    {"parameters", make_estimates(a.parameters)}});
+    list.push_back(
+        {{"effect", a.effect}, {"family", a.family}, {"where", a.where}, {"parameters", make_estimates(a.parameters)}});
     if (!a.motion.empty()) list.back()["motion_that_would_tell"] = a.motion;
   }
   return list;
@@ -63,15 +65,15 @@ namespace {
 
 Json make_finding(const Finding& f) {
   Json out{{"effect", f.effect},
-          {"family", f.family},
-          {"where", f.where},
-          {"parameters", make_estimates(f.parameters)},
-          {"grade", get_grade_name(f.grade)},
-          {"probability", round_to(f.probability, 3)},
-          {"share", round_to(f.share, 3)},
-          {"weight", round_to(f.weight, 3)},
-          {"statement", f.statement},
-          {"alternatives", make_alternatives(f.alternatives)}};
+           {"family", f.family},
+           {"where", f.where},
+           {"parameters", make_estimates(f.parameters)},
+           {"grade", get_grade_name(f.grade)},
+           {"probability", round_to(f.probability, 3)},
+           {"share", round_to(f.share, 3)},
+           {"weight", round_to(f.weight, 3)},
+           {"statement", f.statement},
+           {"alternatives", make_alternatives(f.alternatives)}};
   if (!f.also_fitted.empty()) out["also_fitted"] = f.also_fitted;
   return out;
 }
@@ -101,7 +103,8 @@ Json make_mismatch(const Mismatch& m) {
 // Places that findings do not explain.
 Json make_unexplained(const Evidence& e) {
   Json list = Json::array();
-  for (const Unexplained& u : e.unexplained) list.push_back({{"where", u.where}, {"depends_on", u.depends_on}, {"statement", u.statement}});
+  for (const Unexplained& u : e.unexplained)
+    list.push_back({{"where", u.where}, {"depends_on", u.depends_on}, {"statement", u.statement}});
   if (e.verdict == Verdict::kNoMismatch || e.verdict == Verdict::kExplained) return list;
   for (const Remaining& r : e.remaining) {
     if (r.share() < 1.0 - kMostly) continue;
@@ -129,7 +132,8 @@ std::string say_ambiguous(std::string statement) {
   for (Grade grade : {Grade::kCertain, Grade::kSupported}) {
     const std::string before = std::string("(") + get_grade_name(grade) + ")";
     const size_t at = statement.find(before);
-    if (at != std::string::npos) statement.replace(at, before.size(), std::string("(") + get_grade_name(Grade::kAmbiguous) + ")");
+    if (at != std::string::npos)
+      statement.replace(at, before.size(), std::string("(") + get_grade_name(Grade::kAmbiguous) + ")");
   }
   return statement;
 }
@@ -160,8 +164,10 @@ nlohmann::ordered_json make_fit(const Fit& fit) {
   Json signals = Json::object();
   for (const SignalFit& s : fit.signals) {
     const double spread = std::max(s.spread, 1e-300);
-    Json& signal = signals[s.signal] = {{"before", round_to(s.before / spread, 4)}, {"after", round_to(s.after / spread, 4)}};
-    if (!s.unit.empty()) signal["rms_before"] = round_to(s.before, 4), signal["rms_after"] = round_to(s.after, 4), signal["unit"] = s.unit;
+    Json& signal =
+        signals[s.signal] = {{"before", round_to(s.before / spread, 4)}, {"after", round_to(s.after / spread, 4)}};
+    if (!s.unit.empty())
+      signal["rms_before"] = round_to(s.before, 4), signal["rms_after"] = round_to(s.after, 4), signal["unit"] = s.unit;
     if (!s.equation.empty()) signal["equation"] = s.equation;
   }
   const auto pair = [](double before, double after) -> Json {

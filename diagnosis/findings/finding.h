@@ -33,8 +33,11 @@ struct Estimate {
   std::vector<std::pair<double, double>> ends = {};  // of the interval, where it does not lie evenly about the value
   bool assumed = false;  // nothing was measured of it: the value is the model's, and std covers every place of a body
 
-  // Nothing of this axis of a vector shows in the recordings: a planar arm does not tell how far a mass is out of its plane.
-  bool is_unseen(size_t axis) const { return value.size() == 3 && std.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0; }
+  // Nothing of this axis of a vector shows in the recordings: a planar arm does not tell how far a mass is out of its
+  // plane.
+  bool is_unseen(size_t axis) const {
+    return value.size() == 3 && std.size() == 3 && value[axis] == 0.0 && std[axis] == 0.0;
+  }
 };
 
 // {"joint": "elbow"}, {"link": "hand"}, {"foot": "l_foot"}, {"sensor": "/wrench/l_ankle/force"}, {} for the ground.
@@ -71,9 +74,9 @@ struct Unexplained {
 // What remains at a place beside all findings.
 struct Remaining {
   Where where;
-  std::string unit;                       // of before and after: "N m", "rad", "N"
-  double before = 0.0, after = 0.0;       // root mean squares, on held-out recordings if there are any
-  std::vector<std::string> depends_on;    // position, velocity, load, ...; empty: none of the tested ones
+  std::string unit;                     // of before and after: "N m", "rad", "N"
+  double before = 0.0, after = 0.0;     // root mean squares, on held-out recordings if there are any
+  std::vector<std::string> depends_on;  // position, velocity, load, ...; empty: none of the tested ones
   std::string statement;
   double share() const { return before > 0.0 ? after * after / (before * before) : 0.0; }
 };
@@ -81,7 +84,7 @@ struct Remaining {
 // A mismatch of the nominal model at a place and time.
 struct Mismatch {
   std::string signal, recording;
-  double score = 0.0;  // in units of the signal's noise
+  double score = 0.0;                                // in units of the signal's noise
   std::vector<std::pair<double, double>> intervals;  // [s]
   std::string regime;
   std::string equation = {};  // empty: the signal itself is predicted
@@ -94,11 +97,12 @@ struct NotIdentifiable {
   std::string why, motion;
 };
 
-// Errors of the prediction of one signal: root mean squares in `unit`. Without a unit only their ratios to the spread are told.
+// Errors of the prediction of one signal: root mean squares in `unit`. Without a unit only their ratios to the spread
+// are told.
 struct SignalFit {
   std::string signal, unit;
   double before = 0.0, after = 0.0;
-  double spread = 0.0;  // standard deviation of the recording
+  double spread = 0.0;        // standard deviation of the recording
   std::string equation = {};  // as in Mismatch
 };
 
@@ -115,10 +119,11 @@ Estimate make_one(const std::string& name, const std::string& unit, double value
 // A load's centre [m, link] that the recordings do not tell; `p` is the link's own.
 Estimate make_assumed_centre(const Eigen::Vector3d& p);
 
-// What every finding and every alternative says of an effect; grade, share and words are the caller's. `motion` would tell
-// the alternative from the finding.
+// What every finding and every alternative says of an effect; grade, share and words are the caller's. `motion` would
+// tell the alternative from the finding.
 Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters);
-Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters, const std::string& motion);
+Alternative make_alternative(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters,
+                             const std::string& motion);
 
 struct Evidence {
   Verdict verdict = Verdict::kNotJudged;
@@ -131,9 +136,9 @@ struct Evidence {
   double ceiling = 0.0;    // share (0 to 1) of the mismatch that the recorded signals can predict at all
   double explained = 0.0;  // share of the held-out mismatch that the findings remove
   Fit fit;
-  std::string method;    // of the prediction
-  double horizon = 0.0;  // [s] 0: sample by sample
-  std::vector<std::string> missing;   // "l_foot.csv: no column /wrench/l_sole/torque/x: centre of pressure not compared"
+  std::string method;                // of the prediction
+  double horizon = 0.0;              // [s] 0: sample by sample
+  std::vector<std::string> missing;  // "l_foot.csv: no column /wrench/l_sole/torque/x: centre of pressure not compared"
   std::vector<std::string> warnings;
 };
 

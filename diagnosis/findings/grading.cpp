@@ -30,11 +30,13 @@ bool may_be_absent(const Json& finding) {
   return false;
 }
 
-// Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, or the same one
-// elsewhere, both are ambiguous, and so is what takes nothing away.
+// Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, or
+// the same one elsewhere, both are ambiguous, and so is what takes nothing away.
 Grade find_grade(const Json& finding, bool may_be_certain) {
   const Json& others = finding["alternatives"];
-  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) { return a["family"] != finding["family"] || a["where"] != finding["where"]; });
+  const bool rivalled = std::any_of(others.begin(), others.end(), [&](const Json& a) {
+    return a["family"] != finding["family"] || a["where"] != finding["where"];
+  });
   if (rivalled || may_be_absent(finding) || finding["share"].get<double>() <= 0.0) return Grade::kAmbiguous;
   return may_be_certain ? Grade::kCertain : Grade::kSupported;
 }
@@ -43,7 +45,8 @@ Grade find_grade(const Json& finding, bool may_be_certain) {
 
 double calc_explained(const Fit& fit) {
   const bool held = fit.validate_before > 0.0;
-  const double before = held ? fit.validate_before : fit.train_before, after = held ? fit.validate_after : fit.train_after;
+  const double before = held ? fit.validate_before : fit.train_before,
+               after = held ? fit.validate_after : fit.train_after;
   const double above = before * before - 1.0;
   return above > 0.0 ? std::clamp(1.0 - std::max(0.0, after * after - 1.0) / above, 0.0, 1.0) : 0.0;
 }
@@ -54,7 +57,8 @@ Json make_graded_report(bool has_held, Evidence evidence) {
   evidence.ceiling = explained ? 1.0 : evidence.explained;
   Json report = make_report(evidence);
   for (Json& f : report["findings"]) {
-    if (f["grade"] != get_grade_name(Grade::kAmbiguous)) f["grade"] = get_grade_name(find_grade(f, has_held && explained));
+    if (f["grade"] != get_grade_name(Grade::kAmbiguous))
+      f["grade"] = get_grade_name(find_grade(f, has_held && explained));
   }
   return report;
 }
@@ -70,7 +74,10 @@ void make_ambiguous(Json* finding) {
 }
 
 Json state_as_alternative(const Json& finding) {
-  return {{"effect", finding["effect"]}, {"family", finding["family"]}, {"where", finding["where"]}, {"parameters", finding["parameters"]}};
+  return {{"effect", finding["effect"]},
+          {"family", finding["family"]},
+          {"where", finding["where"]},
+          {"parameters", finding["parameters"]}};
 }
 
 void doubt_unconfirmed(const std::vector<Finding>& torque, Json* report) {
@@ -99,7 +106,9 @@ void list_once(Json* report) {
   if (!report->contains("not_identifiable")) return;
   Json list = Json::array();
   for (const Json& entry : (*report)["not_identifiable"]) {
-    const auto same = [&](const Json& other) { return other["effect"] == entry["effect"] && other.value("where", Json()) == entry.value("where", Json()); };
+    const auto same = [&](const Json& other) {
+      return other["effect"] == entry["effect"] && other.value("where", Json()) == entry.value("where", Json());
+    };
     if (std::none_of(list.begin(), list.end(), same)) list.push_back(entry);
   }
   (*report)["not_identifiable"] = list;

@@ -9,9 +9,9 @@ namespace hrp::diagnosis {
 // Share of the squares above the noise that findings remove: of held-out recordings, or of all if none is held out.
 double calc_explained(const Fit& fit);
 
-// The report of a search for single effects; fills `explained` and `ceiling`. Findings that are not ambiguous already are
-// certain; supported without held-out recordings or unless all is explained; ambiguous if they remove nothing, if an interval
-// contains the neutral value, or if another family fits as well.
+// The report of a search for single effects; fills `explained` and `ceiling`. Findings that are not ambiguous already
+// are certain; supported without held-out recordings or unless all is explained; ambiguous if they remove nothing, if
+// an interval contains the neutral value, or if another family fits as well.
 nlohmann::ordered_json make_graded_report(bool has_held, Evidence evidence);
 
 // Whether a finding's interval has this value in it; false for what is no interval.
@@ -31,8 +31,8 @@ void doubt_unconfirmed(const std::vector<Finding>& torque, nlohmann::ordered_jso
 // not improve. Applies to reports of any method.
 void lower_grades(nlohmann::ordered_json* report);
 
-// Keeps the first entry of `not_identifiable` for each effect and place. Several sets of effects, and several methods, may
-// have the same effect.
+// Keeps the first entry of `not_identifiable` for each effect and place. Several sets of effects, and several methods,
+// may have the same effect.
 void list_once(nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

@@ -19,12 +19,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kWeights = 3.0;    // weights of the machine: as hard as a rope or a person pulls
-constexpr double kLoads = 2.0;      // masses of the machine: what more could it carry?
-constexpr double kSink = 1e-3;      // [m] compression of a sole under half the weight
-constexpr double kTilt = 5e-3;      // [rad] tilt of a sole when half the weight moves by kMove
-constexpr double kMove = 0.05;      // [m]
-constexpr double kIdle = 0.25;      // standard deviations from neutral
+constexpr double kWeights = 3.0;       // weights of the machine: as hard as a rope or a person pulls
+constexpr double kLoads = 2.0;         // masses of the machine: what more could it carry?
+constexpr double kSink = 1e-3;         // [m] compression of a sole under half the weight
+constexpr double kTilt = 5e-3;         // [rad] tilt of a sole when half the weight moves by kMove
+constexpr double kMove = 0.05;         // [m]
+constexpr double kIdle = 0.25;         // standard deviations from neutral
 constexpr double kWound = 2.0 * M_PI;  // [rad] beyond the joint's range: a spring that is wound up by more than a turn
 
 std::vector<double> list_numbers(const Json& value) {
@@ -74,7 +74,9 @@ double calc_wound(const TreeSpec& tree, const Json& finding) {
   const Json& where = finding["where"];
   const Json& rest = finding["parameters"].contains("rest") ? finding["parameters"]["rest"] : Json();
   for (const LinkSpec& link : tree.links) {
-    if (!rest.is_object() || !where.contains("joint") || where["joint"] != link.joint.name || link.joint.kind != JointKind::kRevolute) continue;
+    if (!rest.is_object() || !where.contains("joint") || where["joint"] != link.joint.name ||
+        link.joint.kind != JointKind::kRevolute)
+      continue;
     const double value = list_numbers(rest["value"]).at(0);
     return std::max(link.joint.lower - value, value - link.joint.upper);
   }
@@ -85,7 +87,8 @@ bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
 
 // Value of a stiffness; infinite if it is not stated, so nothing is compliant.
 double read_stiffness(const Json& parameters, const char* name) {
-  if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number()) return HUGE_VAL;
+  if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number())
+    return HUGE_VAL;
   return parameters[name]["value"].get<double>();
 }
 
@@ -130,7 +133,8 @@ void drop_odd_alternatives(const TreeSpec& tree, Json* finding) {
 bool is_within(const Json& limit, const Json& friction) {
   for (const auto& a : limit["parameters"].items()) {
     for (const auto& b : friction["parameters"].items()) {
-      if (a.value()["unit"] != b.value()["unit"] || !b.value().contains("ci95") || !a.value()["value"].is_number()) continue;
+      if (a.value()["unit"] != b.value()["unit"] || !b.value().contains("ci95") || !a.value()["value"].is_number())
+        continue;
       if (a.value()["value"].get<double>() <= b.value()["ci95"][1].get<double>()) return true;
     }
   }
@@ -150,7 +154,9 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
   if (!effect || (effect->place != PlaceKind::kLink && effect->place != PlaceKind::kJoint)) return "";
   const int link = find_link(tree, finding["where"]);
   const double mass = link >= 0 ? calc_mass(tree) : 0.0;
-  const double reach = link < 0 ? 0.0 : effect->of_whole_link ? calc_link_reach(tree, link) : calc_carried_reach(tree, link);
+  const double reach = link < 0                ? 0.0
+                       : effect->of_whole_link ? calc_link_reach(tree, link)
+                                               : calc_carried_reach(tree, link);
   for (const EffectParameter& p : effect->parameters) {
     if (p.axis > 0 || p.nuisance || !finding["parameters"].contains(p.name)) continue;
     const Json& stated = finding["parameters"][p.name];
@@ -182,7 +188,8 @@ void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
   for (Json& f : (*report)["findings"]) {
     if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_stiff_sole(f, half_weight)) continue;
     make_ambiguous(&f);
-    f["statement"] = f.value("statement", "") + " This is as stiff as floors and force sensors are: what gives here is not told.";
+    f["statement"] =
+        f.value("statement", "") + " This is as stiff as floors and force sensors are: what gives here is not told.";
   }
 }
 
@@ -190,11 +197,16 @@ void doubt_limits_within_friction(Json* report) {
   Json& findings = (*report)["findings"];
   for (Json& f : findings) {
     const bool told = f.value("grade", "") != get_grade_name(Grade::kAmbiguous);
-    if (!told || f.value("family", "") != get_family_name(EffectFamily::kLimits) || !f["where"].contains("joint")) continue;
+    if (!told || f.value("family", "") != get_family_name(EffectFamily::kLimits) || !f["where"].contains("joint"))
+      continue;
     for (const Json& other : findings) {
-      if (other.value("family", "") != get_family_name(EffectFamily::kDryFriction) || other["where"] != f["where"] || !is_within(f, other)) continue;
+      if (other.value("family", "") != get_family_name(EffectFamily::kDryFriction) || other["where"] != f["where"] ||
+          !is_within(f, other))
+        continue;
       make_ambiguous(&f);
-      f["statement"] = f.value("statement", "") + " A drive that gives no more than the dry friction found here would not move the joint: that friction may vary instead.";
+      f["statement"] = f.value("statement", "") +
+                       " A drive that gives no more than the dry friction found here would not move the joint: that "
+                       "friction may vary instead.";
       f["alternatives"].push_back(state_as_alternative(other));
       break;
     }

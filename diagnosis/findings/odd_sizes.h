@@ -21,8 +21,8 @@ std::string find_odd_size(const TreeSpec& tree, const nlohmann::ordered_json& fi
 bool is_possible_load(const TreeSpec& tree, double mass);
 
 // Makes findings of an implausible size `ambiguous` and says why. Other `certain` findings become `ambiguous` as well,
-// because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`. Alternatives of an
-// implausible size are not listed.
+// because they are certain only in a model that explains everything. `explained` becomes `mostly_explained`.
+// Alternatives of an implausible size are not listed.
 void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 
 // Makes findings of very stiff soles `ambiguous`: less than 1 mm compression under half the robot's weight, and less
@@ -30,8 +30,8 @@ void doubt_odd_sizes(const TreeSpec& tree, nlohmann::ordered_json* report);
 // of the compliance is unknown.
 void doubt_stiff_soles(const TreeSpec& tree, nlohmann::ordered_json* report);
 
-// Makes limits of a drive's torque `ambiguous` that may be no larger than the dry friction found at the same joint: such a drive
-// would not move it, and friction that varies while the joint sticks looks the same.
+// Makes limits of a drive's torque `ambiguous` that may be no larger than the dry friction found at the same joint:
+// such a drive would not move it, and friction that varies while the joint sticks looks the same.
 void doubt_limits_within_friction(nlohmann::ordered_json* report);
 
 // Removes ambiguous findings within a quarter of a standard deviation of neutral from the report, not from the model.

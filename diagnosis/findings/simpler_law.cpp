@@ -15,7 +15,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kCurve = "stribeck_friction";
 
 bool is_number(const Json& parameters, const char* name) {
-  return parameters.contains(name) && parameters[name].contains("ci95") && parameters[name].value("value", Json()).is_number();
+  return parameters.contains(name) && parameters[name].contains("ci95") &&
+         parameters[name].value("value", Json()).is_number();
 }
 
 bool is_untold_curve(const Json& finding) {
@@ -41,7 +42,8 @@ std::string get_place(const Json& finding) { return finding["where"].begin().val
 
 std::string make_words(const Json& estimate) {
   const double reach = 0.5 * (estimate["ci95"][1].get<double>() - estimate["ci95"][0].get<double>());
-  return number(estimate["value"].get<double>(), 3) + " +- " + number(reach, 2) + " " + estimate["unit"].get<std::string>();
+  return number(estimate["value"].get<double>(), 3) + " +- " + number(reach, 2) + " " +
+         estimate["unit"].get<std::string>();
 }
 
 Json make_plain(const Json& curve, const char* effect, const char* from, const char* to) {
@@ -54,20 +56,22 @@ Json make_plain(const Json& curve, const char* effect, const char* from, const c
 
 Json make_coulomb(const Json& curve) {
   Json plain = make_plain(curve, "coulomb_friction", "coulomb", "level");
-  plain["alternatives"].push_back({{"effect", kCurve},
-                                   {"family", find_family_name(kCurve)},
-                                   {"where", curve["where"]},
-                                   {"parameters", curve["parameters"]},
-                                   {"motion_that_would_tell", "constant speeds from the slowest on, in both directions"}});
-  plain["statement"] = get_place(curve) + ": dry friction of constant level, level " + make_words(plain["parameters"]["level"]) +
-                       ". A larger friction at rest (Stribeck) would fit as well; its size and speed are not told from none.";
+  plain["alternatives"].push_back(
+      {{"effect", kCurve},
+       {"family", find_family_name(kCurve)},
+       {"where", curve["where"]},
+       {"parameters", curve["parameters"]},
+       {"motion_that_would_tell", "constant speeds from the slowest on, in both directions"}});
+  plain["statement"] =
+      get_place(curve) + ": dry friction of constant level, level " + make_words(plain["parameters"]["level"]) +
+      ". A larger friction at rest (Stribeck) would fit as well; its size and speed are not told from none.";
   return plain;
 }
 
 Json make_viscous(const Json& curve) {
   Json plain = make_plain(curve, "viscous_friction", "viscous", "coefficient");
-  plain["statement"] = get_place(curve) + ": viscous friction, coefficient " + make_words(plain["parameters"]["coefficient"]) +
-                       ", beside dry friction.";
+  plain["statement"] = get_place(curve) + ": viscous friction, coefficient " +
+                       make_words(plain["parameters"]["coefficient"]) + ", beside dry friction.";
   plain["share"] = plain["weight"] = 0.0;  // counted for the dry friction
   return plain;
 }

@@ -13,7 +13,8 @@ std::string make_words(const Experiment& e, const SuspectJoint& s) {
   return e.robot.tree.joint(s.joint).name + ": the tool's own prediction is suspect" +
          (s.saturated ? ", its servo hums at the effort limit" : "") + ": with half the step it differs by " +
          number(s.change, 3) + " times the noise, the recordings by " + number(s.left, 3) +
-         " times; what differs there is not called physics. A lighter servo or the true inertia of the link may mend it.";
+         " times; what differs there is not called physics. A lighter servo or the true inertia of the link may mend "
+         "it.";
 }
 
 }  // namespace

@@ -47,14 +47,14 @@ struct SearchResult {
   Eigen::VectorXd about;  // faults of sensors and drives that the equations were made about, by column
 };
 
-CheckResult check_recordings(const Halves& logs, const std::vector<ChannelRows>& channels,
-                             const ColumnLayout& layout) {
+CheckResult check_recordings(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
   CheckResult checks = run_checks(logs.even, logs.contacts, channels, layout);
   if (!checks.raw_counts) {
     for (std::string& note : compare_loads(logs.even)) checks.notes.push_back(std::move(note));
   }
   for (std::string& note : compare_gyros(logs.even)) checks.notes.push_back(std::move(note));
-  for (std::string& note : describe_recordings(logs.even, channels, checks.raw_counts)) checks.notes.push_back(std::move(note));
+  for (std::string& note : describe_recordings(logs.even, channels, checks.raw_counts))
+    checks.notes.push_back(std::move(note));
   return checks;
 }
 
@@ -151,7 +151,8 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
 }
 
 std::vector<ChannelRows> make_channels(const Halves& logs) {
-  std::vector<ChannelRows> out = join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
+  std::vector<ChannelRows> out =
+      join_halves(make_equations(logs.even, logs.contacts), make_equations(logs.odd, logs.contacts));
   leave_out_leg_friction(ColumnLayout(logs.even), &out);
   return out;
 }
@@ -170,7 +171,8 @@ Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, co
   if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
   const ForceClock& clock = faults.clock;
   for (int s = 0; clock.found && clock.late > 0 && s < layout.sensors; ++s) {
-    if (clock.foot == kAllFeet || log.feet[static_cast<size_t>(clock.foot)].sensor == s) out(layout.sensor(s, kWrenchDelayColumn)) += clock.late;
+    if (clock.foot == kAllFeet || log.feet[static_cast<size_t>(clock.foot)].sensor == s)
+      out(layout.sensor(s, kWrenchDelayColumn)) += clock.late;
   }
   return out;
 }
@@ -181,7 +183,8 @@ void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Ha
 }
 
 // One late foot first: what both have in common is seen in their sum. Counts tell of clocks alone.
-SensorFaults find_sensor_faults(const Halves& logs, const std::vector<ChannelRows>& channels, const ColumnLayout& layout) {
+SensorFaults find_sensor_faults(const Halves& logs, const std::vector<ChannelRows>& channels,
+                                const ColumnLayout& layout) {
   SensorFaults out;
   if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) {
     out.zeros = find_air_zeros(logs.even, logs.contacts), out.late = find_late_foot(logs.even, channels, layout);
@@ -263,14 +266,18 @@ std::string find_obstacle(const Experiment& e) {
   for (const ChannelRows& c : make_channels(logs)) {
     if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + get_text(c.info.equation) + ")";
   }
-  const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " + std::to_string(most) + " of the " +
-                                         std::to_string(kFewestRows) + " means over 40 ms that are needed"
+  const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " +
+                                         std::to_string(most) + " of the " + std::to_string(kFewestRows) +
+                                         " means over 40 ms that are needed"
                                    : "what was recorded does not tell the same quantity twice";
   std::vector<std::string> texts{few};
-  for (const std::vector<std::string>* list : {&logs.even.too_short, &logs.even.missing}) texts.insert(texts.end(), list->begin(), list->end());
+  for (const std::vector<std::string>* list : {&logs.even.too_short, &logs.even.missing})
+    texts.insert(texts.end(), list->begin(), list->end());
   const bool flat = std::any_of(logs.even.feet.begin(), logs.even.feet.end(), [](const Foot& f) { return f.flat; });
-  if (logs.even.feet.empty()) texts.emplace_back("'feet' names no link that carries the robot");
-  else if (!flat) texts.emplace_back("no foot has a flat sole, over which encoders would tell how the body turns");
+  if (logs.even.feet.empty())
+    texts.emplace_back("'feet' names no link that carries the robot");
+  else if (!flat)
+    texts.emplace_back("no foot has a flat sole, over which encoders would tell how the body turns");
   return join(texts);
 }
 

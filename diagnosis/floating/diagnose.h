@@ -16,16 +16,16 @@ namespace hrp::diagnosis::floating {
 
 struct LeggedReport {
   Evidence evidence;
-  bool judged = false;  // something was compared
-  bool walks = false;   // a foot leaves the ground and comes back
-  bool raw_counts = false;            // forces are counts of an unknown unit
+  bool judged = false;                  // something was compared
+  bool walks = false;                   // a foot leaves the ground and comes back
+  bool raw_counts = false;              // forces are counts of an unknown unit
   std::vector<Eigen::VectorXd> faults;  // of sensors, by column (columns.h), to take out of a log one after another
   Eigen::VectorXd found;                // coefficients of all effects of the best model, by column
   nlohmann::ordered_json series;
 };
 
-enum class Robots { kAll, kWalking };        // the others are not judged
-enum class Drives { kJudged, kLeftOut };     // their equations
+enum class Robots { kAll, kWalking };     // the others are not judged
+enum class Drives { kJudged, kLeftOut };  // their equations
 LeggedReport diagnose_legged(const Experiment& experiment, const std::function<void(const std::string&)>& progress,
                              Robots robots = Robots::kAll, Drives drives = Drives::kJudged);
 

@@ -7,7 +7,6 @@
 namespace hrp::cases {
 namespace {
 
-
 enum class ArmKind { serial, planar, scara };
 
 ArmKind draw_kind(Prng& random) {

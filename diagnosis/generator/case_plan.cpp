@@ -170,9 +170,9 @@ CaseRequest parse_request(const std::string& text) {
   if (walk) return make_walk_request(std::move(effects));
   bool biped = stand;
   for (const std::string& effect : effects) {
-    const bool known = has(joint_effects(), effect) || has(link_effects(), effect) ||
-                       has(foot_effects(), effect) || has(biped_sensor_effects(), effect) ||
-                       has(unknown_effects(), effect) || has(stand_unknown_effects(), effect);
+    const bool known = has(joint_effects(), effect) || has(link_effects(), effect) || has(foot_effects(), effect) ||
+                       has(biped_sensor_effects(), effect) || has(unknown_effects(), effect) ||
+                       has(stand_unknown_effects(), effect);
     if (!known) throw std::invalid_argument("no effect is called '" + effect + "'");
     biped = biped || has(foot_effects(), effect) || effect == "sensor_misalignment" || effect == "clock_skew" ||
             effect == "gust";

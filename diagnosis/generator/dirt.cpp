@@ -20,9 +20,8 @@ double find_rotor(const std::vector<Hidden>& hidden, const std::string& joint) {
 }
 
 bool is_hidden(const std::vector<Hidden>& hidden, const char* what, const std::string& where) {
-  return std::any_of(hidden.begin(), hidden.end(), [&](const Hidden& h) {
-    return h.effect.find(what) != std::string::npos && h.where == where;
-  });
+  return std::any_of(hidden.begin(), hidden.end(),
+                     [&](const Hidden& h) { return h.effect.find(what) != std::string::npos && h.where == where; });
 }
 
 // Levels follow the stiffness kp of the servo [N m/rad]: what a drive can give and what it loses grow together.
@@ -66,12 +65,12 @@ void add_drive(const JointPlan& j, double rotor, Dirt* dirt, Prng& r) {
 }  // namespace
 
 std::vector<std::string> draw_on_top(bool biped, Prng& random) {
-  static const std::vector<std::string> arm{"joint_offset",    "command_delay",    "torque_constant_error", "payload",
-                                            "mass_error",      "com_error",        "external_force",        "actuator_lag",
-                                            "parallel_spring", "joint_elasticity", "backlash",              "cogging",
-                                            "hysteresis",      "sensor_scale",     "sensor_delay",          "sensor_bias"},
-      stand{"joint_offset", "payload",      "mass_error",          "com_error",   "foot_compliance", "ground_slope",
-            "sensor_bias",  "sensor_delay", "sensor_misalignment", "sensor_scale"};
+  static const std::vector<std::string> arm{
+      "joint_offset",   "command_delay", "torque_constant_error", "payload",          "mass_error", "com_error",
+      "external_force", "actuator_lag",  "parallel_spring",       "joint_elasticity", "backlash",   "cogging",
+      "hysteresis",     "sensor_scale",  "sensor_delay",          "sensor_bias"},
+      stand{"joint_offset", "payload",     "mass_error",   "com_error",           "foot_compliance",
+            "ground_slope", "sensor_bias", "sensor_delay", "sensor_misalignment", "sensor_scale"};
   std::vector<std::string> out;
   const double d = random.uniform(0, 1);
   const std::size_t count = d < 0.2 ? 0 : d < 0.75 ? 1 : 2;
@@ -106,8 +105,8 @@ void soil_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Re
   const double noise = random.log_uniform(5e-5, 3e-4), ripple = random.chance(0.5) ? random.log_uniform(1e-4, 1e-3) : 0;
   for (int j = 0; j < joint_count(robot); ++j) {
     plan->effort_noises.push_back(tidy(joint(robot, j).kp * noise));
-    plan->ripples.push_back({joint(robot, j).kp * ripple, static_cast<double>(20 + random.below(80)),
-                             random.uniform(0, kTwoPi)});
+    plan->ripples.push_back(
+        {joint(robot, j).kp * ripple, static_cast<double>(20 + random.below(80)), random.uniform(0, kTwoPi)});
   }
   const bool delayed = std::any_of(hidden.begin(), hidden.end(), [](const Hidden& h) {
     return h.effect == "command_delay" || h.effect == "actuator_lag" || h.effect == "sensor_delay";

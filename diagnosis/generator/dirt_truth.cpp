@@ -10,10 +10,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Series = std::vector<double>;
 
-constexpr std::size_t kHeld = 3;      // recordings from here on are held out
-constexpr double kLongest = 6.0;      // [s] of a recording are enough to tell shares
-constexpr double kStartTime = 0.6;    // [s] in which a start state settles: not compared
-constexpr double kSlow = 1e-3;        // [rad/s] below it friction holds, in no direction
+constexpr std::size_t kHeld = 3;    // recordings from here on are held out
+constexpr double kLongest = 6.0;    // [s] of a recording are enough to tell shares
+constexpr double kStartTime = 0.6;  // [s] in which a start state settles: not compared
+constexpr double kSlow = 1e-3;      // [rad/s] below it friction holds, in no direction
 
 const Series& find(const std::vector<Column>& columns, const std::string& name) {
   static const Series none;
@@ -42,7 +42,10 @@ struct Motion {
 
 Motion take_motion(const std::vector<Column>& columns, const std::string& joint) {
   const std::string base = "/joint_states/" + joint;
-  Motion m{columns[0].values, find(columns, base + "/position"), find(columns, base + "/velocity"), {},
+  Motion m{columns[0].values,
+           find(columns, base + "/position"),
+           find(columns, base + "/velocity"),
+           {},
            find(columns, base + "/effort")};
   m.a.assign(m.v.size(), 0);
   for (std::size_t k = 1; k + 1 < m.v.size(); ++k) m.a[k] = (m.v[k + 1] - m.v[k - 1]) / (m.time[k + 1] - m.time[k - 1]);
@@ -72,7 +75,9 @@ bool is_of(const Hidden& h, const std::string& joint) {
   return h.where == joint || h.where == "/joint_states/" + joint + "/effort";
 }
 
-Json make_entry(const Hidden& h, double share) { return {{"effect", h.effect}, {h.where_kind, h.where}, {"share", tidy(share)}}; }
+Json make_entry(const Hidden& h, double share) {
+  return {{"effect", h.effect}, {h.where_kind, h.where}, {"share", tidy(share)}};
+}
 
 // What the background takes of a joint's effort, all of it.
 Series sum_background(const Dirt& dirt, const std::string& joint, const Motion& motion) {
@@ -87,7 +92,8 @@ Series sum_background(const Dirt& dirt, const std::string& joint, const Motion& 
 
 // Appends the shares of the background at a joint of `missing` [(N m)^2], and by what factor each torque exceeds the
 // `noise` [N m] of the joint's effort (root mean square; 0: not known).
-void add_background(const Dirt& dirt, const std::string& joint, const Motion& motion, double missing, double noise, Json* list) {
+void add_background(const Dirt& dirt, const std::string& joint, const Motion& motion, double missing, double noise,
+                    Json* list) {
   for (const Hidden& h : dirt.background) {
     if (!is_of(h, joint)) continue;
     const double square = mean_square(calc_taken(h, motion));
@@ -123,7 +129,8 @@ class Influences {
       const std::string& name = joint(draft_.robot, j).name;
       const double missing = find_missing(name);
       const Motion motion = take_motion(with_, name);
-      add_background(draft_.dirt, name, motion, missing, find_noise(draft_, "/joint_states/" + name + "/effort"), &list);
+      add_background(draft_.dirt, name, motion, missing, find_noise(draft_, "/joint_states/" + name + "/effort"),
+                     &list);
       for (std::size_t h = 0; h < on_top.size(); ++h) on_top[h] = std::max(on_top[h], find_share(h, name, missing));
     }
     for (std::size_t h = 0; h < on_top.size(); ++h) {
@@ -168,7 +175,8 @@ class Influences {
 
 Json make_influences(const Draft& draft) { return Influences(draft).make(); }
 
-Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns, double least_travel) {
+Json make_background_influences(const RobotPlan& robot, const Dirt& dirt, const std::vector<Column>& columns,
+                                double least_travel) {
   Json list = Json::array();
   for (int j = 0; j < joint_count(robot); ++j) {
     const std::string& name = joint(robot, j).name;
@@ -199,8 +207,8 @@ Json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>
   Json out = Json::object();
   for (const auto& [name, s] : sums) {
     const double spread = std::sqrt(std::max(0.0, s.yy / s.n - s.y * s.y / (s.n * s.n)));
-    out[name] = {{"error", tidy(std::sqrt(s.missed / s.n))}, {"noise", tidy(find_noise(draft, name))},
-                 {"spread", tidy(spread)}};
+    out[name] = {
+        {"error", tidy(std::sqrt(s.missed / s.n))}, {"noise", tidy(find_noise(draft, name))}, {"spread", tidy(spread)}};
   }
   return out;
 }

@@ -118,9 +118,11 @@ Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, doubl
   const JointPlan& j = joint(robot, r.below(joint_count(robot)));
   const std::string base = "/joint_states_link/" + j.name;
   if (!robot.wrist.empty())
-    parts.push_back({"/wrench/" + robot.wrist, "/force", 4.0}), parts.push_back({"/wrench/" + robot.wrist, "/torque", 0.4});
+    parts.push_back({"/wrench/" + robot.wrist, "/force", 4.0}),
+        parts.push_back({"/wrench/" + robot.wrist, "/torque", 0.4});
   if (!robot.imu.empty())
-    parts.push_back({"/imu/" + robot.imu, "/angular_velocity", 0.02}), parts.push_back({"/imu/" + robot.imu, "/linear_acceleration", 0.3});
+    parts.push_back({"/imu/" + robot.imu, "/angular_velocity", 0.02}),
+        parts.push_back({"/imu/" + robot.imu, "/linear_acceleration", 0.3});
   const bool geometry = effect == "sensor_misalignment";
   if (robot.joint_torques && (!geometry || parts.empty())) parts.push_back({base, "/effort", 0.004 * j.kp});
   if (robot.link_encoders && effect == "sensor_bias") parts.push_back({base, "/position", 0.01});
@@ -130,16 +132,24 @@ Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, doubl
   if (effect == "sensor_bias") {
     const double size = boost * r.log_uniform(0.4, 4) * part.bias;
     nlohmann::ordered_json p;
-    if (vector) p["value"] = draw_vector(size, r);
-    else p["value"] = tidy(r.sign() * size);
+    if (vector)
+      p["value"] = draw_vector(size, r);
+    else
+      p["value"] = tidy(r.sign() * size);
     return {effect, "sensor", part.sensor + part.reading, p};
   }
   if (effect == "sensor_scale")
-    return {effect, "sensor", part.sensor + part.reading, {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
+    return {effect,
+            "sensor",
+            part.sensor + part.reading,
+            {{"scale", tidy(1 + r.sign() * std::min(0.4, boost * r.log_uniform(0.03, 0.3)))}}};
   if (effect == "sensor_delay")
-    return {effect, "sensor", vector ? part.sensor : part.sensor + part.reading,
+    return {effect,
+            "sensor",
+            vector ? part.sensor : part.sensor + part.reading,
             {{"delay", std::round(1e3 * std::min(0.08, boost * r.log_uniform(0.008, 0.06))) / 1e3}}};
-  if (geometry && vector) return {effect, "sensor", part.sensor, {{"rpy", draw_vector(boost * r.log_uniform(0.02, 0.15), r)}}};
+  if (geometry && vector)
+    return {effect, "sensor", part.sensor, {{"rpy", draw_vector(boost * r.log_uniform(0.02, 0.15), r)}}};
   throw std::invalid_argument("no such sensor effect for an arm: " + effect);
 }
 

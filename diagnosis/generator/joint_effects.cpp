@@ -17,15 +17,14 @@ const JointEffect kViscous{"viscous_friction",
                            },
                            [](JointReality& j, const Hidden& h) { j.viscous += h.get("coefficient"); }};
 
-const JointEffect kCoulomb{"coulomb_friction",
-                           [](const JointPlan& j, double boost, Prng& r) -> Json {
-                             Json p{{"level", tidy(boost * j.kp * r.log_uniform(0.002, 0.02))}};
-                             if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
-                             return p;
-                           },
-                           [](JointReality& j, const Hidden& h) {
-                             j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry");
-                           }};
+const JointEffect kCoulomb{
+    "coulomb_friction",
+    [](const JointPlan& j, double boost, Prng& r) -> Json {
+      Json p{{"level", tidy(boost * j.kp * r.log_uniform(0.002, 0.02))}};
+      if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
+      return p;
+    },
+    [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }};
 
 const JointEffect kStribeck{"stribeck_friction",
                             [](const JointPlan& j, double boost, Prng& r) -> Json {
@@ -46,15 +45,15 @@ const JointEffect kLoadFriction{"load_dependent_friction",
                                 },
                                 [](JointReality& j, const Hidden& h) { j.load_ratio = h.get("ratio"); }};
 
-const JointEffect kHysteresis{"hysteresis",
-                              [](const JointPlan& j, double boost, Prng& r) -> Json {
-                                const double yield = r.log_uniform(0.008, 0.08);
-                                return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.002, 0.015) / yield)},
-                                        {"yield_angle", tidy(yield)}};
-                              },
-                              [](JointReality& j, const Hidden& h) {
-                                j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle");
-                              }};
+const JointEffect kHysteresis{
+    "hysteresis",
+    [](const JointPlan& j, double boost, Prng& r) -> Json {
+      const double yield = r.log_uniform(0.008, 0.08);
+      return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.002, 0.015) / yield)}, {"yield_angle", tidy(yield)}};
+    },
+    [](JointReality& j, const Hidden& h) {
+      j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle");
+    }};
 
 // ---- Drive ----------------------------------------------------------------------------------------------------------
 
@@ -135,14 +134,12 @@ const JointEffect kBacklash{"backlash",
                             },
                             &hide_transmission};
 
-const JointEffect kSpring{"parallel_spring",
-                          [](const JointPlan& j, double boost, Prng& r) -> Json {
-                            return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.003, 0.03))},
-                                    {"rest", tidy(r.uniform(-0.3, 0.3))}};
-                          },
-                          [](JointReality& j, const Hidden& h) {
-                            j.spring = h.get("stiffness"), j.spring_rest = h.get("rest");
-                          }};
+const JointEffect kSpring{
+    "parallel_spring",
+    [](const JointPlan& j, double boost, Prng& r) -> Json {
+      return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.003, 0.03))}, {"rest", tidy(r.uniform(-0.3, 0.3))}};
+    },
+    [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }};
 
 const JointEffect kCogging{"cogging",
                            [](const JointPlan& j, double boost, Prng& r) -> Json {
@@ -158,10 +155,9 @@ const JointEffect kCogging{"cogging",
 }  // namespace
 
 const std::vector<JointEffect>& list_joint_effects() {
-  static const std::vector<JointEffect> rows{kViscous,  kCoulomb,    kStribeck, kLoadFriction,   kRotor,
-                                             kElasticity, kBacklash, kTorqueConstant, kSaturation, kVelocityLimit,
-                                             kLag,      kDelay,      kSpring,   kCogging,        kHysteresis,
-                                             kOffset};
+  static const std::vector<JointEffect> rows{
+      kViscous,    kCoulomb,       kStribeck, kLoadFriction, kRotor,  kElasticity, kBacklash,   kTorqueConstant,
+      kSaturation, kVelocityLimit, kLag,      kDelay,        kSpring, kCogging,    kHysteresis, kOffset};
   return rows;
 }
 

@@ -9,7 +9,8 @@ namespace hrp::cases {
 
 struct JointEffect {
   const char* name;
-  // Parameters as the report has them; sizes follow the servo's stiffness kp [N m/rad], which says how strong a joint is.
+  // Parameters as the report has them; sizes follow the servo's stiffness kp [N m/rad], which says how strong a joint
+  // is.
   nlohmann::ordered_json (*draw)(const JointPlan& joint, double boost, Prng& random);
   void (*hide)(JointReality& joint, const Hidden& hidden);
 };

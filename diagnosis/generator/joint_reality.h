@@ -17,8 +17,8 @@ struct JointReality {
   // friction
   double viscous = 0, coulomb = 0, asymmetry = 0, load_ratio = 0;
   double stribeck_coulomb = 0, stribeck_static = 0, stribeck_velocity = 0;
-  double bump_level = 0, bump_center = 0, bump_width = 1;  // dry friction around one position
-  double drift_level = 0, drift_time = 1;                  // dry friction that fades as the gear warms up
+  double bump_level = 0, bump_center = 0, bump_width = 1;      // dry friction around one position
+  double drift_level = 0, drift_time = 1;                      // dry friction that fades as the gear warms up
   double texture = 0, texture_periods = 1, texture_phase = 0;  // share by which dry friction varies over position
   double fade_drop = 0, fade_time = 1;                         // share of all dry friction that fades with time
   double bouc_wen_stiffness = 0, bouc_wen_yield = 1;

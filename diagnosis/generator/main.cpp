@@ -63,9 +63,12 @@ void run_job(const Job& job, const fs::path& out, CaseOptions options, const std
 }
 
 // Before the work, what would fail in every case: the folder, the name of a case, the robot.
-void check_jobs(const std::vector<Job>& jobs, const fs::path& out, const std::string& only, const CaseOptions& options) {
+void check_jobs(const std::vector<Job>& jobs, const fs::path& out, const std::string& only,
+                const CaseOptions& options) {
   hrp::prepare_folder(out / "truths");
-  if (jobs.empty()) throw std::invalid_argument("--only: no case is called '" + only + "'; they are case-001, case-002, ... up to --cases");
+  if (jobs.empty())
+    throw std::invalid_argument("--only: no case is called '" + only +
+                                "'; they are case-001, case-002, ... up to --cases");
   if (!options.urdf.empty()) read_urdf_links(options.urdf, nullptr);
 }
 
@@ -106,37 +109,45 @@ struct CommandLine {
 void add_options(CLI::App* app, CommandLine* c) {
   app->add_option("--out", c->out, "folder to write to")->capture_default_str();
   app->add_option("--cases", c->count, "number of cases")->check(CLI::Range(1, 100000))->capture_default_str();
-  app->add_option("--seed", c->seed, "the same seed gives the same cases")->check(CLI::NonNegativeNumber)->capture_default_str();
+  app->add_option("--seed", c->seed, "the same seed gives the same cases")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app->add_option("--jobs", c->jobs, "number of threads")->check(CLI::Range(1, 256))->capture_default_str();
   app->add_option("--duration", c->options.duration, "[s] length of each recording")
       ->check(hrp::refuse_nan)
       ->check(CLI::Range(1.0, 60.0))
       ->capture_default_str();
-  app->add_option("--effect", c->effect, "hides only this: an effect, two joined by '+', or 'none'; 'arm:EFFECT', 'stand:EFFECT' or 'walk:EFFECT' chooses the robot, too");
+  app->add_option("--effect", c->effect,
+                  "hides only this: an effect, two joined by '+', or 'none'; 'arm:EFFECT', 'stand:EFFECT' or "
+                  "'walk:EFFECT' chooses the robot, too");
   app->add_option(
       "--family", c->family,
       "only these families, a comma list. Groups: arm, stand, single, dirty, walk.\n"
       "Arms: none, joint, link, sensor, pair, pair_same_joint, triple, unknown, arm_dirty.\n"
-      "Standing: stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown, stand_dirty.\n"
+      "Standing: stand_none, stand_foot, stand_sensor, stand_joint, stand_link, stand_pair, stand_unknown, "
+      "stand_dirty.\n"
       "Walks: walk_none, walk_foot, walk_sensor, walk_joint, walk_link, walk_pair, walk_unknown, walk_dirty");
   app->add_option("--urdf", c->options.urdf,
-                 "robot of all cases, held by its root link or on its feet; default: random arms and bipeds")
+                  "robot of all cases, held by its root link or on its feet; default: random arms and bipeds")
       ->check(CLI::ExistingFile);
   app->add_option("--sensors", c->options.sensors,
-                 "sensors of arms behind their gears, a comma list: joint_torque, link_encoder, imu, wrench")
+                  "sensors of arms behind their gears, a comma list: joint_torque, link_encoder, imu, wrench")
       ->delimiter(',')
       ->check(CLI::IsMember({"joint_torque", "link_encoder", "imu", "wrench"}));
   app->add_option("--models", c->options.models, "folder with the models of walking robots; default: the installed one")
       ->check(CLI::ExistingDirectory);
   app->add_option("--poor", c->options.poor,
-                 "[s] recordings of this length with little information: of arms slow, small, one joint still; of walks two short ones")
+                  "[s] recordings of this length with little information: of arms slow, small, one joint still; of "
+                  "walks two short ones")
       ->check(hrp::refuse_nan)
       ->check(CLI::Range(1.0, 20.0));
-  app->add_option("--play", c->played,
-                 "adds recordings of the same robots, which play the commands in DIR/NAME/next/*.csv; files whose names begin\n"
-                 "with validate are held out")
+  app->add_option(
+         "--play", c->played,
+         "adds recordings of the same robots, which play the commands in DIR/NAME/next/*.csv; files whose names begin\n"
+         "with validate are held out")
       ->check(CLI::ExistingDirectory);
-  app->add_flag("--multisines", c->options.multisines, "with --play: plays multisines of the same length instead of those commands");
+  app->add_flag("--multisines", c->options.multisines,
+                "with --play: plays multisines of the same length instead of those commands");
   app->add_option("--only", c->only, "makes only the case of this name, such as case-003");
   app->add_flag("--no-noise", c->clean, "recordings without noise (for self-checks)");
 }
@@ -156,7 +167,9 @@ int main(int argc, char** argv) {
   mju_user_warning = [](const char*) {};  // MuJoCo would write a log file into the working directory
   try {
     std::vector<Job> plan = make_jobs(c.count, c.seed, c.effect, c.family);
-    if (!c.only.empty()) plan.erase(std::remove_if(plan.begin(), plan.end(), [&](const Job& job) { return job.name != c.only; }), plan.end());
+    if (!c.only.empty())
+      plan.erase(std::remove_if(plan.begin(), plan.end(), [&](const Job& job) { return job.name != c.only; }),
+                 plan.end());
     check_jobs(plan, c.out, c.only, c.options);
     return run_jobs(plan, c.out, c.options, c.played, c.jobs) == 0 ? 0 : 1;
   } catch (const std::exception& error) {

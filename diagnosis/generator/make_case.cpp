@@ -15,7 +15,7 @@ namespace {
 
 // An effect counts as present when some signal moves by this many noise deviations (rms).
 constexpr double kShows = 4.0;
-constexpr int kDraws = 200;  // of robot, effects and motion, before a case is given up
+constexpr int kDraws = 200;     // of robot, effects and motion, before a case is given up
 constexpr int kOtherSeeds = 5;  // for a case that was given up
 
 void draw_recordings(Draft& draft, const CaseRequest& request, const CaseOptions& options, Prng& random) {
@@ -129,7 +129,8 @@ std::vector<Hidden> list_in(const Draft& draft, std::size_t recording) {
 }
 
 std::vector<Column> record_planned(const Draft& draft, const RecorderPlan& recorder, std::size_t i, Prng& random) {
-  return record(draft.robot, list_in(draft, i), recorder, draft.recordings[i], draft.commands[i], draft.times[i], random);
+  return record(draft.robot, list_in(draft, i), recorder, draft.recordings[i], draft.commands[i], draft.times[i],
+                random);
 }
 
 std::vector<Column> record_clean(const Draft& draft, const std::vector<Hidden>& hidden, std::size_t i, double until) {
@@ -208,7 +209,8 @@ void rename(const RobotPlan& robot, Case& made) {
 }
 
 // `usual`: with the recordings that were drawn, whatever was recorded in their place: how much each effect does there.
-void add_dirt(const Draft& draft, const Draft& usual, const std::vector<std::vector<Column>>& recorded, nlohmann::ordered_json& truth) {
+void add_dirt(const Draft& draft, const Draft& usual, const std::vector<std::vector<Column>>& recorded,
+              nlohmann::ordered_json& truth) {
   for (const auto& [key, list] : {std::pair{"background", draft.dirt.background}, {"unlisted", draft.dirt.unlisted}}) {
     truth[key] = nlohmann::ordered_json::array();
     for (const Hidden& h : list) truth[key].push_back(to_json(h));
@@ -216,7 +218,8 @@ void add_dirt(const Draft& draft, const Draft& usual, const std::vector<std::vec
   truth["influence"] = make_influences(usual);
   truth["drive"] = draft.recorder.effort_driven ? "effort" : "servo";
   const bool same = draft.recordings.size() == usual.recordings.size();
-  if (same && !draft.recorder.effort_driven && !draft.robot.floating) truth["listed_error"] = make_listed_error(draft, recorded);
+  if (same && !draft.recorder.effort_driven && !draft.robot.floating)
+    truth["listed_error"] = make_listed_error(draft, recorded);
 }
 
 Case finish(const Draft& draft, const Draft& usual, const CaseRequest& request, const std::vector<double>& strengths,

@@ -133,8 +133,8 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
     const JointReality& real = joints[index - 1];
     const std::string place = " pos=\"" + text(link.joint.xyz) + "\" euler=\"" + text(link.joint.rpy) + "\"";
     const std::string axis = " type=\"hinge\" axis=\"" + text(link.joint.axis) + "\"";
-    out += place + ">" + make_bend(hidden, link.joint.name) + "<joint name=\"" + link.joint.name + "\"" + axis + " armature=\"" +
-           text(real.elastic ? 0 : real.rotor) + "\"/>";
+    out += place + ">" + make_bend(hidden, link.joint.name) + "<joint name=\"" + link.joint.name + "\"" + axis +
+           " armature=\"" + text(real.elastic ? 0 : real.rotor) + "\"/>";
     if (real.elastic) {
       // The rotor turns beside the link about the same axis; its own mass is nil, its reflected inertia is armature.
       rotor = "<body name=\"" + link.joint.name + "_rotor\"" + place + ">" +
@@ -147,7 +147,8 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
   if (!robot.imu.empty() && robot.imu_link == static_cast<int>(index))
     out += "<site name=\"imu\" pos=\"" + text(robot.imu_xyz) + "\"/>";
   if (index > 0 && robot.joint_torques) out += "<site name=\"" + link.joint.name + "_torque\"/>";
-  if (!robot.wrist.empty() && robot.wrist_link == static_cast<int>(index)) out += "<site name=\"" + robot.wrist + "\"/>";
+  if (!robot.wrist.empty() && robot.wrist_link == static_cast<int>(index))
+    out += "<site name=\"" + robot.wrist + "\"/>";
   out += foot;
   for (std::size_t i = 1; i < robot.links.size(); ++i) {
     if (robot.links[i].parent == static_cast<int>(index)) out += make_body(robot, i, hidden, joints);

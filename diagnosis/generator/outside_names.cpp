@@ -34,7 +34,8 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 
 std::string find_outside_name(const RobotPlan& robot, std::string text) {
   const auto& schemes = name_schemes();
-  for (const auto& [from, to] : schemes[static_cast<std::size_t>(robot.name_scheme) % schemes.size()]) replace_all(text, from, to);
+  for (const auto& [from, to] : schemes[static_cast<std::size_t>(robot.name_scheme) % schemes.size()])
+    replace_all(text, from, to);
   return text;
 }
 

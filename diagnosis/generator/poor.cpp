@@ -10,7 +10,7 @@
 namespace hrp::cases {
 namespace {
 
-constexpr double kSmall = 0.3;  // of the usual slow motion
+constexpr double kSmall = 0.3;     // of the usual slow motion
 constexpr double kShortest = 1.0;  // [s] of a motion that was stopped: less tells nobody anything
 constexpr double kMonitor = 0.02;  // [s] before a joint has left its command, that the recording ends
 
@@ -86,7 +86,8 @@ std::vector<Hidden> read_loads(const std::filesystem::path& file) {
   for (const auto& motion : next["motions"]) {
     if (motion["file"] != file.filename().string()) continue;
     for (const auto& load : motion.value("loads", nlohmann::ordered_json::array()))
-      loads.push_back({"payload", "link", load["link"].get<std::string>(), {{"mass", load["mass"]}, {"com", load["com"]}}});
+      loads.push_back(
+          {"payload", "link", load["link"].get<std::string>(), {{"mass", load["mass"]}, {"com", load["com"]}}});
   }
   return loads;
 }
@@ -105,7 +106,8 @@ std::vector<char> draw_still(const RobotPlan& robot, Prng& random) {
   if (!robot.floating) still[static_cast<std::size_t>(random.below(joint_count(robot)))] = 1;
   for (std::size_t j = 0; robot.floating && j < still.size(); ++j) {
     const std::string& role = joint(robot, static_cast<int>(j)).role;
-    still[j] = role.find("hip") == std::string::npos && role.find("knee") == std::string::npos && role.find("ankle") == std::string::npos;
+    still[j] = role.find("hip") == std::string::npos && role.find("knee") == std::string::npos &&
+               role.find("ankle") == std::string::npos;
   }
   return still;
 }
@@ -126,14 +128,18 @@ void play_multisines(Draft* draft, const std::vector<std::string>& files, Prng& 
     const std::vector<double> time = read_sheet(file).get("time", file);
     RecordingPlan plan = make_plan(file, time.back() - time.front());
     const std::vector<double> rows = draw_row_times(draft->recorder, 0, plan.duration, random);
-    add(draft, plan, make_commands(draft->robot, draft->robot.floating ? (i % 2 == 0 ? "squat" : "limbs") : "multisine", rows, random));
+    add(draft, plan,
+        make_commands(draft->robot, draft->robot.floating ? (i % 2 == 0 ? "squat" : "limbs") : "multisine", rows,
+                      random));
   }
 }
 
 // A divergence that shorter steps do not show is the integrator's, not the robot's: the recording is made with these.
 void try_to_play(Draft* draft, std::size_t i) {
   RecordingPlan& plan = draft->recordings[i];
-  const auto run = [&] { Reality(draft->robot, list_in(*draft, i)).run(draft->commands[i], draft->times[i], plan.push, plan.soles_lift); };
+  const auto run = [&] {
+    Reality(draft->robot, list_in(*draft, i)).run(draft->commands[i], draft->times[i], plan.push, plan.soles_lift);
+  };
   try {
     run();
   } catch (const InsaneCase& insane) {

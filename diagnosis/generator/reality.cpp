@@ -120,7 +120,8 @@ Reading Reality::Impl::read(double t) {
     const JointPlan& plan = joint(robot, j);
     const double* torque = sensor(plan.name + "_torque");  // what the parent exerts on the link
     const Vec3& axis = plan.axis;
-    out.link_torque.push_back(torque[0] * axis[0] + torque[1] * axis[1] + torque[2] * axis[2] - beside[static_cast<std::size_t>(j)]);
+    out.link_torque.push_back(torque[0] * axis[0] + torque[1] * axis[1] + torque[2] * axis[2] -
+                              beside[static_cast<std::size_t>(j)]);
   }
   for (std::size_t a = 0; !robot.wrist.empty() && a < 3; ++a) {
     out.wrist_force[a] = -sensor(robot.wrist + "_force")[a];
@@ -149,7 +150,8 @@ Reality::Reality(const RobotPlan& robot, const std::vector<Hidden>& hidden) : im
 
 Reality::~Reality() = default;
 
-std::vector<Reading> Reality::run(const Commands& commands, const std::vector<double>& times, const Vec3& push, bool soles_lift) {
+std::vector<Reading> Reality::run(const Commands& commands, const std::vector<double>& times, const Vec3& push,
+                                  bool soles_lift) {
   Impl& r = *impl_;
   r.commands = &commands;
   r.push = push;
@@ -178,7 +180,8 @@ std::vector<Reading> Reality::walk(const Brain& brain, double period, const std:
   commands->time = {0, period};
   commands->position.assign(static_cast<std::size_t>(r.count()), {});
   commands->velocity.assign(static_cast<std::size_t>(r.count()), {0, 0});
-  for (int j = 0; j < r.count(); ++j) commands->position[static_cast<std::size_t>(j)].assign(2, joint(r.robot, j).start);
+  for (int j = 0; j < r.count(); ++j)
+    commands->position[static_cast<std::size_t>(j)].assign(2, joint(r.robot, j).start);
   r.reset();
   r.dt = kWalkMargin * r.find_step();
   if (r.dt < 2e-5) throw InsaneCase{"servo too stiff for the masses"};

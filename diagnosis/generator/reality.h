@@ -44,7 +44,8 @@ class Reality {
 
   // Readings at the given increasing times (from 0 on). `push` acts on the imu link until time 0 [N, world axes].
   // `soles_lift`: with steps that a soft sole needs while its edge is in the air, about a tenth of the usual ones.
-  std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push, bool soles_lift = false);
+  std::vector<Reading> run(const Commands& commands, const std::vector<double>& times, const Vec3& push,
+                           bool soles_lift = false);
 
   // In closed loop: every `period` [s] from 0 on, `brain` sees the robot and says where the joints are to be. They are
   // there two periods later: the drives interpolate through what came before and after, so that speeds are those of the

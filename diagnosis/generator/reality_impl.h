@@ -41,7 +41,7 @@ struct Reality::Impl {
   const Commands* commands = nullptr;
   double dt = 2e-4;
   std::vector<double> beside;  // torque on each link that does not go through its transmission [N m]
-  std::vector<double> z;  // lag states [N m], then Bouc-Wen states [rad], then warmth of the coils
+  std::vector<double> z;       // lag states [N m], then Bouc-Wen states [rad], then warmth of the coils
 
   ~Impl() {
     if (d) mj_deleteData(d);

@@ -12,9 +12,9 @@ constexpr double kPostures = 0.05;  // [s] between those for which a step is fou
 
 }  // namespace
 
-// Largest rate of M^-1 D (damping) or frequency of M^-1 K, by power iteration from a fixed start. `soles_lift`: with the
-// bushes of soft soles. The ground holds a sole that is pressed flat on it; once an edge lifts, the sole alone moves against
-// its bush, at 50000/s.
+// Largest rate of M^-1 D (damping) or frequency of M^-1 K, by power iteration from a fixed start. `soles_lift`: with
+// the bushes of soft soles. The ground holds a sole that is pressed flat on it; once an edge lifts, the sole alone
+// moves against its bush, at 50000/s.
 double Reality::Impl::find_rate(bool stiffness, bool soles_lift) {
   std::vector<double> x(static_cast<std::size_t>(m->nv), 1.0), y(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.1 * static_cast<double>(i);
@@ -33,7 +33,8 @@ double Reality::Impl::find_rate(bool stiffness, bool soles_lift) {
     }
     for (const Bush& bush : bushes) {
       const auto first = static_cast<std::size_t>(bush.dof);
-      for (std::size_t a = 0; soles_lift && a < 3; ++a) y[first + a] += (stiffness ? bush.k[a] : bush.c[a]) * x[first + a];
+      for (std::size_t a = 0; soles_lift && a < 3; ++a)
+        y[first + a] += (stiffness ? bush.k[a] : bush.c[a]) * x[first + a];
     }
     mj_solveM(m, d, x.data(), y.data(), 1);
     double norm = 0;
@@ -45,15 +46,16 @@ double Reality::Impl::find_rate(bool stiffness, bool soles_lift) {
   return stiffness ? std::sqrt(rate) : rate;
 }
 
-// The longest stable step [s] at the present posture. Arms: Runge-Kutta 4 (stable to 2.8). Standing robots: the midpoint
-// rule (to 2.0), because contact costs more than it.
+// The longest stable step [s] at the present posture. Arms: Runge-Kutta 4 (stable to 2.8). Standing robots: the
+// midpoint rule (to 2.0), because contact costs more than it.
 double Reality::Impl::find_step(bool soles_lift) {
   mj_kinematics(m, d);
   mj_comPos(m, d);
   mj_crb(m, d);
   mj_factorM(m, d);
   const double limit = robot.floating ? 1.2 : 1.6;
-  return std::min({robot.floating ? 3e-4 : 2.5e-4, limit / find_rate(false, soles_lift), 1.0 / find_rate(true, soles_lift)});
+  return std::min(
+      {robot.floating ? 3e-4 : 2.5e-4, limit / find_rate(false, soles_lift), 1.0 / find_rate(true, soles_lift)});
 }
 
 // Wherever the commands lead: a joint about which the arm is stretched turns a tenth of the inertia it turned at the
@@ -91,8 +93,8 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   rates[i] = real.lag > 0 ? (asked - states[i]) / real.lag : 0;
   rates[n + i] = real.bouc_wen_stiffness > 0 ? calc_bouc_wen_rate(real, vm, states[n + i]) : 0;
   rates[2 * n + i] = real.heat_loss > 0 ? calc_heat_rate(real, driven, states[2 * n + i]) : 0;
-  d->qfrc_applied[v_motor[i]] +=
-      calc_drive_torque(real, driven, vm, states[2 * n + i], t) + calc_motor_side_torque(real, qm, vm, states[n + i], t);
+  d->qfrc_applied[v_motor[i]] += calc_drive_torque(real, driven, vm, states[2 * n + i], t) +
+                                 calc_motor_side_torque(real, qm, vm, states[n + i], t);
   const double link_side = calc_link_side_torque(real, ql, vl);
   d->qfrc_applied[v_link[i]] += link_side, beside[i] += link_side;
   if (real.elastic) {

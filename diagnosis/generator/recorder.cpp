@@ -53,15 +53,21 @@ std::vector<Channel> make_joint_channels(const RobotPlan& robot, const RecorderP
   for (std::size_t j = 0; j < static_cast<std::size_t>(joint_count(robot)); ++j) {
     const std::string& name = joint(robot, static_cast<int>(j)).name;
     const std::string base = "/joint_states/" + name;
-    out.push_back({base + "/position", {""}, plan.position_noise, [j](const Reading& r) {
-                     return std::vector<double>{r.position[j]};
-                   }, false, false, plan.encoder_step});
+    out.push_back({base + "/position",
+                   {""},
+                   plan.position_noise,
+                   [j](const Reading& r) { return std::vector<double>{r.position[j]}; },
+                   false,
+                   false,
+                   plan.encoder_step});
     if (plan.with_velocity)
       out.push_back({base + "/velocity", {""}, plan.velocity_noise, [j](const Reading& r) {
                        return std::vector<double>{r.velocity[j]};
                      }});
     if (plan.with_effort)
-      out.push_back({base + "/effort", {""}, plan.effort_noises.empty() ? plan.effort_noise : plan.effort_noises[j],
+      out.push_back({base + "/effort",
+                     {""},
+                     plan.effort_noises.empty() ? plan.effort_noise : plan.effort_noises[j],
                      [j, &plan](const Reading& r) { return std::vector<double>{read_effort(plan, r, j)}; }});
     if (robot.joint_torques) {
       out.push_back({"/joint_states_link/" + name + "/effort", {""}, plan.effort_noise, [j](const Reading& r) {
@@ -92,8 +98,10 @@ std::vector<Channel> make_body_channels(const RobotPlan& robot, const RecorderPl
   }
   if (!robot.wrist.empty()) {
     const std::string base = "/wrench/" + robot.wrist;
-    out.push_back({base + "/force", xyz, plan.force_noise, [](const Reading& r) { return list(r.wrist_force); }, false, true});
-    out.push_back({base + "/torque", xyz, plan.torque_noise, [](const Reading& r) { return list(r.wrist_torque); }, false, true});
+    out.push_back(
+        {base + "/force", xyz, plan.force_noise, [](const Reading& r) { return list(r.wrist_force); }, false, true});
+    out.push_back(
+        {base + "/torque", xyz, plan.torque_noise, [](const Reading& r) { return list(r.wrist_torque); }, false, true});
   }
   for (std::size_t f = 0; f < robot.feet.size(); ++f) {
     const std::string base = "/wrench/" + robot.feet[f].wrench;
@@ -258,7 +266,8 @@ std::vector<Column> record(const RobotPlan& robot, const std::vector<Hidden>& hi
                            const RecordingPlan& recording, const Commands& commands, const std::vector<double>& times,
                            Prng& random) {
   const std::vector<double> instants = list_instants(robot, hidden, plan, times);
-  const std::vector<Reading> readings = Reality(robot, hidden).run(commands, instants, recording.push, recording.soles_lift);
+  const std::vector<Reading> readings =
+      Reality(robot, hidden).run(commands, instants, recording.push, recording.soles_lift);
   return make_columns(robot, hidden, plan, commands, times, instants, readings, random);
 }
 

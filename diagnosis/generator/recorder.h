@@ -25,12 +25,12 @@ struct RecorderPlan {
   double pose_noise = 0;                                              // motion capture [m, rad]
   bool noise_stated = true;
   bool with_velocity = true, with_effort = true, with_base_pose = false, with_commands = true, with_attitude = true;
-  double encoder_step = 0;             // [rad] positions are whole numbers of it; 0: as fine as the file
-  double stamp_error = 0;              // [s] standard deviation of what the clock stamps
-  std::vector<double> effort_noises;   // [N m] by joint, in the place of effort_noise; empty: that
-  std::vector<EffortRipple> ripples;   // by joint; empty: none
-  bool effort_driven = false;          // efforts are the input, commands are not recorded
-  std::string link_encoder;  // joint that has a second encoder behind the transmission; empty: none
+  double encoder_step = 0;            // [rad] positions are whole numbers of it; 0: as fine as the file
+  double stamp_error = 0;             // [s] standard deviation of what the clock stamps
+  std::vector<double> effort_noises;  // [N m] by joint, in the place of effort_noise; empty: that
+  std::vector<EffortRipple> ripples;  // by joint; empty: none
+  bool effort_driven = false;         // efforts are the input, commands are not recorded
+  std::string link_encoder;           // joint that has a second encoder behind the transmission; empty: none
 };
 
 struct RecordingPlan {
@@ -67,7 +67,8 @@ std::vector<double> list_instants(const RobotPlan& robot, const std::vector<Hidd
                                   const std::vector<double>& times);
 std::vector<Column> make_columns(const RobotPlan& robot, const std::vector<Hidden>& hidden, const RecorderPlan& plan,
                                  const Commands& commands, const std::vector<double>& times,
-                                 const std::vector<double>& instants, const std::vector<Reading>& readings, Prng& random);
+                                 const std::vector<double>& instants, const std::vector<Reading>& readings,
+                                 Prng& random);
 // A sensor's reading with the faults hidden in it (quaternions x y z w), and when what it reads now was true.
 std::vector<double> add_sensor_faults(const std::vector<Hidden>& hidden, const std::string& sensor,
                                       std::vector<double> values);

@@ -36,7 +36,8 @@ std::string make_link_sensors(const RobotPlan& robot) {
   if (robot.joint_torques) out += "  joint_torque: [" + joints + "]\n";
   if (robot.link_encoders) out += "  link_encoder: [" + joints + "]\n";
   if (!robot.imu.empty())
-    out += "  imu:\n    " + robot.imu + ":\n      link: " + name(robot.imu_link) + "\n      xyz: " + yaml(robot.imu_xyz) + "\n";
+    out += "  imu:\n    " + robot.imu + ":\n      link: " + name(robot.imu_link) +
+           "\n      xyz: " + yaml(robot.imu_xyz) + "\n";
   if (!robot.wrist.empty()) out += "  wrench:\n    " + robot.wrist + ":\n      link: " + name(robot.wrist_link) + "\n";
   return out.empty() ? "" : "sensors:\n" + out;
 }
@@ -56,7 +57,8 @@ std::string make_sensors(const RobotPlan& robot, const RecorderPlan& plan) {
 std::string make_loads(const RecordingPlan& recording) {
   std::string out;
   for (const Hidden& load : recording.loads)
-    out += std::string(out.empty() ? "" : ", ") + "{link: " + load.where + ", mass: " + text(load.get("mass")) + ", com: " + yaml(load.get3("com")) + "}";
+    out += std::string(out.empty() ? "" : ", ") + "{link: " + load.where + ", mass: " + text(load.get("mass")) +
+           ", com: " + yaml(load.get3("com")) + "}";
   return out.empty() ? "" : ", loads: [" + out + "]";
 }
 

@@ -50,8 +50,8 @@ struct RobotPlan {
   std::vector<FootPlan> feet;
   std::string imu;  // empty: none
   int imu_link = 0;
-  // Of fixed bases, behind the gears: a force sensor at a link's frame (empty: none), torque sensors and second encoders
-  // at all joints.
+  // Of fixed bases, behind the gears: a force sensor at a link's frame (empty: none), torque sensors and second
+  // encoders at all joints.
   std::string wrist;
   int wrist_link = 0;
   bool joint_torques = false, link_encoders = false;

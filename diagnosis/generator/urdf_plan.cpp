@@ -121,7 +121,8 @@ class Builder {
     merge(link, Eigen::Isometry3d::Identity(), &moments, &beyond);
     LinkPlan& plan = robot_->links[static_cast<std::size_t>(index)];
     set_inertia(moments, &plan);
-    if (index > 0 && !(plan.mass > 0)) throw std::runtime_error(urdf_path_ + ": link " + plan.name + " turns but has no mass");
+    if (index > 0 && !(plan.mass > 0))
+      throw std::runtime_error(urdf_path_ + ": link " + plan.name + " turns but has no mass");
     for (const auto& [joint, X] : beyond) {
       const Eigen::Vector3d p = X.translation();
       const Eigen::Vector3d ypr = X.linear().eulerAngles(2, 1, 0);

@@ -12,12 +12,12 @@ namespace hrp::cases {
 
 // What the controller is told at one instant, joints in the order of the URDF that it was given.
 struct BrainInput {
-  double time = 0;                                  // [s]
-  std::vector<double> position;                     // [rad]
-  std::vector<double> orientation{0, 0, 0, 1};      // of the IMU, x y z w
-  std::vector<double> rate{0, 0, 0};                // [rad/s]
-  std::vector<double> acceleration{0, 0, 9.81};     // [m/s^2]
-  std::vector<std::vector<double>> force, torque;   // by foot, left first [N], [N m]
+  double time = 0;                                 // [s]
+  std::vector<double> position;                    // [rad]
+  std::vector<double> orientation{0, 0, 0, 1};     // of the IMU, x y z w
+  std::vector<double> rate{0, 0, 0};               // [rad/s]
+  std::vector<double> acceleration{0, 0, 9.81};    // [m/s^2]
+  std::vector<std::vector<double>> force, torque;  // by foot, left first [N], [N m]
 };
 
 class WalkBrain {

@@ -15,10 +15,10 @@
 namespace hrp::cases {
 namespace {
 
-constexpr double kPeriod = 0.005;  // [s] of the controller
-constexpr double kShortest = 4.0;  // [s] a recording that ends earlier, in a fall, tells too little
-constexpr int kDraws = 60;         // of robot, effects and walks, before a case is given up
-constexpr double kHeldSteps = 30;  // of its encoder, that a joint which is held moves by at most
+constexpr double kPeriod = 0.005;          // [s] of the controller
+constexpr double kShortest = 4.0;          // [s] a recording that ends earlier, in a fall, tells too little
+constexpr int kDraws = 60;                 // of robot, effects and walks, before a case is given up
+constexpr double kHeldSteps = 30;          // of its encoder, that a joint which is held moves by at most
 constexpr int kWalks = 4, kPoorWalks = 2;  // the last one to validate
 
 struct Walk {
@@ -107,7 +107,8 @@ Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& r
   const Commands given = sample(commands, times);
   walk.columns = make_columns(draft.robot, all, draft.recorder, given, times, instants, readings, random);
   Prng none(0);
-  if (!draft.dirt.background.empty()) walk.clean = make_columns(draft.robot, {}, without_noise(draft.recorder), given, times, instants, readings, none);
+  if (!draft.dirt.background.empty())
+    walk.clean = make_columns(draft.robot, {}, without_noise(draft.recorder), given, times, instants, readings, none);
   return walk;
 }
 
@@ -125,7 +126,8 @@ WalkDraft draw_draft(const CaseRequest& request, const std::string& models, doub
   }
   draft.recorder = draw_recorder(draft.robot, draft.hidden, recorder);
   draft.recorder.rate = recorder.pick(std::vector<double>{200, 250, 400, 500});
-  draft.recorder.with_base_pose = draft.recorder.with_velocity = draft.recorder.with_effort = draft.recorder.with_attitude = true;
+  draft.recorder.with_base_pose = draft.recorder.with_velocity = draft.recorder.with_effort =
+      draft.recorder.with_attitude = true;
   draft.recorder.link_encoder.clear();
   draft.missing = draw_missing(draft.hidden, sensors);
   const auto has = [&](const char* column) { return !is_missing(draft.missing, column); };
@@ -140,14 +142,16 @@ WalkDraft draw_draft(const CaseRequest& request, const std::string& models, doub
 
 // Of what is hidden on top every part counts, however little it shows.
 void add_dirt(const WalkDraft& draft, const Walk& held_out, nlohmann::ordered_json* truth) {
-  for (const auto& [key, list] : {std::pair{"background", &draft.dirt.background}, {"unlisted", &draft.dirt.unlisted}}) {
+  for (const auto& [key, list] :
+       {std::pair{"background", &draft.dirt.background}, {"unlisted", &draft.dirt.unlisted}}) {
     (*truth)[key] = nlohmann::ordered_json::array();
     for (const Hidden& h : *list) (*truth)[key].push_back(to_json(h));
   }
   // A joint that is held tells nothing of its drive.
   const double held = kHeldSteps * draft.recorder.encoder_step;
   nlohmann::ordered_json influence = make_background_influences(draft.robot, draft.dirt, held_out.clean, held);
-  for (const Hidden& h : draft.hidden) influence.push_back({{"effect", h.effect}, {h.where_kind, h.where}, {"share", 1.0}});
+  for (const Hidden& h : draft.hidden)
+    influence.push_back({{"effect", h.effect}, {h.where_kind, h.where}, {"share", 1.0}});
   (*truth)["influence"] = std::move(influence);
   (*truth)["drive"] = "servo";
 }
@@ -172,28 +176,36 @@ Case finish(const WalkDraft& draft, const CaseRequest& request, const std::vecto
     recordings.push_back(plan);
     const std::vector<Column> columns = drop_missing(walks[i].columns, draft.missing);
     out.files[plan.file] = make_csv(columns);
-    motions.push_back(walks[i].plan.name + (walks[i].fell ? ", falls at " + std::to_string(columns[0].values.back()) : ""));
+    motions.push_back(walks[i].plan.name +
+                      (walks[i].fell ? ", falls at " + std::to_string(columns[0].values.back()) : ""));
   }
   for (std::size_t i = 0; i < draft.recordings.size(); ++i) {
     recordings.push_back(draft.recordings[i]);
     motions.push_back(draft.recordings[i].motion);
-    out.files[draft.recordings[i].file] = make_csv(drop_missing(record_planned(draft, draft.recorder, i, random), draft.missing));
+    out.files[draft.recordings[i].file] =
+        make_csv(drop_missing(record_planned(draft, draft.recorder, i, random), draft.missing));
   }
   RecorderPlan recorder = draft.recorder;
   const auto misses = [&](const char* column) { return is_missing(draft.missing, column); };
   recorder.with_commands = !(misses("/joint_commands/x/position") && misses("/joint_states/x/effort"));
   out.files["robot.urdf"] = make_urdf(draft.robot);
   out.files["experiment.yaml"] = make_experiment_yaml(draft.robot, recorder, recordings);
-  out.truth = {{"hidden", hidden},   {"family", request.family},  {"robot", draft.robot.name},
-               {"motions", motions}, {"missing", draft.missing}, {"recorder", {{"rate", recorder.rate}, {"jitter", recorder.jitter}, {"dropped", recorder.dropped}}}};
+  out.truth = {{"hidden", hidden},
+               {"family", request.family},
+               {"robot", draft.robot.name},
+               {"motions", motions},
+               {"missing", draft.missing},
+               {"recorder", {{"rate", recorder.rate}, {"jitter", recorder.jitter}, {"dropped", recorder.dropped}}}};
   if (request.is_dirty()) add_dirt(draft, walks.back(), &out.truth);
   return out;
 }
 
 // Effects that may meet, each where a walk shows it.
 std::vector<std::string> draw_pair(Prng& random) {
-  static const std::vector<std::string> first{"foot_compliance", "foot_compliance", "rotor_inertia", "coulomb_friction", "command_delay", "ground_slope"},
-      second{"rotor_inertia", "coulomb_friction", "viscous_friction", "command_delay", "payload", "mass_error", "sensor_bias", "sensor_scale", "torque_constant_error", "actuator_lag"};
+  static const std::vector<std::string> first{"foot_compliance",  "foot_compliance", "rotor_inertia",
+                                              "coulomb_friction", "command_delay",   "ground_slope"},
+      second{"rotor_inertia", "coulomb_friction", "viscous_friction", "command_delay",         "payload",
+             "mass_error",    "sensor_bias",      "sensor_scale",     "torque_constant_error", "actuator_lag"};
   for (;;) {
     std::vector<std::string> pair{random.pick(first), random.pick(second)};
     if (pair[0] != pair[1]) return pair;
@@ -207,11 +219,11 @@ CaseRequest make_walk_request(std::vector<std::string> effects) {
   for (const std::string& effect : effects) {
     const bool listed = has(walk_effects(), effect) || effect == "load_dependent_friction";
     if (!listed && !has(walk_unknown_effects(), effect)) throw std::invalid_argument("no walk hides '" + effect + "'");
-    family = !listed                                                                      ? "walk_unknown"
-             : effect.rfind("sensor_", 0) == 0                                            ? "walk_sensor"
-             : effect.rfind("foot_", 0) == 0 || effect.rfind("ground_", 0) == 0           ? "walk_foot"
+    family = !listed                                                                  ? "walk_unknown"
+             : effect.rfind("sensor_", 0) == 0                                        ? "walk_sensor"
+             : effect.rfind("foot_", 0) == 0 || effect.rfind("ground_", 0) == 0       ? "walk_foot"
              : effect == "payload" || effect == "mass_error" || effect == "com_error" ? "walk_link"
-                                                                                          : "walk_joint";
+                                                                                      : "walk_joint";
   }
   if (effects.size() > 1) family = "walk_pair";
   CaseRequest request;
@@ -254,7 +266,8 @@ Case make_walk_case(const CaseRequest& request, std::uint64_t seed, const CaseOp
       const double duration = poor ? options.poor : options.duration * walking.uniform(0.8, 1.0);
       const bool stabilized = !walking.chance(0.12);
       std::vector<Walk> walks;
-      for (int i = 0; i < (poor ? kPoorWalks : kWalks); ++i) walks.push_back(make_walk(draft, duration, stabilized, walking));
+      for (int i = 0; i < (poor ? kPoorWalks : kWalks); ++i)
+        walks.push_back(make_walk(draft, duration, stabilized, walking));
       walked = true;
       play(&draft, options.played, options.multisines, draw.fork(3));
       return finish(draft, request, walks, draw.fork(4));

@@ -44,8 +44,8 @@ Json joint_parameters(const std::string& effect, const JointPlan& j, const Size&
 Hidden draw_sensor(const std::string& effect, const RobotPlan& robot, const Size& s, Prng& r) {
   const bool imu = r.chance(0.4), second = r.chance(0.5);
   const std::string foot = "/wrench/" + r.pick(robot.feet).wrench, name = "/imu/" + robot.imu;
-  const std::string part = imu ? name + (second ? "/angular_velocity" : "/linear_acceleration")
-                               : foot + (second ? "/torque" : "/force");
+  const std::string part =
+      imu ? name + (second ? "/angular_velocity" : "/linear_acceleration") : foot + (second ? "/torque" : "/force");
   if (effect == "sensor_bias") {
     const double unit = imu ? (second ? 0.02 : 0.3) : (second ? 0.004 * s.weight * s.leg : 0.012 * s.weight);
     return {effect, "sensor", part, {{"value", draw_vector(s.boost * unit * r.log_uniform(0.8, 4), r)}}};
@@ -65,10 +65,15 @@ std::vector<Hidden> draw_soles(const RobotPlan& robot, const Size& s, Prng& r) {
   for (int f = 0; f < 2; ++f) {
     if (only >= 0 && f != only) continue;
     const FootPlan& foot = robot.feet[static_cast<std::size_t>(f)];
-    out.push_back({"foot_compliance", "foot", robot.links[static_cast<std::size_t>(foot.link)].name,
-                   {{"kz", tidy(s.weight * r.uniform(350, 700))},     {"cz", tidy(s.weight * r.uniform(1.0, 2.0))},
-                    {"k_roll", tidy(tilt * r.uniform(0.6, 0.95))},  {"c_roll", tidy(tilt * r.uniform(0.01, 0.025))},
-                    {"k_pitch", tidy(tilt * r.uniform(0.95, 1.4))}, {"c_pitch", tidy(tilt * r.uniform(0.01, 0.025))},
+    out.push_back({"foot_compliance",
+                   "foot",
+                   robot.links[static_cast<std::size_t>(foot.link)].name,
+                   {{"kz", tidy(s.weight * r.uniform(350, 700))},
+                    {"cz", tidy(s.weight * r.uniform(1.0, 2.0))},
+                    {"k_roll", tidy(tilt * r.uniform(0.6, 0.95))},
+                    {"c_roll", tidy(tilt * r.uniform(0.01, 0.025))},
+                    {"k_pitch", tidy(tilt * r.uniform(0.95, 1.4))},
+                    {"c_pitch", tidy(tilt * r.uniform(0.01, 0.025))},
                     {"center", Vec3{foot.center[0], foot.center[1], foot.center[2]}}}});
   }
   return out;
@@ -79,13 +84,18 @@ Hidden draw_link_effect(const std::string& effect, const RobotPlan& robot, const
   const LinkPlan& thigh = robot.links[static_cast<std::size_t>(find_role(robot, "left_hip_pitch")) + 1];
   const LinkPlan& link = effect == "mass_error" && r.chance(0.3) ? thigh : trunk;
   if (effect == "payload") {
-    return {effect, "link", link.name,
+    return {effect,
+            "link",
+            link.name,
             {{"mass", tidy(s.boost * s.mass * r.log_uniform(0.04, 0.15))},
              {"com", Vec3{tidy(link.com[0] + r.uniform(-0.15, 0.1)), tidy(link.com[1] + r.uniform(-0.08, 0.08)),
                           tidy(link.com[2] + r.uniform(-0.05, 0.15))}}}};
   }
   if (effect == "mass_error")
-    return {effect, "link", link.name, {{"scale", tidy(1 + (r.chance(0.35) ? -1 : 1) * s.boost * r.log_uniform(0.08, 0.35))}}};
+    return {effect,
+            "link",
+            link.name,
+            {{"scale", tidy(1 + (r.chance(0.35) ? -1 : 1) * s.boost * r.log_uniform(0.08, 0.35))}}};
   return {effect, "link", link.name, {{"offset", draw_vector(s.boost * r.log_uniform(0.015, 0.06), r)}}};
 }
 
@@ -93,21 +103,27 @@ Hidden draw_unlisted(const std::string& effect, const RobotPlan& robot, const Si
   const LinkPlan& trunk = robot.links[static_cast<std::size_t>(robot.imu_link)];
   if (effect == "cable") {  // slack at first, then a spring towards its anchor
     const double way = r.uniform(0, 6.283);
-    return {effect, "link", trunk.name,
+    return {effect,
+            "link",
+            trunk.name,
             {{"anchor", Vec3{tidy(2 * std::cos(way)), tidy(2 * std::sin(way)), tidy(1.5 * s.leg)}},
              {"slack", tidy(r.uniform(0, 0.05))},
              {"stiffness", tidy(s.boost * s.weight * r.log_uniform(0.2, 1.0))}}};
   }
   if (effect == "sticky_sole") {
     const FootPlan& foot = r.pick(robot.feet);
-    return {effect, "foot", robot.links[static_cast<std::size_t>(foot.link)].name,
+    return {effect,
+            "foot",
+            robot.links[static_cast<std::size_t>(foot.link)].name,
             {{"pull", tidy(s.boost * s.weight * r.log_uniform(0.05, 0.25))}, {"reach", tidy(r.uniform(0.003, 0.008))}}};
   }
   const std::string side = r.chance(0.5) ? "left_" : "right_";
   int first = find_role(robot, side + "hip_yaw");
   const int roll = find_role(robot, side + "hip_roll");
   if (first < 0 || (roll >= 0 && roll < first)) first = roll;
-  return {effect, "joint", joint(robot, first).name,
+  return {effect,
+          "joint",
+          joint(robot, first).name,
           {{"stiffness", tidy(s.weight * s.leg * r.log_uniform(8, 25) / s.boost)},
            {"damping", tidy(s.weight * s.leg * r.uniform(0.02, 0.06))}}};
 }
@@ -115,11 +131,13 @@ Hidden draw_unlisted(const std::string& effect, const RobotPlan& robot, const Si
 }  // namespace
 
 const std::vector<std::string>& walk_effects() {
-  static const std::vector<std::string> names{
-      "foot_compliance", "foot_compliance", "rotor_inertia",     "coulomb_friction", "viscous_friction",
-      "command_delay",   "actuator_lag",    "backlash",          "payload",          "mass_error",
-      "com_error",       "ground_slope",    "ground_friction",   "joint_offset",     "torque_constant_error",
-      "sensor_bias",     "sensor_scale",    "sensor_delay",      "sensor_misalignment"};
+  static const std::vector<std::string> names{"foot_compliance",    "foot_compliance",  "rotor_inertia",
+                                              "coulomb_friction",   "viscous_friction", "command_delay",
+                                              "actuator_lag",       "backlash",         "payload",
+                                              "mass_error",         "com_error",        "ground_slope",
+                                              "ground_friction",    "joint_offset",     "torque_constant_error",
+                                              "sensor_bias",        "sensor_scale",     "sensor_delay",
+                                              "sensor_misalignment"};
   return names;
 }
 
@@ -133,14 +151,20 @@ std::vector<Hidden> draw_walk_hidden(const std::string& effect, const RobotPlan&
   const double mass = calc_mass(robot);
   const Size size{mass, 9.81 * mass, robot.leg, boost};
   if (effect == "foot_compliance") return draw_soles(robot, size, r);
-  if (effect == "cable" || effect == "sticky_sole" || effect == "hip_bend") return {draw_unlisted(effect, robot, size, r)};
+  if (effect == "cable" || effect == "sticky_sole" || effect == "hip_bend")
+    return {draw_unlisted(effect, robot, size, r)};
   if (effect == "ground_slope") {
-    return {{effect, "ground", "ground", {{"roll", tidy(r.sign() * boost * r.log_uniform(0.008, 0.04))},
-                                          {"pitch", tidy(r.sign() * boost * r.log_uniform(0.008, 0.04))}}}};
+    return {{effect,
+             "ground",
+             "ground",
+             {{"roll", tidy(r.sign() * boost * r.log_uniform(0.008, 0.04))},
+              {"pitch", tidy(r.sign() * boost * r.log_uniform(0.008, 0.04))}}}};
   }
-  if (effect == "ground_friction") return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.06, 0.14) / boost)}}}};
+  if (effect == "ground_friction")
+    return {{effect, "ground", "ground", {{"coefficient", tidy(r.uniform(0.06, 0.14) / boost)}}}};
   if (effect.rfind("sensor_", 0) == 0) return {draw_sensor(effect, robot, size, r)};
-  if (effect == "payload" || effect == "mass_error" || effect == "com_error") return {draw_link_effect(effect, robot, size, r)};
+  if (effect == "payload" || effect == "mass_error" || effect == "com_error")
+    return {draw_link_effect(effect, robot, size, r)};
   const JointPlan& j = draw_leg_joint(robot, taken, r);
   return {{effect, "joint", j.name, joint_parameters(effect, j, size, r)}};
 }

@@ -24,7 +24,8 @@ std::string lock_upper_body(std::string urdf) {
     const std::size_t end = urdf.find('>', at);
     const std::string head = urdf.substr(at, end - at);
     const char* const locked[] = {"SHOULDER", "ELBOW", "WRIST", "HAND", "HEAD", "NECK", "WAIST", "CHEST"};
-    const bool is_locked = std::any_of(std::begin(locked), std::end(locked), [&](const char* word) { return head.find(word) != std::string::npos; });
+    const bool is_locked = std::any_of(std::begin(locked), std::end(locked),
+                                       [&](const char* word) { return head.find(word) != std::string::npos; });
     const std::size_t type = urdf.find("revolute", at);
     if (is_locked && type < end) urdf.replace(type, 8, "fixed");
   }
@@ -45,8 +46,8 @@ RobotPlan make_published(const std::string& models, const std::string& name, Prn
   return robot;
 }
 
-// Legs that carry a walk: hips and knees stiffer than those of robots that only stand. Light links are made heavy enough
-// for a step of some 0.15 ms, in the model that is handed out, too.
+// Legs that carry a walk: hips and knees stiffer than those of robots that only stand. Light links are made heavy
+// enough for a step of some 0.15 ms, in the model that is handed out, too.
 void stiffen(RobotPlan& robot) {
   for (int j = 0; j < joint_count(robot); ++j) {
     JointPlan& p = joint(robot, j);
@@ -60,9 +61,10 @@ void stiffen(RobotPlan& robot) {
 }
 
 std::string make_sensor_text(const RobotPlan& robot) {
-  std::string out = "sensors:\n  imu:\n    " + robot.imu + ": {link: " +
-                    robot.links[static_cast<std::size_t>(robot.imu_link)].name + ", xyz: [" + text(robot.imu_xyz[0]) +
-                    ", " + text(robot.imu_xyz[1]) + ", " + text(robot.imu_xyz[2]) + "]}\n  wrench:\n";
+  std::string out = "sensors:\n  imu:\n    " + robot.imu +
+                    ": {link: " + robot.links[static_cast<std::size_t>(robot.imu_link)].name + ", xyz: [" +
+                    text(robot.imu_xyz[0]) + ", " + text(robot.imu_xyz[1]) + ", " + text(robot.imu_xyz[2]) +
+                    "]}\n  wrench:\n";
   for (const FootPlan& foot : robot.feet) {
     out += "    " + foot.wrench + ": {link: " + robot.links[static_cast<std::size_t>(foot.link)].name + "}\n";
   }
@@ -111,23 +113,33 @@ std::string make_walk_scenario(const RobotPlan& robot, const WalkPlan& plan) {
     out += (f ? ", " : "") + robot.links[static_cast<std::size_t>(robot.feet[f].link)].name;
   }
   out += "]\nservo: {default: {kp: 1, kd: 1}}\ninitial:\n  joints:\n";
-  for (int j = 0; j < joint_count(robot); ++j) out += "    " + joint(robot, j).name + ": " + text(joint(robot, j).start) + "\n";
-  out += make_sensor_text(robot) + "steps: {time_step: 0.001, control_period: 0.005}\ncontroller:\n  type: walk\n  walk:\n";
-  const auto key = [&](const std::string& name, const std::string& value) { out += "    " + name + ": " + value + "\n"; };
+  for (int j = 0; j < joint_count(robot); ++j)
+    out += "    " + joint(robot, j).name + ": " + text(joint(robot, j).start) + "\n";
+  out += make_sensor_text(robot) +
+         "steps: {time_step: 0.001, control_period: 0.005}\ncontroller:\n  type: walk\n  walk:\n";
+  const auto key = [&](const std::string& name, const std::string& value) {
+    out += "    " + name + ": " + value + "\n";
+  };
   key("left_foot", robot.links[static_cast<std::size_t>(robot.feet[0].link)].name);
   key("right_foot", robot.links[static_cast<std::size_t>(robot.feet[1].link)].name);
   key("left_sensor", robot.feet[0].wrench), key("right_sensor", robot.feet[1].wrench);
   key("single_support", text(plan.single_support)), key("double_support", text(plan.double_support));
   key("swing_height", text(plan.swing_height)), key("zmp_y", text(0.015 * leg)), key("measured_ground", "true");
-  key("limits", "{max_length: " + text(0.6 * leg) + ", min_width: " + text(0.12 * leg) + ", max_width: " + text(0.8 * leg) + "}");
-  key("plan", "{count: " + std::to_string(plan.count) + ", length: " + text(plan.length) + ", side: " + text(plan.side) +
-                  ", turn: " + text(plan.turn) + ", first: " + (plan.left_first ? "left" : "right") + "}");
+  key("limits",
+      "{max_length: " + text(0.6 * leg) + ", min_width: " + text(0.12 * leg) + ", max_width: " + text(0.8 * leg) + "}");
+  key("plan", "{count: " + std::to_string(plan.count) + ", length: " + text(plan.length) +
+                  ", side: " + text(plan.side) + ", turn: " + text(plan.turn) +
+                  ", first: " + (plan.left_first ? "left" : "right") + "}");
   if (!plan.stabilized) return out;
-  out += "    stabilizer:\n      body_inclination: {gain: 1.0, rate: 0.12}\n      zmp_damping: {gain: 0.08, return: 2.0}\n";
+  out +=
+      "    stabilizer:\n      body_inclination: {gain: 1.0, rate: 0.12}\n      zmp_damping: {gain: 0.08, return: "
+      "2.0}\n";
   // Stiff soles close the loop through the servos alone: a tenth to a sixth of an error goes in a period.
-  const double ankle = joint(robot, find_role(robot, "left_ankle_pitch")).kp, knee = joint(robot, find_role(robot, "left_knee")).kp;
+  const double ankle = joint(robot, find_role(robot, "left_ankle_pitch")).kp,
+               knee = joint(robot, find_role(robot, "left_knee")).kp;
   const double lever = 0.2 * leg;  // [m] of a bent knee
-  out += "      foot_adjusting: {damping: " + text(0.06 * ankle) + ", return: 0.15, height_damping: " + text(0.03 * knee / lever / lever) +
+  out += "      foot_adjusting: {damping: " + text(0.06 * ankle) +
+         ", return: 0.15, height_damping: " + text(0.03 * knee / lever / lever) +
          ", height_return_double: 0.4, height_return_single: 0.08}\n";
   return out;
 }
@@ -147,7 +159,8 @@ std::vector<std::string> draw_missing(const std::vector<Hidden>& hidden, Prng& r
     const bool of_joint = h.where_kind == "joint", sensor = h.where_kind == "sensor";
     joint = joint || of_joint, law = law || h.effect == "command_delay" || h.effect == "backlash";
     effort = effort || h.effect == "actuator_lag" || h.effect == "torque_constant_error";
-    wrench = wrench || of_joint || sensor || h.effect == "com_error" || h.where_kind == "foot" || h.effect == "hip_bend";
+    wrench =
+        wrench || of_joint || sensor || h.effect == "com_error" || h.where_kind == "foot" || h.effect == "hip_bend";
     tilt = tilt || h.where_kind == "foot" || h.effect == "ground_slope" || h.effect == "joint_offset" || sensor;
     imu = imu || of_joint || sensor || h.where_kind == "link";
     pose = pose || h.effect == "ground_friction";

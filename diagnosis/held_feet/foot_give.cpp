@@ -14,8 +14,8 @@
 namespace hrp::diagnosis::held_feet {
 namespace {
 
-constexpr double kBlock = 0.1;       // [s] longer than what is left of a height stays alike
-constexpr double kZero = 0.02;       // [rad or m] standard deviation of an encoder's zero
+constexpr double kBlock = 0.1;  // [s] longer than what is left of a height stays alike
+constexpr double kZero = 0.02;  // [rad or m] standard deviation of an encoder's zero
 
 // Samples of a loaded foot. Columns of x: 1 for each recording, -F_z, dz/dq of every joint.
 struct Heights {
@@ -52,7 +52,8 @@ void add_recording(const Experiment& e, const LoadedFoot& foot, const Recording&
     out->z.push_back(z[k]), out->x.push_back(x);
     const double at = r.time[k] - r.time[0];
     out->block.push_back(static_cast<int>(column) * 1000000 + static_cast<int>(at / kBlock));
-    out->part.push_back(static_cast<int>(column) * kStretches + std::min(kStretches - 1, static_cast<int>(kStretches * at / r.duration())));
+    out->part.push_back(static_cast<int>(column) * kStretches +
+                        std::min(kStretches - 1, static_cast<int>(kStretches * at / r.duration())));
   }
 }
 
@@ -131,7 +132,8 @@ std::vector<FootGive> find_foot_gives(const Experiment& e, const std::vector<Loa
   std::vector<FootGive> found;
   std::vector<const Recording*> measured;
   for (const Recording& r : e.recordings) {
-    const bool all = std::all_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kPosition); });
+    const bool all =
+        std::all_of(r.joints.begin(), r.joints.end(), [](const JointColumns& j) { return j.has(Quantity::kPosition); });
     if (all) measured.push_back(&r);
   }
   for (size_t f = 0; f < feet.size() && !measured.empty(); ++f) {
@@ -142,7 +144,13 @@ std::vector<FootGive> find_foot_gives(const Experiment& e, const std::vector<Loa
     double noise = 1e-3;
     const std::vector<char> use = find_sound(h, &noise);
     const Slope slope = fit(h, use, noise);
-    FootGive give{f, slope.value, slope.std, calc_spread(h, use), calc_rms(slope.left, use), is_same_in_parts(h, use, noise, slope), {}};
+    FootGive give{f,
+                  slope.value,
+                  slope.std,
+                  calc_spread(h, use),
+                  calc_rms(slope.left, use),
+                  is_same_in_parts(h, use, noise, slope),
+                  {}};
     Eigen::VectorXd lever = Eigen::VectorXd::Zero(h.joints);
     for (const Eigen::VectorXd& x : h.x) lever += x.tail(h.joints).cwiseAbs2() / static_cast<double>(h.x.size());
     for (double square : lever) give.lever.push_back(std::sqrt(square));

@@ -12,9 +12,9 @@
 namespace hrp::diagnosis::held_feet {
 
 struct FootGive {
-  size_t foot = 0;          // of list_loaded_feet()
-  double compliance = 0.0;  // [m/N] 1 / k
-  double std = 0.0;         // of it, with what parts of the recordings differ by
+  size_t foot = 0;                   // of list_loaded_feet()
+  double compliance = 0.0;           // [m/N] 1 / k
+  double std = 0.0;                  // of it, with what parts of the recordings differ by
   double before = 0.0, after = 0.0;  // [m] spread of the foot's height, without and with it
   bool same_everywhere = false;      // no part of the recordings asks for another value
   std::vector<double> lever;         // [m/rad] by joint: root mean square of dz/dq while the foot is loaded

@@ -42,7 +42,10 @@ std::vector<Mismatch> list_mismatch(const TorqueData& data, const std::vector<do
       const double score = n > 0.0 && noise[j] > 0.0 ? std::sqrt(sum / n) / noise[j] : 0.0;
       if (score > kNoiseLeft)
         list.push_back({data.experiment->signal_name(static_cast<int>(j), Quantity::kEffort),
-                        data.experiment->recordings[r.index].spec.name, score, {{from, to}}, "foot loaded"});
+                        data.experiment->recordings[r.index].spec.name,
+                        score,
+                        {{from, to}},
+                        "foot loaded"});
     }
   }
   return list;
@@ -54,9 +57,10 @@ std::vector<Alternative> list_joints_that_give(const Experiment& e, const FootGi
   for (int j = 0; j < e.num_joints(); ++j) {
     const double lever = give.lever[static_cast<size_t>(j)], k = lever * lever / give.compliance;
     if (!e.robot.tree.joint(j).actuated || lever < 1e-3) continue;
-    list.push_back(make_alternative(get_effect(EffectId::kElasticity), {{"joint", e.robot.tree.joint(j).name}},
-                                    {make_one("stiffness", get_joint_unit(e.robot.tree.joint(j), "N m/rad"), k, k * give.std / give.compliance)},
-                                    "the foot pressed in another posture"));
+    list.push_back(make_alternative(
+        get_effect(EffectId::kElasticity), {{"joint", e.robot.tree.joint(j).name}},
+        {make_one("stiffness", get_joint_unit(e.robot.tree.joint(j), "N m/rad"), k, k * give.std / give.compliance)},
+        "the foot pressed in another posture"));
   }
   return list;
 }
@@ -64,23 +68,33 @@ std::vector<Alternative> list_joints_that_give(const Experiment& e, const FootGi
 Finding make_finding(const Experiment& e, const LoadedFoot& foot, const FootGive& give) {
   const std::string link = e.robot.tree.frames[static_cast<size_t>(foot.frame)].name;
   const double k = 1.0 / give.compliance, std = give.std * k * k, share = 1.0 - std::pow(give.after / give.before, 2);
-  Finding f = diagnosis::make_finding(get_effect(EffectId::kFootCompliance), {{"foot", link}}, {make_one("kz", "N/m", k, std)});
+  Finding f =
+      diagnosis::make_finding(get_effect(EffectId::kFootCompliance), {{"foot", link}}, {make_one("kz", "N/m", k, std)});
   f.grade = give.same_everywhere ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest, f.share = share;
   f.alternatives = list_joints_that_give(e, give);
-  f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " + number(kNinetyFive * std, 2) + " N/m (" +
-                get_grade_name(f.grade) + "). By the encoders the foot is " + number(1e6 * give.compliance, 3) +
-                " um lower for every newton on it. It takes away " + number(100.0 * share, 2) + " % of the foot height's variance.";
+  f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " +
+                number(kNinetyFive * std, 2) + " N/m (" + get_grade_name(f.grade) + "). By the encoders the foot is " +
+                number(1e6 * give.compliance, 3) + " um lower for every newton on it. It takes away " +
+                number(100.0 * share, 2) + " % of the foot height's variance.";
   return f;
 }
 
-void add_gives(const Experiment& e, const std::vector<LoadedFoot>& feet, const std::vector<FootGive>& gives, Evidence* evidence) {
+void add_gives(const Experiment& e, const std::vector<LoadedFoot>& feet, const std::vector<FootGive>& gives,
+               Evidence* evidence) {
   for (const FootGive& give : gives) {
     const Finding f = make_finding(e, feet[give.foot], give);
     evidence->findings.push_back(f);
-    evidence->fit.signals.push_back({f.where["foot"].get<std::string>() + " height", "m", give.before, give.after, give.before});
-    evidence->remaining.push_back({f.where, "m", give.before, give.after, {}, f.where["foot"].get<std::string>() + ": of " +
-                                   number(1e3 * give.before, 3) + " mm spread of the loaded foot's height, " + number(1e3 * give.after, 3) + " mm remain."});
+    evidence->fit.signals.push_back(
+        {f.where["foot"].get<std::string>() + " height", "m", give.before, give.after, give.before});
+    evidence->remaining.push_back({f.where,
+                                   "m",
+                                   give.before,
+                                   give.after,
+                                   {},
+                                   f.where["foot"].get<std::string>() + ": of " + number(1e3 * give.before, 3) +
+                                       " mm spread of the loaded foot's height, " + number(1e3 * give.after, 3) +
+                                       " mm remain."});
   }
 }
 
@@ -88,7 +102,8 @@ Verdict judge(const TorqueVerdict& torque, const std::vector<double>& noise) {
   const Evidence& evidence = torque.evidence;
   bool missing = false, left = false;
   for (size_t i = 0; i < torque.torque.size(); ++i) {
-    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i], left = left || torque.torque[i].after > kNoiseLeft * noise[i];
+    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i],
+    left = left || torque.torque[i].after > kNoiseLeft * noise[i];
   }
   if (!missing && evidence.findings.empty()) return Verdict::kNoMismatch;
   if (!left && !evidence.findings.empty()) return Verdict::kExplained;

@@ -15,7 +15,7 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 using BaseRows = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr int kWeightRounds = 4;  // of weights by what the fit before left of moments and of forces
+constexpr int kWeightRounds = 4;               // of weights by what the fit before left of moments and of forces
 constexpr double kBlock = 0.5, kMemory = 2.0;  // [s] of scores; residuals are alike over the IMU's drift window
 constexpr double kEnough = 20.0;               // [s] of motion: fewer rows of use than parameters otherwise
 constexpr double kMoving = 0.02;               // [rad/s] slower than this, noise decides the sign of a velocity

@@ -27,8 +27,8 @@ struct BodyParameter {
 struct JointEstimate {
   std::string name;
   int joint = 0;
-  Estimate
-      values[kJointParameters];  // rotor inertia [kg m^2], viscous [N m s/rad], Coulomb friction [N m]; none negative
+  // Rotor inertia [kg m^2], viscous [N m s/rad], Coulomb friction [N m]; none negative
+  Estimate values[kJointParameters];
 };
 
 // Mean absolute errors of the base's moments and forces along one motion, over the largest change of what was measured.

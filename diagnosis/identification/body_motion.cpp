@@ -12,9 +12,9 @@ namespace hrp::identification {
 namespace {
 
 constexpr double kBodySmoothing = 0.04;  // [s] passes 4 Hz, stops the noise of twice differentiated encoders
-constexpr double kSticking = 0.01;   // [s] of the rate that tells whether a joint sticks
-constexpr double kStuck = 0.01;      // [rad/s] slower than this; encoder noise makes 1e-3 of it
-constexpr double kStride = 0.05;     // [s] between samples that are used
+constexpr double kSticking = 0.01;       // [s] of the rate that tells whether a joint sticks
+constexpr double kStuck = 0.01;          // [rad/s] slower than this; encoder noise makes 1e-3 of it
+constexpr double kStride = 0.05;         // [s] between samples that are used
 
 Scenario with_rigid_feet(const Scenario& given) {
   Scenario scenario = without_bush(given);

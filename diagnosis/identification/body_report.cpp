@@ -10,7 +10,7 @@ std::string make_cell(const Estimate& e, const double* truth) {
   std::string cell = format("<td>%.4g</td><td>%.4g</td><td>%.2f %%</td>", e.value, e.std, 100.0 * e.relative_std());
   cell += truth == nullptr ? "<td></td>"
                            : format("<td>%.4g (%+.2f %%, %+.1f &sigma;)</td>", *truth, 100.0 * (e.value / *truth - 1.0),
-                                   (e.value - *truth) / e.std);
+                                    (e.value - *truth) / e.std);
   return cell;
 }
 

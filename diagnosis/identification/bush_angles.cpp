@@ -103,7 +103,8 @@ BushObserver::Impl::Chain BushObserver::Impl::calc_chain(const RobotLog& log) co
   for (const std::string& joint : log.joints) index.push_back(robot.tree.find_joint(joint));
   for (int i = 0; i < robot.tree.num_joints(); ++i) {
     if (robot.tree.joint(i).actuated && is_between(i) && !has(index, i)) {
-      refuse_input(log.name, "has no positions of joint '" + robot.tree.joint(i).name + "', expected those of all joints between IMU and feet");
+      refuse_input(log.name, "has no positions of joint '" + robot.tree.joint(i).name +
+                                 "', expected those of all joints between IMU and feet");
     }
   }
   for (Eigen::Index k = 0; k < log.size(); ++k) {

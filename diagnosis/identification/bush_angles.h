@@ -49,10 +49,10 @@ struct MotionTrack {
   // A signal of the log (or its derivative, by `order`) as all signals of a track are: smoothed and thinned.
   Eigen::VectorXd thin(const Eigen::VectorXd& signal, int order) const;
   std::vector<BushTrack> feet;
-  Eigen::VectorXd
-      slide;  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand
-  Vector3d second_sole =
-      Vector3d::Zero();  // [m, m, rad] place of the second foot's bush on the floor, in the first sole
+  // [m] first foot's bush slide less the second's, less its mean; empty unless both always stand
+  Eigen::VectorXd slide;
+  // [m, m, rad] place of the second foot's bush on the floor, in the first sole
+  Vector3d second_sole = Vector3d::Zero();
   // In a stretch of time in which both feet stand (one that was lifted may come down elsewhere):
   double slip = 0.0;     // [m] largest change of the distance between the soles from its median
   double turn = 0.0;     // [rad] same for the yaw between them

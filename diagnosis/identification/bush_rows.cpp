@@ -105,8 +105,8 @@ Eigen::VectorXd calc_torque(const MotionTrack& track, size_t foot, int axis, con
   const BushTrack& t = track.feet[foot];
   const Eigen::Index at = layout.first(foot, axis);
   const Corrected c = correct(t, axis, layout, at, theta);
-  Vector torque =
-      theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];  // [M14 eq. 4]
+  // [M14 eq. 4]
+  Vector torque = theta[at] * c.angle + theta[at + 1] * c.rate - theta[layout.compliance(foot)] * t.arm[axis];
   torque.array() += theta[at + 2];
   torque += theta[at + 3] * t.acceleration[axis];
   if (layout.law == BushLaw::kHardening) torque += theta[at + 4] * calc_cube(track, foot, axis, c.angle);

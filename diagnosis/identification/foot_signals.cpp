@@ -22,8 +22,8 @@ FootSignals calc_foot_signals(const RobotLog& log, const std::vector<Transform>&
     }
     const Vector3d weight = foot.upper_mass * kGravity * n_U;  // of what is above the bush: the bush carries it, too
     const Vector3d force = wrench.col(k).head<3>() - zero.bias.head<3>();
-    const Vector3d moment = wrench.col(k).tail<3>() - zero.bias.tail<3>() - foot.p_UC.cross(force) +
-                            (foot.p_Ucm - foot.p_UC).cross(weight);
+    const Vector3d moment =
+        wrench.col(k).tail<3>() - zero.bias.tail<3>() - foot.p_UC.cross(force) + (foot.p_Ucm - foot.p_UC).cross(weight);
     out.torque[0][k] = moment.x();
     out.torque[1][k] = moment.y() * std::cos(at.roll) + moment.z() * std::sin(at.roll);
     const Vector3d carried = force + weight;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a foot's bush does, sample by sample: the angles of the sole against the foot link U, and the load that turns it.
+// What a foot's bush does, sample by sample: the angles of the sole against the foot link U, and the load that turns
+// it.
 #pragma once
 
 #include "diagnosis/identification/attitude.h"

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kDistortion = 0.1;  // of a simulated robot's description
 constexpr unsigned long long kDistortionSeed = 11;
-constexpr int kZeroRounds =
-    2;  // the zero moves by a hundredth of the offset: the second round changes nothing that shows
+// The zero moves by a hundredth of the offset: the second round changes nothing that shows
+constexpr int kZeroRounds = 2;
 
 // Tracks as if observed with other zeros: the moment about the bush loses the difference.
 void move_zeros(const std::vector<SensorZero>& from, const std::vector<SensorZero>& to,
@@ -45,8 +45,8 @@ void refine_zeros(const BushObserver& observer, const RobotLog& measured, Observ
 }
 
 std::string describe_slip(const MotionTrack& track) {
-  return format("%s: a sole slipped (%.1f mm, %.1f mrad): %.1f s left out", track.name.c_str(), 1e3 * track.slip, 1e3 * track.turn,
-                track.slipped);
+  return format("%s: a sole slipped (%.1f mm, %.1f mrad): %.1f s left out", track.name.c_str(), 1e3 * track.slip,
+                1e3 * track.turn, track.slipped);
 }
 
 Observation observe_once(const BushObserver& observer, const std::vector<Source>& sources) {
@@ -196,9 +196,10 @@ std::string make_text(const Coverage& coverage, const Scenario& scenario) {
   int inside[3] = {}, count[3] = {};
   for (const Coverage::Row& row : coverage.rows) {
     const double percent = 100.0 / std::abs(row.truth);
-    text += format("| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n", scenario.feet[row.foot].c_str(),
-                   kAxisNames[row.axis], names[row.parameter], row.truth, percent * (row.mean - row.truth), percent * row.spread,
-                   percent * row.stated, percent * row.worst, row.inside);
+    text += format("| %s | %s | %s | %.4g | %+.3f %% | %.3f %% | %.3f %% | %.2f %% | %d |\n",
+                   scenario.feet[row.foot].c_str(), kAxisNames[row.axis], names[row.parameter], row.truth,
+                   percent * (row.mean - row.truth), percent * row.spread, percent * row.stated, percent * row.worst,
+                   row.inside);
     inside[row.parameter] += row.inside;
     ++count[row.parameter];
   }

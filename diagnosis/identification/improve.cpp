@@ -32,7 +32,8 @@ Motion make_played(const next::Experiment& e, const next::Commands& commands) {
   motion.positions.resize(e.num_joints(), static_cast<Eigen::Index>(commands.time.size()));
   for (int j = 0; j < e.num_joints(); ++j) {
     motion.joints.push_back(e.robot.tree.joint(j).name);
-    motion.positions.row(j) = Eigen::Map<const Eigen::RowVectorXd>(commands.position[static_cast<size_t>(j)].data(), motion.positions.cols());
+    motion.positions.row(j) =
+        Eigen::Map<const Eigen::RowVectorXd>(commands.position[static_cast<size_t>(j)].data(), motion.positions.cols());
   }
   return motion;
 }
@@ -40,7 +41,11 @@ Motion make_played(const next::Experiment& e, const next::Commands& commands) {
 class Proposer {
  public:
   Proposer(const Scenario& base, const std::string& folder, double seconds)
-      : base_(base), folder_(folder), seconds_(seconds), standing_(make_standing(write_motion(find_upright(), base, folder))), limits_(next::make_limits(standing_, {})) {}
+      : base_(base),
+        folder_(folder),
+        seconds_(seconds),
+        standing_(make_standing(write_motion(find_upright(), base, folder))),
+        limits_(next::make_limits(standing_, {})) {}
 
   // As large as it is safe; not ok where no size is.
   ProposedMotion try_motion(next::Family family, unsigned seed) const {
@@ -52,7 +57,8 @@ class Proposer {
       const next::Commands commands = next::make_stance_motion(standing_, plan, limits_);
       if (commands.time.empty()) continue;
       // Seeds of noise beyond those of our own motions.
-      out.check = check_motion(write_motion(make_played(standing_, commands), out.name, out.meaning, 100 * static_cast<unsigned>(family) + seed, base_, folder_));
+      out.check = check_motion(write_motion(make_played(standing_, commands), out.name, out.meaning,
+                                            100 * static_cast<unsigned>(family) + seed, base_, folder_));
       if (out.check.ok()) break;
     }
     return out;
@@ -88,8 +94,8 @@ double find_largest_deviation(const std::vector<MotionCheck>& checks) {
   return most;
 }
 
-std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<MotionCheck> known, int seeds, double seconds,
-                                            const std::string& folder) {
+std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<MotionCheck> known, int seeds,
+                                            double seconds, const std::string& folder) {
   const Proposer proposer(base, folder, seconds);
   std::vector<ProposedMotion> tried, chosen;
   for (int f = static_cast<int>(next::Family::kSway); f <= static_cast<int>(next::Family::kStir); ++f) {
@@ -104,7 +110,9 @@ std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<Mo
       motion.largest = find_largest_deviation(known);
       known.pop_back();
     }
-    const auto best = std::min_element(tried.begin(), tried.end(), [](const ProposedMotion& a, const ProposedMotion& b) { return a.largest < b.largest; });
+    const auto best =
+        std::min_element(tried.begin(), tried.end(),
+                         [](const ProposedMotion& a, const ProposedMotion& b) { return a.largest < b.largest; });
     if (best->largest > kWorth * least) break;
     least = best->largest;
     known.push_back(best->check), chosen.push_back(*best);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Motions that tell more about the rubber in the feet. They come from the machine that proposes the next experiment: its
-// families of motions on the feet (next/stance_motions.h), as large as they are safe, chosen by Fisher information.
+// Motions that tell more about the rubber in the feet. They come from the machine that proposes the next experiment:
+// its families of motions on the feet (next/stance_motions.h), as large as they are safe, chosen by Fisher information.
 #pragma once
 
 #include <string>
@@ -20,9 +20,9 @@ struct ProposedMotion {
 // expected standard deviation where the torque's noise is 1 N m in a band of 1 Hz.
 double find_largest_deviation(const std::vector<MotionCheck>& checks);
 
-// Motions of `seconds` into the folder, best first, for a robot that does `known` already: `seeds` of each family are tried.
-// Another one is proposed as long as it takes a twentieth off the largest deviation.
-std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<MotionCheck> known, int seeds, double seconds,
-                                            const std::string& folder);
+// Motions of `seconds` into the folder, best first, for a robot that does `known` already: `seeds` of each family are
+// tried. Another one is proposed as long as it takes a twentieth off the largest deviation.
+std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<MotionCheck> known, int seeds,
+                                            double seconds, const std::string& folder);
 
 }  // namespace hrp::identification

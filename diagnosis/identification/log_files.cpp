@@ -34,7 +34,8 @@ void fill_log(const std::vector<Sample>& samples, const std::vector<int>& feet, 
   for (Eigen::Index k = 0; k < n; ++k) {
     const SensorSample& s = samples[static_cast<size_t>(k)].sensors;
     const auto has_wrench = [&](int foot) { return static_cast<size_t>(foot) < s.wrenches.size(); };
-    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty() || !std::all_of(feet.begin(), feet.end(), has_wrench))
+    if (s.q.size() != log->q.rows() || s.effort.size() != s.q.size() || s.imus.empty() ||
+        !std::all_of(feet.begin(), feet.end(), has_wrench))
       throw std::runtime_error(log->name + ": samples do not fit its robot");
     log->q.col(k) = s.q;
     log->effort.col(k) = s.effort;
@@ -55,7 +56,8 @@ Eigen::VectorXd resample(const std::vector<double>& time, const std::vector<doub
     if (std::isfinite(column[i]) && std::isfinite(time[i]) && (known.empty() || time[i] > known.back().first))
       known.push_back({time[i], column[i]});
   }
-  if (known.size() < 2) refuse_input(place, "holds " + std::to_string(known.size()) + " numbers at rising times, expected at least 2");
+  if (known.size() < 2)
+    refuse_input(place, "holds " + std::to_string(known.size()) + " numbers at rising times, expected at least 2");
   Eigen::VectorXd values(n);
   size_t at = 0;
   for (Eigen::Index k = 0; k < n; ++k) {

@@ -25,8 +25,8 @@ using namespace hrp::identification;
 
 enum class MotionSet { kRich, kPaper };
 
-// Motions that identify; the others only validate. Of ours all but sweeps, squat, bounce and the last swing; of the paper's the
-// five sways.
+// Motions that identify; the others only validate. Of ours all but sweeps, squat, bounce and the last swing; of the
+// paper's the five sways.
 bool is_training(const std::string& name, MotionSet set) {
   if (name.rfind("sway", 0) == 0) return true;
   return set == MotionSet::kRich && (name.rfind("tilt", 0) == 0 || name == "swing1" || name == "swing2");
@@ -54,12 +54,12 @@ std::vector<ListedMotion> read_list(const std::string& folder) {
 constexpr double kLongest = 20.0;  // [s] of a proposed motion
 
 // More motions that identify, from the machine that proposes experiments.
-void add_proposed(const Scenario& base, const std::vector<MotionCheck>& known, int seeds, double seconds, const std::string& folder,
-                  std::string* list) {
+void add_proposed(const Scenario& base, const std::vector<MotionCheck>& known, int seeds, double seconds,
+                  const std::string& folder, std::string* list) {
   std::printf("least known stiffness or damping: deviation %.3g\n", find_largest_deviation(known));
   for (const ProposedMotion& motion : propose_motions(base, known, seeds, seconds, folder)) {
-    std::printf("%-8s proposed: %s Centre of pressure stays %.0f mm inside the soles; the deviation falls to %.3g\n", motion.name.c_str(),
-                motion.meaning.c_str(), 1e3 * motion.check.margin, motion.largest);
+    std::printf("%-8s proposed: %s Centre of pressure stays %.0f mm inside the soles; the deviation falls to %.3g\n",
+                motion.name.c_str(), motion.meaning.c_str(), 1e3 * motion.check.margin, motion.largest);
     *list += motion.name + " train\n";
   }
 }
@@ -159,10 +159,12 @@ struct CommandLine {
 
 // Each adds a subcommand.
 CLI::App* add_make(CLI::App* app, CommandLine* c) {
-  CLI::App* make = app->add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
+  CLI::App* make =
+      app->add_subcommand("make", "writes a scenario for each motion, and checks stability and excitation");
   make->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
   make->add_option("folder", c->folder, "folder for scenarios and motions")->required();
-  make->add_option("--improve", c->tries, "proposes more motions on the feet for the least known parameters; tries this many of each family")
+  make->add_option("--improve", c->tries,
+                   "proposes more motions on the feet for the least known parameters; tries this many of each family")
       ->check(CLI::Range(0, 1000));
   make->add_option("--rubber", c->rubber, "replaces the scenario's rubber by one with hardening or hysteresis")
       ->transform(CLI::CheckedTransformer(std::map<std::string, Rubber>{
@@ -170,13 +172,15 @@ CLI::App* add_make(CLI::App* app, CommandLine* c) {
   make->add_option("--motions", c->set, "rich: our 18 motions; paper: the 14 of Mikami et al. 2014")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, MotionSet>{{"rich", MotionSet::kRich}, {"paper", MotionSet::kPaper}}));
-  make->add_option("--scale", c->scale, "factor on the length of the motions (1)")->check(refuse_nan)->check(CLI::Range(0.1, 10.0));
+  make->add_option("--scale", c->scale, "factor on the length of the motions (1)")
+      ->check(refuse_nan)
+      ->check(CLI::Range(0.1, 10.0));
   return make;
 }
 
 CLI::App* add_fit(CLI::App* app, CommandLine* c) {
-  CLI::App* fit =
-      app->add_subcommand("fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
+  CLI::App* fit = app->add_subcommand(
+      "fit", "identifies from the logs of the runs: NAME.mcap in the folder of `make`, for each NAME.yaml");
   fit->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
   fit->add_option("folder", c->folder, "folder that `make` wrote")->required();
   fit->add_option("--out", c->out, "folder for report.html and identified.yaml")->required();
@@ -193,8 +197,8 @@ void add_experiment(CLI::App* app, CommandLine* c) {
 }
 
 CLI::App* add_coverage(CLI::App* app, CommandLine* c) {
-  CLI::App* coverage =
-      app->add_subcommand("coverage", "counts how often the 95 % intervals contain the truth, over many seeds of the sensor noise");
+  CLI::App* coverage = app->add_subcommand(
+      "coverage", "counts how often the 95 % intervals contain the truth, over many seeds of the sensor noise");
   coverage->add_option("scenario", c->scenario, "scenario of the robot, with its bush (foot_bush)")->required();
   coverage->add_option("folder", c->folder, "folder that `make` wrote")->required();
   coverage->add_option("--seeds", c->seeds, "number of seeds (100)")->check(CLI::Range(1, 100000));
@@ -218,9 +222,12 @@ int main(int argc, char** argv) {
     if (!c.out.empty()) prepare_folder(c.out);
     if (make) return make_scenarios(c.scenario, c.folder, c.rubber, c.tries, c.scale, c.set);
     const Scenario base = load_scenario(c.scenario);
-    if (coverage) print_coverage(base, c.folder, c.seeds);
-    else if (fit) report(base, read_folder(c.folder, c.in_process), true, c.out);
-    else report(base, read_experiment(base), false, c.out);
+    if (coverage)
+      print_coverage(base, c.folder, c.seeds);
+    else if (fit)
+      report(base, read_folder(c.folder, c.in_process), true, c.out);
+    else
+      report(base, read_experiment(base), false, c.out);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-identify-foot: %s\n", error.what());
     return 2;

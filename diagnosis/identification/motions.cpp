@@ -148,7 +148,8 @@ void put_hand(const MotionPlan& plan, YAML::Node* node) {
   (*node)["hands"]["person"] = hand;
 }
 
-YAML::Node make_played(const Motion& motion, const std::string& name, const std::string& meaning, const Scenario& base, const std::string& folder) {
+YAML::Node make_played(const Motion& motion, const std::string& name, const std::string& meaning, const Scenario& base,
+                       const std::string& folder) {
   const std::string csv = (std::filesystem::absolute(folder) / (name + "_motion.csv")).string();
   std::ofstream file(csv);
   file << "# " << name << ": " << meaning << ". [s], [rad]\ntime";
@@ -204,8 +205,8 @@ std::string write_motion(const MotionPlan& plan, const Scenario& base, const std
   return write_scenario(node, plan.name, folder);
 }
 
-std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning, unsigned long long seed,
-                         const Scenario& base, const std::string& folder) {
+std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning,
+                         unsigned long long seed, const Scenario& base, const std::string& folder) {
   YAML::Node node = make_played(motion, name, meaning, base, folder);
   node["steps"]["duration"] = motion.duration();
   node["seed"] = base.seed + seed;

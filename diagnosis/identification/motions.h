@@ -40,11 +40,12 @@ struct MotionPlan {
 // Uniform in [0, 1), the same with every standard library.
 inline double draw_share(std::mt19937_64* random) { return static_cast<double>((*random)() >> 11) * 0x1.0p-53; }
 
-// Ours: eighteen motions after the paper's fourteen, with added turns of the feet, and four that show the vertical stiffness and the
-// body. `scale` makes them shorter (tests): duration times scale, not below 0.5, or a foot that is lifted has no time in the air.
+// Ours: eighteen motions after the paper's fourteen, with added turns of the feet, and four that show the vertical
+// stiffness and the body. `scale` makes them shorter (tests): duration times scale, not below 0.5, or a foot that is
+// lifted has no time in the air.
 std::vector<MotionPlan> make_plans(double scale = 1.0);
-// The paper's fourteen and nothing else: tilt1 to 3 in stances A, B, C and tilt4 to 6 the same with vertical motion; five
-// sways by hand, one on two feet and two on each; two sweeps of the upper body; a squat.
+// The paper's fourteen and nothing else: tilt1 to 3 in stances A, B, C and tilt4 to 6 the same with vertical motion;
+// five sways by hand, one on two feet and two on each; two sweeps of the upper body; a squat.
 std::vector<MotionPlan> make_paper_plans(double scale = 1.0);
 
 // Joint trajectories every 10 ms. Throws std::runtime_error when a leg does not reach.
@@ -53,8 +54,8 @@ Motion make_motion(const MotionPlan& plan);
 // scenario's path.
 std::string write_motion(const MotionPlan& plan, const Scenario& base, const std::string& folder);
 // The same for a motion that no plan made.
-std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning, unsigned long long seed,
-                         const Scenario& base, const std::string& folder);
+std::string write_motion(const Motion& motion, const std::string& name, const std::string& meaning,
+                         unsigned long long seed, const Scenario& base, const std::string& folder);
 // `base` with other rubber, to see whether the identification finds it; returns the scenario's path.
 //   hardening:  stiffness about roll and pitch times 1 + (angle / kHardeningAngle)^2
 //   hysteresis: a Bouc-Wen element beside the spring, about roll and pitch (joint law `hysteresis`)
@@ -69,14 +70,15 @@ std::string write_hanging(const Scenario& base, const std::string& folder);
 // A look at a motion before it is used: a run in this process without noise.
 struct MotionCheck {
   // While the feet stand that the plan wants to stand; of the foot that is lifted while it stands (standing.h).
-  double margin = 0.0;               // [m] smallest distance of a foot's centre of pressure from the sole's edge
-  double smallest_load = 0.0;        // [N] on either foot
-  double in_the_air = 0.0;           // [s] that the lifted foot carries nothing
-  bool as_planned = false;           // feet that should stand always do; a foot that is lifted gets into the air
-  double condition = 0.0;            // of the scaled regressor [q qd 1], worst foot and axis
-  // By foot, axis: Fisher information of stiffness [N m/rad], damping [N m s/rad] and offset [N m], where the torque's noise
-  // is 1 N m in a band of 1 Hz. That of several motions adds (next/information.h).
-  Eigen::Matrix3d fisher[2][2] = {{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}, {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
+  double margin = 0.0;         // [m] smallest distance of a foot's centre of pressure from the sole's edge
+  double smallest_load = 0.0;  // [N] on either foot
+  double in_the_air = 0.0;     // [s] that the lifted foot carries nothing
+  bool as_planned = false;     // feet that should stand always do; a foot that is lifted gets into the air
+  double condition = 0.0;      // of the scaled regressor [q qd 1], worst foot and axis
+  // By foot, axis: Fisher information of stiffness [N m/rad], damping [N m s/rad] and offset [N m], where the torque's
+  // noise is 1 N m in a band of 1 Hz. That of several motions adds (next/information.h).
+  Eigen::Matrix3d fisher[2][2] = {{Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()},
+                                  {Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()}};
   bool ok() const { return as_planned && margin > 0.005 && smallest_load > 30.0; }
 };
 // lifted: as in the plan.

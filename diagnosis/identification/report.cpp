@@ -46,7 +46,8 @@ std::string write_identified_scenario(const Identification& r, const std::string
     }
   }
   std::string path = (std::filesystem::path(folder) / "identified.yaml").string();
-  const std::string head = std::string("# The bush as identified by hrp-identify-foot") + (r.simulated ? " from simulated data" : "");
+  const std::string head =
+      std::string("# The bush as identified by hrp-identify-foot") + (r.simulated ? " from simulated data" : "");
   write_file(path, head + "\n" + YAML::Dump(node) + "\n");
   return path;
 }
@@ -56,9 +57,9 @@ std::string make_text(const Identification& r) {
   for (size_t f = 0; f < r.fit.feet.size(); ++f) {
     for (int a = 0; a < kAxes; ++a) {
       const BushParameters& p = r.fit.feet[f][static_cast<size_t>(a)];
-      text += format("%-16s %-5s  K %8.2f (%.2f %%)  C %7.3f (%.2f %%)  O %8.4f (%.2f %%)\n", r.scenario.feet[f].c_str(),
-                    kAxisNames[a], p.K.value, 100 * p.K.relative_std(), p.C.value, 100 * p.C.relative_std(), p.O.value,
-                    100 * p.O.relative_std());
+      text += format("%-16s %-5s  K %8.2f (%.2f %%)  C %7.3f (%.2f %%)  O %8.4f (%.2f %%)\n",
+                     r.scenario.feet[f].c_str(), kAxisNames[a], p.K.value, 100 * p.K.relative_std(), p.C.value,
+                     100 * p.C.relative_std(), p.O.value, 100 * p.O.relative_std());
     }
   }
   double worst = 0.0;
@@ -66,12 +67,12 @@ std::string make_text(const Identification& r) {
   for (size_t f = 0; f < r.vertical.stiffness.size(); ++f) {
     const Estimate &k = r.vertical.stiffness[f], &c = r.vertical.damping[f];
     text += format("%-16s vertical  kz %.4g (%.2f %%)  cz %.4g (%.1f %%)\n", r.scenario.feet[f].c_str(), k.value,
-                  100 * k.relative_std(), c.value, 100 * c.relative_std());
+                   100 * k.relative_std(), c.value, 100 * c.relative_std());
   }
   text += format("law: %s (error on motions left out: linear %.4f, hardening %.4f, hysteresis %.4f N m)\n",
-                kLawNames[static_cast<int>(r.choice.law)], r.choice.error[0], r.choice.error[1], r.choice.error[2]);
+                 kLawNames[static_cast<int>(r.choice.law)], r.choice.error[0], r.choice.error[1], r.choice.error[2]);
   text += format("cross-validation: worst mean error %.2f %% of the largest torque; condition number %.1f\n",
-                100 * worst, r.fit.condition);
+                 100 * worst, r.fit.condition);
   text += make_body_text(r);
   for (const std::string& note : r.notes) text += note + "\n";
   return text;

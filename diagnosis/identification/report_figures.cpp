@@ -50,7 +50,7 @@ struct Picture {
   explicit Picture(const Eigen::AlignedBox2d& box_in) : box(box_in) {}
   std::string at(const Point& p) const {
     return format("%.1f,%.1f ", kMargin + kPixels * (box.max().y() - p.y()),
-                 kMargin + kPixels * (box.max().x() - p.x()));
+                  kMargin + kPixels * (box.max().x() - p.x()));
   }
   void add_shape(const std::vector<Point>& corners, const char* style) {
     svg += "<polygon points=\"";
@@ -60,7 +60,7 @@ struct Picture {
   std::string finish() const {
     const Point size = kPixels * box.sizes() + Point::Constant(2.0 * kMargin);
     return format("<svg width=\"%.0f\" height=\"%.0f\" role=\"img\" aria-label=\"centre of pressure\">", size.y(),
-                 size.x()) +
+                  size.x()) +
            svg + "</svg>";
   }
   Eigen::AlignedBox2d box;
@@ -116,7 +116,8 @@ std::string make_zmp(const MotionTrack& track, const std::vector<FootFrame>& fee
 std::string make_angles(const Identification& r, const MotionTrack& track) {
   std::string html;
   for (int a = 0; a < kAxes; ++a) {
-    Plot plot{std::string("Figures 7 and 8: angles of the bushes about ") + kAxisNames[a], "time [s]", "angle [mrad]", {}};
+    Plot plot{
+        std::string("Figures 7 and 8: angles of the bushes about ") + kAxisNames[a], "time [s]", "angle [mrad]", {}};
     for (size_t f = 0; f < track.feet.size(); ++f) {
       if (track.calc_standing_time(f) < kLeastTime) continue;
       plot.series.push_back(

@@ -20,7 +20,7 @@ std::string make_value(const Estimate& e, const double* truth) {
   std::string cell = format("<td>%.5g &plusmn; %.2g<br><small>%.2f %%", e.value, e.std, 100.0 * e.relative_std());
   if (truth != nullptr)
     cell += format("; truth %.4g: %+.2f %%, %+.1f &sigma;", *truth, 100.0 * (e.value / *truth - 1.0),
-                  (e.value - *truth) / e.std);
+                   (e.value - *truth) / e.std);
   return cell + "</small></td>";
 }
 
@@ -32,7 +32,7 @@ std::string make_motions(const Identification& r) {
     html += "<tr><td>" + escape_xml(track.name) + "</td><td>" + escape_xml(describe_support(r, track)) + "</td><td>" +
             (is_fitted(r, track) ? "fit" : "validate") + "</td>" +
             format("<td%s>%.2f mm</td><td>%.2f mrad</td></tr>", has_slipped(track) ? " class=\"bad\"" : "",
-                  1e3 * track.slip, 1e3 * track.turn);
+                   1e3 * track.slip, 1e3 * track.turn);
   }
   return html + "</table>";
 }
@@ -92,7 +92,7 @@ std::string make_table_1(const Identification& r) {
   html += "</table>";
   if (r.fit.law == BushLaw::kHysteresis)
     html += format("<p>Yield angle %.2f &plusmn; %.2f mrad, all bushes.</p>", 1e3 * r.fit.yield.value,
-                  1e3 * r.fit.yield.std);
+                   1e3 * r.fit.yield.std);
   return html;
 }
 
@@ -131,7 +131,7 @@ std::string make_errors(const std::string& title, const std::vector<ValidationEr
         cells += e == errors.end()
                      ? "<td><small>does not stand</small></td>"
                      : format("<td%s>%.4f of %.1f: %.2f %%</td>", e->relative() > kLimit ? " class=\"bad\"" : "",
-                             e->mean, e->largest, 100.0 * e->relative());
+                              e->mean, e->largest, 100.0 * e->relative());
       }
     }
     if (any) html += "<tr><td>" + escape_xml(track.name) + "</td>" + cells + "</tr>";

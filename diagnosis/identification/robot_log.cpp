@@ -39,7 +39,8 @@ std::vector<int> find_foot_sensors(const Scenario& scenario) {
 }
 
 const ImuSpec& find_imu(const Scenario& scenario) {
-  if (scenario.sensors.imus.empty()) throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
+  if (scenario.sensors.imus.empty())
+    throw InputError(scenario.make_diagnostic("sensors.imu", "the bush's angles need an IMU"));
   return scenario.sensors.imus[0];
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
+#include "diagnosis/many_drives/many_drives.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/search.h"
-#include "diagnosis/many_drives/many_drives.h"
 
 namespace hrp::diagnosis::standing {
 bool diagnose_standing(const Problem& problem, const std::function<void(const std::string&)>& progress, Reports* out) {

@@ -14,7 +14,8 @@ namespace {
 // IMU and feet are resampled. The local cubics of the input preserve everything below the cutoff.
 class Gridder {
  public:
-  Gridder(const StandRecording& in, const TorqueRecording& grid, double cutoff) : in_(in), grid_(grid), cutoff_(cutoff) {}
+  Gridder(const StandRecording& in, const TorqueRecording& grid, double cutoff)
+      : in_(in), grid_(grid), cutoff_(cutoff) {}
 
   StandRecording run() const {
     StandRecording out;
@@ -29,7 +30,8 @@ class Gridder {
       out.velocity.emplace_back(), out.effort.emplace_back(), out.command.emplace_back();
     }
     for (const SmoothSeries& s : in_.wrench) out.wrench.push_back(filter(s));
-    for (size_t i = 0; i < 3; ++i) out.gyro[i] = filter(in_.gyro[i]), out.accelerometer[i] = filter(in_.accelerometer[i]);
+    for (size_t i = 0; i < 3; ++i)
+      out.gyro[i] = filter(in_.gyro[i]), out.accelerometer[i] = filter(in_.accelerometer[i]);
     for (size_t i = 0; i < 4; ++i) out.attitude[i] = filter(in_.attitude[i]);
     return out;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Missing torque of a standing robot's joints (measurement/torque/torque.h). The base moves as the IMU measures, and the
-// feet's wrenches act on the links. No simulation is needed, and an error of one joint does not affect the others.
+// Missing torque of a standing robot's joints (measurement/torque/torque.h). The base moves as the IMU measures, and
+// the feet's wrenches act on the links. No simulation is needed, and an error of one joint does not affect the others.
 #pragma once
 
 #include "diagnosis/measurement/torque/torque.h"

@@ -47,12 +47,14 @@ Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
   const Evidence& body = legged.evidence;
   Evidence out = torque.evidence;
   if (legged.walks) doubt_positions(&out.findings);
-  out.method = "joints: " + out.method + ", with the recorded motion of the base and the forces on its feet; bodies, soles and "
+  out.method = "joints: " + out.method +
+               ", with the recorded motion of the base and the forces on its feet; bodies, soles and "
                "sensors: equations in which no drive has a part; errors are shares of each effort's spread";
   append(body.findings, &out.findings);
   sort_findings(&out.findings);
   append(body.mismatch, &out.mismatch), append(body.remaining, &out.remaining);
-  append(body.not_identifiable, &out.not_identifiable), append(body.missing, &out.missing), append(body.warnings, &out.warnings);
+  append(body.not_identifiable, &out.not_identifiable), append(body.missing, &out.missing),
+      append(body.warnings, &out.warnings);
   fill_torque_fit(torque.torque, &out.fit);
   out.verdict = find_verdict(out);
   return out;
@@ -60,11 +62,12 @@ Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
 
 }  // namespace
 
-bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, const std::function<void(const std::string&)>& progress,
-                     Reports* out) {
+bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots,
+                     const std::function<void(const std::string&)>& progress, Reports* out) {
   LeggedLogs logs{{}, make_legged_log(e, Half::kEven), {}};
   if (!has_drives(logs.smooth)) return false;
-  if (!floating::find_servos(e).empty()) return false;  // joints follow commands by servos that the model lacks: those first
+  if (!floating::find_servos(e).empty())
+    return false;  // joints follow commands by servos that the model lacks: those first
   logs.contacts = find_contacts(logs.smooth);
   if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
   logs.raw = make_legged_log(e, Half::kAll);
@@ -81,7 +84,8 @@ bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots, con
   if (!has_real_drives(torque)) return false;
   const Evidence evidence = merge(body, torque);
   out->report = make_report(evidence), out->series = body.series;
-  out->report["model"] = list_whole_model(e, torque.model, out->report["findings"], make_report(body.evidence)["findings"]);
+  out->report["model"] =
+      list_whole_model(e, torque.model, out->report["findings"], make_report(body.evidence)["findings"]);
   return true;
 }
 

@@ -84,7 +84,8 @@ class Gridder {
   ImuTracks filter(const ImuTracks& imu) const {
     ImuTracks out;
     for (size_t i = 0; i < 4; ++i) out.attitude[i] = filter(imu.attitude[i]);
-    for (size_t i = 0; i < 3; ++i) out.gyro[i] = filter(imu.gyro[i]), out.accelerometer[i] = filter(imu.accelerometer[i]);
+    for (size_t i = 0; i < 3; ++i)
+      out.gyro[i] = filter(imu.gyro[i]), out.accelerometer[i] = filter(imu.accelerometer[i]);
     return out;
   }
 
@@ -98,7 +99,9 @@ class Gridder {
 class ClipTorques {
  public:
   ClipTorques(const LeggedLogs& logs, size_t clip, const TorqueRecording& grid, double cutoff)
-      : logs_(logs), clip_(clip), gridder_(logs.raw.clips[clip], grid, cutoff),
+      : logs_(logs),
+        clip_(clip),
+        gridder_(logs.raw.clips[clip], grid, cutoff),
         reach_(std::lround(kFilterReach / cutoff / grid.step)) {
     none_.row.assign(size_t{floating::kJointRow} + static_cast<size_t>(logs.raw.num_joints()), -1);
   }

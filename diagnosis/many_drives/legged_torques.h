@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Missing torque of a legged robot's joints (measurement/torque/torque.h), standing or walking, from whatever sensors tell how
-// the base moves. A joint is judged while no foot beyond it bears an unknown force: with six-axis force sensors always,
-// without any in the swing.
+// Missing torque of a legged robot's joints (measurement/torque/torque.h), standing or walking, from whatever sensors
+// tell how the base moves. A joint is judged while no foot beyond it bears an unknown force: with six-axis force
+// sensors always, without any in the swing.
 #pragma once
 
 #include "diagnosis/floating/log/contacts.h"

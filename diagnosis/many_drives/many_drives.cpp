@@ -56,8 +56,10 @@ StandOutcome compare(const StandProblems& problems, const Hypothesis& all) {
   StandOutcome out;
   StandJudge judge(p);
   for (const Hypothesis& h : {Hypothesis{}, all}) {
-    judge.update_sigma(evaluate(p, h), {evaluate(problems.even, h), evaluate(problems.odd, h),
-                                        evaluate(problems.wide_even, h), evaluate(problems.wide_odd, h)}, h);
+    judge.update_sigma(evaluate(p, h),
+                       {evaluate(problems.even, h), evaluate(problems.odd, h), evaluate(problems.wide_even, h),
+                        evaluate(problems.wide_odd, h)},
+                       h);
   }
   out.channels = judge.list();
   out.nominal = judge.judge({}, evaluate(p, {})), out.chosen = judge.judge(all, evaluate(p, all));
@@ -84,9 +86,10 @@ Json list_body_findings(const StandProblem& p, const StandOutcome& body) {
 
 Json merge(const StandProblem& p, const StandOutcome& body, const StandOutcome& whole, TorqueVerdict torque) {
   Evidence& evidence = torque.evidence;
-  evidence.method = "joints: " + evidence.method +
-                    ", with the IMU's motion of the base and the feet's wrenches; links, feet and sensors: equations in "
-                    "which no drive has a part; errors are shares of each effort's spread";
+  evidence.method =
+      "joints: " + evidence.method +
+      ", with the IMU's motion of the base and the feet's wrenches; links, feet and sensors: equations in "
+      "which no drive has a part; errors are shares of each effort's spread";
   fill_torque_fit(torque.torque, &evidence.fit);
   evidence.verdict = find_verdict(evidence);
   for (const std::string& text : p.experiment->warnings) evidence.warnings.push_back(text);

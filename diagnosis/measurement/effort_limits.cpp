@@ -13,13 +13,14 @@ constexpr int kTried = 40;  // limits between the median effort and the largest
 // Columns of UnitRows::nuisance: the direction, the acceleration.
 constexpr long kDry = 1, kRotor = 2;
 
-// What one limit leaves of the missing torque, the share of the effort beyond it that is missing, and dry friction beside it.
+// What one limit leaves of the missing torque, the share of the effort beyond it that is missing, and dry friction
+// beside it.
 struct AtLimit {
   double limit = 0.0, left = 0.0, share = 0.0, dry = 0.0;
 };
 
-// Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left out. With
-// nothing but the effort that is there, a limit near zero would explain all.
+// Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left out.
+// With nothing but the effort that is there, a limit near zero would explain all.
 AtLimit solve(Eigen::MatrixXd columns, const Eigen::VectorXd& missing, double limit) {
   Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing);
   if (x[kRotor] < 0.0) {
@@ -31,8 +32,10 @@ AtLimit solve(Eigen::MatrixXd columns, const Eigen::VectorXd& missing, double li
 
 class Search {
  public:
-  explicit Search(const UnitRows& rows) : effort_(rows.effort), missing_(rows.effort - rows.tau), columns_(rows.effort.size(), kNuisance + 2) {
-    columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1)), Eigen::VectorXd::Zero(rows.effort.size());
+  explicit Search(const UnitRows& rows)
+      : effort_(rows.effort), missing_(rows.effort - rows.tau), columns_(rows.effort.size(), kNuisance + 2) {
+    columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1)),
+        Eigen::VectorXd::Zero(rows.effort.size());
   }
 
   AtLimit try_limit(double limit) {
@@ -63,14 +66,15 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
   const UnitRows rows = collect_efforts(data, joint);
   if (rows.effort.size() < kRowsPerColumn * (kNuisance + 2)) return {};
   const Eigen::VectorXd size = rows.effort.cwiseAbs();
-  const double most = size.maxCoeff(), median = find_quantile({size.begin(), size.end()}, kHalf), step = (most - median) / kTried;
+  const double most = size.maxCoeff(), median = find_quantile({size.begin(), size.end()}, kHalf),
+               step = (most - median) / kTried;
   Search search(rows);
   const AtLimit without = search.try_limit(most);
   AtLimit best = search.scan(median, step, without);
   best = search.scan(best.limit - step, 2.0 * step / kTried, best);
   const bool whole = best.share > kMostly && best.share < 1.0 / kMostly;
-  // A drive that gives no more than its joint's friction, which varies by a fifth, does not move the joint: friction that holds it for
-  // most of the time takes as much as the drive gives.
+  // A drive that gives no more than its joint's friction, which varies by a fifth, does not move the joint: friction
+  // that holds it for most of the time takes as much as the drive gives.
   const bool moves = best.dry < kMostly * best.limit;
   return whole && moves && best.left < kDetail * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
 }

@@ -8,8 +8,9 @@
 
 namespace hrp::diagnosis {
 
-// The limit [N m or N] beyond which the effort of a joint is not there: one, or none. What is beyond it must be the whole of
-// what is missing there, and take nine tenths of the squares that friction, a rotor and friction of the load leave: a wrong centre of mass took half.
+// The limit [N m or N] beyond which the effort of a joint is not there: one, or none. What is beyond it must be the
+// whole of what is missing there, and take nine tenths of the squares that friction, a rotor and friction of the load
+// leave: a wrong centre of mass took half.
 std::vector<double> find_limits(const TorqueData& data, int joint);
 
 }  // namespace hrp::diagnosis

@@ -10,9 +10,8 @@ namespace hrp::diagnosis {
 namespace {
 
 bool is_foot(const Experiment& e, const std::string& link) {
-  return has(e.scenario.feet, link) || std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
-           return has(r.spec.feet_attached, link);
-         });
+  return has(e.scenario.feet, link) || std::any_of(e.recordings.begin(), e.recordings.end(),
+                                                   [&](const Recording& r) { return has(r.spec.feet_attached, link); });
 }
 
 }  // namespace
@@ -60,7 +59,8 @@ Eigen::VectorXd calc_load_torques(const Model& model, const Data& data, const st
 }
 
 std::vector<double> close_chain(const Experiment& e, const Recording& recording, int joint) {
-  const int frame = recording.spec.feet_attached.empty() ? -1 : e.robot.tree.find_frame(recording.spec.feet_attached[0]);
+  const int frame =
+      recording.spec.feet_attached.empty() ? -1 : e.robot.tree.find_frame(recording.spec.feet_attached[0]);
   if (frame < 0 || e.robot.tree.joint(joint).kind != JointKind::kPrismatic) return {};
   Model model(e.robot.tree, e.scenario.gravity_W);
   Data data(model);
@@ -72,7 +72,8 @@ std::vector<double> close_chain(const Experiment& e, const Recording& recording,
   std::vector<double> position(recording.size());
   Vector3d p_WA = Vector3d::Zero();  // position of the held foot
   for (size_t k = 0; k < position.size(); ++k) {
-    for (int j = 0; j < model.num_joints(); ++j) state.q(j) = known[static_cast<size_t>(j)].empty() ? 0.0 : known[static_cast<size_t>(j)][k];
+    for (int j = 0; j < model.num_joints(); ++j)
+      state.q(j) = known[static_cast<size_t>(j)].empty() ? 0.0 : known[static_cast<size_t>(j)][k];
     update_kinematics(model, state, &data);
     calc_frame_jacobian(model, data, frame, J);
     const Vector3d along = J.block<3, 1>(3, joint), p_WF = calc_frame_pose(model, data, frame).p;

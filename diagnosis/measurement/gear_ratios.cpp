@@ -13,9 +13,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-// |ln| of the largest ratio that is tried. Beyond it, angles of a joint that moves leave its limits (data/plausibility.h).
+// |ln| of the largest ratio that is tried. Beyond it, angles of a joint that moves leave its limits
+// (data/plausibility.h).
 constexpr double kLargest = 2.4;
-constexpr int kHalvings = 8;       // of the step between ratios that are tried first: to half a thousandth
+constexpr int kHalvings = 8;  // of the step between ratios that are tried first: to half a thousandth
 
 // Another ratio of one joint.
 struct Trial {
@@ -37,7 +38,9 @@ double calc_left(const SampledMotion& rows, const Trial& t, Eigen::MatrixXd tau)
   return rows.calc_left(rows.effort - tau);
 }
 
-double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) { return calc_left(rows, t, calc_torques(plant, rows, t)); }
+double calc_left(const Plant& plant, const SampledMotion& rows, const Trial& t) {
+  return calc_left(rows, t, calc_torques(plant, rows, t));
+}
 
 // Moves the ratio by ever smaller steps while less is left.
 double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
@@ -109,7 +112,9 @@ double calc_slope(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 // True if a column is in the recorded unit of the positions, as `slope` of it over the positions says.
-bool is_in_same_unit(double slope, double ratio) { return !(slope > 0.0) || std::abs(std::log(slope)) < kHalf * std::abs(std::log(ratio)); }
+bool is_in_same_unit(double slope, double ratio) {
+  return !(slope > 0.0) || std::abs(std::log(slope)) < kHalf * std::abs(std::log(ratio));
+}
 
 std::vector<double> calc_rate(const Recording& r, const std::vector<double>& q) {
   std::vector<double> rate(q.size(), NAN);
@@ -148,9 +153,11 @@ Experiment convert_ratio(Experiment e, const GearRatio& ratio) {
   const auto j = static_cast<size_t>(ratio.joint);
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[j];
-    std::vector<double>&q = joint.signal[static_cast<int>(Quantity::kPosition)], &v = joint.signal[static_cast<int>(Quantity::kVelocity)];
+    std::vector<double>&q = joint.signal[static_cast<int>(Quantity::kPosition)],
+    &v = joint.signal[static_cast<int>(Quantity::kVelocity)];
     if (is_in_same_unit(calc_slope(calc_rate(r, q), v), ratio.ratio)) divide(ratio.ratio, &v);
-    if (is_in_same_unit(calc_slope(q, joint.command), ratio.ratio)) divide(ratio.ratio, &joint.command), divide(ratio.ratio, &joint.command_rate);
+    if (is_in_same_unit(calc_slope(q, joint.command), ratio.ratio))
+      divide(ratio.ratio, &joint.command), divide(ratio.ratio, &joint.command_rate);
     divide(ratio.ratio, &q);
     if (ratio.of_motor) divide(1.0 / ratio.ratio, &joint.signal[static_cast<int>(Quantity::kEffort)]);
   }

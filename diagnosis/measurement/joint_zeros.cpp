@@ -12,9 +12,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeast = 0.1;     // [rad] smaller offsets are linear to half a percent
-constexpr int kSweeps = 3;         // over all joints, as each zero depends on the others
-constexpr int kHalvings = 12;      // of a step of a quarter radian: down to 6e-5 rad
+constexpr double kLeast = 0.1;       // [rad] smaller offsets are linear to half a percent
+constexpr int kSweeps = 3;           // over all joints, as each zero depends on the others
+constexpr int kHalvings = 12;        // of a step of a quarter radian: down to 6e-5 rad
 constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
 
 // Zeros and senses of all joints, and their squared residual.
@@ -49,7 +49,8 @@ class Fitter {
   void refine(long joint) {
     double step = 0.25;
     for (int i = 0; i < kHalvings; ++i, step *= 0.5) {
-      while (try_joint(joint, zero[joint] + step, sense[joint]) || try_joint(joint, zero[joint] - step, sense[joint])) {}
+      while (try_joint(joint, zero[joint] + step, sense[joint]) || try_joint(joint, zero[joint] - step, sense[joint])) {
+      }
     }
   }
 
@@ -87,8 +88,8 @@ class Fitter {
   const SampledMotion& rows_;
 };
 
-Eigen::MatrixXd calc_efforts_under(const TorqueData& data, const Vector3d& g_W, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
-                                   const Eigen::MatrixXd& a) {
+Eigen::MatrixXd calc_efforts_under(const TorqueData& data, const Vector3d& g_W, const Eigen::MatrixXd& q,
+                                   const Eigen::MatrixXd& v, const Eigen::MatrixXd& a) {
   Experiment e = *data.experiment;
   e.recordings.clear();
   e.scenario.gravity_W = g_W;
@@ -127,15 +128,17 @@ Fitter turn_best_joint(const TorqueData& data, const Fitter& nominal) {
 
 long count_changed(const Fitter& f) { return (f.zero.array() != 0.0 || f.sense.array() < 0.0).count(); }
 
-// A search joint by joint ends where an earlier joint has done a part of what a later one does alone. The order of the joints
-// means nothing, so it also begins with the joint that does most. The fewest changes win among fits that are nearly as good.
+// A search joint by joint ends where an earlier joint has done a part of what a later one does alone. The order of the
+// joints means nothing, so it also begins with the joint that does most. The fewest changes win among fits that are
+// nearly as good.
 Fitter fit(const TorqueData& data, const Plant& plant, const SampledMotion& rows) {
   const Fitter nominal(plant, rows);
   Fitter in_order = fit_from(data, nominal, rows);
   if (count_changed(in_order) < 2) return in_order;
   const Fitter from_best = fit_from(data, turn_best_joint(data, nominal), rows);
   const bool fewer = count_changed(from_best) < count_changed(in_order);
-  return from_best.least * (fewer ? kNearlyAll : 1.0) < in_order.least * (fewer ? 1.0 : kNearlyAll) ? from_best : in_order;
+  return from_best.least * (fewer ? kNearlyAll : 1.0) < in_order.least * (fewer ? 1.0 : kNearlyAll) ? from_best
+                                                                                                    : in_order;
 }
 
 // Standard error of the zero from its spread between recordings.
@@ -171,7 +174,8 @@ JointZeros find_joint_zeros(const TorqueData& data) {
     const bool turned = found.sense[j] < 0.0;
     if (!turned && std::abs(found.zero[j]) < kLeast) continue;
     // q_model = s reading + zero, so that the reading is s (true - zero).
-    out.joints.push_back({static_cast<int>(j), -found.sense[j] * found.zero[j], calc_std(data, plant, found, j), turned});
+    out.joints.push_back(
+        {static_cast<int>(j), -found.sense[j] * found.zero[j], calc_std(data, plant, found, j), turned});
   }
   return out;
 }
@@ -181,7 +185,8 @@ FoundGravity find_gravity(const TorqueData& data) {
   const SampledMotion rows = take_rows(data, list_unloaded_training(data));
   const long count = rows.q.rows();
   if (rows.tell_nothing()) return out;
-  const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()), none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);
+  const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(count, rows.q.cols()),
+                        none = rows.effort - calc_efforts_under(data, Vector3d::Zero(), rows.q, rows.v, rows.a);
   Eigen::MatrixXd pull[3];
   for (int axis = 0; axis < 3; ++axis) pull[axis] = calc_efforts_under(data, Vector3d::Unit(axis), rows.q, rest, rest);
   Matrix3d A = Matrix3d::Zero();

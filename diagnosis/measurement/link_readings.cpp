@@ -31,7 +31,13 @@ Vector6d make_wrench(const Vector3d& p_WP, const Vector3d& force_W) {
 
 LinkReadings::LinkReadings(const TreeSpec& tree, const Vector3d& gravity_W, const std::vector<Vector3d>& force_W,
                            const std::vector<LinkSensor>& sensors)
-    : tree_(tree), sensors_(sensors), force_W_(force_W), gravity_W_(gravity_W), model_(tree, gravity_W), data_(model_), state_(make_state(model_)) {
+    : tree_(tree),
+      sensors_(sensors),
+      force_W_(force_W),
+      gravity_W_(gravity_W),
+      model_(tree, gravity_W),
+      data_(model_),
+      state_(make_state(model_)) {
   force_W_.resize(tree_.links.size(), Vector3d::Zero());
   for (size_t s = 0; s < sensors_.size(); ++s) {
     const LinkSensor& sensor = sensors_[s];
@@ -43,7 +49,8 @@ LinkReadings::LinkReadings(const TreeSpec& tree, const Vector3d& gravity_W, cons
     if (sensor.kind == LinkSensorKind::kTorque)
       add("", tree_.joint(sensor.joint).kind == JointKind::kPrismatic ? "N" : "N m", 1);
     if (sensor.kind == LinkSensorKind::kWrench) add("/force", "N", 3), add("/torque", "N m", 3);
-    if (sensor.kind == LinkSensorKind::kImu) add("/angular_velocity", "rad/s", 3), add("/linear_acceleration", "m/s^2", 3);
+    if (sensor.kind == LinkSensorKind::kImu)
+      add("/angular_velocity", "rad/s", 3), add("/linear_acceleration", "m/s^2", 3);
     beyond_.emplace_back(tree_.links.size(), 0);
     if (sensor.kind == LinkSensorKind::kImu) continue;
     for (size_t link = 1; link < tree_.links.size(); ++link) {
@@ -85,7 +92,8 @@ Vector6d LinkReadings::calc_needed(const Body& body, const LinkInertia& inertia)
 
 bool LinkReadings::is_beyond(size_t sensor, int link) const {
   const LinkSensor& s = sensors_[sensor];
-  return beyond_[sensor][static_cast<size_t>(link)] || (s.kind == LinkSensorKind::kWrench && !s.whole && s.link == link);
+  return beyond_[sensor][static_cast<size_t>(link)] ||
+         (s.kind == LinkSensorKind::kWrench && !s.whole && s.link == link);
 }
 
 // Adds the reading of a sensor for a wrench that something beyond it needs.
@@ -154,8 +162,10 @@ Eigen::VectorXd LinkReadings::calc_mass_column(int link) const {
   const Vector6d needed = calc_needed(find_body(link), tree_.links[static_cast<size_t>(link)].inertia);
   for (size_t s = 0; s < sensors_.size(); ++s) {
     const LinkSensor& sensor = sensors_[s];
-    if (beyond_[s][static_cast<size_t>(link)]) add_passed(s, needed, out);
-    else if (is_beyond(s, link)) add_passed(s, calc_needed(find_below(sensor), tree_.frames[static_cast<size_t>(sensor.frame)].below), out);
+    if (beyond_[s][static_cast<size_t>(link)])
+      add_passed(s, needed, out);
+    else if (is_beyond(s, link))
+      add_passed(s, calc_needed(find_below(sensor), tree_.frames[static_cast<size_t>(sensor.frame)].below), out);
   }
   return out;
 }

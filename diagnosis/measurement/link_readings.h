@@ -30,12 +30,12 @@ enum class LinkSensorKind { kTorque, kWrench, kImu };
 // A sensor on the link side of a gear.
 struct LinkSensor {
   LinkSensorKind kind = LinkSensorKind::kTorque;
-  std::string name;        // prefix of its columns: "/wrench/hand", "/imu/hand", "/joint_states_link/elbow/effort"
-  int joint = -1;          // of a joint torque
-  int frame = -1;          // of the tree; of wrench and IMU
-  int link = 0;            // the moving link that the frame is fixed to
-  bool whole = true;       // the whole link is beyond the sensor, else only `below` of the frame
-  bool world = false;      // the wrench was recorded in world axes
+  std::string name;    // prefix of its columns: "/wrench/hand", "/imu/hand", "/joint_states_link/elbow/effort"
+  int joint = -1;      // of a joint torque
+  int frame = -1;      // of the tree; of wrench and IMU
+  int link = 0;        // the moving link that the frame is fixed to
+  bool whole = true;   // the whole link is beyond the sensor, else only `below` of the frame
+  bool world = false;  // the wrench was recorded in world axes
   Vector3d p_FS = Vector3d::Zero();  // [m] position of an IMU
 };
 
@@ -89,7 +89,7 @@ class LinkReadings {
   TreeSpec tree_;
   std::vector<LinkSensor> sensors_;
   std::vector<ReadingGroup> groups_;
-  std::vector<int> first_;  // by sensor
+  std::vector<int> first_;                 // by sensor
   std::vector<std::vector<char>> beyond_;  // by sensor, by link: the whole link is beyond the sensor
   std::vector<Vector3d> force_W_;
   Vector3d gravity_W_;

@@ -54,7 +54,8 @@ class Finder {
     for (const Recording& r : e_.recordings) {
       for (const auto& column : r.other) {
         if (column.first.rfind(kLinkSide, 0) != 0) continue;
-        const std::string joint = column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
+        const std::string joint =
+            column.first.substr(std::strlen(kLinkSide), column.first.rfind('/') - std::strlen(kLinkSide));
         if (has(joints_, joint)) continue;
         refuse_input(r.find_place(column.first), "the robot has no joint '" + joint + "'" + suggest(joint, joints_));
       }
@@ -84,15 +85,18 @@ class Finder {
   }
 
   void add_joint(int j) {
-    const std::string base = kLinkSide + joints_[static_cast<size_t>(j)], effort = base + "/effort", position = base + "/position";
+    const std::string base = kLinkSide + joints_[static_cast<size_t>(j)], effort = base + "/effort",
+                      position = base + "/position";
     if (in_all(effort, [&](const Recording& r) { return r.has(effort); })) {
       LinkSensor sensor;
       sensor.kind = LinkSensorKind::kTorque, sensor.name = effort, sensor.joint = j, sensor.link = j + 1;
       out_.sensors.push_back(sensor);
     }
     if (!in_all(position, [&](const Recording& r) { return r.has(position); })) return;
-    if (repeats_encoder(j, position)) out_.notes.push_back(position + " repeats the joint's encoder: no second encoder");
-    else out_.link_encoders.push_back(j);
+    if (repeats_encoder(j, position))
+      out_.notes.push_back(position + " repeats the joint's encoder: no second encoder");
+    else
+      out_.link_encoders.push_back(j);
   }
 
   // True if the two positions are identical: a driver may publish one encoder twice.
@@ -127,7 +131,8 @@ class Finder {
     if (sensor.link == 0)
       out_.notes.push_back(sensor.name + " is on a link that does not move, so it is compared with nothing");
     else if (!sensor.whole && !is_last(e_.robot.tree, sensor.link))
-      out_.notes.push_back(sensor.name + " sits within link " + e_.robot.tree.links[static_cast<size_t>(sensor.link)].name +
+      out_.notes.push_back(sensor.name + " sits within link " +
+                           e_.robot.tree.links[static_cast<size_t>(sensor.link)].name +
                            ", which carries other joints; name the link behind one of its joints");
     else
       out_.sensors.push_back(sensor);
@@ -138,10 +143,12 @@ class Finder {
     sensor.kind = LinkSensorKind::kImu, sensor.name = "/imu/" + spec.name, sensor.p_FS = spec.p_LS;
     if (!set_frame(spec.link, &sensor)) return;
     const bool there = in_all(sensor.name, [&](const Recording& r) {
-      return has_all(r, sensor.name + "/angular_velocity", "xyz") && has_all(r, sensor.name + "/linear_acceleration", "xyz");
+      return has_all(r, sensor.name + "/angular_velocity", "xyz") &&
+             has_all(r, sensor.name + "/linear_acceleration", "xyz");
     });
     if (there) out_.sensors.push_back(sensor);
-    if (!there && measures_some(sensor.name)) out_.notes.push_back(sensor.name + " is compared only with three rates and three accelerations");
+    if (!there && measures_some(sensor.name))
+      out_.notes.push_back(sensor.name + " is compared only with three rates and three accelerations");
   }
 
   // Of an IMU: rates or accelerations of some axes, in no recording all of them.
@@ -169,9 +176,7 @@ bool LinkSensors::has_torque(int joint) const {
   return std::any_of(sensors.begin(), sensors.end(), [&](const LinkSensor& s) { return s.joint == joint; });
 }
 
-bool LinkSensors::has_encoder(int joint) const {
-  return has(link_encoders, joint);
-}
+bool LinkSensors::has_encoder(int joint) const { return has(link_encoders, joint); }
 
 LinkSensors find_link_sensors(const Experiment& e) {
   if (e.scenario.floating_base || e.num_joints() == 0) return {};
@@ -212,7 +217,8 @@ void read_motion(const Experiment& e, const TorqueData& motion, const TorqueReco
 }
 
 // Adds a point mass that hung on a link in this recording.
-void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& predict, long row, Eigen::MatrixXd* predicted) {
+void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& predict, long row,
+              Eigen::MatrixXd* predicted) {
   const int link = e.robot.tree.find_link(load.link);
   if (link > 0) predicted->row(row) += load.mass * predict.calc_load_columns({link, load.p_LC}).col(0).transpose();
 }
@@ -279,8 +285,11 @@ void check_units(const LinkData& data, const LinkReadings& predict) {
       {"m/s^2", 1.0 / kGravity, "a 9.81th of the predicted one: these are multiples of g, expected m/s^2"},
       {"m/s^2", -1.0, "-1 times the predicted one: expected specific force, which points up at rest"},
       {"N m", 1000.0, "1000 times the predicted torque: these are mN m, expected N m"},
-      {"N m", -1.0, "-1 times the predicted torque: expected the drive's sign of a joint, and of a wrench what the link exerts on its parent"},
-      {"N", -1.0, "-1 times the predicted force: expected what the link exerts on its parent (a hanging load reads downwards)"},
+      {"N m", -1.0,
+       "-1 times the predicted torque: expected the drive's sign of a joint, and of a wrench what the link exerts on "
+       "its parent"},
+      {"N", -1.0,
+       "-1 times the predicted force: expected what the link exerts on its parent (a hanging load reads downwards)"},
       {"N", 1.0 / kGravity, "a 9.81th of the predicted force: these are kilograms, expected N"}};
   for (const ReadingGroup& group : predict.groups()) {
     const Ratio ratio = find_ratio(data, group);

@@ -10,9 +10,9 @@
 namespace hrp::diagnosis {
 
 struct LinkSensors {
-  std::vector<LinkSensor> sensors;   // that are compared with a prediction
-  std::vector<int> link_encoders;    // joints with a second encoder
-  std::vector<std::string> notes;    // recorded signals that cannot be compared, with the reason
+  std::vector<LinkSensor> sensors;  // that are compared with a prediction
+  std::vector<int> link_encoders;   // joints with a second encoder
+  std::vector<std::string> notes;   // recorded signals that cannot be compared, with the reason
   bool any() const { return !sensors.empty() || !link_encoders.empty(); }
   bool has_torque(int joint) const;
   bool has_encoder(int joint) const;
@@ -26,9 +26,9 @@ LinkSensors find_link_sensors(const Experiment& experiment);
 struct LinkRecording {
   size_t index = 0;  // in the experiment
   bool train = true;
-  double step = 0.0;              // [s]
-  long stride = 1, trim = 0;      // kept samples, as in TorqueRecording
-  Eigen::MatrixXd q, v, a;        // of the link where a second encoder exists, else of the joint's encoder
+  double step = 0.0;                // [s]
+  long stride = 1, trim = 0;        // kept samples, as in TorqueRecording
+  Eigen::MatrixXd q, v, a;          // of the link where a second encoder exists, else of the joint's encoder
   Eigen::MatrixXd read, predicted;  // sample x reading
 };
 
@@ -44,7 +44,8 @@ LinkData make_link_data(const Experiment& experiment, const TorqueData& motion, 
                         const std::vector<Effect>& known, LinkReadings* predict);
 
 // Predictor for the bodies as the experiment states, without rotors and drives, with the `known` effects of links.
-LinkReadings make_link_readings(const Experiment& experiment, const LinkSensors& sensors, const std::vector<Effect>& known);
+LinkReadings make_link_readings(const Experiment& experiment, const LinkSensors& sensors,
+                                const std::vector<Effect>& known);
 
 // Throws InputError for readings that differ from the prediction by a known factor: degrees, g, mN m, opposite sign.
 void check_units(const LinkData& data, const LinkReadings& predict);

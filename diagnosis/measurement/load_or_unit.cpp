@@ -10,7 +10,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
 // Sums of squares of weighted rows: y = X p, p = mass [kg] and moment [kg m] of a load.
 struct Squares {
   Eigen::MatrixXd xx = Eigen::MatrixXd::Zero(kLoadColumns, kLoadColumns);
@@ -55,7 +54,8 @@ UnitRows collect_efforts(const TorqueData& data, int joint) {
   return rows;
 }
 
-std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads) {
+std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints,
+                                           const std::vector<Term>& loads) {
   std::vector<Eigen::MatrixXd> out(joints.size());
   for (const TorqueRecording& r : data.recordings) {
     if (!r.train) continue;
@@ -78,11 +78,14 @@ double find_moving_mass(const TreeSpec& tree) {
   return mass;
 }
 
-Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y) { return y - X * X.colPivHouseholderQr().solve(y); }
+Eigen::MatrixXd take_out(const Eigen::MatrixXd& X, const Eigen::MatrixXd& y) {
+  return y - X * X.colPivHouseholderQr().solve(y);
+}
 
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
   std::vector<Term> loads;
-  for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link) loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
+  for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link)
+    loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
   const std::vector<Eigen::MatrixXd> of_loads = collect_loads(data, joints, loads);
   std::vector<Squares> of_link(loads.size());
   double of_unit = 0.0;  // [samples] each joint's squares over what its own scale leaves
@@ -93,11 +96,14 @@ bool may_be_load(const TorqueData& data, const std::vector<int>& joints) {
     const double weight = static_cast<double>(tau.size()) / std::max(1e-300, left);
     of_unit += static_cast<double>(tau.size());
     const Eigen::MatrixXd columns = take_out(rows.nuisance, of_loads[i]);
-    for (size_t link = 0; link < loads.size(); ++link) of_link[link].add(columns.middleCols(kLoadColumns * static_cast<long>(link), kLoadColumns), effort - tau, weight);
+    for (size_t link = 0; link < loads.size(); ++link)
+      of_link[link].add(columns.middleCols(kLoadColumns * static_cast<long>(link), kLoadColumns), effort - tau, weight);
   }
   const double most = find_moving_mass(data.experiment->robot.tree);
   // Evidence of the scales against the load [nats].
-  const auto prefers_unit = [&](const Squares& s) { return 0.5 * of_unit / kPerPeriod * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds; };
+  const auto prefers_unit = [&](const Squares& s) {
+    return 0.5 * of_unit / kPerPeriod * std::log(std::max(1e-300, s.calc_left(most)) / of_unit) > kOdds;
+  };
   return !std::all_of(of_link.begin(), of_link.end(), prefers_unit);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tells efforts in another unit from efforts that carry an unknown load: a unit scales the torque of all bodies alike, a
-// load adds the torque of one.
+// Tells efforts in another unit from efforts that carry an unknown load: a unit scales the torque of all bodies alike,
+// a load adds the torque of one.
 #pragma once
 
 #include "diagnosis/measurement/kept_samples.h"
@@ -9,12 +9,12 @@
 namespace hrp::diagnosis {
 
 // True unless a scale of each joint's nominal torque explains the recorded efforts of these joints (at least one, with
-// used training samples) clearly better than a load of any link, beside friction, rotors and constants. A load weighs at
-// most what moves of the robot.
+// used training samples) clearly better than a load of any link, beside friction, rotors and constants. A load weighs
+// at most what moves of the robot.
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
-constexpr long kLoadColumns = 4;     // of a load: mass and moment
-constexpr long kNuisance = 4;        // v, direction, a, constant: what a drive's effort has beside tau
+constexpr long kLoadColumns = 4;  // of a load: mass and moment
+constexpr long kNuisance = 4;     // v, direction, a, constant: what a drive's effort has beside tau
 
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
 struct UnitRows {
@@ -24,7 +24,8 @@ struct UnitRows {
 UnitRows collect_efforts(const TorqueData& data, int joint);
 
 // Columns of loads, terms of links, in the rows of collect_efforts(), by joint; those of one link stand together.
-std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints, const std::vector<Term>& loads);
+std::vector<Eigen::MatrixXd> collect_loads(const TorqueData& data, const std::vector<int>& joints,
+                                           const std::vector<Term>& loads);
 
 // [kg] of all links that move: arms carry less than they weigh.
 double find_moving_mass(const TreeSpec& tree);

@@ -9,7 +9,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr long kSamples = 600;     // from all recordings, at equal distances
+constexpr long kSamples = 600;                        // from all recordings, at equal distances
 constexpr long kFewest = kRowsPerColumn * kNuisance;  // samples for a result
 
 }  // namespace
@@ -41,7 +41,8 @@ SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recor
     const auto& [r, k] = picked[static_cast<size_t>(i)];
     const long row = r->full_row(k);
     rows.use.row(i) = r->use.row(k).cast<double>();
-    rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row), rows.effort.row(i) = r->effort.row(row);
+    rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row),
+    rows.effort.row(i) = r->effort.row(row);
   }
   rows.weight.setZero(n);
   if (count < kFewest) return rows;
@@ -50,7 +51,8 @@ SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recor
     nuisance.col(0) = rows.v.col(j), nuisance.col(2) = rows.a.col(j), nuisance.col(3).setOnes();
     nuisance.col(1) = (rows.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh();
     for (long c = 0; c < kNuisance; ++c) nuisance.col(c).array() *= rows.use.col(j).array();
-    rows.basis.push_back(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nuisance).householderQ() * Eigen::MatrixXd::Identity(count, kNuisance));
+    rows.basis.push_back(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nuisance).householderQ() *
+                         Eigen::MatrixXd::Identity(count, kNuisance));
     const double variance = (rows.effort.col(j).array() - rows.effort.col(j).mean()).square().mean();
     if (data.is_judged(static_cast<int>(j)) && variance > 0.0) rows.weight[j] = 1.0 / variance;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Samples along the recorded motion, and what friction, rotor and a constant explain of each joint's effort: for searches
-// over other zeros, senses and ratios of joints, which move the whole inverse dynamics.
+// Samples along the recorded motion, and what friction, rotor and a constant explain of each joint's effort: for
+// searches over other zeros, senses and ratios of joints, which move the whole inverse dynamics.
 #pragma once
 
 #include <Eigen/Dense>
@@ -11,13 +11,14 @@
 namespace hrp::diagnosis {
 
 struct SampledMotion {
-  Eigen::MatrixXd q, v, a, effort;       // sample x joint
-  Eigen::MatrixXd use;                   // 1 if the joint moves and its effort is known, else 0
-  std::vector<Eigen::MatrixXd> basis;    // by joint: orthonormal columns of the nuisance
-  Eigen::VectorXd weight;                // by joint: 1 / variance of the effort; 0 if it is not judged
+  Eigen::MatrixXd q, v, a, effort;     // sample x joint
+  Eigen::MatrixXd use;                 // 1 if the joint moves and its effort is known, else 0
+  std::vector<Eigen::MatrixXd> basis;  // by joint: orthonormal columns of the nuisance
+  Eigen::VectorXd weight;              // by joint: 1 / variance of the effort; 0 if it is not judged
 
   bool tell_nothing() const;
-  // Squares of a missing torque (sample x joint) that friction, rotor and a constant leave, over each effort's variance.
+  // Squares of a missing torque (sample x joint) that friction, rotor and a constant leave, over each effort's
+  // variance.
   double calc_left(const Eigen::MatrixXd& missing) const;
 };
 

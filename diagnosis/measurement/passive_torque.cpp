@@ -13,7 +13,8 @@ std::vector<double> calc_passive_squares(const TorqueData& data) {
   double n = 0.0;
   for (const TorqueRecording& r : data.recordings) {
     const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
-    const Eigen::MatrixXd gravity = calc_efforts(plant, r.q, none, none), motion = calc_efforts(plant, r.q, r.v, r.a) - gravity;
+    const Eigen::MatrixXd gravity = calc_efforts(plant, r.q, none, none),
+                          motion = calc_efforts(plant, r.q, r.v, r.a) - gravity;
     for (size_t j = 0; j < squares.size(); ++j) {
       const auto column = static_cast<long>(j);
       squares[j] += gravity.col(column).squaredNorm() + motion.col(column).squaredNorm();

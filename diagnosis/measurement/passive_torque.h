@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How large the torques of weight and inertia are one by one. In free motion they cancel, and their sum says nothing of it.
+// How large the torques of weight and inertia are one by one. In free motion they cancel, and their sum says nothing of
+// it.
 #pragma once
 
 #include <vector>

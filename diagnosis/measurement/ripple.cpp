@@ -15,8 +15,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
-constexpr double kPasses = 0.3;        // share of the samples that are slow enough for the fastest ripple to pass the filter
-constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
+constexpr double kPasses = 0.3;  // share of the samples that are slow enough for the fastest ripple to pass the filter
+constexpr double kStep = 0.25;   // periods per step within the travel: four points on half of the main lobe
 constexpr size_t kMostPeaks = 3;
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
 // Coherence of stretches: chance exceeds it with e^-9, and some hundred periods are tried. Full agreement has 16.
@@ -64,8 +64,8 @@ struct Peak {
   double share = 0.0, coherence = 0.0, periods = 0.0;
 };
 
-// A ripple with wave number `periods` [1/rad]. Its frequency is that times the speed, so the filter of all signals (low_pass.h) leaves
-// a share of it: half at `cutoff` [rad/s].
+// A ripple with wave number `periods` [1/rad]. Its frequency is that times the speed, so the filter of all signals
+// (low_pass.h) leaves a share of it: half at `cutoff` [rad/s].
 Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   double n = 0.0, squares = 0.0;
   std::complex<double> sum = 0.0, stretch = 0.0;
@@ -86,8 +86,8 @@ struct Fitted {
   double share = 0.0;
 };
 
-// By least squares, beside a constant of each recording: a joint that rests shows no ripple, only what its encoder's rounding makes
-// of the servo's law there.
+// By least squares, beside a constant of each recording: a joint that rests shows no ripple, only what its encoder's
+// rounding makes of the servo's law there.
 Fitted fit_ripple(const Samples& s, double periods) {
   const long rows = s.q.size();
   Eigen::MatrixXd columns(rows, 3);
@@ -98,7 +98,8 @@ Fitted fit_ripple(const Samples& s, double periods) {
     own.rowwise() -= own.colwise().mean().eval();
   }
   const Eigen::Matrix3d sums = columns.transpose() * columns;
-  const Eigen::Vector2d x = sums.topLeftCorner<2, 2>().completeOrthogonalDecomposition().solve(sums.topRightCorner<2, 1>());
+  const Eigen::Vector2d x =
+      sums.topLeftCorner<2, 2>().completeOrthogonalDecomposition().solve(sums.topRightCorner<2, 1>());
   return {x, x.dot(sums.topRightCorner<2, 1>()) / std::max(1e-300, sums(2, 2))};
 }
 
@@ -121,7 +122,8 @@ struct Tried {
 Tried find_tried(const TorqueData& data, const Rest& rest) {
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
   const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel();
-  return {kLeastPeriods * period, cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses)), kStep * period};
+  return {kLeastPeriods * period,
+          cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses)), kStep * period};
 }
 
 }  // namespace
@@ -130,7 +132,8 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
   const Rest rest = find_rest(data, joint);
   const Tried range = find_tried(data, rest);
   std::vector<Peak> tried;
-  for (double periods = range.first; periods < range.last; periods += range.step) tried.push_back(calc_peak(rest, periods, 2.0 * M_PI * data.cutoff));
+  for (double periods = range.first; periods < range.last; periods += range.step)
+    tried.push_back(calc_peak(rest, periods, 2.0 * M_PI * data.cutoff));
   std::vector<Peak> peaks;
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
     const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;
@@ -149,7 +152,8 @@ std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
   const LawRest log = list_law_rest(*data.experiment, joint, data.delays);
   const long rows = static_cast<long>(log.position.size());
   if (rows < kLeastRows) return std::nullopt;
-  const Samples all = take_samples(log, 1), thin = take_samples(log, static_cast<size_t>(std::max(1L, rows / kMostRows)));
+  const Samples all = take_samples(log, 1),
+                thin = take_samples(log, static_cast<size_t>(std::max(1L, rows / kMostRows)));
   const Rest rest = find_rest(data, joint);
   const Tried range = find_tried(data, rest);
   Fitted best;

@@ -17,15 +17,16 @@ std::vector<double> find_ripples(const TorqueData& data, int joint);
 
 // a cos(N q) + b sin(N q) that the log of an effort has beside the torque [N m].
 struct LogRipple {
-  double periods = 0.0;                                // N [1/rad]
+  double periods = 0.0;                                 // N [1/rad]
   Eigen::Vector2d amplitude = Eigen::Vector2d::Zero();  // a, b [N m]
-  double mean = 0.0;                                   // [N m] over the log
+  double mean = 0.0;                                    // [N m] over the log
   Eigen::VectorXd calc(const Eigen::VectorXd& q) const {
     return amplitude[0] * (periods * q.array()).cos() + amplitude[1] * (periods * q.array()).sin();
   }
 };
 
-// The one that takes most of what the log has beside the servo's law, at least a quarter, if the missing torque has the same.
+// The one that takes most of what the log has beside the servo's law, at least a quarter, if the missing torque has the
+// same.
 std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint);
 
 }  // namespace hrp::diagnosis

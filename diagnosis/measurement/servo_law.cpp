@@ -24,10 +24,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kScan = 0.001;     // [s]
-constexpr double kBetter = 3.0;     // ratio of rms residuals without and with the delay
+constexpr double kScan = 0.001;  // [s]
+constexpr double kBetter = 3.0;  // ratio of rms residuals without and with the delay
 
-constexpr double kBetween = 0.1;    // [samples] uncertainty of commands between two samples
+constexpr double kBetween = 0.1;  // [samples] uncertainty of commands between two samples
 
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
@@ -44,7 +44,8 @@ std::vector<double> calc_rate(const Recording& r, size_t j, double window) {
   const JointColumns& c = r.joints[j];
   const double step = r.duration() / static_cast<double>(std::max<size_t>(2, r.size()) - 1);
   std::vector<double> value, rate, second;
-  smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(window / step))), &value, &rate, &second);
+  smooth_series(r.time, fill_gaps(c.signal[0]), std::max(3, static_cast<int>(std::lround(window / step))), &value,
+                &rate, &second);
   return rate;
 }
 
@@ -83,7 +84,8 @@ struct ServoLog {
   }
 
   bool has_rates() const {
-    return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[j].has(Quantity::kVelocity); });
+    return std::all_of(e.recordings.begin(), e.recordings.end(),
+                       [&](const Recording& r) { return r.joints[j].has(Quantity::kVelocity); });
   }
 
   // Calls take(law, effort, position) at every sample of the training (or of the other) recordings that commands with
@@ -98,7 +100,8 @@ struct ServoLog {
         if (r.time[k] < r.time.front() + kLongest) continue;
         double given = 0.0, rate = 0.0;
         read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
-        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k], i);
+        take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k],
+             i);
       }
     }
   }
@@ -118,10 +121,12 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
 std::vector<Gram> sum_parts(const ServoLog& log, double delay, size_t parts) {
   std::vector<Eigen::Vector2d> pairs;
   log.walk(delay, true, [&](double law, double effort, double, size_t) {
-    if (std::isfinite(law + effort)) pairs.emplace_back(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), effort);
+    if (std::isfinite(law + effort))
+      pairs.emplace_back(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), effort);
   });
   std::vector<Gram> grams(parts, Gram(2));
-  for (size_t k = 0; k < pairs.size(); ++k) grams[k * parts / pairs.size()].add_row(Eigen::Vector2d(pairs[k][0], 1.0), pairs[k][1]);
+  for (size_t k = 0; k < pairs.size(); ++k)
+    grams[k * parts / pairs.size()].add_row(Eigen::Vector2d(pairs[k][0], 1.0), pairs[k][1]);
   return grams;
 }
 
@@ -136,7 +141,8 @@ double calc_missed_by_line(const ServoLog& log, double delay) { return calc_miss
 // between samples.
 double find_delay_error(const ServoLog& log, double delay) {
   constexpr size_t kParts = 8;  // a standard error of a quarter of itself
-  const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts), after = sum_parts(log, delay + kScan, kParts);
+  const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts),
+                          after = sum_parts(log, delay + kScan, kParts);
   Spread spread;
   for (size_t i = 0; i < kParts; ++i) {
     const double left = calc_missed(before[i]), middle = calc_missed(at[i]), right = calc_missed(after[i]);
@@ -180,7 +186,8 @@ ServoPairs list_pairs(const ServoLog& log, double delay) {
   ServoPairs out;
   log.walk(delay, true, [&](double law, double effort, double position, size_t recording) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
-    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position), out.recording.push_back(recording);
+    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position),
+        out.recording.push_back(recording);
   });
   return out;
 }
@@ -192,8 +199,7 @@ struct Line {
 
 Line fit_line(const std::vector<double>& x, const std::vector<double>& y) {
   std::vector<Gram> folds(kFolds, Gram(2));
-  for (size_t k = 0; k < x.size(); ++k)
-    folds[k * kFolds / x.size()].add_row(Eigen::Vector2d(x[k], 1.0), y[k]);
+  for (size_t k = 0; k < x.size(); ++k) folds[k * kFolds / x.size()].add_row(Eigen::Vector2d(x[k], 1.0), y[k]);
   const Gram total = sum(folds, 2);
   Line line{solve(total, {0, 1}), {}};
   line.std = calc_covariance(folds, total, {0, 1}, line.theta).diagonal().cwiseMax(0.0).cwiseSqrt();
@@ -240,7 +246,8 @@ double calc_rounding(const ServoLog& log, const ServoPairs& pairs) {
   return log.laws.kp * step / std::sqrt(12.0 * positions);
 }
 
-// [N m] Standard deviation of a bias from its differences between recordings, beyond noise: a zero of a log is the same in all.
+// [N m] Standard deviation of a bias from its differences between recordings, beyond noise: a zero of a log is the same
+// in all.
 double calc_disagreement(const ServoPairs& pairs, double scale) {
   std::vector<double> means, variances;
   for (size_t begin = 0, end = 0; begin < pairs.law.size(); begin = end) {
@@ -281,8 +288,9 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late
   out.follows = true;
   if (std::abs(off) > std::max(kTrace, kSignificantInJoint * slope.std))
     out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);
-  // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias. A scale that
-  // is not significant looks like one, too, where the weight gives the law a mean: the bias beside that scale counts as well.
+  // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias. A
+  // scale that is not significant looks like one, too, where the weight gives the law a mean: the bias beside that
+  // scale counts as well.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
   line.std[1] = std::hypot(line.std[1], calc_disagreement(pairs, out.scale));
   if (std::min(std::abs(bias), std::abs(offset)) > std::max(kTrace * spread, kSignificantInJoint * line.std[1]))
@@ -309,7 +317,8 @@ LawRest list_law_rest(const Experiment& e, int joint, const std::vector<ServoDel
   if (pairs.law.size() < kLeastServoSamples) return out;
   const Line line = fit_line(pairs.law, pairs.effort);
   out.spread = calc_deviation(pairs.effort);
-  for (size_t k = 0; k < pairs.law.size(); ++k) out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
+  for (size_t k = 0; k < pairs.law.size(); ++k)
+    out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
   out.position = std::move(pairs.position), out.recording = std::move(pairs.recording);
   return out;
 }
@@ -348,7 +357,8 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
     const ServoLog log(e, j, plant.laws[j]);
     const double delay = find_least([&](double d) { return calc_missed_by_line(log, d); }, kScan, kLongest);
     const double best = calc_missed(log, delay, true);
-    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kMuch * calc_spread(e, j)) continue;
+    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kMuch * calc_spread(e, j))
+      continue;
     ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kScan, e.sample_time), 0.0, 0.0};
     found.before = std::sqrt(calc_missed(log, 0.0, !held));
     found.after = std::sqrt(calc_missed(log, delay, !held));

@@ -11,19 +11,19 @@ namespace hrp::diagnosis {
 
 struct ServoDelay {
   int joint = 0;
-  double delay = 0.0, std = 0.0;      // [s]
-  double before = 0.0, after = 0.0;   // [N m] rms residual of the law, held-out recordings
+  double delay = 0.0, std = 0.0;     // [s]
+  double before = 0.0, after = 0.0;  // [N m] rms residual of the law, held-out recordings
 };
 
 // Recorded effort = scale x law + bias. Neutral if the effort does not follow a law or no fault is significant.
 struct ServoReading {
-  bool follows = false;                 // the effort is that of the servo, except for scale and bias
-  double slope = 0.0;                   // of the effort over the law's [1], where it is proportional in any unit, else 0
+  bool follows = false;  // the effort is that of the servo, except for scale and bias
+  double slope = 0.0;    // of the effort over the law's [1], where it is proportional in any unit, else 0
   double scale = 1.0, scale_std = 0.0;
-  double bias = 0.0, bias_std = 0.0;    // [N m]
-  double before = 0.0, after = 0.0;     // [N m] rms residual of the law, training recordings
-  double wavers = 0.0;                  // [N m] correlated part of `after`, such as the log's ripple over position
-  double travel = 0.0;                  // [rad] range of the positions
+  double bias = 0.0, bias_std = 0.0;  // [N m]
+  double before = 0.0, after = 0.0;   // [N m] rms residual of the law, training recordings
+  double wavers = 0.0;                // [N m] correlated part of `after`, such as the log's ripple over position
+  double travel = 0.0;                // [rad] range of the positions
   bool is_scaled() const { return scale != 1.0; }
   bool is_biased() const { return bias != 0.0; }
 };

@@ -24,20 +24,25 @@ std::vector<size_t> find_cells(const std::vector<double>& position) {
   const auto [low, high] = std::minmax_element(position.begin(), position.end());
   std::vector<size_t> cells;
   for (double q : position)
-    cells.push_back(std::min(kCells - 1, static_cast<size_t>(static_cast<double>(kCells) * (q - *low) / std::max(1e-12, *high - *low))));
+    cells.push_back(std::min(
+        kCells - 1, static_cast<size_t>(static_cast<double>(kCells) * (q - *low) / std::max(1e-12, *high - *low))));
   return cells;
 }
 
-// Slope of effort over law with a law kLaterSamples samples away as the instrument. Encoder noise in the law is uncorrelated
-// after that time, so it does not bias the slope. All series are centred in each cell.
-// A log that comes late by d is nearer to an earlier law: with the law's autocorrelation R(t), the slope is R(t - d) / R(t),
-// which is not 1. With a later law it is R(t + d) / R(t). The mean of both is free of the first order in d.
+// Slope of effort over law with a law kLaterSamples samples away as the instrument. Encoder noise in the law is
+// uncorrelated after that time, so it does not bias the slope. All series are centred in each cell. A log that comes
+// late by d is nearer to an earlier law: with the law's autocorrelation R(t), the slope is R(t - d) / R(t), which is
+// not 1. With a later law it is R(t + d) / R(t). The mean of both is free of the first order in d.
 ServoSlope find_slope(const ServoPairs& pairs, const std::vector<size_t>& all_cells) {
   const size_t n = pairs.law.size() - 2 * kLaterSamples;
-  const auto cut = [&](const std::vector<double>& x, size_t from) { return std::vector<double>(x.begin() + static_cast<long>(from), x.begin() + static_cast<long>(from + n)); };
+  const auto cut = [&](const std::vector<double>& x, size_t from) {
+    return std::vector<double>(x.begin() + static_cast<long>(from), x.begin() + static_cast<long>(from + n));
+  };
   const std::vector<size_t> cells(all_cells.begin() + kLaterSamples, all_cells.end() - kLaterSamples);
-  const std::vector<double> law = centre(cut(pairs.law, kLaterSamples), cells), effort = centre(cut(pairs.effort, kLaterSamples), cells);
-  const std::vector<double> around[2] = {centre(cut(pairs.law, 0), cells), centre(cut(pairs.law, 2 * kLaterSamples), cells)};
+  const std::vector<double> law = centre(cut(pairs.law, kLaterSamples), cells),
+                            effort = centre(cut(pairs.effort, kLaterSamples), cells);
+  const std::vector<double> around[2] = {centre(cut(pairs.law, 0), cells),
+                                         centre(cut(pairs.law, 2 * kLaterSamples), cells)};
   std::vector<double> top[2], bottom[2];
   double sums[2] = {0.0, 0.0}, slopes[2];
   for (size_t side = 0; side < 2; ++side) {

@@ -20,24 +20,25 @@ namespace {
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 
-constexpr long kOfMotor = 4;     // first columns of make_drive_columns: on the motor's side of the gear
+constexpr long kOfMotor = 4;             // first columns of make_drive_columns: on the motor's side of the gear
 constexpr long kUnknown = 1 + kOfMotor;  // the give, then the motor's coefficients
-constexpr int kSteps = 6;        // of Gauss and Newton
-constexpr double kStep = 1e-3;   // of the differences along a twist, relative to the joint's spread of motion
-constexpr size_t kRefined = 2;   // joints whose gears are fitted to the end: the linear equations rank them well
+constexpr int kSteps = 6;                // of Gauss and Newton
+constexpr double kStep = 1e-3;           // of the differences along a twist, relative to the joint's spread of motion
+constexpr size_t kRefined = 2;  // joints whose gears are fitted to the end: the linear equations rank them well
 
 // One recording at the kept samples.
 struct Piece {
   const TorqueRecording* recording = nullptr;
-  Plant plant;                  // nominal, with what hangs on it in this recording
-  JointsMotion motion;          // as now believed, full grid
-  Matrix rigid;                 // tau of the motion with this gear rigid, kept x joint
-  std::vector<Matrix> drives;   // by joint: columns beside the bodies, kept samples
-  Matrix left;                  // effort - tau - stated friction, kept x joint
+  Plant plant;                 // nominal, with what hangs on it in this recording
+  JointsMotion motion;         // as now believed, full grid
+  Matrix rigid;                // tau of the motion with this gear rigid, kept x joint
+  std::vector<Matrix> drives;  // by joint: columns beside the bodies, kept samples
+  Matrix left;                 // effort - tau - stated friction, kept x joint
 };
 
 Matrix calc_tau(const Piece& p, const JointsMotion& m) {
-  return calc_efforts(p.plant, keep_rows(*p.recording, m.q), keep_rows(*p.recording, m.v), keep_rows(*p.recording, m.a));
+  return calc_efforts(p.plant, keep_rows(*p.recording, m.q), keep_rows(*p.recording, m.v),
+                      keep_rows(*p.recording, m.a));
 }
 
 // Torque on the gear of a joint by the effort of its drive [N m], full grid.
@@ -57,7 +58,12 @@ class Search {
     const Plant plant = make_plant(*data.experiment, {});
     for (const TorqueRecording& r : data.recordings) {
       if (!r.train || r.kept() == 0) continue;
-      Piece p{&r, add_by_hand(plant, data.experiment->recordings[r.index].spec), {r.get_link_q(), r.get_link_v(), r.get_link_a()}, {}, {}, r.missing};
+      Piece p{&r,
+              add_by_hand(plant, data.experiment->recordings[r.index].spec),
+              {r.get_link_q(), r.get_link_v(), r.get_link_a()},
+              {},
+              {},
+              r.missing};
       p.rigid = calc_tau(p, p.motion);
       for (int j = 0; j < n_; ++j) p.drives.push_back(keep_rows(r, make_drive_columns(data, r, j)));
       rigid_.push_back(std::move(p));
@@ -72,7 +78,8 @@ class Search {
       const std::optional<SoftGear> gear = start(j);
       if (gear && gear->left < 1.0 - kMinor) starts.push_back(*gear);
     }
-    std::stable_sort(starts.begin(), starts.end(), [](const SoftGear& a, const SoftGear& b) { return a.left < b.left; });
+    std::stable_sort(starts.begin(), starts.end(),
+                     [](const SoftGear& a, const SoftGear& b) { return a.left < b.left; });
     std::optional<SoftGear> best;
     for (size_t i = 0; i < std::min(starts.size(), kRefined); ++i) {
       weigh(starts[i].joint);
@@ -84,7 +91,9 @@ class Search {
 
  private:
   // While the drive of the gear sticks, its friction and so the twist are unknown, and with it the links' motion.
-  bool is_used(const Piece& p, long k, int joint, int soft) const { return data_.is_judged(joint) && p.recording->use(k, joint) && p.recording->use(k, soft); }
+  bool is_used(const Piece& p, long k, int joint, int soft) const {
+    return data_.is_judged(joint) && p.recording->use(k, joint) && p.recording->use(k, soft);
+  }
 
   bool may_give(int j) const {
     const auto is_here = [&](const SoftGear& g) { return g.joint == j; };
@@ -105,7 +114,8 @@ class Search {
     std::vector<int> stretch;
   };
 
-  Stack stack(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int joint, int soft) const {
+  Stack stack(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int joint,
+              int soft) const {
     long rows = 0;
     for (const Piece& p : pieces) {
       for (long k = 0; k < p.recording->kept(); ++k) rows += is_used(p, k, joint, soft) ? 1 : 0;
@@ -140,7 +150,8 @@ class Search {
   }
 
   // Sums over all joints' rows, each joint weighted by what is left there, after its drive's columns were taken out.
-  std::vector<Gram> gather(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int j, bool with_motor) const {
+  std::vector<Gram> gather(const std::vector<Piece>& pieces, const std::vector<std::vector<Matrix>>& columns, int j,
+                           bool with_motor) const {
     const long width = columns[0][0].cols();
     std::vector<Gram> parts(pieces.size() * static_cast<size_t>(kStretches), Gram(width));
     for (int i = 0; i < n_; ++i) {
@@ -149,8 +160,11 @@ class Search {
       const Matrix own = i == j && with_motor ? Matrix(s.drive.rightCols(s.drive.cols() - kOfMotor)) : s.drive;
       const Matrix x = take_out(own, s.columns);
       const Vector y = take_out(own, s.left);
-      const double weight = std::sqrt(static_cast<double>(y.size()) / std::max(1e-300, squares_[static_cast<size_t>(i)]));
-      for (long k = 0; k < y.size(); ++k) parts[static_cast<size_t>(s.stretch[static_cast<size_t>(k)])].add_row(weight * x.row(k).transpose(), weight * y[k]);
+      const double weight =
+          std::sqrt(static_cast<double>(y.size()) / std::max(1e-300, squares_[static_cast<size_t>(i)]));
+      for (long k = 0; k < y.size(); ++k)
+        parts[static_cast<size_t>(s.stretch[static_cast<size_t>(k)])].add_row(weight * x.row(k).transpose(),
+                                                                              weight * y[k]);
     }
     return parts;
   }
@@ -160,7 +174,8 @@ class Search {
     if (!(squares_[static_cast<size_t>(j)] > 0.0)) return std::nullopt;
     std::vector<std::vector<Matrix>> columns;
     for (const Piece& p : rigid_) {
-      const Matrix of_effort = calc_slope(p, j, p.recording->effort.col(j)), of_rotor = calc_slope(p, j, p.recording->a.col(j));
+      const Matrix of_effort = calc_slope(p, j, p.recording->effort.col(j)),
+                   of_rotor = calc_slope(p, j, p.recording->a.col(j));
       columns.emplace_back();
       for (int i = 0; i < n_; ++i) {
         Matrix c(p.recording->kept(), 2);
@@ -230,9 +245,10 @@ class Search {
       if (!better || std::abs(x[0]) < kTrace * gear.give) break;
     }
     if (!(gear.motor[0] >= 0.0)) return std::nullopt;
-    // Errors of the effort are in the regressor, too. The regression the other way gives 1 / (1 - left) times the give; the
-    // interval holds half of the difference (errors in variables, Frisch's bounds).
-    gear.std = std::hypot(gear.std, 0.5 * gear.give * gear.left / (1.0 - std::min(gear.left, kNearlyAll)) / kNinetyFive);
+    // Errors of the effort are in the regressor, too. The regression the other way gives 1 / (1 - left) times the give;
+    // the interval holds half of the difference (errors in variables, Frisch's bounds).
+    gear.std =
+        std::hypot(gear.std, 0.5 * gear.give * gear.left / (1.0 - std::min(gear.left, kNearlyAll)) / kNinetyFive);
     return gear;
   }
 
@@ -252,7 +268,8 @@ class Search {
     }
     std::vector<Piece> beside = pieces;  // less what the motor takes already
     for (size_t i = 0; i < beside.size(); ++i)
-      beside[i].left.col(gear.joint) -= beside[i].drives[static_cast<size_t>(gear.joint)].leftCols(kOfMotor) * gear.motor;
+      beside[i].left.col(gear.joint) -=
+          beside[i].drives[static_cast<size_t>(gear.joint)].leftCols(kOfMotor) * gear.motor;
     return gather(beside, columns, gear.joint, true);
   }
 

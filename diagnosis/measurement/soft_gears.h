@@ -20,8 +20,8 @@
 namespace hrp::diagnosis {
 
 // The best single gear that the training recordings ask for, beside friction, rotor and a spring at each joint, and
-// beside the gears that are soft in `data` already. Empty if none takes kMinor of the squares that these leave. Only on a
-// fixed base without loaded feet.
+// beside the gears that are soft in `data` already. Empty if none takes kMinor of the squares that these leave. Only on
+// a fixed base without loaded feet.
 std::optional<SoftGear> find_soft_gear(const TorqueData& data);
 
 // The data with the links behind this gear moved by its twist.

@@ -11,13 +11,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Share of the weight on joint j that something outside carries, at the kept samples. Empty if gravity does not pull on the
-// joint, or pulls in turn to both sides.
+// Share of the weight on joint j that something outside carries, at the kept samples. Empty if gravity does not pull on
+// the joint, or pulls in turn to both sides.
 Eigen::VectorXd calc_carried(const TorqueWork& w, const TorqueRecording& r, long j) {
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(r.q.rows(), r.q.cols());
   const Eigen::VectorXd weight = calc_efforts(w.plant, r.q, none, none).col(j);
   const double low = weight.minCoeff(), high = weight.maxCoeff();
-  if (!(low * high > 0.0) || std::min(std::abs(low), std::abs(high)) < kHalf * std::max(std::abs(low), std::abs(high))) return {};
+  if (!(low * high > 0.0) || std::min(std::abs(low), std::abs(high)) < kHalf * std::max(std::abs(low), std::abs(high)))
+    return {};
   Eigen::VectorXd carried(r.kept());
   for (long k = 0; k < r.kept(); ++k) carried[k] = -r.missing(k, j) / weight[r.full_row(k)];
   return carried;
@@ -34,13 +35,14 @@ std::vector<Eigen::VectorXd> list_carried(const TorqueWork& w, int j) {
   return list;
 }
 
-// Up to a minority of its weight the robot flies: rails and cables rub with a tenth of it (odri_hopper: 1.1 to 2.4 of 21 N). A
-// minor share of samples in flight may be where a spring is at rest.
+// Up to a minority of its weight the robot flies: rails and cables rub with a tenth of it (odri_hopper: 1.1 to 2.4 of
+// 21 N). A minor share of samples in flight may be where a spring is at rest.
 bool is_ground(const std::vector<Eigen::VectorXd>& carried) {
   double n = 0.0, sum = 0.0, flies = 0.0, pulls = 0.0;
   for (const Eigen::VectorXd& c : carried) {
     n += static_cast<double>(c.size()), sum += c.sum();
-    flies += static_cast<double>((c.array().abs() < kMinority).count()), pulls += static_cast<double>((c.array() < -kMinority).count());
+    flies += static_cast<double>((c.array().abs() < kMinority).count()),
+        pulls += static_cast<double>((c.array() < -kMinority).count());
   }
   return sum > kHalf * n && flies > kMinor * n && pulls < kMinor * n;
 }
@@ -53,8 +55,10 @@ double clear_ground(const Eigen::VectorXd& carried, double cutoff, TorqueRecordi
   for (long k = 0; k < carried.size(); ++k) {
     const long from = std::max(0L, k - reach), to = std::min(carried.size(), k + reach + 1);
     const bool lands = (carried.segment(from, to - from).array() > kMinority).any();
-    if (lands) r->use.row(k).setConstant(false);
-    else left += 1.0;
+    if (lands)
+      r->use.row(k).setConstant(false);
+    else
+      left += 1.0;
   }
   return left;
 }
@@ -70,10 +74,15 @@ void leave_out_unseen_contact(TorqueWork* w) {
     if (carried.empty() || !is_ground(carried)) continue;
     double left = 0.0, all = 0.0;
     for (size_t r = 0; r < carried.size(); ++r)
-      left += clear_ground(carried[r], w->data.cutoff, &w->data.recordings[r]), all += static_cast<double>(carried[r].size());
-    w->data.warnings.push_back("something that pushes and lets go carries what hangs on " + joint.name + ", which has no drive: the robot hops or steps, and no force of its feet was recorded. Only free motion is judged, " +
-                             number(100.0 * left / all, 2) + " % of the samples");
-    w->data.missing.push_back("the forces on the feet (/wrench/<sensor>/force): without them nothing is judged while a foot is on the ground");
+      left += clear_ground(carried[r], w->data.cutoff, &w->data.recordings[r]),
+          all += static_cast<double>(carried[r].size());
+    w->data.warnings.push_back("something that pushes and lets go carries what hangs on " + joint.name +
+                               ", which has no drive: the robot hops or steps, and no force of its feet was recorded. "
+                               "Only free motion is judged, " +
+                               number(100.0 * left / all, 2) + " % of the samples");
+    w->data.missing.push_back(
+        "the forces on the feet (/wrench/<sensor>/force): without them nothing is judged while a foot is on the "
+        "ground");
     return;
   }
 }

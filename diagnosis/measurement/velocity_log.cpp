@@ -38,7 +38,8 @@ struct Motion {
 
 Eigen::VectorXd read(const Motion& motion, const std::vector<double>& series, double shift) {
   const Recording& r = *motion.recording;
-  return low_pass(resample(r.time, series, r.time[0] + shift, motion.step, motion.columns.rows()), motion.step, kCutoff);
+  return low_pass(resample(r.time, series, r.time[0] + shift, motion.step, motion.columns.rows()), motion.step,
+                  kCutoff);
 }
 
 // Training recordings with both columns.
@@ -46,7 +47,8 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   std::vector<Motion> list;
   for (const Recording& r : e.recordings) {
     const JointColumns& c = r.joints[joint];
-    if (!r.spec.train || !c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortestPart) continue;
+    if (!r.spec.train || !c.has(Quantity::kPosition) || !c.has(Quantity::kVelocity) || r.duration() < kShortestPart)
+      continue;
     Motion& motion = list.emplace_back(Motion{&r, std::max(1e-3, e.sample_time), {}});
     motion.columns.resize(static_cast<long>(r.duration() / motion.step) + 1, kColumns);
     Eigen::VectorXd derivative = read(motion, c.signal[static_cast<size_t>(Quantity::kPosition)], 0.0);
@@ -59,15 +61,16 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
   return list;
 }
 
-// Sums over stretches of all motions, with velocities read `late` [s] after the positions. What a filter begins with shows for
-// as long as `begun` [s].
+// Sums over stretches of all motions, with velocities read `late` [s] after the positions. What a filter begins with
+// shows for as long as `begun` [s].
 std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint, double late, double begun = 0.0) {
   long samples = 0;
   for (const Motion& motion : motions) samples += motion.count(std::abs(late) + begun);
   std::vector<Gram> folds(kFolds, Gram(kColumns));
   long k = 0;
   for (const Motion& motion : motions) {
-    const Eigen::VectorXd velocity = read(motion, motion.recording->joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)], late);
+    const Eigen::VectorXd velocity =
+        read(motion, motion.recording->joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)], late);
     const long trim = motion.count_trimmed(std::abs(late) + begun);
     for (long row = trim; row < trim + motion.count(std::abs(late) + begun); ++row, ++k)
       folds[static_cast<size_t>(k * kFolds / samples)].add_row(motion.columns.row(row).transpose(), velocity[row]);
@@ -75,8 +78,8 @@ std::vector<Gram> add_stretches(const std::vector<Motion>& motions, size_t joint
   return folds;
 }
 
-// The velocity by the sums of these columns: the rate, its change by a delay, and a constant last. `late` is how much longer than
-// in the columns the delay is. Neutral if the velocity does not follow.
+// The velocity by the sums of these columns: the rate, its change by a delay, and a constant last. `late` is how much
+// longer than in the columns the delay is. Neutral if the velocity does not follow.
 VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& columns, double sample_time) {
   VelocityReading out;
   const Gram total = sum(folds, kColumns);
@@ -96,7 +99,8 @@ VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& colu
   return out;
 }
 
-// A motion of one frequency does not tell a scale from the damping of a filter: of both readings the one that claims less.
+// A motion of one frequency does not tell a scale from the damping of a filter: of both readings the one that claims
+// less.
 void take_smaller_scale(const VelocityReading& undamped, VelocityReading* out) {
   if (undamped.ratio == 0.0 || std::abs(undamped.scale - 1.0) > std::abs(out->scale - 1.0)) return;
   out->scale = out->ratio = undamped.scale;
@@ -104,7 +108,8 @@ void take_smaller_scale(const VelocityReading& undamped, VelocityReading* out) {
 }
 
 // A velocity that is late by up to kLongest. `as_logged`: the sums without a delay.
-VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, const std::vector<Gram>& as_logged, double sample_time) {
+VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, const std::vector<Gram>& as_logged,
+                             double sample_time) {
   VelocityReading out;
   double late = 0.0;
   for (int round = 0; round < kRounds; ++round) {
@@ -121,12 +126,13 @@ VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, c
 Eigen::VectorXd pass_filter(const Eigen::VectorXd& rate, double step, double time) {
   Eigen::VectorXd out = rate;
   const double keep = std::exp(-step / time), slope = time * (1.0 - keep) / step;
-  for (long k = 1; k < rate.size(); ++k) out[k] = keep * out[k - 1] + (slope - keep) * rate[k - 1] + (1.0 - slope) * rate[k];
+  for (long k = 1; k < rate.size(); ++k)
+    out[k] = keep * out[k - 1] + (slope - keep) * rate[k - 1] + (1.0 - slope) * rate[k];
   return out;
 }
 
-// A velocity that is later than any delay came through a slow filter. By the rate behind a filter of T, and its derivative with
-// respect to T: that of the rate behind two of them. `late` is the time constant.
+// A velocity that is later than any delay came through a slow filter. By the rate behind a filter of T, and its
+// derivative with respect to T: that of the rate behind two of them. `late` is the time constant.
 VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, double sample_time) {
   VelocityReading out;
   double time = kLongest;
@@ -154,7 +160,8 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
   const Gram total = sum(as_logged, kColumns);
   out.before = std::sqrt(calc_rest(total, {0}, Eigen::VectorXd::Ones(1)) / total.n);
   if (std::abs(out.scale - 1.0) < std::max(kMaterialFactor, kSignificantInJoint * out.scale_std)) out.scale = 1.0;
-  const double least = std::max({e.sample_time, kSignificantInJoint * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
+  const double least =
+      std::max({e.sample_time, kSignificantInJoint * out.late_std, out.late > 0.0 ? kLeastFilter : 0.0});
   if (std::abs(out.late) < least) out.late = 0.0;
   return out;
 }
@@ -175,7 +182,8 @@ std::vector<VelocityReading> find_velocity_readings(const Experiment& e) {
 
 bool may_be_clock(const std::vector<VelocityReading>& readings, const VelocityReading& scaled) {
   return std::all_of(readings.begin(), readings.end(), [&](const VelocityReading& r) {
-    return r.ratio == 0.0 || std::abs(r.ratio - scaled.scale) < kSignificantInJoint * std::hypot(r.ratio_std, scaled.scale_std);
+    return r.ratio == 0.0 ||
+           std::abs(r.ratio - scaled.scale) < kSignificantInJoint * std::hypot(r.ratio_std, scaled.scale_std);
   });
 }
 

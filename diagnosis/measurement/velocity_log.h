@@ -15,9 +15,9 @@ struct VelocityReading {
   double scale = 1.0, scale_std = 0.0;
   // [s] negative: the position is late, because no filter looks ahead. Above kLongest: time constant of a slow filter.
   double late = 0.0, late_std = 0.0;
-  double bias = 0.0, bias_std = 0.0;  // [rad/s]
+  double bias = 0.0, bias_std = 0.0;    // [rad/s]
   double ratio = 0.0, ratio_std = 0.0;  // velocity over rate, even if not significant; 0: unknown
-  double before = 0.0, after = 0.0;   // [rad/s] rms residual of the rate, without and with these corrections
+  double before = 0.0, after = 0.0;     // [rad/s] rms residual of the rate, without and with these corrections
   bool is_scaled() const { return scale != 1.0; }
   bool is_late() const { return late > 0.0; }
   bool is_position_late() const { return late < 0.0; }

@@ -14,9 +14,12 @@ Effect::Effect(EffectId row, int index, std::vector<double> values)
 
 const char* get_unit(Reading reading) {
   switch (reading) {
-    case Reading::kPosition: case Reading::kOrientation: return "rad";
-    case Reading::kVelocity: case Reading::kAngularVelocity: return "rad/s";
-    case Reading::kEffort: case Reading::kTorque: return "N m";
+    case Reading::kPosition:
+    case Reading::kOrientation: return "rad";
+    case Reading::kVelocity:
+    case Reading::kAngularVelocity: return "rad/s";
+    case Reading::kEffort:
+    case Reading::kTorque: return "N m";
     case Reading::kForce: return "N";
     case Reading::kAcceleration: return "m/s^2";
     default: return "";

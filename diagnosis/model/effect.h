@@ -14,9 +14,16 @@ namespace hrp::diagnosis {
 // What of a sensor's readings an effect is of.
 enum class Reading {
   kAll,
-  kPosition, kVelocity, kEffort,                      // of a joint; kPosition also of a tracked body
-  kWrench, kForce, kTorque,                           // of a force sensor: both, or one
-  kImu, kOrientation, kAngularVelocity, kAcceleration // of an IMU: all, or one
+  kPosition,
+  kVelocity,
+  kEffort,  // of a joint; kPosition also of a tracked body
+  kWrench,
+  kForce,
+  kTorque,  // of a force sensor: both, or one
+  kImu,
+  kOrientation,
+  kAngularVelocity,
+  kAcceleration  // of an IMU: all, or one
 };
 const char* get_unit(Reading reading);  // of a joint's, a force sensor's or an IMU's single readings
 
@@ -42,7 +49,8 @@ inline Place at_all() { return {PlaceKind::kNone, 0, Reading::kAll}; }
 
 // Signals of joints are numbered joint by joint: position, velocity, effort.
 inline Place at_signal(int signal) {
-  return at_sensor(signal / kQuantities, static_cast<Reading>(static_cast<int>(Reading::kPosition) + signal % kQuantities));
+  return at_sensor(signal / kQuantities,
+                   static_cast<Reading>(static_cast<int>(Reading::kPosition) + signal % kQuantities));
 }
 inline int get_signal(const Place& place) {
   return place.index * kQuantities + static_cast<int>(place.reading) - static_cast<int>(Reading::kPosition);

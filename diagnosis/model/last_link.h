@@ -8,8 +8,8 @@
 
 namespace hrp::diagnosis {
 
-// A link that carries no other, on a turning joint: the direction from the axis to its centre of mass, and that in which
-// the centre moves as the joint turns.
+// A link that carries no other, on a turning joint: the direction from the axis to its centre of mass, and that in
+// which the centre moves as the joint turns.
 struct LastLink {
   Vector3d out, turn;   // in the link's axes
   double length = 0.0;  // [m] from the axis to the centre of mass

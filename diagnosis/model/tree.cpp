@@ -13,7 +13,8 @@ bool is_above(const TreeSpec& tree, int link, int carried) {
 }
 
 bool is_last(const TreeSpec& tree, int link) {
-  return std::none_of(tree.links.begin(), tree.links.end(), [&](const LinkSpec& other) { return other.parent == link; });
+  return std::none_of(tree.links.begin(), tree.links.end(),
+                      [&](const LinkSpec& other) { return other.parent == link; });
 }
 
 }  // namespace hrp::diagnosis

@@ -48,8 +48,9 @@ class Along {
   // joint's readings only. On robots with friction everywhere, nearly all effects are of this kind.
   bool calc_moved(const Move& move, int recording, const Residuals& at, Residuals* moved) {
     const int joint = find_joint(move.hypothesis[move.effect]);
-    const bool alone = joint >= 0 && std::none_of(hypothesis_.begin(), hypothesis_.end(),
-                                                  [&](const Effect& e) { return find_joint(e) == joint && moves_link(e); });
+    const bool alone = joint >= 0 && std::none_of(hypothesis_.begin(), hypothesis_.end(), [&](const Effect& e) {
+                         return find_joint(e) == joint && moves_link(e);
+                       });
     problem_.view = {true, alone ? &paths_ : nullptr, alone ? joint : -1};
     if (!alone) return calc_residuals(problem_, move.hypothesis, recording, moved);
     Residuals own;
@@ -69,7 +70,8 @@ Eigen::MatrixXd make_fisher(const Slopes& slopes) {
   const long p = static_cast<long>(slopes.columns.size());
   Eigen::MatrixXd F(p, p);
   for (long i = 0; i < p; ++i) {
-    for (long j = 0; j <= i; ++j) F(i, j) = F(j, i) = dot(slopes.columns[static_cast<size_t>(i)], slopes.columns[static_cast<size_t>(j)]);
+    for (long j = 0; j <= i; ++j)
+      F(i, j) = F(j, i) = dot(slopes.columns[static_cast<size_t>(i)], slopes.columns[static_cast<size_t>(j)]);
   }
   return F;
 }
@@ -85,7 +87,8 @@ double count_judged(const Problem& problem, int recording) {
 
 }  // namespace
 
-Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy) {
+Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                            double discrepancy) {
   const long p = static_cast<long>(list_moves(hypothesis).size());
   Eigen::MatrixXd total = Eigen::MatrixXd::Zero(p, p);
   if (p == 0) return total;
@@ -114,7 +117,8 @@ void compare(const Problem& problem, const Explanations& explanations, double ra
     c.power = rate * dot(difference, difference), c.count = rate * count;
     c.fisher = rate * make_fisher(slopes);
     c.along.resize(static_cast<long>(slopes.columns.size()));
-    for (size_t p = 0; p < slopes.columns.size(); ++p) c.along[static_cast<long>(p)] = rate * dot(slopes.columns[p], difference);
+    for (size_t p = 0; p < slopes.columns.size(); ++p)
+      c.along[static_cast<long>(p)] = rate * dot(slopes.columns[p], difference);
   }
   candidate->ok = true;
 }

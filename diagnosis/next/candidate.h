@@ -22,10 +22,13 @@ struct MotionCandidate {
 };
 
 // Scalar product of two series of the same length.
-inline double dot(const std::vector<double>& a, const std::vector<double>& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); }
+inline double dot(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
 
 // Fisher information of recordings about the parameters of an explanation, along the recorded paths.
-Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings, double discrepancy);
+Eigen::MatrixXd calc_fisher(const Problem& problem, const Hypothesis& hypothesis, const std::vector<int>& recordings,
+                            double discrepancy);
 
 // Compares every explanation with the best one along this motion. `rate`: recorder samples per sample of the motion.
 void compare(const Problem& problem, const Explanations& explanations, double rate, MotionCandidate* candidate);

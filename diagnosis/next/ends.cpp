@@ -11,7 +11,8 @@
 
 namespace hrp::diagnosis {
 
-std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher, const Hypothesis& looked_at) {
+std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher,
+                                  const Hypothesis& looked_at) {
   const auto parameters = flatten<EffectParameter>(
       hypothesis, [](const Effect& e) -> const std::vector<EffectParameter>& { return list_infos(e.id); },
       [](size_t, const EffectParameter& info) { return !info.scanned; });

@@ -12,6 +12,7 @@ namespace hrp::diagnosis {
 // The explanation with one parameter at a time at either end of its 95 % interval. `fisher`: information of the
 // recordings about the fitted parameters. Parameters without information change by half of their value. Skips effects
 // that `looked_at` contains: their ends were checked with it.
-std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher, const Hypothesis& looked_at = {});
+std::vector<Hypothesis> list_ends(const Hypothesis& hypothesis, const Eigen::MatrixXd& fisher,
+                                  const Hypothesis& looked_at = {});
 
 }  // namespace hrp::diagnosis

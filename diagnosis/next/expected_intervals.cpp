@@ -23,8 +23,10 @@ std::vector<long> list_slots(const OpenTerms& terms, size_t i) {
   const auto add = [&](const Term& term, long first) {
     for (long c = 0; c < term.columns(); ++c) slots.push_back(first + c);
   };
-  for (size_t k = 0; k < best.model.own[i].size(); ++k) add(terms.design.joints[i].terms[best.model.own[i][k]], best.slots.own[i][k]);
-  for (size_t k = 0; k < best.model.whole.size(); ++k) add(terms.design.whole[best.model.whole[k]], best.slots.whole[k]);
+  for (size_t k = 0; k < best.model.own[i].size(); ++k)
+    add(terms.design.joints[i].terms[best.model.own[i][k]], best.slots.own[i][k]);
+  for (size_t k = 0; k < best.model.whole.size(); ++k)
+    add(terms.design.whole[best.model.whole[k]], best.slots.whole[k]);
   return slots;
 }
 
@@ -60,7 +62,9 @@ double calc_range(const Ranges& ranges, int joint) {
   return std::max(0.0, high - low);
 }
 
-Eigen::VectorXd calc_std(const Eigen::MatrixXd& known) { return calc_expected_std(known, Eigen::VectorXd::Constant(known.rows(), kUnknown)); }
+Eigen::VectorXd calc_std(const Eigen::MatrixXd& known) {
+  return calc_expected_std(known, Eigen::VectorXd::Constant(known.rows(), kUnknown));
+}
 
 }  // namespace
 
@@ -70,14 +74,17 @@ void widen(const std::vector<double>& positions, std::pair<double, double>* rang
   }
 }
 
-ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows, const Limits& limits)
+ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTerms& terms, const TorqueRows& rows,
+                                     const Limits& limits)
     : e_(experiment), terms_(terms), rows_(rows), known_(rows.calc_known(terms.best)) {
   for (size_t i = 0; i < terms.design.joints.size(); ++i) {
     slots_.push_back(list_slots(terms, i));
     const TorqueSamples all = list_torque_samples(terms.design, terms.best.model, i);
     const long width = static_cast<long>(slots_.back().size());
-    if (all.x.rows() > 0 && width > 0) sums_.push_back(sum(all.x, all.effort, all.effort_rate, rows.calc_sample_time(i)));
-    else sums_.push_back({Eigen::MatrixXd::Zero(width, width), Eigen::MatrixXd::Zero(width, 2)});
+    if (all.x.rows() > 0 && width > 0)
+      sums_.push_back(sum(all.x, all.effort, all.effort_rate, rows.calc_sample_time(i)));
+    else
+      sums_.push_back({Eigen::MatrixXd::Zero(width, width), Eigen::MatrixXd::Zero(width, 2)});
   }
   nothing_ = {Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
   for (ConsideredSums& sums : nothing_.considered) sums.xx.setZero(), sums.moved.setZero();
@@ -114,7 +121,8 @@ std::vector<double> ExpectedIntervals::list_considered(const std::vector<Conside
     if (all.xx.size() == 0) continue;
     const Eigen::VectorXd variance = calc_considered_variance(all, e_.sample_time, kKnown);
     const size_t own = slots_[i].size() - static_cast<size_t>(count_whole(terms_));
-    for (size_t c = 0; c < own; ++c) widths[static_cast<size_t>(slots_[i][c])] = kNinetyFive * std::sqrt(variance[static_cast<long>(c)]);
+    for (size_t c = 0; c < own; ++c)
+      widths[static_cast<size_t>(slots_[i][c])] = kNinetyFive * std::sqrt(variance[static_cast<long>(c)]);
   }
   return widths;
 }
@@ -131,13 +139,18 @@ std::vector<ExpectedInterval> ExpectedIntervals::list(const Gained& gained) cons
   const std::vector<double> then = list_considered(gained.considered, 1.0);
   for (const OpenValue& v : terms_.values) {
     const size_t slot = static_cast<size_t>(v.slot);
-    const auto calc_unseen = [&](const Ranges& ranges) { return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint)); };
-    const double width = calc_expected_width(v.half_width, {kNinetyFive * before_[v.slot], calc_unseen(nothing_.ranges), now_[slot], masses_[v.slot]},
-                                             {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot], masses_[v.slot]});
+    const auto calc_unseen = [&](const Ranges& ranges) {
+      return v.dry_joint < 0 ? 0.0 : kNinetyFive * calc_unseen_std(v.value, calc_range(ranges, v.dry_joint));
+    };
+    const double width = calc_expected_width(
+        v.half_width, {kNinetyFive * before_[v.slot], calc_unseen(nothing_.ranges), now_[slot], masses_[v.slot]},
+        {kNinetyFive * after[v.slot], calc_unseen(gained.ranges), then[slot], masses_[v.slot]});
     // No report states less than the agreement of two implementations of a law.
     const double floor = std::min(v.half_width, kNinetyFive * kAgreement * std::abs(v.value));
-    const double after_it = std::max(floor, width), stays = std::hypot(std::hypot(calc_unseen(widest_), masses_[v.slot]), least_[slot]);
-    list.push_back({v.label, v.parameter, v.unit, v.value, v.half_width, after_it, std::min(after_it, std::max(floor, stays))});
+    const double after_it = std::max(floor, width),
+                 stays = std::hypot(std::hypot(calc_unseen(widest_), masses_[v.slot]), least_[slot]);
+    list.push_back(
+        {v.label, v.parameter, v.unit, v.value, v.half_width, after_it, std::min(after_it, std::max(floor, stays))});
   }
   return list;
 }

@@ -35,7 +35,8 @@ class ExpectedIntervals {
   std::vector<ExpectedInterval> list(const Gained& gained) const;
 
  private:
-  std::vector<double> list_considered(const std::vector<ConsideredSums>& gained, double times) const;  // half width by slot of the report's model
+  std::vector<double> list_considered(const std::vector<ConsideredSums>& gained,
+                                      double times) const;  // half width by slot of the report's model
 
   const Experiment& e_;
   const OpenTerms& terms_;
@@ -44,10 +45,10 @@ class ExpectedIntervals {
   std::vector<std::vector<long>> slots_;  // by joint of the design: slots of its columns
   std::vector<ConsideredSums> sums_;      // the same, of the recordings
   Gained nothing_;
-  Eigen::VectorXd before_;                // standard deviation by slot, from the recordings alone
-  std::vector<double> now_, least_;       // list_considered() of nothing more, and of the best repeated motion
-  Eigen::VectorXd masses_;                // half width by slot that is owed to uncertain masses
-  Ranges widest_;                         // of joints, within the limits
+  Eigen::VectorXd before_;           // standard deviation by slot, from the recordings alone
+  std::vector<double> now_, least_;  // list_considered() of nothing more, and of the best repeated motion
+  Eigen::VectorXd masses_;           // half width by slot that is owed to uncertain masses
+  Ranges widest_;                    // of joints, within the limits
 };
 
 }  // namespace hrp::diagnosis

@@ -39,7 +39,8 @@ double find_margin(const Problem& problem, double cost) {
 
 class Finder {
  public:
-  Finder(const Problem& problem, const Progress& progress) : problem_(problem), progress_(progress), explorer_(problem) {}
+  Finder(const Problem& problem, const Progress& progress)
+      : problem_(problem), progress_(progress), explorer_(problem) {}
 
   Explanations run(const Json& report) {
     const Hypothesis model = read_model(*problem_.experiment, report);
@@ -70,7 +71,9 @@ class Finder {
     for (const Lead& lead : explorer_.grow({explorer_.make_lead(rest)}, kCandidates, quiet)) add(lead, false);
   }
 
-  std::vector<char> make_quiet(bool quiet) const { return std::vector<char>(static_cast<size_t>(problem_.experiment->num_joints()), quiet); }
+  std::vector<char> make_quiet(bool quiet) const {
+    return std::vector<char>(static_cast<size_t>(problem_.experiment->num_joints()), quiet);
+  }
 
   void add_first_effects(const Json& report) {
     if (report.value("verdict", "") != "no_mismatch") return add_grown({}, make_quiet(false));
@@ -85,7 +88,8 @@ class Finder {
     for (const Json& finding : report.value("findings", Json::array())) {
       Effect found;
       if (!read_effect(*problem_.experiment, finding, &found)) continue;
-      const auto at = std::find_if(model.begin(), model.end(), [&](const Effect& e) { return e.id == found.id && e.place == found.place; });
+      const auto at = std::find_if(model.begin(), model.end(),
+                                   [&](const Effect& e) { return e.id == found.id && e.place == found.place; });
       Hypothesis rest = model;
       if (at != model.end()) rest = without(model, static_cast<size_t>(at - model.begin()));
       add_listed(finding, rest);
@@ -132,13 +136,16 @@ class Finder {
     if (out_.unseen) return;
     std::vector<Explanation>& list = out_.list;
     const bool named = !list[0].hypothesis.empty();
-    std::stable_sort(list.begin() + (named ? 1 : 0), list.end(), [](const Explanation& a, const Explanation& b) { return a.cost < b.cost; });
+    std::stable_sort(list.begin() + (named ? 1 : 0), list.end(),
+                     [](const Explanation& a, const Explanation& b) { return a.cost < b.cost; });
     double least = 1e300;
     for (const Explanation& one : list) least = std::min(least, one.cost);
     const double most = std::max(list[0].cost, least + find_margin(problem_, least));
     std::vector<Explanation> kept{list[0]};
     for (size_t i = 1; i < list.size(); ++i) {
-      if (kept.size() < kMost && !list[i].hypothesis.empty() && (list[i].listed || (list[i].cost <= most && !is_given_up(list[i], list[0])))) kept.push_back(list[i]);
+      if (kept.size() < kMost && !list[i].hypothesis.empty() &&
+          (list[i].listed || (list[i].cost <= most && !is_given_up(list[i], list[0]))))
+        kept.push_back(list[i]);
     }
     list = kept;
   }
@@ -147,8 +154,10 @@ class Finder {
   // next.
   bool is_given_up(const Explanation& rival, const Explanation& best) const {
     const double readings = count_readings(problem_), unit = std::max(1.0, best.cost / std::max(1.0, readings));
-    const double dearer = std::min(0.0, rival.cost - best.cost) / unit + calc_own_price(rival.hypothesis, readings) - calc_own_price(best.hypothesis, readings);
-    const double more = static_cast<double>(count_parameters(rival.hypothesis)) - static_cast<double>(count_parameters(best.hypothesis));
+    const double dearer = std::min(0.0, rival.cost - best.cost) / unit + calc_own_price(rival.hypothesis, readings) -
+                          calc_own_price(best.hypothesis, readings);
+    const double more = static_cast<double>(count_parameters(rival.hypothesis)) -
+                        static_cast<double>(count_parameters(best.hypothesis));
     const double odds = calc_odds(dearer, more);
     return odds / (1.0 + odds) <= kDetail;
   }
@@ -182,14 +191,16 @@ Hypothesis make_hidden_friction(const Experiment& experiment, int joint) {
   const double effort = experiment.robot.tree.joint(joint).effort_limit;
   if (!std::isfinite(effort)) return {};
   Effect friction{find_term_row(&TermRow::level).effect->id, joint, {}};
-  for (const EffectParameter& info : list_infos(friction.id)) friction.p.push_back(info.name == "level" ? kMinor * effort : info.value);
+  for (const EffectParameter& info : list_infos(friction.id))
+    friction.p.push_back(info.name == "level" ? kMinor * effort : info.value);
   return {friction};
 }
 
 bool read_effect(const Experiment& experiment, const Json& entry, Effect* effect) {
   const EffectInfo* info = find_effect(entry.value("effect", ""));
   if (!info || !info->apply || !entry.contains("where")) return false;
-  if (info->place != PlaceKind::kJoint && info->place != PlaceKind::kLink && info->place != PlaceKind::kSensor) return false;
+  if (info->place != PlaceKind::kJoint && info->place != PlaceKind::kLink && info->place != PlaceKind::kSensor)
+    return false;
   effect->id = info->id;
   effect->place = find_place(experiment, *info, entry["where"]);
   if (effect->place.index < 0) return false;

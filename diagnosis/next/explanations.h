@@ -14,8 +14,8 @@ namespace hrp::diagnosis {
 struct Explanation {
   Hypothesis hypothesis;
   std::string label;
-  double cost = 0.0;   // sum of squares in units of noise, along the recorded paths
-  bool listed = false; // the report lists it as an alternative
+  double cost = 0.0;    // sum of squares in units of noise, along the recorded paths
+  bool listed = false;  // the report lists it as an alternative
 };
 
 struct Explanations {
@@ -27,8 +27,8 @@ struct Explanations {
 // Number of readings of all joints in all recordings.
 double count_readings(const Problem& problem);
 
-// Dry friction that a joint may hide as long as it does not move: a small part of its largest effort. Empty without such a
-// limit.
+// Dry friction that a joint may hide as long as it does not move: a small part of its largest effort. Empty without
+// such a limit.
 Hypothesis make_hidden_friction(const Experiment& experiment, int joint);
 
 // Converts an effect of a report; false if no simulator knows it or the robot does not have its place.

@@ -11,12 +11,13 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMasses[] = {5.0, 2.0, 1.0, 0.5, 0.2, 0.1};  // [kg]
-constexpr size_t kMostPlaces = 2;    // each place needs simulations of every motion
-constexpr double kPlace = 1e-3;      // [m] resolution of a stated place, as precise as people measure
+constexpr size_t kMostPlaces = 2;                             // each place needs simulations of every motion
+constexpr double kPlace = 1e-3;  // [m] resolution of a stated place, as precise as people measure
 
 double calc_moving_mass(const TreeSpec& tree, int last) {
   double mass = 0.0;
-  for (int link = last; link > 0; link = tree.links[static_cast<size_t>(link)].parent) mass += tree.links[static_cast<size_t>(link)].inertia.mass;
+  for (int link = last; link > 0; link = tree.links[static_cast<size_t>(link)].parent)
+    mass += tree.links[static_cast<size_t>(link)].inertia.mass;
   return mass;
 }
 
@@ -37,8 +38,8 @@ std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most) {
 
 std::string describe(const LoadSpec& load) {
   const Vector3d& p = load.p_LC;
-  return "Hang " + number(load.mass, 3) + " kg on " + load.link + ", its centre at (" + number(p.x(), 4) + ", " + number(p.y(), 4) + ", " +
-         number(p.z(), 4) + ") m in the link's frame.";
+  return "Hang " + number(load.mass, 3) + " kg on " + load.link + ", its centre at (" + number(p.x(), 4) + ", " +
+         number(p.y(), 4) + ", " + number(p.z(), 4) + ") m in the link's frame.";
 }
 
 }  // namespace hrp::diagnosis

@@ -8,7 +8,8 @@ namespace hrp::diagnosis {
 namespace {
 
 // Uncertainty of a predicted difference in its logarithm, about a factor of e: it depends on values that are not known
-// yet. It is averaged over: up to deviations beyond which one in 16000 lies, in steps that a normal distribution does not notice.
+// yet. It is averaged over: up to deviations beyond which one in 16000 lies, in steps that a normal distribution does
+// not notice.
 constexpr double kDeviations = 4.0;
 constexpr int kSteps = 20;
 

@@ -12,10 +12,10 @@ constexpr double kValues = 0.5;  // worth of halved intervals relative to that o
 // Compares one explanation with another one as the truth, over some recordings. r: difference of their predictions; J:
 // derivatives of r with respect to the explanation's p parameters.
 struct Comparison {
-  double power = 0.0;       // r^T r
-  Eigen::VectorXd along;    // J^T r
-  Eigen::MatrixXd fisher;   // J^T J, Fisher information
-  double count = 0.0;       // samples of all signals
+  double power = 0.0;      // r^T r
+  Eigen::VectorXd along;   // J^T r
+  Eigen::MatrixXd fisher;  // J^T J, Fisher information
+  double count = 0.0;      // samples of all signals
 };
 
 // r^T r - (J^T r)^T A^-1 (J^T r), A = J^T J + `known`: the difference that remains if the explanation's parameters are

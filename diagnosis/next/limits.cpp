@@ -16,9 +16,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kReach = 1.0;       // [rad or m] largest distance from the start pose, if none is stated: nothing is known of what stands around
+// [rad or m] largest distance from the start pose, if none is stated: nothing is known of what stands around
+constexpr double kReach = 1.0;
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
-constexpr double kGrow = 2.0;        // factor on the largest effort of the recordings if nothing states a limit: the next step
+// Factor on the largest effort of the recordings if nothing states a limit: the next step
+constexpr double kGrow = 2.0;
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
 
 const JointColumns* find_columns(const Experiment& e, size_t joint) {
@@ -64,7 +66,8 @@ double find_servo_effort(const Experiment& e, size_t joint) {
 }
 
 double find_seen_effort(const Experiment& e, size_t joint) {
-  const bool recorded = std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) { return r.joints[joint].has(Quantity::kEffort); });
+  const bool recorded = std::any_of(e.recordings.begin(), e.recordings.end(),
+                                    [&](const Recording& r) { return r.joints[joint].has(Quantity::kEffort); });
   if (!recorded) return e.scenario.drive == "servo" ? find_servo_effort(e, joint) : 0.0;
   double most = 0.0;
   for (const Recording& r : e.recordings) {
@@ -105,7 +108,8 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
     take_seen_range(e, j, &limits);
     limits.widest_lower = limits.lower, limits.widest_upper = limits.upper;
     limits.hard_lower = limits.lower - kTolerance, limits.hard_upper = limits.upper + kTolerance;
-    remarks->push_back(joint.name + " has no position limits in its URDF: motions stay within what the recordings show, " +
+    remarks->push_back(joint.name +
+                       " has no position limits in its URDF: motions stay within what the recordings show, " +
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));
   }
   limits.lower = std::min(limits.lower, limits.start), limits.upper = std::max(limits.upper, limits.start);
@@ -124,21 +128,31 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 }
 
 [[noreturn]] void refuse(const std::string& what) {
-  fail(what, "expected speed, effort, reach, lower, upper, ground or load = a number, such as speed=0.5, elbow.speed=0.3, or a YAML file");
+  fail(what,
+       "expected speed, effort, reach, lower, upper, ground or load = a number, such as speed=0.5, elbow.speed=0.3, or "
+       "a YAML file");
 }
 
 void tighten(const std::string& what, const std::string& key, double value, JointLimits* joint) {
   const double before_lower = joint->lower, before_upper = joint->upper;
-  if (key == "speed" && value > 0.0) joint->speed = std::min(joint->speed, value);
-  else if (key == "effort" && value > 0.0) joint->effort = std::min(joint->effort, value);
+  if (key == "speed" && value > 0.0)
+    joint->speed = std::min(joint->speed, value);
+  else if (key == "effort" && value > 0.0)
+    joint->effort = std::min(joint->effort, value);
   else if (key == "reach" && value >= 0.0) {
-    joint->lower = std::max(joint->widest_lower, joint->start - value), joint->upper = std::min(joint->widest_upper, joint->start + value);
-  } else if (key == "lower") joint->lower = std::max(joint->lower, value);
-  else if (key == "upper") joint->upper = std::min(joint->upper, value);
-  else refuse(what);
+    joint->lower = std::max(joint->widest_lower, joint->start - value),
+    joint->upper = std::min(joint->widest_upper, joint->start + value);
+  } else if (key == "lower")
+    joint->lower = std::max(joint->lower, value);
+  else if (key == "upper")
+    joint->upper = std::min(joint->upper, value);
+  else
+    refuse(what);
   // Commands keep a distance from the limits that a joint needs to follow them.
-  if (joint->lower > before_lower) joint->hard_lower = joint->lower, joint->lower += kMinor * (joint->upper - joint->lower);
-  if (joint->upper < before_upper) joint->hard_upper = joint->upper, joint->upper -= kMinor * (joint->upper - joint->lower);
+  if (joint->lower > before_lower)
+    joint->hard_lower = joint->lower, joint->lower += kMinor * (joint->upper - joint->lower);
+  if (joint->upper < before_upper)
+    joint->hard_upper = joint->upper, joint->upper -= kMinor * (joint->upper - joint->lower);
   // What is stated later, for all joints, widens none of these.
   if (joint->lower > before_lower) joint->widest_lower = joint->lower;
   if (joint->upper < before_upper) joint->widest_upper = joint->upper;
@@ -223,8 +237,9 @@ Limits make_limits(const Experiment& experiment, const std::vector<std::string>&
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     const JointLimits& joint = limits.joints[j];
     if (joint.hard_lower > joint.start || joint.hard_upper < joint.start)
-      fail(experiment.robot.tree.joint(static_cast<int>(j)).name,
-           "motions start at " + number(joint.start, 4) + ", outside of " + number(joint.hard_lower, 4) + " to " + number(joint.hard_upper, 4));
+      fail(experiment.robot.tree.joint(static_cast<int>(j)).name, "motions start at " + number(joint.start, 4) +
+                                                                      ", outside of " + number(joint.hard_lower, 4) +
+                                                                      " to " + number(joint.hard_upper, 4));
   }
   return limits;
 }

@@ -11,15 +11,18 @@ namespace {
 
 constexpr double kRest = 0.3;  // [s] at rest at both ends
 constexpr double kFade = 1.0;  // [s] in which a motion fades, and in which it grows at least
-// A motion grows over a third of its time, at most this long [s]. A drive may be weaker than stated, and poor recordings do not
-// tell. Then a joint leaves its command after the first second: less is no recording that shows it.
+// A motion grows over a third of its time, at most this long [s]. A drive may be weaker than stated, and poor
+// recordings do not tell. Then a joint leaves its command after the first second: less is no recording that shows it.
 constexpr double kGrow = 2.0;
 
 // Replaces the distributions of <random>, which differ between libraries.
 class Draw {
  public:
   explicit Draw(unsigned seed) : engine_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(engine_() - engine_.min()) / static_cast<double>(engine_.max() - engine_.min()); }
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() - engine_.min()) /
+                     static_cast<double>(engine_.max() - engine_.min());
+  }
 
  private:
   std::mt19937 engine_;
@@ -33,12 +36,14 @@ double rise(double t) {
 
 using Curve = std::function<double(double)>;  // -1 to 1 as a function of time [s]
 
-// One sine in each of six equal bands of log f, up to `quickest` [Hz]. If all were drawn from the whole range, some joints
-// would get slow ones only: their inertia would not show, and all that a quick neighbour does to them would look like an
-// effect of their own.
+// One sine in each of six equal bands of log f, up to `quickest` [Hz]. If all were drawn from the whole range, some
+// joints would get slow ones only: their inertia would not show, and all that a quick neighbour does to them would look
+// like an effect of their own.
 Curve make_sines(double quickest, Draw& draw) {
-  struct Term { double a, w, p; };
-  constexpr int kBands = 6;  // of frequencies
+  struct Term {
+    double a, w, p;
+  };
+  constexpr int kBands = 6;      // of frequencies
   constexpr double kLow = 0.12;  // [Hz]
   std::vector<Term> terms;
   double total = 0.0;
@@ -54,7 +59,9 @@ Curve make_sines(double quickest, Draw& draw) {
   };
 }
 
-struct Leg { double begin, length, from, to; };
+struct Leg {
+  double begin, length, from, to;
+};
 
 Curve follow(const std::vector<Leg>& legs, bool even) {
   return [legs, even](double t) {
@@ -64,7 +71,9 @@ Curve follow(const std::vector<Leg>& legs, bool even) {
       const double s = std::clamp((t - leg.begin) / leg.length, 0.0, 1.0);
       // Constant speed, except for a tenth of the way at each end.
       constexpr double b = 0.1;
-      const double ramp = s < b ? s * s / (2.0 * b) : s > 1.0 - b ? 1.0 - b - (1.0 - s) * (1.0 - s) / (2.0 * b) : s - b / 2.0;
+      const double ramp = s < b         ? s * s / (2.0 * b)
+                          : s > 1.0 - b ? 1.0 - b - (1.0 - s) * (1.0 - s) / (2.0 * b)
+                                        : s - b / 2.0;
       q = leg.from + (leg.to - leg.from) * (even ? ramp / (1.0 - b) : rise(s));
     }
     return q;
@@ -76,7 +85,8 @@ Curve make_two_speeds(Draw& draw, double seconds) {
   std::vector<Leg> legs;
   double t = draw.uniform(0.0, 0.4), at = 0.0, side = draw.uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
   for (int i = 0; t < seconds; ++i) {
-    const double length = i % 4 < 2 ? draw.uniform(1.3, 2.0) : draw.uniform(0.35, 0.5), to = side * draw.uniform(0.7, 1.0);
+    const double length = i % 4 < 2 ? draw.uniform(1.3, 2.0) : draw.uniform(0.35, 0.5),
+                 to = side * draw.uniform(0.7, 1.0);
     legs.push_back({t, length, at, to});
     at = to, side = -side, t += length + draw.uniform(0.1, 0.35);
   }
@@ -97,7 +107,8 @@ Curve make_targets(Draw& draw, double seconds, double shortest, double longest, 
 
 // From low to high frequency, with decreasing amplitude to limit the speed.
 Curve make_chirp(Draw& draw, double seconds) {
-  const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds, p = draw.uniform(0.0, 2.0 * M_PI);
+  const double low = draw.uniform(0.15, 0.3), high = draw.uniform(4.0, 7.0), k = std::log(high / low) / seconds,
+               p = draw.uniform(0.0, 2.0 * M_PI);
   return [=](double t) {
     const double f = low * std::exp(k * t), phase = 2.0 * M_PI * low * (std::exp(k * t) - 1.0) / k;
     return std::sin(phase + p) * std::min(1.0, std::pow(low / f, 0.8) * 1.2);
@@ -132,7 +143,8 @@ Curve make_curve(const MotionPlan& plan, Draw& draw) {
 // Motion around the middle of the free range, from the start position and back to it.
 void fill(const Curve& curve, const JointLimits& limits, const MotionPlan& plan, double size, std::vector<double>* q) {
   const double middle = 0.5 * (limits.lower + limits.upper), half = 0.5 * (limits.upper - limits.lower);
-  const double end = static_cast<double>(q->size() - 1) * plan.period, grows = std::clamp((end - 2.0 * kRest) / 3.0, kFade, kGrow);
+  const double end = static_cast<double>(q->size() - 1) * plan.period,
+               grows = std::clamp((end - 2.0 * kRest) / 3.0, kFade, kGrow);
   for (size_t k = 0; k < q->size(); ++k) {
     const double t = static_cast<double>(k) * plan.period;
     const double share = rise((t - kRest) / grows) * rise((end - kRest - t) / kFade);
@@ -149,7 +161,8 @@ double find_largest(const std::vector<double>& values) {
 }  // namespace
 
 const char* get_family_word(Family family) {
-  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple", "sway", "lean", "squat", "stir", "swing", "walk"};
+  static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple",
+                                      "sway",      "lean",       "squat", "stir",  "swing",    "walk"};
   return words[static_cast<size_t>(family)];
 }
 
@@ -171,7 +184,9 @@ const char* get_family_sentence(Family family) {
   return sentences[static_cast<size_t>(family)];
 }
 
-double get_size(const MotionPlan& plan, size_t joint) { return joint < plan.shares.size() ? plan.size * plan.shares[joint] : plan.size; }
+double get_size(const MotionPlan& plan, size_t joint) {
+  return joint < plan.shares.size() ? plan.size * plan.shares[joint] : plan.size;
+}
 
 std::vector<double> calc_rates(const std::vector<double>& q, double period) {
   std::vector<double> v(q.size(), 0.0);

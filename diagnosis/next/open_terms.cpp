@@ -52,7 +52,8 @@ class Finder {
 
  private:
   // The term of a list with this effect, at this place, whose shape is the nearest.
-  std::optional<size_t> find_term(const std::vector<Term>& terms, const EffectInfo& info, int place, double shape) const {
+  std::optional<size_t> find_term(const std::vector<Term>& terms, const EffectInfo& info, int place,
+                                  double shape) const {
     std::optional<size_t> best;
     for (size_t t = 0; t < terms.size(); ++t) {
       if (terms[t].row->effect != &info || terms[t].place != place || terms[t].row->scales_model) continue;
@@ -81,7 +82,8 @@ class Finder {
     const auto row = std::find_if(terms.begin(), terms.end(), [&](const Term& t) { return t.row->effect == &info; });
     if (row == terms.end()) return find_common(info, effect.place.index);
     const int shape = row->row->shape_parameter;
-    const auto term = find_term(terms, info, effect.place.index, shape >= 0 ? effect.p[static_cast<size_t>(shape)] : effect.p[0]);
+    const auto term =
+        find_term(terms, info, effect.place.index, shape >= 0 ? effect.p[static_cast<size_t>(shape)] : effect.p[0]);
     if (!term) return std::nullopt;
     Found found{static_cast<int>(i), {*term}};
     if (!terms[*term].row->excess) return found;
@@ -111,18 +113,20 @@ class Finder {
     });
   }
 
-  // The report's model has terms for every joint. Those of a joint that did not move cancel each other at rest (a level of
-  // friction and a constant torque), so their values are arbitrary. With these values each motion of this joint would seem
-  // to need too large efforts, and the joint would stay as unknown as it is.
+  // The report's model has terms for every joint. Those of a joint that did not move cancel each other at rest (a level
+  // of friction and a constant torque), so their values are arbitrary. With these values each motion of this joint
+  // would seem to need too large efforts, and the joint would stay as unknown as it is.
   bool is_arbitrary(const Effect& effect) const {
-    return effect.place.kind == PlaceKind::kJoint && calc_travel(e_, effect.place.index) < kStill && !is_finding(effect);
+    return effect.place.kind == PlaceKind::kJoint && calc_travel(e_, effect.place.index) < kStill &&
+           !is_finding(effect);
   }
 
   void read_best() {
     TorqueModel model;
     model.own.resize(out_.design.joints.size());
     Hypothesis all = read_model(e_, report_);
-    all.erase(std::remove_if(all.begin(), all.end(), [&](const Effect& effect) { return is_arbitrary(effect); }), all.end());
+    all.erase(std::remove_if(all.begin(), all.end(), [&](const Effect& effect) { return is_arbitrary(effect); }),
+              all.end());
     for (const Effect& effect : all) {
       if (const auto found = find(effect)) insert(*found, &model);
     }
@@ -154,23 +158,27 @@ class Finder {
     TorqueSide rest = with;
     remove(*found, &rest.model);
     rest.hypothesis.erase(std::remove_if(rest.hypothesis.begin(), rest.hypothesis.end(),
-                                         [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; }), rest.hypothesis.end());
+                                         [&](const Effect& e) { return e.id == effect.id && e.place == effect.place; }),
+                          rest.hypothesis.end());
     size_t rivals = 0;
     for (Json other : finding.value("alternatives", Json::array())) {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       rivals += add_alternative(other, label, with, rest) ? 1 : 0;
     }
     if (rivals == 0 && finding.value("grade", "") == get_grade_name(Grade::kAmbiguous))
-      out_.questions.push_back({(added ? "also " : "no ") + label, with, make_side(rest.model, rest.hypothesis), added});
+      out_.questions.push_back(
+          {(added ? "also " : "no ") + label, with, make_side(rest.model, rest.hypothesis), added});
   }
 
-  bool add_alternative(const Json& alternative, const std::string& label, const TorqueSide& truth, const TorqueSide& rest) {
+  bool add_alternative(const Json& alternative, const std::string& label, const TorqueSide& truth,
+                       const TorqueSide& rest) {
     Effect other;
     const bool known = read_effect(e_, alternative, &other);
     const auto found = known ? find(other) : std::nullopt;
     const std::string name = known ? get_label(e_, other) : alternative.value("effect", "");
     if (!found) {
-      out_.untold.push_back(label + ", or " + name + ": these motions do not tell the two apart" + get_motion(alternative));
+      out_.untold.push_back(label + ", or " + name + ": these motions do not tell the two apart" +
+                            get_motion(alternative));
       return false;
     }
     // An effect that the model has already takes over what it can: the rival is the rest.
@@ -201,7 +209,8 @@ class Finder {
 
   void add_untold(const Json& finding, const std::string& label) {
     for (const Json& other : finding.value("alternatives", Json::array()))
-      out_.untold.push_back(label + ", or " + other.value("effect", "") + ": these motions do not tell the two apart" + get_motion(other));
+      out_.untold.push_back(label + ", or " + other.value("effect", "") + ": these motions do not tell the two apart" +
+                            get_motion(other));
   }
 
   // Values whose parameters are those of the columns, in their order. Shapes of laws have no column.
@@ -212,11 +221,13 @@ class Finder {
     for (size_t i = 0; i < std::min(infos.size(), slots.size()); ++i) {
       const Json said = parameters.value(infos[i].name, Json());
       const Json ends = said.is_object() ? said.value("ci95", Json()) : Json();
-      const bool plain = infos[i].axis < 0 && ends.size() == 2 && ends[0].is_number() && ends[1].is_number() && said["value"].is_number();
+      const bool plain = infos[i].axis < 0 && ends.size() == 2 && ends[0].is_number() && ends[1].is_number() &&
+                         said["value"].is_number();
       if (!plain) continue;
       std::string unit = infos[i].unit;
       if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
-      out_.values.push_back({effect.id, effect.place, label, infos[i].name, unit, said["value"].get<double>(), 0.5 * (ends[1].get<double>() - ends[0].get<double>()), slots[i],
+      out_.values.push_back({effect.id, effect.place, label, infos[i].name, unit, said["value"].get<double>(),
+                             0.5 * (ends[1].get<double>() - ends[0].get<double>()), slots[i],
                              is_dry_slot(found, i) ? effect.place.index : -1});
     }
   }
@@ -237,11 +248,13 @@ class Finder {
   std::vector<long> list_own_slots(const Found& found) const {
     TorqueModel model = out_.best.model;
     const std::vector<size_t>& list = get_list(model, found);
-    const std::vector<long>& first = found.joint < 0 ? out_.best.slots.whole : out_.best.slots.own[static_cast<size_t>(found.joint)];
+    const std::vector<long>& first =
+        found.joint < 0 ? out_.best.slots.whole : out_.best.slots.own[static_cast<size_t>(found.joint)];
     std::vector<long> slots;
     for (size_t term : found.terms) {
       const size_t at = static_cast<size_t>(std::find(list.begin(), list.end(), term) - list.begin());
-      const Term& of = found.joint < 0 ? out_.design.whole[term] : out_.design.joints[static_cast<size_t>(found.joint)].terms[term];
+      const Term& of =
+          found.joint < 0 ? out_.design.whole[term] : out_.design.joints[static_cast<size_t>(found.joint)].terms[term];
       for (int c = 0; c < of.columns(); ++c) slots.push_back(first[at] + c);
     }
     return slots;

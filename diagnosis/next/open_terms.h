@@ -35,15 +35,15 @@ struct OpenValue {
   std::string label, parameter, unit;
   double value = 0.0, half_width = 0.0;  // of the report's 95 % interval
   long slot = 0;                         // in `best`
-  int dry_joint = -1;  // joint of a level of dry friction, which varies over a turn; -1: none
+  int dry_joint = -1;                    // joint of a level of dry friction, which varies over a turn; -1: none
 };
 
 struct OpenTerms {
   TorqueDesign design;
-  TorqueSide best;                   // the report's model
+  TorqueSide best;  // the report's model
   std::vector<OpenQuestion> questions;
   std::vector<OpenValue> values;
-  std::vector<std::string> untold;   // alternatives that are no function of the motion, or the same in every motion
+  std::vector<std::string> untold;  // alternatives that are no function of the motion, or the same in every motion
   bool any() const { return !design.joints.empty(); }
 };
 

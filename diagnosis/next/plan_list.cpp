@@ -15,7 +15,8 @@ void add_loaded(const Experiment& e, const Limits& limits, std::vector<MotionPla
   const std::vector<MotionPlan> bare = *plans;
   for (const LoadSpec& load : list_hung_loads(e.robot.tree, limits.load)) {
     for (MotionPlan plan : bare) {
-      const bool slow = plan.family == Family::kPostures || plan.family == Family::kCreep || plan.family == Family::kTwoSpeeds;
+      const bool slow =
+          plan.family == Family::kPostures || plan.family == Family::kCreep || plan.family == Family::kTwoSpeeds;
       if (!slow || plan.seed > kSeeds) continue;
       plan.loads = {load};
       plans->push_back(plan);
@@ -40,7 +41,8 @@ void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vect
     const int joint = find_joint(effect);
     if (joint >= 0) (*moves)[static_cast<size_t>(joint)] = 1;
     if (effect.place.kind != PlaceKind::kLink) continue;
-    for (int link = effect.place.index; link > 0; link = e.robot.tree.links[static_cast<size_t>(link)].parent) (*moves)[static_cast<size_t>(link) - 1] = 1;
+    for (int link = effect.place.index; link > 0; link = e.robot.tree.links[static_cast<size_t>(link)].parent)
+      (*moves)[static_cast<size_t>(link) - 1] = 1;
   }
 }
 
@@ -55,14 +57,16 @@ bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan) {
   return plan->size >= kLeastSize;
 }
 
-std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned, double seconds) {
+std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned,
+                                   double seconds) {
   std::vector<MotionPlan> plans;
   const std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);
   const bool apart = concerned != all && has(concerned, 1);
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
       MotionPlan plan;
-      plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod, plan.moves = all;
+      plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod,
+      plan.moves = all;
       plans.push_back(plan);
       if (!apart) continue;
       plan.moves = concerned, plan.seed += kSeeds;

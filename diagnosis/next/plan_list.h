@@ -12,21 +12,22 @@ namespace hrp::diagnosis {
 
 constexpr double kSmaller = 0.8;    // factor on a size that is not safe
 constexpr double kLeastSize = 0.2;  // smallest one that is tried
-// Least factor on the size of one joint. A joint that stays at fault then suffers from what the others do to it, or from the
-// posture: all become smaller.
+// Least factor on the size of one joint. A joint that stays at fault then suffers from what the others do to it, or
+// from the posture: all become smaller.
 constexpr double kLeastShare = 0.4;
-// Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family, which
-// may miss the same effects.
+// Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family,
+// which may miss the same effects.
 constexpr double kDrawback = 0.9;
 
 // Marks the joints at which effects act, and the joints that carry such links. `moves`: by joint.
 void mark_concerned(const Experiment& experiment, const Hypothesis& hypothesis, std::vector<char>* moves);
 
-// Makes the joints smaller that passed their own limits; all of them if none did (a collision), or if these are small already.
-// `faulty`: by joint. Returns false if the motion would be smaller than the least size.
+// Makes the joints smaller that passed their own limits; all of them if none did (a collision), or if these are small
+// already. `faulty`: by joint. Returns false if the motion would be smaller than the least size.
 bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan);
 
 // Every family with all joints and with those in `concerned` alone; slow families also with a load by hand.
-std::vector<MotionPlan> list_plans(const Experiment& experiment, const Limits& limits, const std::vector<char>& concerned, double seconds);
+std::vector<MotionPlan> list_plans(const Experiment& experiment, const Limits& limits,
+                                   const std::vector<char>& concerned, double seconds);
 
 }  // namespace hrp::diagnosis

@@ -9,7 +9,8 @@
 
 namespace hrp::diagnosis {
 
-double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after) {
+double calc_worth(double decided, const std::vector<ExpectedInterval>& before,
+                  const std::vector<ExpectedInterval>& after) {
   double narrowed = 0.0;
   for (size_t i = 0; i < after.size(); ++i) {
     // A parameter without an interval today cannot become narrower.
@@ -48,6 +49,8 @@ Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& c
 
 double calc_rms(const Comparison& comparison, double left) { return std::sqrt(left / std::max(1.0, comparison.count)); }
 
-std::string describe_plan(const MotionPlan& plan) { return std::string(get_family_word(plan.family)) + (plan.loads.empty() ? "" : " with a load"); }
+std::string describe_plan(const MotionPlan& plan) {
+  return std::string(get_family_word(plan.family)) + (plan.loads.empty() ? "" : " with a load");
+}
 
 }  // namespace hrp::diagnosis

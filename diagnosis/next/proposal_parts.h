@@ -8,13 +8,14 @@
 namespace hrp::diagnosis {
 
 // `decided` (mean probability of a decision) plus kValues times the expected narrowing of the intervals, at most
-// 1 + kValues. An interval counts fully if it becomes a fourth of what it was. `before` and `after`: the same parameters
-// without and with the motion.
-double calc_worth(double decided, const std::vector<ExpectedInterval>& before, const std::vector<ExpectedInterval>& after);
+// 1 + kValues. An interval counts fully if it becomes a fourth of what it was. `before` and `after`: the same
+// parameters without and with the motion.
+double calc_worth(double decided, const std::vector<ExpectedInterval>& before,
+                  const std::vector<ExpectedInterval>& after);
 
 // Parts of the half width of an interval that a motion changes: noise, the unseen part of a turn, and what the report
-// considers (a torque constant, the time of a sample). `masses`: what it owes to masses that are known to 2 %. It stays,
-// because a rotor and the inertia of links are the same function of every motion.
+// considers (a torque constant, the time of a sample). `masses`: what it owes to masses that are known to 2 %. It
+// stays, because a rotor and the inertia of links are the same function of every motion.
 struct WidthParts {
   double noise = 0.0, unseen = 0.0, considered = 0.0, masses = 0.0;
 };

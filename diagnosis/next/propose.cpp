@@ -25,13 +25,18 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kWide = 100.0;         // natural sizes of a parameter: its uncertainty without recordings
+constexpr double kWide = 100.0;  // natural sizes of a parameter: its uncertainty without recordings
 
 class Proposer {
  public:
   Proposer(const Experiment& experiment, const NextOptions& options, const Progress& progress)
-      : e_(experiment), options_(options), progress_(progress), limits_(make_limits(experiment, options.limits)),
-        problem_(make_problem(experiment, options.jobs)), safety_(experiment, limits_), bare_(experiment) {
+      : e_(experiment),
+        options_(options),
+        progress_(progress),
+        limits_(make_limits(experiment, options.limits)),
+        problem_(make_problem(experiment, options.jobs)),
+        safety_(experiment, limits_),
+        bare_(experiment) {
     bare_.recordings.clear();
     prepare_paths(&problem_);
     for (size_t r = 0; r < e_.recordings.size(); ++r) all_.push_back(static_cast<int>(r));
@@ -43,16 +48,19 @@ class Proposer {
     next_.remarks = safety_.remarks();
     for (const Explanation& one : explanations_.list) next_.explanations.push_back(one.label);
     if (explanations_.list.size() < 2 && explanations_.list[0].hypothesis.empty()) {
-      next_.nothing = explanations_.unseen ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
-                                           : "Nothing was found that a motion could tell more about.";
+      next_.nothing = explanations_.unseen
+                          ? "The recordings show no mismatch, and every joint moved: nothing is ambiguous."
+                          : "Nothing was found that a motion could tell more about.";
       return next_;
     }
     known_.resize(explanations_.list.size());
     parallel_for(options_.jobs, static_cast<int>(known_.size()), [&](int i) {
-      known_[static_cast<size_t>(i)] = calc_fisher(problem_, explanations_.list[static_cast<size_t>(i)].hypothesis, all_, explanations_.discrepancy);
+      known_[static_cast<size_t>(i)] =
+          calc_fisher(problem_, explanations_.list[static_cast<size_t>(i)].hypothesis, all_, explanations_.discrepancy);
     });
     if (explanations_.list.size() < 2 && is_settled(report)) {
-      next_.nothing = "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous.";
+      next_.nothing =
+          "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous.";
       return next_;
     }
     try_motions();
@@ -67,7 +75,8 @@ class Proposer {
   bool is_settled(const Json& report) const {
     if (report.value("verdict", "") != "explained" || !is_narrow(report)) return false;
     const std::vector<ExpectedInterval> now = list_intervals(Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols()));
-    return std::all_of(now.begin(), now.end(), [](const ExpectedInterval& i) { return i.before <= kKnown * std::abs(i.value); });
+    return std::all_of(now.begin(), now.end(),
+                       [](const ExpectedInterval& i) { return i.before <= kKnown * std::abs(i.value); });
   }
 
   static bool is_narrow(const Json& report) {
@@ -75,7 +84,8 @@ class Proposer {
       for (const Json& one : finding.value("parameters", Json::object())) {
         const Json ends = one.is_object() ? one.value("ci95", Json()) : Json();
         if (ends.size() != 2 || !ends[0].is_number() || !ends[1].is_number() || !one["value"].is_number()) continue;
-        if (ends[1].get<double>() - ends[0].get<double>() > 2.0 * kKnown * std::abs(one["value"].get<double>())) return false;
+        if (ends[1].get<double>() - ends[0].get<double>() > 2.0 * kKnown * std::abs(one["value"].get<double>()))
+          return false;
       }
     }
     return true;
@@ -89,8 +99,9 @@ class Proposer {
   }
 
   bool is_safe(const TrialMotion& motion, Safety* safety, std::vector<char>* faulty) const {
-    return std::all_of(explanations_.list.begin(), explanations_.list.end(),
-                       [&](const Explanation& one) { return safety->find_fault(motion, one.hypothesis, nullptr, faulty).empty(); });
+    return std::all_of(explanations_.list.begin(), explanations_.list.end(), [&](const Explanation& one) {
+      return safety->find_fault(motion, one.hypothesis, nullptr, faulty).empty();
+    });
   }
 
   // Simulates a motion with the largest sizes that are safe under all explanations.
@@ -100,7 +111,8 @@ class Proposer {
     for (std::vector<char> faulty; faulty.empty() || make_smaller(faulty, &p);) {
       faulty.assign(limits_.joints.size(), 0);
       candidate->commands = make_motion(p, limits_);
-      const auto motion = make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis, p.loads);
+      const auto motion =
+          make_trial_motion(bare_, e_.recordings[0], candidate->commands, explanations_.list[0].hypothesis, p.loads);
       if (!motion || !is_safe(*motion, safety, &faulty)) continue;
       prepare_paths(&motion->problem);
       const double rate = kPeriod / std::max(1e-4, e_.sample_time);
@@ -112,18 +124,21 @@ class Proposer {
 
   // The residual of the best explanation above the noise is correlated along a motion, which reduces the information.
   void weigh(MotionCandidate* candidate) const {
-    const double samples = static_cast<double>(candidate->commands.time.size()) * kPeriod / std::max(1e-4, e_.sample_time);
+    const double samples =
+        static_cast<double>(candidate->commands.time.size()) * kPeriod / std::max(1e-4, e_.sample_time);
     candidate->comparisons[0].fisher *= calc_information_factor(explanations_.discrepancy, samples, kIndependent);
   }
 
   void try_motions() {
     const std::vector<MotionPlan> plans = list_plans(e_, limits_, find_concerned(), options_.seconds);
-    progress_(std::to_string(explanations_.list.size()) + " explanations along " + std::to_string(plans.size()) + " motions");
+    progress_(std::to_string(explanations_.list.size()) + " explanations along " + std::to_string(plans.size()) +
+              " motions");
     candidates_.resize(plans.size());
     std::vector<std::unique_ptr<Safety>> own(static_cast<size_t>(options_.jobs));
     for (auto& safety : own) safety = std::make_unique<Safety>(e_, limits_);
     parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i, int worker) {
-      try_motion(plans[static_cast<size_t>(i)], own[static_cast<size_t>(worker)].get(), &candidates_[static_cast<size_t>(i)]);
+      try_motion(plans[static_cast<size_t>(i)], own[static_cast<size_t>(worker)].get(),
+                 &candidates_[static_cast<size_t>(i)]);
     });
     next_.tried = static_cast<int>(plans.size());
   }
@@ -150,7 +165,8 @@ class Proposer {
     std::vector<ExpectedInterval> list;
     const Hypothesis& best = explanations_.list[0].hypothesis;
     if (known_[0].size() == 0) return list;
-    const Eigen::VectorXd sizes = list_sizes(), before = calc_expected_std(known_[0], sizes), after = calc_expected_std(known_[0] + gained, sizes);
+    const Eigen::VectorXd sizes = list_sizes(), before = calc_expected_std(known_[0], sizes),
+                          after = calc_expected_std(known_[0] + gained, sizes);
     long at = 0;
     for (const Effect& effect : best) {
       const std::vector<EffectParameter>& infos = list_infos(effect.id);
@@ -160,8 +176,11 @@ class Proposer {
         if (infos[i].nuisance) continue;
         const double floor = kAgreement * effect.p[i];
         std::string unit = infos[i].unit;
-        if (effect.place.kind == PlaceKind::kJoint) unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
-        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i], kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor), kNinetyFive * std::abs(floor)});
+        if (effect.place.kind == PlaceKind::kJoint)
+          unit = get_joint_unit(e_.robot.tree.joint(effect.place.index), unit);
+        list.push_back({get_label(e_, effect), infos[i].key(), unit, effect.p[i],
+                        kNinetyFive * std::hypot(before[k], floor), kNinetyFive * std::hypot(after[k], floor),
+                        kNinetyFive * std::abs(floor)});
       }
     }
     return list;
@@ -169,14 +188,17 @@ class Proposer {
 
   double calc_worth_of(const MotionCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0;
-    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c.comparisons[i], i) / static_cast<double>(c.comparisons.size() - 1);
-    return calc_worth(decided, list_intervals(gained), list_intervals(gained + c.comparisons[0].fisher)) * calc_drawback(c.plan, next_.proposals);
+    for (size_t i = 1; i < c.comparisons.size(); ++i)
+      decided += calc_probability(c.comparisons[i], i) / static_cast<double>(c.comparisons.size() - 1);
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + c.comparisons[0].fisher)) *
+           calc_drawback(c.plan, next_.proposals);
   }
 
   // Reason why a motion is not safe, or empty. Checks the nominal model, every explanation, and every explanation with
   // a value at an end of its interval.
   std::string find_fault(const MotionCandidate& c, std::vector<double>* leave) {
-    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
+    const auto motion =
+        make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     if (!motion) return "the simulated robot leaves all bounds";
     leave->assign(limits_.joints.size(), 0.0);
     std::string fault = safety_.find_fault(*motion, {}, leave);
@@ -185,7 +207,8 @@ class Proposer {
       const Explanation& one = explanations_.list[i];
       fault = safety_.find_fault(*motion, one.hypothesis, leave);
       if (!fault.empty()) return fault + " if it is " + one.label;
-      for (const Hypothesis& end : list_ends(one.hypothesis, known_[i], i == 0 ? Hypothesis{} : explanations_.list[0].hypothesis)) {
+      for (const Hypothesis& end :
+           list_ends(one.hypothesis, known_[i], i == 0 ? Hypothesis{} : explanations_.list[0].hypothesis)) {
         fault = safety_.find_fault(*motion, end, leave);
         if (!fault.empty()) return fault + " if it is " + one.label + " with a value at the end of its interval";
       }
@@ -193,8 +216,8 @@ class Proposer {
     return "";
   }
 
-  // Chooses motions that are useful on their own: the second one validates what the first one teaches. It narrows no interval,
-  // because the report fits values to the recordings for training.
+  // Chooses motions that are useful on their own: the second one validates what the first one teaches. It narrows no
+  // interval, because the report fits values to the recordings for training.
   void choose() {
     std::vector<char> used(candidates_.size(), 0);
     Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(known_[0].rows(), known_[0].cols());
@@ -228,7 +251,8 @@ class Proposer {
     }
     for (size_t i = 1; i < c.comparisons.size(); ++i) {
       const double left = calc_projected_power(c.comparisons[i], known_[i]);
-      p.expected.push_back({explanations_.list[i].label, calc_probability(c.comparisons[i], i), calc_rms(c.comparisons[i], left)});
+      p.expected.push_back(
+          {explanations_.list[i].label, calc_probability(c.comparisons[i], i), calc_rms(c.comparisons[i], left)});
     }
     p.intervals = list_intervals(gained);
     p.overlay = make_overlay(c);
@@ -238,23 +262,29 @@ class Proposer {
   // Predictions of the signal in which the explanations differ most.
   Overlay make_overlay(const MotionCandidate& c) const {
     Overlay overlay;
-    const auto motion = make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
+    const auto motion =
+        make_trial_motion(bare_, e_.recordings[0], c.commands, explanations_.list[0].hypothesis, c.plan.loads);
     std::vector<std::vector<double>> readings(explanations_.list.size());
-    for (size_t i = 0; i < readings.size(); ++i) simulate_trial(*motion, explanations_.list[i].hypothesis, &readings[i]);
-    const size_t width = problem_.weights.size(), first = motion->problem.smooth[0].judged, rows = c.commands.time.size();
+    for (size_t i = 0; i < readings.size(); ++i)
+      simulate_trial(*motion, explanations_.list[i].hypothesis, &readings[i]);
+    const size_t width = problem_.weights.size(), first = motion->problem.smooth[0].judged,
+                 rows = c.commands.time.size();
     size_t channel = 0;
     double most = -1.0;
     for (size_t s = 0; s < width; ++s) {
       if (e_.recordings[0].joints[s / kQuantities].signal[s % kQuantities].empty()) continue;
       double sum = 0.0;
       for (const auto& other : readings) {
-        for (size_t k = first; k < rows; ++k) sum += std::pow((other[k * width + s] - readings[0][k * width + s]) * problem_.weights[s], 2);
+        for (size_t k = first; k < rows; ++k)
+          sum += std::pow((other[k * width + s] - readings[0][k * width + s]) * problem_.weights[s], 2);
       }
       if (sum > most) most = sum, channel = s;
     }
-    overlay.signal = e_.signal_name(static_cast<int>(channel / kQuantities), static_cast<Quantity>(channel % kQuantities));
+    overlay.signal =
+        e_.signal_name(static_cast<int>(channel / kQuantities), static_cast<Quantity>(channel % kQuantities));
     static const char* const units[] = {"rad", "rad/s", "N m"};
-    overlay.unit = get_joint_unit(e_.robot.tree.joint(static_cast<int>(channel / kQuantities)), units[channel % kQuantities]);
+    overlay.unit =
+        get_joint_unit(e_.robot.tree.joint(static_cast<int>(channel / kQuantities)), units[channel % kQuantities]);
     overlay.curves.resize(readings.size());
     for (size_t k = first; k < rows; k += 5) {
       overlay.time.push_back(c.commands.time[k]);
@@ -278,7 +308,8 @@ class Proposer {
 };
 
 // True if the report judges joints by their missing torque, and most of these have friction or a rotor that the model
-// lacks. Replacing these effects one by one in a simulation would take minutes, and would not be the report's comparison.
+// lacks. Replacing these effects one by one in a simulation would take minutes, and would not be the report's
+// comparison.
 bool has_losses_everywhere(const Experiment& e, const Json& report) {
   std::set<std::string> judged, lossy;
   for (const Json& one : report.value("remaining", Json::array())) {
@@ -286,7 +317,8 @@ bool has_losses_everywhere(const Experiment& e, const Json& report) {
   }
   for (const Effect& effect : read_model(e, report)) {
     const std::vector<TermRow>& rows = list_term_rows();
-    const bool of_drive = std::any_of(rows.begin(), rows.end(), [&](const TermRow& r) { return r.of_motor_and_gear && r.effect->id == effect.id; });
+    const bool of_drive = std::any_of(
+        rows.begin(), rows.end(), [&](const TermRow& r) { return r.of_motor_and_gear && r.effect->id == effect.id; });
     if (of_drive && effect.place.kind == PlaceKind::kJoint) lossy.insert(e.robot.tree.joint(effect.place.index).name);
   }
   return !judged.empty() && static_cast<double>(lossy.size()) >= kEveryDrive * static_cast<double>(judged.size());
@@ -296,7 +328,8 @@ bool has_losses_everywhere(const Experiment& e, const Json& report) {
 std::string find_obstacle(const Experiment& e) {
   if (e.num_joints() == 0) return "The robot has no joints.";
   if (e.scenario.drive != "servo" && e.scenario.drive != "voltage" && !is_effort_driven(e))
-    return "The recordings are driven by " + e.scenario.drive + ", not by commands to servos: no command can be proposed without the servo's gains.";
+    return "The recordings are driven by " + e.scenario.drive +
+           ", not by commands to servos: no command can be proposed without the servo's gains.";
   for (int j = 0; j < e.num_joints() && is_effort_driven(e); ++j) {
     const JointSpec& joint = e.robot.tree.joint(j);
     if (!joint.actuated) return joint.name + " has no drive: no motion of it can be commanded.";
@@ -319,7 +352,8 @@ Next propose_fixed(const Experiment& e, const Json& report, const NextOptions& o
 
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
   const bool floating = experiment.scenario.floating_base;
-  Next next = floating ? propose_stance(experiment, report, options, progress) : propose_fixed(experiment, report, options, progress);
+  Next next = floating ? propose_stance(experiment, report, options, progress)
+                       : propose_fixed(experiment, report, options, progress);
   if (!next.nothing.empty()) next.words = list_motion_words(report);
   return next;
 }

@@ -21,9 +21,9 @@ struct NextOptions {
 
 // One explanation against the best one, for a set of motions.
 struct Expected {
-  std::string label;           // of the rival
-  double probability = 0.0;    // that one of the two is rejected after the motion
-  double difference = 0.0;     // rms difference [noise] that remains after fitting again
+  std::string label;         // of the rival
+  double probability = 0.0;  // that one of the two is rejected after the motion
+  double difference = 0.0;   // rms difference [noise] that remains after fitting again
 };
 
 // A parameter of the best explanation, with half widths of its 95 % interval. `least`: no tried motion goes
@@ -42,12 +42,12 @@ struct Overlay {
 };
 
 struct Proposal {
-  std::string file;        // "train_1.csv"
+  std::string file;  // "train_1.csv"
   MotionPlan plan;
   Commands commands;
   std::vector<std::string> moving;
-  std::vector<Expected> expected;             // for this motion alone
-  std::vector<ExpectedInterval> intervals;    // after this motion and all before it
+  std::vector<Expected> expected;           // for this motion alone
+  std::vector<ExpectedInterval> intervals;  // after this motion and all before it
   Overlay overlay;
   double worth = 0.0;
   std::vector<double> stop;  // by joint [rad or m]: stop if a joint is further from its command; empty: not known
@@ -55,26 +55,26 @@ struct Proposal {
 };
 
 struct Next {
-  std::string nothing;                  // reason why no motion is proposed; else empty
+  std::string nothing;  // reason why no motion is proposed; else empty
   std::vector<std::string> explanations;
-  std::vector<Proposal> proposals;      // best first
-  std::vector<std::string> remarks;     // limits that are unknown, checks that were not made
-  std::vector<std::string> rejected;    // motions that would tell more but are not safe, and why
-  std::vector<std::string> words;       // without a motion: which kind of motion would tell, from the report
-  std::vector<std::string> untold;      // alternatives that these motions cannot tell apart
-  std::string checked;                  // how the motions were checked; empty: simulated under every explanation
+  std::vector<Proposal> proposals;        // best first
+  std::vector<std::string> remarks;       // limits that are unknown, checks that were not made
+  std::vector<std::string> rejected;      // motions that would tell more but are not safe, and why
+  std::vector<std::string> words;         // without a motion: which kind of motion would tell, from the report
+  std::vector<std::string> untold;        // alternatives that these motions cannot tell apart
+  std::string checked;                    // how the motions were checked; empty: simulated under every explanation
   std::string scale = "times the noise";  // unit of Expected::difference
   bool unseen = false;
-  int tried = 0;                        // number of simulated motions
-  int simulated = 0;                    // number of simulations on the feet
+  int tried = 0;      // number of simulated motions
+  int simulated = 0;  // number of simulations on the feet
 };
 
 // Proposes motions for the explanations that a report leaves open. Does not write files.
 Next propose(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress);
 
 // Proposes motions and writes the files. Returns the proposal as text.
-std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report, const NextOptions& options,
-                         const Progress& progress);
+std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report,
+                         const NextOptions& options, const Progress& progress);
 
 // Writes DIR/next/*.csv, next.json and next.html. Removes the files of an earlier proposal there.
 void write_next(const Experiment& experiment, const Next& next, const std::string& folder);

@@ -40,11 +40,13 @@ std::string find_fault_at(const double* x, const JointLimits& limits) {
   return "";
 }
 
-void raise_to_distance(const Recording& recording, const std::vector<double>& readings, size_t first, std::vector<double>* leave) {
+void raise_to_distance(const Recording& recording, const std::vector<double>& readings, size_t first,
+                       std::vector<double>* leave) {
   const size_t n = leave->size();
   for (size_t k = first; k < recording.size(); ++k) {
     for (size_t j = 0; j < n; ++j)
-      (*leave)[j] = std::max((*leave)[j], std::abs(readings[(k * n + j) * kQuantities] - recording.joints[j].command[k]));
+      (*leave)[j] =
+          std::max((*leave)[j], std::abs(readings[(k * n + j) * kQuantities] - recording.joints[j].command[k]));
   }
 }
 
@@ -65,13 +67,15 @@ Safety::Safety(const Experiment& experiment, const Limits& limits)
   }
 }
 
-std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave, std::vector<char>* faulty) {
+std::string Safety::find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave,
+                               std::vector<char>* faulty) {
   std::vector<double> readings;
   if (!simulate_trial(motion, hypothesis, &readings)) return "the simulated robot leaves all bounds";
   return find_fault_of(motion, readings, leave, faulty);
 }
 
-std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave, std::vector<char>* faulty) {
+std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<double>& readings,
+                                  std::vector<double>* leave, std::vector<char>* faulty) {
   const size_t first = motion.problem.smooth[0].start, rows = motion.experiment.recordings[0].size();
   const std::string fault = find_joint_fault(readings, first, rows, faulty);
   const std::vector<double>& time = motion.experiment.recordings[0].time;
@@ -79,7 +83,8 @@ std::string Safety::find_fault_of(const TrialMotion& motion, const std::vector<d
   return fault.empty() ? find_contact(readings, first, rows, time[1] - time[0]) : fault;
 }
 
-std::string Safety::find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows, std::vector<char>* faulty) const {
+std::string Safety::find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows,
+                                     std::vector<char>* faulty) const {
   const size_t n = limits_.joints.size();
   std::string found;
   for (size_t k = first; k < rows; ++k) {
@@ -107,7 +112,10 @@ std::string Safety::find_contact(const std::vector<double>& readings, size_t fir
   for (size_t k = first; k < rows; k += stride) {
     for (size_t j = 0; j < n; ++j) state.q[static_cast<long>(j)] = readings[(k * n + j) * kQuantities];
     for (const ContactPair& pair : world_->calc_contacts(state)) {
-      const auto name = [&](int link) { return link >= 0 ? experiment_.robot.tree.links[static_cast<size_t>(link)].name : std::string(link == kGround ? "the ground" : "an obstacle"); };
+      const auto name = [&](int link) {
+        return link >= 0 ? experiment_.robot.tree.links[static_cast<size_t>(link)].name
+                         : std::string(link == kGround ? "the ground" : "an obstacle");
+      };
       return name(pair.body_a) + " touches " + name(pair.body_b);
     }
     update_kinematics(*model_, state, &data);

@@ -16,18 +16,21 @@ class Safety {
   Safety(const Experiment& experiment, const Limits& limits);
 
   // Empty if the robot keeps all limits under this explanation, else the fault: "elbow reaches 1.62 rad". `leave`, if
-  // given: by joint [rad or m], increased to the largest difference from the command. `faulty`, if given: by joint, marks
-  // those that pass their own limits.
-  std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave = nullptr, std::vector<char>* faulty = nullptr);
+  // given: by joint [rad or m], increased to the largest difference from the command. `faulty`, if given: by joint,
+  // marks those that pass their own limits.
+  std::string find_fault(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* leave = nullptr,
+                         std::vector<char>* faulty = nullptr);
 
   // The same for given readings [sample][joint][quantity] of a motion: commands of `motion`, whoever predicts the rest.
-  std::string find_fault_of(const TrialMotion& motion, const std::vector<double>& readings, std::vector<double>* leave = nullptr, std::vector<char>* faulty = nullptr);
+  std::string find_fault_of(const TrialMotion& motion, const std::vector<double>& readings,
+                            std::vector<double>* leave = nullptr, std::vector<char>* faulty = nullptr);
 
   // What is not checked, and why.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
  private:
-  std::string find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows, std::vector<char>* faulty) const;
+  std::string find_joint_fault(const std::vector<double>& readings, size_t first, size_t rows,
+                               std::vector<char>* faulty) const;
   std::string find_contact(const std::vector<double>& readings, size_t first, size_t rows, double period);
 
   const Experiment& experiment_;

@@ -35,10 +35,15 @@ struct StanceCandidate : MotionCandidate {
 class StanceProposer {
  public:
   StanceProposer(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress)
-      : e_(e), options_(options), progress_(progress), limits_(make_limits(e, options.limits)), worlds_(make_stance_worlds(e, report)) {
+      : e_(e),
+        options_(options),
+        progress_(progress),
+        limits_(make_limits(e, options.limits)),
+        worlds_(make_stance_worlds(e, report)) {
     const Json fit = report.value("fit", Json::object());
     const Json judged = fit.value("validate", Json::object());
-    if (judged.contains("after") && judged["after"].is_number()) discrepancy_ = std::max(1.0, judged["after"].get<double>());
+    if (judged.contains("after") && judged["after"].is_number())
+      discrepancy_ = std::max(1.0, judged["after"].get<double>());
     const std::string verdict = report.value("verdict", "");
     complete_ = verdict == "explained" || verdict == "no_mismatch";
     list_noise();
@@ -57,7 +62,8 @@ class StanceProposer {
     try_motions();
     choose();
     next_.simulated = simulated_;
-    if (next_.proposals.empty()) next_.nothing = "No motion keeps the robot safely on its feet under every explanation.";
+    if (next_.proposals.empty())
+      next_.nothing = "No motion keeps the robot safely on its feet under every explanation.";
     return next_;
   }
 
@@ -87,7 +93,8 @@ class StanceProposer {
     Readings weights(noise_.size(), 0.0);
     for (size_t c = 0; c < weights.size(); ++c) {
       double low = 1e300, high = -1e300;
-      for (size_t k = c; k < run.readings.size(); k += weights.size()) low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
+      for (size_t k = c; k < run.readings.size(); k += weights.size())
+        low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
       if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kKnown * (high - low));
     }
     return weights;
@@ -111,8 +118,8 @@ class StanceProposer {
     return run_stance(e_, scenario, c.commands, limits_, c.plan.family == Family::kWalk);
   }
 
-  // Plays a motion in all worlds until it is not safe in one; returns what is wrong there. `first`: the world to begin with, then
-  // the one that failed.
+  // Plays a motion in all worlds until it is not safe in one; returns what is wrong there. `first`: the world to begin
+  // with, then the one that failed.
   std::string play_all(StanceCandidate* c, size_t* first) const {
     c->runs.assign(worlds_.list.size(), {});
     for (size_t i = 0; i < c->runs.size(); ++i) {
@@ -125,8 +132,8 @@ class StanceProposer {
     return "";
   }
 
-  // Simulates a motion with the largest size that is safe under all explanations. A smaller size is first tried where the larger
-  // one failed.
+  // Simulates a motion with the largest size that is safe under all explanations. A smaller size is first tried where
+  // the larger one failed.
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
     size_t first = 0;
     for (; plan.size >= kLeastStance; plan.size *= kSmallerStance) {
@@ -147,8 +154,11 @@ class StanceProposer {
     std::vector<Readings> slopes;
     const Readings own = record(c->runs[i], worlds_.list[i].faults);
     for (const StanceMove& move : worlds_.list[i].moves) {
-      if (move.shared >= 0) slopes.push_back(c->slopes[static_cast<size_t>(move.shared)]);
-      else slopes.push_back(subtract(record(move.of_log ? c->runs[i] : play(move.scenario, *c), move.faults), own, c->weights));
+      if (move.shared >= 0)
+        slopes.push_back(c->slopes[static_cast<size_t>(move.shared)]);
+      else
+        slopes.push_back(
+            subtract(record(move.of_log ? c->runs[i] : play(move.scenario, *c), move.faults), own, c->weights));
       slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
     if (i == 0) c->slopes = slopes;
@@ -160,15 +170,16 @@ class StanceProposer {
     out.count = static_cast<double>(c->runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
     for (long a = 0; a < p; ++a) {
       out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
-      for (long b = 0; b < p; ++b) out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
+      for (long b = 0; b < p; ++b)
+        out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
     }
     return out;
   }
 
   void try_motions() {
     std::vector<MotionPlan> plans;
-    // A robot that was never seen to walk does not begin with it here. Nothing corrects a walk that is played: it needs a robot
-    // that the simulation describes completely.
+    // A robot that was never seen to walk does not begin with it here. Nothing corrects a walk that is played: it needs
+    // a robot that the simulation describes completely.
     const bool walks = complete_ && is_walking(e_);
     for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(walks ? Family::kEnd : Family::kWalk); ++f) {
       for (unsigned seed = 1; seed <= kSeeds; ++seed) {
@@ -178,9 +189,11 @@ class StanceProposer {
         plans.push_back(plan);
       }
     }
-    progress_(std::to_string(worlds_.list.size()) + " explanations along " + std::to_string(plans.size()) + " motions on the feet");
+    progress_(std::to_string(worlds_.list.size()) + " explanations along " + std::to_string(plans.size()) +
+              " motions on the feet");
     candidates_.resize(plans.size());
-    parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
+    parallel_for(options_.jobs, static_cast<int>(plans.size()),
+                 [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
     next_.tried = static_cast<int>(plans.size());
     for (const StanceCandidate& c : candidates_) {
       if (!c.ok) next_.rejected.push_back(describe_plan(c.plan) + ": " + c.fault);
@@ -191,7 +204,8 @@ class StanceProposer {
   Eigen::MatrixXd make_known(size_t world) const {
     const long p = static_cast<long>(worlds_.list[world].moves.size());
     Eigen::MatrixXd known = Eigen::MatrixXd::Zero(p, p);
-    for (long i = 0; world == 0 && i < p; ++i) known(i, i) = worlds_.values[static_cast<size_t>(i)].std > 0.0 ? 1.0 : 0.0;
+    for (long i = 0; world == 0 && i < p; ++i)
+      known(i, i) = worlds_.values[static_cast<size_t>(i)].std > 0.0 ? 1.0 : 0.0;
     return known;
   }
 
@@ -212,7 +226,8 @@ class StanceProposer {
     for (long i = 0; i < p; ++i) {
       const StanceValue& value = worlds_.values[static_cast<size_t>(i)];
       if (value.std > 0.0)
-        list.push_back({value.label, value.parameter, value.unit, value.value, kNinetyFive * value.std, kNinetyFive * value.std * std::min(1.0, std[i])});
+        list.push_back({value.label, value.parameter, value.unit, value.value, kNinetyFive * value.std,
+                        kNinetyFive * value.std * std::min(1.0, std[i])});
     }
     return list;
   }
@@ -221,13 +236,15 @@ class StanceProposer {
   // simulations.
   double calc_worth_of(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     double decided = 0.0;
-    for (size_t i = 1; i < c.comparisons.size(); ++i) decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
+    for (size_t i = 1; i < c.comparisons.size(); ++i)
+      decided += calc_probability(c, i) / static_cast<double>(c.comparisons.size() - 1);
     // A walk needs room, and somebody beside the robot.
-    return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c))) * (c.plan.family == Family::kWalk ? kDrawback : 1.0);
+    return calc_worth(decided, list_intervals(gained), list_intervals(gained + calc_gain(c))) *
+           (c.plan.family == Family::kWalk ? kDrawback : 1.0);
   }
 
-  // Checks the motion under the nominal model and with values at the ends of their intervals, up to the first one in which it
-  // is not safe.
+  // Checks the motion under the nominal model and with values at the ends of their intervals, up to the first one in
+  // which it is not safe.
   std::string find_fault(const StanceCandidate& c, std::vector<double>* leave) const {
     std::vector<StanceRun> runs(worlds_.ends.size());
     std::atomic<int> failed{static_cast<int>(runs.size())};  // the first one
@@ -235,7 +252,8 @@ class StanceProposer {
       if (i > failed.load()) return;
       StanceRun& run = runs[static_cast<size_t>(i)] = play(worlds_.ends[static_cast<size_t>(i)].scenario, c);
       int before = failed.load();
-      while (!run.fault.empty() && i < before && !failed.compare_exchange_weak(before, i)) {}
+      while (!run.fault.empty() && i < before && !failed.compare_exchange_weak(before, i)) {
+      }
     });
     const auto first = static_cast<size_t>(failed.load());
     if (first < runs.size()) return runs[first].fault + " with " + worlds_.ends[first].label;
@@ -247,12 +265,14 @@ class StanceProposer {
     return "";
   }
 
-  // Where joints stood still, a motion that moves all of them comes first if it is safe: whatever the report says of the
-  // others, nothing was seen of these, and an effect of a joint that moves in only one of the two kinds of recordings is
-  // not named. Without a mismatch there is no question about the legs, so that later motions may move the limbs only.
+  // Where joints stood still, a motion that moves all of them comes first if it is safe: whatever the report says of
+  // the others, nothing was seen of these, and an effect of a joint that moves in only one of the two kinds of
+  // recordings is not named. Without a mismatch there is no question about the legs, so that later motions may move the
+  // limbs only.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     const bool limbs = worlds_.unseen && !next_.proposals.empty() && c.plan.family == Family::kSwing;
-    return calc_worth_of(c, gained) + (worlds_.still && (limbs || c.plan.family == Family::kStir) ? 1.0 + kValues : 0.0);
+    return calc_worth_of(c, gained) +
+           (worlds_.still && (limbs || c.plan.family == Family::kStir) ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
@@ -293,7 +313,8 @@ class StanceProposer {
     for (double most : leave) p.stop.push_back(kStopFactor * most + kStopMore);
     double margin = 1e300;
     for (const StanceRun& run : c.runs) margin = std::min(margin, run.margin);
-    next_.remarks.push_back(p.file + ": the zero-moment point stays " + number(margin, 2) + " m inside the edge of the soles under every explanation");
+    next_.remarks.push_back(p.file + ": the zero-moment point stays " + number(margin, 2) +
+                            " m inside the edge of the soles under every explanation");
     next_.proposals.push_back(std::move(p));
   }
 
@@ -322,11 +343,13 @@ class StanceProposer {
     const size_t joints = 2 * e_.joint_noise.size();
     if (channel < joints) {
       const Quantity quantity = channel % 2 == 0 ? Quantity::kPosition : Quantity::kEffort;
-      overlay->signal = e_.signal_name(static_cast<int>(channel / 2), quantity), overlay->unit = channel % 2 == 0 ? "rad" : "N m";
+      overlay->signal = e_.signal_name(static_cast<int>(channel / 2), quantity),
+      overlay->unit = channel % 2 == 0 ? "rad" : "N m";
       return;
     }
     const size_t at = (channel - joints) % 6;
-    overlay->signal = "/wrench/" + e_.scenario.sensors.wrenches[(channel - joints) / 6].name + (at < 3 ? "/force/" : "/torque/") + "xyz"[at % 3];
+    overlay->signal = "/wrench/" + e_.scenario.sensors.wrenches[(channel - joints) / 6].name +
+                      (at < 3 ? "/force/" : "/torque/") + "xyz"[at % 3];
     overlay->unit = at < 3 ? "N" : "N m";
   }
 
@@ -344,16 +367,20 @@ class StanceProposer {
 };
 
 std::string find_obstacle(const Experiment& e) {
-  if (e.scenario.feet.empty() || !e.scenario.ground.present) return "The robot moves freely: motions are proposed for a fixed base, and for feet on level ground.";
-  if (std::abs(e.scenario.ground.roll) + std::abs(e.scenario.ground.pitch) > 0.0) return "The ground is not level: no motion on the feet is proposed.";
+  if (e.scenario.feet.empty() || !e.scenario.ground.present)
+    return "The robot moves freely: motions are proposed for a fixed base, and for feet on level ground.";
+  if (std::abs(e.scenario.ground.roll) + std::abs(e.scenario.ground.pitch) > 0.0)
+    return "The ground is not level: no motion on the feet is proposed.";
   if (!e.scenario.loops.empty()) return "Joints of this robot close chains: no motion on the feet is proposed.";
-  if (e.scenario.drive != "servo") return "The recordings are not driven by commands to servos: no motion can be proposed.";
+  if (e.scenario.drive != "servo")
+    return "The recordings are not driven by commands to servos: no motion can be proposed.";
   return "";
 }
 
 }  // namespace
 
-Next propose_stance(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
+Next propose_stance(const Experiment& experiment, const Json& report, const NextOptions& options,
+                    const Progress& progress) {
   Next next;
   next.nothing = find_obstacle(experiment);
   if (!next.nothing.empty()) return next;

@@ -7,6 +7,7 @@
 
 namespace hrp::diagnosis {
 
-Next propose_stance(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress);
+Next propose_stance(const Experiment& experiment, const Json& report, const NextOptions& options,
+                    const Progress& progress);
 
 }  // namespace hrp::diagnosis

@@ -17,10 +17,10 @@ constexpr double kSwing = 0.4;                    // [rad or m] amplitude of joi
 constexpr double kSwungMass = 0.01;               // [m] by which a joint that swings may move the centre of mass
 constexpr double kBodySpeed = 0.25;               // [m/s]
 constexpr int kIterations = 6;                    // of inverse kinematics, from the last pose
-constexpr double kClose = 1e-5;    // [m and rad] tolerance of a foot's pose
-constexpr double kDamping = 1e-8;  // regularisation of the inverted squares
-// Knees that are nearly straight leave the body no way up or aside. It is lowered first, by the least of these shares of
-// its height that does, and raised at the end.
+constexpr double kClose = 1e-5;                   // [m and rad] tolerance of a foot's pose
+constexpr double kDamping = 1e-8;                 // regularisation of the inverted squares
+// Knees that are nearly straight leave the body no way up or aside. It is lowered first, by the least of these shares
+// of its height that does, and raised at the end.
 constexpr double kLowered[] = {0.0, 0.03, 0.06, 0.1};
 constexpr double kLowering = 1.5;  // [s]
 
@@ -51,8 +51,8 @@ std::vector<char> find_ways(Family family) {
   }
 }
 
-// Limits of joints that swing by this share of their amplitude. `com_rates`: by joint, how far the centre of mass moves [m]
-// per rad or m.
+// Limits of joints that swing by this share of their amplitude. `com_rates`: by joint, how far the centre of mass moves
+// [m] per rad or m.
 Limits make_swing_limits(Limits limits, const std::vector<double>& com_rates, double size) {
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     JointLimits& joint = limits.joints[j];
@@ -155,7 +155,9 @@ bool finish(const Limits& limits, double period, Commands* out) {
     const std::vector<double>& q = out->position[j];
     std::vector<double> v = calc_rates(q, period);
     for (size_t k = 0; k < q.size(); ++k) {
-      if (q[k] < limits.joints[j].lower - kClose || q[k] > limits.joints[j].upper + kClose || std::abs(v[k]) > limits.joints[j].speed) return false;
+      if (q[k] < limits.joints[j].lower - kClose || q[k] > limits.joints[j].upper + kClose ||
+          std::abs(v[k]) > limits.joints[j].speed)
+        return false;
     }
     out->velocity.push_back(std::move(v));
   }
@@ -197,7 +199,8 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
   const Commands swings = make_motion(limbs, make_swing_limits(limits, legs.calc_com_rates(), plan.size));
   for (double share : kLowered) {
     const double lowered = share * legs.calc_height();
-    Commands out = plan.family == Family::kWalk ? make_walk(experiment, plan, limits, lowered) : follow(Legs(experiment, limits), ways, lowered);
+    Commands out = plan.family == Family::kWalk ? make_walk(experiment, plan, limits, lowered)
+                                                : follow(Legs(experiment, limits), ways, lowered);
     for (size_t j = 0; j < out.position.size(); ++j) {
       if (limbs.moves[j]) out.position[j] = swings.position[j];
     }

@@ -11,9 +11,9 @@ namespace hrp::diagnosis {
 // An unsafe size is reduced by this factor, down to the least one.
 constexpr double kSmallerStance = 0.6, kLeastStance = 0.2;
 
-// Commands of all joints for a sway, lean, squat, swing or walk by `plan.size` of the usual amplitude. `plan.moves`: joints that
-// carry no foot and swing as well; empty: none. No samples if a leg cannot reach, if a joint would exceed the limits of its
-// commands, or if nothing moves.
+// Commands of all joints for a sway, lean, squat, swing or walk by `plan.size` of the usual amplitude. `plan.moves`:
+// joints that carry no foot and swing as well; empty: none. No samples if a leg cannot reach, if a joint would exceed
+// the limits of its commands, or if nothing moves.
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits);
 
 }  // namespace hrp::diagnosis

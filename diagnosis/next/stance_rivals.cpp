@@ -42,9 +42,12 @@ std::vector<Riddle> list_riddles(const Experiment& experiment, const Json& repor
     const std::string joint = entry.value("where", Json::object()).value("joint", "");
     const int index = joint.empty() ? -1 : experiment.robot.tree.find_joint(joint);
     if (index < 0) continue;
-    const Json left = signals.value(experiment.signal_name(index, Quantity::kEffort), Json::object()).value("after", Json());
+    const Json left =
+        signals.value(experiment.signal_name(index, Quantity::kEffort), Json::object()).value("after", Json());
     if (!left.is_number()) continue;
-    const double missing = left.get<double>() * find_sizes(experiment, index, Quantity::kEffort).value.get();  // reports state shares of the spread
+    const double missing =
+        left.get<double>() *
+        find_sizes(experiment, index, Quantity::kEffort).value.get();  // reports state shares of the spread
     if (missing > 0.0) list.push_back({joint, missing});
   }
   return list;
@@ -53,13 +56,16 @@ std::vector<Riddle> list_riddles(const Experiment& experiment, const Json& repor
 Json list_joint_rivals(const Experiment& experiment, const Riddle& riddle) {
   const int j = experiment.robot.tree.find_joint(riddle.joint);
   const Sizes q = find_sizes(experiment, j, Quantity::kPosition);
-  const double speed = q.rate.get_rms(), travel = q.value.get(), effort = find_sizes(experiment, j, Quantity::kEffort).value.get_rms();
+  const double speed = q.rate.get_rms(), travel = q.value.get(),
+               effort = find_sizes(experiment, j, Quantity::kEffort).value.get_rms();
   Json list = Json::array();
   if (!(speed > 0.0) || !(travel > 0.0)) return list;
   list.push_back(make_effect("coulomb_friction", riddle.joint, {{"level", riddle.missing}}));
   list.push_back(make_effect("viscous_friction", riddle.joint, {{"coefficient", riddle.missing / speed}}));
-  list.push_back(make_effect("parallel_spring", riddle.joint, {{"stiffness", riddle.missing / travel}, {"rest", q.value.get_mean()}}));
-  if (effort > riddle.missing) list.push_back(make_effect("torque_constant_error", riddle.joint, {{"scale", 1.0 - riddle.missing / effort}}));
+  list.push_back(make_effect("parallel_spring", riddle.joint,
+                             {{"stiffness", riddle.missing / travel}, {"rest", q.value.get_mean()}}));
+  if (effort > riddle.missing)
+    list.push_back(make_effect("torque_constant_error", riddle.joint, {{"scale", 1.0 - riddle.missing / effort}}));
   return list;
 }
 

@@ -16,10 +16,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRest = 1.0;         // [s] at rest before the motion
-constexpr double kSettled = 0.6;      // [s] start of the checks; the robot is put down at 0
-constexpr double kLean = 0.3;         // [rad] of the base; a motion over fixed soles leans less
-constexpr double kWindow = 0.02;      // [s] over which forces are averaged (light soles chatter), and between checks
+constexpr double kRest = 1.0;     // [s] at rest before the motion
+constexpr double kSettled = 0.6;  // [s] start of the checks; the robot is put down at 0
+constexpr double kLean = 0.3;     // [rad] of the base; a motion over fixed soles leans less
+constexpr double kWindow = 0.02;  // [s] over which forces are averaged (light soles chatter), and between checks
 
 class StanceController : public Controller {
  public:
@@ -31,7 +31,8 @@ class StanceController : public Controller {
     JointCommand command;
     command.q = robot.initial_q, command.qd = Eigen::VectorXd::Zero(command.q.size());
     const double period = commands_.time[1] - commands_.time[0];
-    const double at = std::clamp((sensors.time + robot.period - kRest) / period, 0.0, static_cast<double>(commands_.time.size() - 1));
+    const double at =
+        std::clamp((sensors.time + robot.period - kRest) / period, 0.0, static_cast<double>(commands_.time.size() - 1));
     const size_t k = std::min(static_cast<size_t>(at), commands_.time.size() - 2);
     const double share = at - static_cast<double>(k);
     for (size_t j = 0; j < joints_.size(); ++j) {
@@ -48,14 +49,16 @@ class StanceController : public Controller {
 };
 
 // Support polygon, counter-clockwise: hull of all points of these feet's soles that are on the ground.
-std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& state, const GroundPlane& ground, const std::vector<int>& feet) {
+std::vector<Vector3d> find_stand(const RobotDescription& robot, const State& state, const GroundPlane& ground,
+                                 const std::vector<int>& feet) {
   Model model(robot.tree);
   Data data(model);
   update_kinematics(model, state, &data);
   std::vector<PointForce> points;
   double lowest = 1e300;
   for (const Sole& sole : make_soles(robot)) {
-    if (std::none_of(feet.begin(), feet.end(), [&](int link) { return is_above(robot.tree, link, sole.link); })) continue;
+    if (std::none_of(feet.begin(), feet.end(), [&](int link) { return is_above(robot.tree, link, sole.link); }))
+      continue;
     for (const SolePoint& point : sole.points) {
       points.emplace_back();
       points.back().p_WC = get_pose(data, sole.link) * point.p_LQ - Vector3d(0, 0, point.radius);
@@ -74,7 +77,8 @@ double calc_distance(const std::vector<Vector3d>& hull, const Vector3d& p) {
   double least = 1e300;
   for (size_t i = 0; i < hull.size(); ++i) {
     const Vector3d a = hull[i], along = hull[(i + 1) % hull.size()] - a, to = p - a;
-    least = std::min(least, (along.x() * to.y() - along.y() * to.x()) / std::max(1e-9, std::hypot(along.x(), along.y())));
+    least =
+        std::min(least, (along.x() * to.y() - along.y() * to.x()) / std::max(1e-9, std::hypot(along.x(), along.y())));
   }
   return hull.size() < 3 ? -1.0 : least;
 }
@@ -82,11 +86,16 @@ double calc_distance(const std::vector<Vector3d>& hull, const Vector3d& p) {
 class Watch {
  public:
   Watch(const Experiment& e, const Limits& limits, const Scenario& scenario, const Trial& trial, bool walks)
-      : e_(e), limits_(limits), walks_(walks), ground_(make_ground_plane(scenario.ground)), gravity_(scenario.gravity_W.norm()),
+      : e_(e),
+        limits_(limits),
+        walks_(walks),
+        ground_(make_ground_plane(scenario.ground)),
+        gravity_(scenario.gravity_W.norm()),
         stretch_(std::max(1, static_cast<int>(std::lround(kStretch / scenario.time_step)))) {
     const TreeSpec& tree = trial.robot().tree;
     for (int j = 0; j < e.num_joints(); ++j) joints_.push_back(tree.find_joint(e.robot.tree.joint(j).name));
-    for (const std::string& foot : scenario.feet) feet_.push_back(tree.frames[static_cast<size_t>(tree.find_frame(foot))].link);
+    for (const std::string& foot : scenario.feet)
+      feet_.push_back(tree.frames[static_cast<size_t>(tree.find_frame(foot))].link);
     for (const LinkSpec& link : tree.links) weight_ += gravity_ * link.inertia.mass;
   }
 
@@ -118,8 +127,10 @@ class Watch {
       const std::string& name = e_.robot.tree.joint(static_cast<int>(j)).name;
       run->leave[j] = std::max(run->leave[j], std::abs(q - trial.command().q[trial.controlled().find_joint(name)]));
       if (!(q >= limits.hard_lower && q <= limits.hard_upper)) run->fault = name + " reaches " + number(q, 3);
-      if (!(std::abs(qd) <= kSpeedMargin * limits.speed)) run->fault = name + " gets as fast as " + number(std::abs(qd), 3);
-      if (!(std::abs(effort) <= limits.effort)) run->fault = name + " needs an effort of " + number(std::abs(effort), 3);
+      if (!(std::abs(qd) <= kSpeedMargin * limits.speed))
+        run->fault = name + " gets as fast as " + number(std::abs(qd), 3);
+      if (!(std::abs(effort) <= limits.effort))
+        run->fault = name + " needs an effort of " + number(std::abs(effort), 3);
     }
   }
 
@@ -160,7 +171,8 @@ class Watch {
     const std::optional<Vector3d> zmp = calc_ground_zmp(forces_, ground_);
     const double distance = zmp ? calc_distance(hull_, *zmp) : -1.0;
     run->margin = std::min(run->margin, distance);
-    if (distance < kZmpMargin) run->fault = "the zero-moment point comes within " + number(distance, 2) + " m of the soles' edge";
+    if (distance < kZmpMargin)
+      run->fault = "the zero-moment point comes within " + number(distance, 2) + " m of the soles' edge";
   }
 
   static void look_at_contacts(Trial& trial, StanceRun* run) {
@@ -177,26 +189,29 @@ class Watch {
   double gravity_, weight_ = 0.0;
   std::vector<int> joints_, feet_;  // links of the feet
   std::vector<Vector3d> hull_;
-  ContactForces forces_;        // of all steps of the window
-  std::vector<double> loads_;   // [N] by foot, summed over the window
+  ContactForces forces_;       // of all steps of the window
+  std::vector<double> loads_;  // [N] by foot, summed over the window
   int steps_ = 0;
-  std::vector<double> sums_;    // of readings
-  int summed_ = 0, stretch_;    // [steps]
+  std::vector<double> sums_;  // of readings
+  int summed_ = 0, stretch_;  // [steps]
 };
 
 Scenario make_stance_scenario(const Experiment& e, Scenario scenario, double end, const Limits& limits) {
   scenario.self_collision = true;
   scenario.duration = kRest + end;
   scenario.controller = {};
-  for (int j = 0; j < e.num_joints(); ++j) scenario.initial_joints[e.robot.tree.joint(j).name] = limits.joints[static_cast<size_t>(j)].start;
+  for (int j = 0; j < e.num_joints(); ++j)
+    scenario.initial_joints[e.robot.tree.joint(j).name] = limits.joints[static_cast<size_t>(j)].start;
   return scenario;
 }
 
 }  // namespace
 
-StanceRun run_stance(const Experiment& experiment, const Scenario& given, const Commands& commands, const Limits& limits, bool walks) {
+StanceRun run_stance(const Experiment& experiment, const Scenario& given, const Commands& commands,
+                     const Limits& limits, bool walks) {
   const Scenario scenario = make_stance_scenario(experiment, given, commands.time.back(), limits);
-  Trial trial(scenario, [&](const Robot& robot) { return std::make_unique<StanceController>(experiment, commands, robot); });
+  Trial trial(scenario,
+              [&](const Robot& robot) { return std::make_unique<StanceController>(experiment, commands, robot); });
   StanceRun run;
   run.leave.assign(limits.joints.size(), 0.0);
   Watch watch(experiment, limits, scenario, trial, walks);

@@ -12,17 +12,18 @@ namespace hrp::diagnosis {
 
 constexpr double kZmpMargin = 0.015;  // [m] least distance of the zero-moment point from the soles' edge
 
-constexpr double kStretch = 0.05;     // [s] over which readings are averaged, because light soles chatter in simulation
+constexpr double kStretch = 0.05;  // [s] over which readings are averaged, because light soles chatter in simulation
 
 struct StanceRun {
-  std::string fault;  // empty: safe. Example: "the zero-moment point comes within 0.004 m of the soles' edge"
-  double margin = 1e300;          // [m] smallest distance of the zero-moment point from that edge
-  std::vector<double> readings;   // [stretch][signal]: position, effort of joints; force, torque of sensors
-  std::vector<double> leave;      // [rad or m] by joint: largest difference from its command
+  std::string fault;      // empty: safe. Example: "the zero-moment point comes within 0.004 m of the soles' edge"
+  double margin = 1e300;  // [m] smallest distance of the zero-moment point from that edge
+  std::vector<double> readings;  // [stretch][signal]: position, effort of joints; force, torque of sensors
+  std::vector<double> leave;     // [rad or m] by joint: largest difference from its command
 };
 
-// Runs `scenario`: stands for one second, then plays the motion. `walks`: feet may leave the ground; the zero-moment point
-// stays inside the soles that carry the robot.
-StanceRun run_stance(const Experiment& experiment, const Scenario& scenario, const Commands& commands, const Limits& limits, bool walks = false);
+// Runs `scenario`: stands for one second, then plays the motion. `walks`: feet may leave the ground; the zero-moment
+// point stays inside the soles that carry the robot.
+StanceRun run_stance(const Experiment& experiment, const Scenario& scenario, const Commands& commands,
+                     const Limits& limits, bool walks = false);
 
 }  // namespace hrp::diagnosis

@@ -33,7 +33,8 @@ std::string make_label(const Json& effects) {
 
 // The scenario with these effects; empty if the simulator lacks a law for one of them, or the report states no values.
 std::optional<Scenario> make_scenario(const Experiment& e, const Json& effects) {
-  if (std::any_of(effects.begin(), effects.end(), [](const Json& one) { return !one.contains("parameters"); })) return std::nullopt;
+  if (std::any_of(effects.begin(), effects.end(), [](const Json& one) { return !one.contains("parameters"); }))
+    return std::nullopt;
   try {
     const std::string text = make_scenario_text(e, nlohmann::json::parse(effects.dump()));
     if (text.find("# not simulated") != std::string::npos) return std::nullopt;
@@ -50,7 +51,9 @@ const Json* get_number(const Json& parameter) {
 
 // Standard deviation from the 95 % interval; 0 if there is none.
 double find_std(const Json& parameter) {
-  if (!parameter.is_object() || !parameter.contains("ci95") || parameter["ci95"].size() != 2 || !parameter["ci95"][0].is_number()) return 0.0;
+  if (!parameter.is_object() || !parameter.contains("ci95") || parameter["ci95"].size() != 2 ||
+      !parameter["ci95"][0].is_number())
+    return 0.0;
   return 0.5 * (parameter["ci95"][1].get<double>() - parameter["ci95"][0].get<double>()) / kNinetyFive;
 }
 
@@ -95,7 +98,8 @@ class Maker {
     find_still();
     out_.open = !empty || report.value("verdict", "") != "no_mismatch";
     if (empty && model.empty() && report.value("verdict", "") == "no_mismatch") add_hidden();
-    if (const auto nominal = make_scenario(e, Json::array())) out_.ends.push_back({"the nominal model", *nominal, {}, {}});
+    if (const auto nominal = make_scenario(e, Json::array()))
+      out_.ends.push_back({"the nominal model", *nominal, {}, {}});
   }
 
   const StanceWorlds& worlds() const { return out_; }
@@ -107,8 +111,10 @@ class Maker {
     StanceWorld world;
     for (const Json& effect : effects) {
       const auto fault = effect.contains("parameters") ? find_log_fault(e_, effect) : std::nullopt;
-      if (fault) world.faults.push_back(*fault);
-      else acting.push_back(effect);
+      if (fault)
+        world.faults.push_back(*fault);
+      else
+        acting.push_back(effect);
     }
     const auto scenario = make_scenario(e_, acting);
     if (!scenario) return std::nullopt;
@@ -120,8 +126,12 @@ class Maker {
   Json keep_known(const Json& model) {
     Json kept = Json::array();
     for (const Json& effect : model) {
-      if (make_world(Json::array({effect}))) kept.push_back(effect);
-      else out_.remarks.push_back("no simulation has these values: neither their safety nor what they would show was looked at: " + make_label(Json::array({effect})));
+      if (make_world(Json::array({effect})))
+        kept.push_back(effect);
+      else
+        out_.remarks.push_back(
+            "no simulation has these values: neither their safety nor what they would show was looked at: " +
+            make_label(Json::array({effect})));
     }
     return kept;
   }
@@ -130,7 +140,8 @@ class Maker {
     const std::string label = make_label(effects);
     auto world = make_world(effects);
     if (!world) {
-      out_.remarks.push_back("no simulation has these values: neither its safety nor what it would show was looked at: " + label);
+      out_.remarks.push_back(
+          "no simulation has these values: neither its safety nor what it would show was looked at: " + label);
       return false;
     }
     world->label = label;
@@ -154,7 +165,8 @@ class Maker {
       if (!moved) return;
       moves.push_back(*moved);
       values.push_back({step / std::max(1e-9, std::abs(value)),
-                        {make_label(Json::array({effects[i]})), name, parameter.is_object() ? parameter.value("unit", "") : "", value, find_std(parameter)}});
+                        {make_label(Json::array({effects[i]})), name,
+                         parameter.is_object() ? parameter.value("unit", "") : "", value, find_std(parameter)}});
     });
     std::vector<double> widths;
     for (const auto& [width, value] : values) widths.push_back(width);
@@ -171,7 +183,8 @@ class Maker {
     StanceWorld& world = out_.list.back();
     for_each_value(effects, [&](size_t i, const std::string& name, const Json& parameter) {
       const std::string label = make_label(Json::array({effects[i]}));
-      const auto same = std::find_if(out_.values.begin(), out_.values.end(), [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
+      const auto same = std::find_if(out_.values.begin(), out_.values.end(),
+                                     [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
       if (same != out_.values.end()) {
         world.moves.push_back({static_cast<int>(same - out_.values.begin()), false, {}, {}});
       } else if (!is_in_best(effects[i])) {
@@ -182,26 +195,37 @@ class Maker {
   }
 
   bool is_in_best(const Json& effect) const {
-    return std::any_of(best_.begin(), best_.end(), [&](const Json& one) { return one["effect"] == effect["effect"] && one["where"] == effect["where"]; });
+    return std::any_of(best_.begin(), best_.end(), [&](const Json& one) {
+      return one["effect"] == effect["effect"] && one["where"] == effect["where"];
+    });
   }
 
-  // The least certain values one by one, the rest together: in a dirty world every joint has several, each of them well known.
+  // The least certain values one by one, the rest together: in a dirty world every joint has several, each of them well
+  // known.
   void add_ends(const Json& model) {
     Json together[2] = {model, model};
     bool more = false;
     for_each_value(model, [&](size_t i, const std::string& name, const Json& parameter) {
       const std::string label = make_label(Json::array({model[i]}));
-      const bool alone = std::any_of(out_.values.begin(), out_.values.end(), [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
+      const bool alone = std::any_of(out_.values.begin(), out_.values.end(),
+                                     [&](const StanceValue& v) { return v.label == label && v.parameter == name; });
       for (int side : {0, 1}) {
         const double by = (2.0 * side - 1.0) * kNinetyFive * find_step(parameter);
         const auto end = make_world(move(model, i, name, by));
-        if (end && alone) out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
-        else if (end) together[side] = move(together[side], i, name, by), more = true;
+        if (end && alone)
+          out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
+        else if (end)
+          together[side] = move(together[side], i, name, by), more = true;
       }
     });
     for (int side : {0, 1}) {
       const auto end = more ? make_world(together[side]) : std::nullopt;
-      if (end) out_.ends.push_back({std::string("all other values at the ") + (side ? "upper" : "lower") + " ends of their intervals", end->scenario, {}, {}});
+      if (end)
+        out_.ends.push_back(
+            {std::string("all other values at the ") + (side ? "upper" : "lower") + " ends of their intervals",
+             end->scenario,
+             {},
+             {}});
     }
   }
 
@@ -214,18 +238,22 @@ class Maker {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       Json together = rest;
       together.push_back(other);
-      if (out_.list.size() <= kMostRivals) add(together);
-      else if (++left_out_ == 1) out_.remarks.push_back("only the first " + std::to_string(kMostRivals) + " alternatives were simulated");
+      if (out_.list.size() <= kMostRivals)
+        add(together);
+      else if (++left_out_ == 1)
+        out_.remarks.push_back("only the first " + std::to_string(kMostRivals) + " alternatives were simulated");
     }
   }
 
-  // What may be at the loudest joint that nothing explains. The motion has to tell these apart, so one of them is in the
-  // model that the others are compared with.
+  // What may be at the loudest joint that nothing explains. The motion has to tell these apart, so one of them is in
+  // the model that the others are compared with.
   Json list_rivals(const Json& report) {
     for (const Riddle& riddle : list_riddles(e_, report)) {
       const Json rivals = list_joint_rivals(e_, riddle);
       if (rivals.empty()) continue;
-      out_.remarks.push_back("nothing explains " + riddle.joint + " yet: the explanations are guesses of what its drive may have, each as large as what is missing there");
+      out_.remarks.push_back(
+          "nothing explains " + riddle.joint +
+          " yet: the explanations are guesses of what its drive may have, each as large as what is missing there");
       return rivals;
     }
     return Json::array();
@@ -243,7 +271,8 @@ class Maker {
     const TreeSpec& tree = e_.robot.tree;
     return std::none_of(e_.scenario.feet.begin(), e_.scenario.feet.end(), [&](const std::string& foot) {
       const int frame = tree.find_frame(foot);
-      return frame >= 0 && is_above(tree, joint + 1, tree.frames[static_cast<size_t>(frame)].link);  // link j + 1 moves with joint j
+      return frame >= 0 &&
+             is_above(tree, joint + 1, tree.frames[static_cast<size_t>(frame)].link);  // link j + 1 moves with joint j
     });
   }
 
@@ -268,7 +297,9 @@ class Maker {
           if (std::isfinite(infos[p].neutral)) parameters[infos[p].name] = {{"value", friction.p[p]}};
         }
         const Json where = {{"joint", e_.robot.tree.joint(still[i].second).name}};
-        if (add(Json::array({{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}}))) out_.list.back().moves.clear();
+        if (add(Json::array(
+                {{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}})))
+          out_.list.back().moves.clear();
       }
     }
   }
@@ -281,6 +312,8 @@ class Maker {
 
 }  // namespace
 
-StanceWorlds make_stance_worlds(const Experiment& experiment, const Json& report) { return Maker(experiment, report).worlds(); }
+StanceWorlds make_stance_worlds(const Experiment& experiment, const Json& report) {
+  return Maker(experiment, report).worlds();
+}
 
 }  // namespace hrp::diagnosis

@@ -13,9 +13,9 @@ namespace hrp::diagnosis {
 
 // One value changed by its step.
 struct StanceMove {
-  int shared = -1;    // index of the same move of the report's model, which stands for this one; -1: none
+  int shared = -1;      // index of the same move of the report's model, which stands for this one; -1: none
   bool of_log = false;  // only `faults` change
-  Scenario scenario;  // if not shared
+  Scenario scenario;    // if not shared
   std::vector<LogFault> faults;
 };
 

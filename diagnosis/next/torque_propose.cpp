@@ -22,7 +22,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostChecks = 12;      // of chosen motions; each needs up to 4 + kMostRivals simulations
+constexpr int kMostChecks = 12;  // of chosen motions; each needs up to 4 + kMostRivals simulations
 constexpr size_t kMostCurves = 8;
 // Rise of chi2 at which the report no longer lists a rival (kOdds, in nats of likelihood).
 constexpr double kNeeded = 2.0 * kOdds;
@@ -42,8 +42,13 @@ struct Played {
 class TorqueProposer {
  public:
   TorqueProposer(const Experiment& e, const Json& report, const NextOptions& options, const Progress& progress)
-      : e_(e), options_(options), progress_(progress), limits_(make_limits(e, options.limits)), terms_(find_open_terms(e, report)),
-        bare_(e), by_effort_(is_effort_driven(e)) {
+      : e_(e),
+        options_(options),
+        progress_(progress),
+        limits_(make_limits(e, options.limits)),
+        terms_(find_open_terms(e, report)),
+        bare_(e),
+        by_effort_(is_effort_driven(e)) {
     bare_.recordings.clear();
   }
 
@@ -54,8 +59,10 @@ class TorqueProposer {
     intervals_ = std::make_unique<ExpectedIntervals>(e_, terms_, *rows_, limits_);
     for (const OpenQuestion& q : terms_.questions) known_rival_.push_back(rows_->calc_known(q.rival));
     if (terms_.questions.empty() && is_settled()) {
-      next_.nothing = terms_.untold.empty() ? "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous."
-                                            : "What is ambiguous is the same in every motion of this robot, and the values are known to 2 %.";
+      next_.nothing =
+          terms_.untold.empty()
+              ? "Only one explanation fits the recordings, and its values are known to 2 %: nothing is ambiguous."
+              : "What is ambiguous is the same in every motion of this robot, and the values are known to 2 %.";
       return next_;
     }
     try_motions();
@@ -77,19 +84,28 @@ class TorqueProposer {
     next_.remarks = Safety(e_, limits_).remarks();
     const std::string rivals = "the " + std::to_string(kMostRivals) + " rivals that differ most along it";
     if (!by_effort_) {
-      next_.checked = "Every motion was simulated before it was proposed: under the nominal model, the report's model, the same with all values at the lower or "
-                      "upper ends of their intervals, and " + rivals + ". Positions, speeds, efforts and collisions stay within the limits. ";
+      next_.checked =
+          "Every motion was simulated before it was proposed: under the nominal model, the report's model, the same "
+          "with all values at the lower or "
+          "upper ends of their intervals, and " +
+          rivals + ". Positions, speeds, efforts and collisions stay within the limits. ";
       return;
     }
-    next_.checked = "No motion was simulated, because the experiment states no servo gains. Along the motion, positions, speeds, collisions and expected efforts stay "
-                    "within the limits: under the nominal model, the report's model, both ends of its intervals, and " + rivals + ". ";
-    next_.remarks.push_back("Your own controller must follow the positions. The expected efforts of the report's model are in the files. Nothing tells how far the robot "
-                            "will be from the motion: set a limit for the position error yourself, and begin with --limit speed=0.2");
+    next_.checked =
+        "No motion was simulated, because the experiment states no servo gains. Along the motion, positions, speeds, "
+        "collisions and expected efforts stay "
+        "within the limits: under the nominal model, the report's model, both ends of its intervals, and " +
+        rivals + ". ";
+    next_.remarks.push_back(
+        "Your own controller must follow the positions. The expected efforts of the report's model are in the files. "
+        "Nothing tells how far the robot "
+        "will be from the motion: set a limit for the position error yourself, and begin with --limit speed=0.2");
   }
 
   // As in a small model: all values are known to 2 %.
   bool is_settled() const {
-    return std::all_of(terms_.values.begin(), terms_.values.end(), [](const OpenValue& v) { return v.half_width <= kKnown * std::abs(v.value); });
+    return std::all_of(terms_.values.begin(), terms_.values.end(),
+                       [](const OpenValue& v) { return v.half_width <= kKnown * std::abs(v.value); });
   }
 
   // Fills `readings` of the motion under one model; false if the motion leaves all bounds.
@@ -109,7 +125,8 @@ class TorqueProposer {
   }
 
   // Efforts [N m] by joint at these times; the largest ones within the intervals if the world is at an end.
-  std::vector<std::vector<double>> predict_efforts(const MotionRows& rows, const TorqueWorld& world, const std::vector<double>& time) const {
+  std::vector<std::vector<double>> predict_efforts(const MotionRows& rows, const TorqueWorld& world,
+                                                   const std::vector<double>& time) const {
     std::vector<std::vector<double>> efforts(limits_.joints.size(), std::vector<double>(time.size(), 0.0));
     for (size_t i = 0; i < terms_.design.joints.size(); ++i) {
       Eigen::VectorXd y = rows_->predict(rows, world.side, i);
@@ -118,14 +135,16 @@ class TorqueProposer {
       for (size_t k = 0, at = 0; k < time.size() && !rows.time.empty(); ++k) {
         while (at + 1 < rows.time.size() && rows.time[at + 1] <= time[k]) ++at;
         const size_t next = std::min(at + 1, rows.time.size() - 1);
-        const double span = rows.time[next] - rows.time[at], share = span > 0.0 ? std::clamp((time[k] - rows.time[at]) / span, 0.0, 1.0) : 0.0;
+        const double span = rows.time[next] - rows.time[at],
+                     share = span > 0.0 ? std::clamp((time[k] - rows.time[at]) / span, 0.0, 1.0) : 0.0;
         out[k] = (1.0 - share) * y[static_cast<long>(at)] + share * y[static_cast<long>(next)];
       }
     }
     return efforts;
   }
 
-  // Plays a motion under the report's model. A robot that is driven by efforts follows it; its efforts come from the terms.
+  // Plays a motion under the report's model. A robot that is driven by efforts follows it; its efforts come from the
+  // terms.
   bool play(const MotionPlan& plan, const Commands& commands, Played* out) const {
     if (!by_effort_) {
       out->motion = make_trial_motion(bare_, e_.recordings[0], commands, terms_.best.hypothesis, plan.loads);
@@ -141,7 +160,8 @@ class TorqueProposer {
     return true;
   }
 
-  std::string find_fault(const Played& played, const TorqueWorld& world, Safety* safety, std::vector<double>* leave, std::vector<char>* faulty) const {
+  std::string find_fault(const Played& played, const TorqueWorld& world, Safety* safety, std::vector<double>* leave,
+                         std::vector<char>* faulty) const {
     std::vector<double> readings;
     if (!predict(played, world, &readings)) return "the simulated robot leaves all bounds";
     return safety->find_fault_of(*played.motion, readings, leave, faulty);
@@ -155,14 +175,18 @@ class TorqueProposer {
       faulty.assign(limits_.joints.size(), 0);
       c->commands = make_motion(p, limits_);
       Played played;
-      const std::string fault = play(p, c->commands, &played) ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr, &faulty) : "the simulated robot leaves all bounds, or moves no judged joint";
+      const std::string fault = play(p, c->commands, &played)
+                                    ? find_fault(played, {"", terms_.best, 0.0}, safety, nullptr, &faulty)
+                                    : "the simulated robot leaves all bounds, or moves no judged joint";
       if (!fault.empty()) {
         c->fault = describe_plan(p) + ": " + fault + " under the report's model";
         continue;
       }
       c->comparisons.clear();
-      for (const OpenQuestion& q : terms_.questions) c->comparisons.push_back(rows_->compare(played.rows, q.truth, q.rival));
-      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher, c->considered = intervals_->sum_along(played.rows);
+      for (const OpenQuestion& q : terms_.questions)
+        c->comparisons.push_back(rows_->compare(played.rows, q.truth, q.rival));
+      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher,
+      c->considered = intervals_->sum_along(played.rows);
       c->ok = true, c->fault.clear();
       return;
     }
@@ -172,11 +196,13 @@ class TorqueProposer {
     std::vector<char> concerned(static_cast<size_t>(e_.num_joints()), 0);
     for (const OpenQuestion& q : terms_.questions) mark_difference(q, &concerned);
     const std::vector<MotionPlan> plans = list_plans(e_, limits_, concerned, options_.seconds);
-    progress_(std::to_string(terms_.questions.size()) + " questions about the missing torque along " + std::to_string(plans.size()) + " motions");
+    progress_(std::to_string(terms_.questions.size()) + " questions about the missing torque along " +
+              std::to_string(plans.size()) + " motions");
     candidates_.resize(plans.size());
     for (int i = 0; i < options_.jobs; ++i) safety_.push_back(std::make_unique<Safety>(e_, limits_));
     parallel_for(options_.jobs, static_cast<int>(plans.size()), [&](int i, int worker) {
-      try_motion(plans[static_cast<size_t>(i)], safety_[static_cast<size_t>(worker)].get(), &candidates_[static_cast<size_t>(i)]);
+      try_motion(plans[static_cast<size_t>(i)], safety_[static_cast<size_t>(worker)].get(),
+                 &candidates_[static_cast<size_t>(i)]);
     });
     for (const TorqueCandidate& c : candidates_) {
       if (c.ok) intervals_->allow(c.considered);
@@ -194,33 +220,40 @@ class TorqueProposer {
     }
   }
 
-  double calc_left(const TorqueCandidate& c, size_t q) const { return calc_projected_power(c.comparisons[q], known_rival_[q]); }
+  double calc_left(const TorqueCandidate& c, size_t q) const {
+    return calc_projected_power(c.comparisons[q], known_rival_[q]);
+  }
 
   // What is known with another motion. A report fits its values to the recordings for training.
   Gained add(Gained gained, const TorqueCandidate& c) const {
     if (is_held_out(next_.proposals.size())) return gained;
     gained.fisher += c.fisher;
-    for (size_t i = 0; i < c.considered.size(); ++i) gained.considered[i].xx += c.considered[i].xx, gained.considered[i].moved += c.considered[i].moved;
+    for (size_t i = 0; i < c.considered.size(); ++i)
+      gained.considered[i].xx += c.considered[i].xx, gained.considered[i].moved += c.considered[i].moved;
     for (size_t j = 0; j < c.commands.position.size(); ++j) widen(c.commands.position[j], &gained.ranges[j]);
     return gained;
   }
 
   double calc_worth_of(const TorqueCandidate& c, const Gained& gained) const {
     double decided = 0.0;
-    for (size_t q = 0; q < c.comparisons.size(); ++q) decided += calc_decision_probability(calc_left(c, q), kNeeded, 1.0) / static_cast<double>(c.comparisons.size());
-    return calc_worth(decided, intervals_->list(gained), intervals_->list(add(gained, c))) * calc_drawback(c.plan, next_.proposals);
+    for (size_t q = 0; q < c.comparisons.size(); ++q)
+      decided += calc_decision_probability(calc_left(c, q), kNeeded, 1.0) / static_cast<double>(c.comparisons.size());
+    return calc_worth(decided, intervals_->list(gained), intervals_->list(add(gained, c))) *
+           calc_drawback(c.plan, next_.proposals);
   }
 
   // The questions whose answers differ most along the motion, at most kMostRivals.
   std::vector<size_t> list_largest(const TorqueCandidate& c) const {
     std::vector<size_t> order(c.comparisons.size());
     std::iota(order.begin(), order.end(), size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return c.comparisons[a].power > c.comparisons[b].power; });
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return c.comparisons[a].power > c.comparisons[b].power; });
     order.resize(std::min(order.size(), kMostRivals));
     return order;
   }
 
-  std::string find_any_fault(const TorqueCandidate& c, const Played& played, std::vector<double>* leave, std::vector<char>* faulty) const {
+  std::string find_any_fault(const TorqueCandidate& c, const Played& played, std::vector<double>* leave,
+                             std::vector<char>* faulty) const {
     const std::vector<TorqueWorld> worlds = list_torque_worlds(terms_, list_largest(c));
     std::vector<std::string> faults(worlds.size());
     std::vector<std::vector<double>> leaves(worlds.size(), std::vector<double>(limits_.joints.size(), 0.0));
@@ -241,9 +274,10 @@ class TorqueProposer {
     return fault == faults.end() ? "" : *fault;
   }
 
-  // A report asks only what its recordings raise: of a joint that hardly moved, or of an effect that they do not show, it has
-  // no question. Several sines of all joints show most of all effects, so the first motion, the one that is fitted, is of
-  // this family wherever one is safe. A held-out motion of all joints confirms what the fitted one shows of each.
+  // A report asks only what its recordings raise: of a joint that hardly moved, or of an effect that they do not show,
+  // it has no question. Several sines of all joints show most of all effects, so the first motion, the one that is
+  // fitted, is of this family wherever one is safe. A held-out motion of all joints confirms what the fitted one shows
+  // of each.
   bool is_rich(const TorqueCandidate& c) const {
     const bool all = std::all_of(c.plan.moves.begin(), c.plan.moves.end(), [](char moves) { return moves != 0; });
     const bool confirms = is_held_out(next_.proposals.size());
@@ -252,7 +286,8 @@ class TorqueProposer {
 
   TorqueCandidate* find_best(const Gained& gained) {
     const bool wants_rich = next_.proposals.empty() || is_held_out(next_.proposals.size());
-    const bool any_rich = std::any_of(candidates_.begin(), candidates_.end(), [&](const TorqueCandidate& c) { return c.ok && is_rich(c); });
+    const bool any_rich = std::any_of(candidates_.begin(), candidates_.end(),
+                                      [&](const TorqueCandidate& c) { return c.ok && is_rich(c); });
     TorqueCandidate* best = nullptr;
     double most = -1.0;
     for (TorqueCandidate& c : candidates_) {
@@ -284,20 +319,24 @@ class TorqueProposer {
       best->fault = describe_plan(best->plan) + ": " + fault;
       const std::string larger = best->fault;
       MotionPlan smaller = best->plan;
-      if (make_smaller(faulty, &smaller)) try_motion(smaller, safety_[0].get(), best);
-      else best->ok = false;
+      if (make_smaller(faulty, &smaller))
+        try_motion(smaller, safety_[0].get(), best);
+      else
+        best->ok = false;
       best->fault = larger;
     }
   }
 
-  void add_proposal(const TorqueCandidate& c, const Played& played, const Gained& before, const Gained& gained, const std::vector<double>& leave) {
+  void add_proposal(const TorqueCandidate& c, const Played& played, const Gained& before, const Gained& gained,
+                    const std::vector<double>& leave) {
     Proposal p = begin_proposal(next_.proposals.size(), c.plan, c.commands, calc_worth_of(c, before));
     for (size_t j = 0; j < c.plan.moves.size(); ++j) {
       if (c.plan.moves[j]) p.moving.push_back(e_.robot.tree.joint(static_cast<int>(j)).name);
     }
     for (size_t q = 0; q < c.comparisons.size(); ++q) {
       const double left = calc_left(c, q);
-      p.expected.push_back({terms_.questions[q].label, calc_decision_probability(left, kNeeded, 1.0), calc_rms(c.comparisons[q], left)});
+      p.expected.push_back(
+          {terms_.questions[q].label, calc_decision_probability(left, kNeeded, 1.0), calc_rms(c.comparisons[q], left)});
     }
     p.intervals = intervals_->list(gained);
     p.overlay = make_overlay(c, played.rows);
@@ -353,7 +392,7 @@ class TorqueProposer {
   const bool by_effort_;
   std::unique_ptr<TorqueRows> rows_;
   std::unique_ptr<ExpectedIntervals> intervals_;
-  std::vector<Eigen::MatrixXd> known_rival_;  // by question
+  std::vector<Eigen::MatrixXd> known_rival_;     // by question
   std::vector<std::unique_ptr<Safety>> safety_;  // by worker
   std::vector<TorqueCandidate> candidates_;
   Next next_;
@@ -361,7 +400,8 @@ class TorqueProposer {
 
 }  // namespace
 
-Next propose_by_torque(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress) {
+Next propose_by_torque(const Experiment& experiment, const Json& report, const NextOptions& options,
+                       const Progress& progress) {
   return TorqueProposer(experiment, report, options, progress).run();
 }
 

@@ -8,6 +8,7 @@
 
 namespace hrp::diagnosis {
 
-Next propose_by_torque(const Experiment& experiment, const Json& report, const NextOptions& options, const Progress& progress);
+Next propose_by_torque(const Experiment& experiment, const Json& report, const NextOptions& options,
+                       const Progress& progress);
 
 }  // namespace hrp::diagnosis

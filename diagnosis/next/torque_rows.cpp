@@ -80,7 +80,8 @@ std::vector<long> TorqueRows::list_slots_of(const TorqueSide& side, size_t i) co
   std::vector<long> slots;
   const auto add = [&](const Term& term, size_t t, const std::vector<size_t>& model, const std::vector<long>& first) {
     const auto at = std::find(model.begin(), model.end(), t);
-    for (int c = 0; c < term.columns(); ++c) slots.push_back(at == model.end() ? -1 : first[static_cast<size_t>(at - model.begin())] + c);
+    for (int c = 0; c < term.columns(); ++c)
+      slots.push_back(at == model.end() ? -1 : first[static_cast<size_t>(at - model.begin())] + c);
   };
   for (size_t t : own_[i]) add(terms_.design.joints[i].terms[t], t, side.model.own[i], side.slots.own[i]);
   for (size_t t : whole_) add(terms_.design.whole[t], t, side.model.whole, side.slots.whole);
@@ -115,7 +116,8 @@ Eigen::VectorXd TorqueRows::calc_range(const MotionRows& rows, const TorqueSide&
 
 Comparison TorqueRows::compare(const MotionRows& rows, const TorqueSide& truth, const TorqueSide& rival) const {
   Comparison out;
-  out.along = Eigen::VectorXd::Zero(rival.slots.size), out.fisher = Eigen::MatrixXd::Zero(rival.slots.size, rival.slots.size);
+  out.along = Eigen::VectorXd::Zero(rival.slots.size),
+  out.fisher = Eigen::MatrixXd::Zero(rival.slots.size, rival.slots.size);
   for (size_t i = 0; i < columns_.size(); ++i) {
     const std::vector<long> slots = list_slots_of(rival, i);
     const double weight = per_second_[i] * rows.step / left_[i];
@@ -147,7 +149,8 @@ Eigen::MatrixXd TorqueRows::calc_known(const TorqueSide& side) const {
     const double weight = joint.effective / std::max(1.0, joint.total.n) / left_[i];
     for (size_t a = 0; a < slots.size(); ++a) {
       for (size_t b = 0; b < slots.size(); ++b) {
-        if (slots[a] >= 0 && slots[b] >= 0) known(slots[a], slots[b]) += weight * joint.total.get(columns_[i][a], columns_[i][b]);
+        if (slots[a] >= 0 && slots[b] >= 0)
+          known(slots[a], slots[b]) += weight * joint.total.get(columns_[i][a], columns_[i][b]);
       }
     }
   }

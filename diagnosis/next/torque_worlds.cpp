@@ -20,7 +20,8 @@ Hypothesis move_to_ends(const OpenTerms& terms, double side) {
       const auto value = std::find_if(terms.values.begin(), terms.values.end(), [&](const OpenValue& v) {
         return v.effect == effect.id && v.place == effect.place && v.parameter == infos[i].name;
       });
-      const double width = value != terms.values.end() ? value->half_width : kHalf * std::abs(effect.p[i] - infos[i].neutral);
+      const double width =
+          value != terms.values.end() ? value->half_width : kHalf * std::abs(effect.p[i] - infos[i].neutral);
       effect.p[i] = std::clamp(effect.p[i] + side * width, infos[i].low, infos[i].high);
     }
   }
@@ -32,11 +33,14 @@ Hypothesis move_to_ends(const OpenTerms& terms, double side) {
 std::vector<TorqueWorld> list_torque_worlds(const OpenTerms& terms, const std::vector<size_t>& questions) {
   TorqueSide nothing = terms.best;
   nothing.hypothesis.clear(), nothing.fit.theta.setZero();
-  std::vector<TorqueWorld> worlds{{" under the nominal model", nothing, 0.0}, {" under the report's model", terms.best, 0.0}};
+  std::vector<TorqueWorld> worlds{{" under the nominal model", nothing, 0.0},
+                                  {" under the report's model", terms.best, 0.0}};
   for (const double end : {-1.0, 1.0}) {
     TorqueSide side = terms.best;
     side.hypothesis = move_to_ends(terms, end);
-    worlds.push_back({std::string(" with all values at the ") + (end < 0.0 ? "lower" : "upper") + " ends of their intervals", side, end});
+    worlds.push_back(
+        {std::string(" with all values at the ") + (end < 0.0 ? "lower" : "upper") + " ends of their intervals", side,
+         end});
   }
   for (size_t q : questions) {
     const OpenQuestion& question = terms.questions[q];

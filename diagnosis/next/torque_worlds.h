@@ -13,9 +13,9 @@ namespace hrp::diagnosis {
 constexpr size_t kMostRivals = 8;
 
 struct TorqueWorld {
-  std::string label;          // "under the nominal model"
+  std::string label;  // "under the nominal model"
   TorqueSide side;
-  double end = 0.0;           // -1, 1: all values at the lower or upper ends of their intervals
+  double end = 0.0;  // -1, 1: all values at the lower or upper ends of their intervals
 };
 
 // The nominal model; the report's; the same with all values at either end; the rivals of `questions`.

@@ -54,8 +54,10 @@ std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Rec
   return motion;
 }
 
-std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const Recording& like, const Commands& commands,
-                                                  const std::vector<std::vector<double>>& efforts, const std::vector<LoadSpec>& loads) {
+std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const Recording& like,
+                                                  const Commands& commands,
+                                                  const std::vector<std::vector<double>>& efforts,
+                                                  const std::vector<LoadSpec>& loads) {
   auto motion = std::make_unique<TrialMotion>();
   motion->experiment = bare;
   motion->experiment.recordings = {make_recording(like, commands, loads)};

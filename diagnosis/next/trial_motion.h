@@ -22,8 +22,10 @@ std::unique_ptr<TrialMotion> make_trial_motion(const Experiment& bare, const Rec
                                                const Hypothesis& truth, const std::vector<LoadSpec>& loads = {});
 
 // The same with the commands as readings, for a robot that follows them, and with these efforts [N m] by joint.
-std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const Recording& like, const Commands& commands,
-                                                  const std::vector<std::vector<double>>& efforts, const std::vector<LoadSpec>& loads = {});
+std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const Recording& like,
+                                                  const Commands& commands,
+                                                  const std::vector<std::vector<double>>& efforts,
+                                                  const std::vector<LoadSpec>& loads = {});
 
 // Readings [sample][joint][quantity] of the whole robot under an explanation; false if the motion exceeds all bounds.
 bool simulate_trial(const TrialMotion& motion, const Hypothesis& hypothesis, std::vector<double>* readings);

@@ -17,15 +17,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Steps and their times: long and slow, or short and quicker. Two cadences tell what goes with the speed of joints from what
-// goes with the load on them. The weight moves slowly from foot to foot, because no sensor damps the sway that follows. On four
-// nominal robots the zero-moment point of the slow gait stays 1.6 to 3.2 cm inside the soles.
+// Steps and their times: long and slow, or short and quicker. Two cadences tell what goes with the speed of joints from
+// what goes with the load on them. The weight moves slowly from foot to foot, because no sensor damps the sway that
+// follows. On four nominal robots the zero-moment point of the slow gait stays 1.6 to 3.2 cm inside the soles.
 struct Gait {
   double length, single_support, double_support;  // [m], [s], [s]
 };
 constexpr Gait kGaits[] = {{0.12, 0.9, 0.7}, {0.06, 0.7, 0.5}};
 constexpr double kSwingHeight = 0.04;  // [m] of a foot over the ground
-constexpr double kInward = 0.012;       // [m] of the planned zero-moment point: landings throw it outward
+constexpr double kInward = 0.012;      // [m] of the planned zero-moment point: landings throw it outward
 constexpr int kMostPairs = 4;          // of steps forward
 
 // Left is where the base's y axis points.
@@ -33,7 +33,8 @@ WalkSpec make_spec(const Experiment& e, const MotionPlan& plan, double width, bo
   const Gait& gait = kGaits[1 - plan.seed % 2];
   WalkSpec spec;
   spec.left_foot = e.scenario.feet[first_is_left ? 0 : 1], spec.right_foot = e.scenario.feet[first_is_left ? 1 : 0];
-  spec.single_support = gait.single_support, spec.double_support = gait.double_support, spec.swing_height = kSwingHeight;
+  spec.single_support = gait.single_support, spec.double_support = gait.double_support,
+  spec.swing_height = kSwingHeight;
   spec.length = plan.size * gait.length;
   spec.zmp_y = kInward;
   spec.min_width = 0.5 * width, spec.max_width = 1.5 * width;
@@ -52,7 +53,8 @@ void list_steps(int pairs, double width, WalkSpec* spec) {
 }
 
 // The pattern with the most steps that end in time, and rest for as long as it settles.
-std::optional<walking::WalkPattern> make_pattern(WalkSpec spec, const walking::PatternStart& start, double zc, double width, double seconds) {
+std::optional<walking::WalkPattern> make_pattern(WalkSpec spec, const walking::PatternStart& start, double zc,
+                                                 double width, double seconds) {
   for (int pairs = kMostPairs; pairs > 0; --pairs) {
     list_steps(pairs, width, &spec);
     walking::WalkPattern pattern(spec, start, zc);
@@ -61,16 +63,19 @@ std::optional<walking::WalkPattern> make_pattern(WalkSpec spec, const walking::P
   return std::nullopt;
 }
 
-// How far each servo yields under the weight that the pattern puts on the feet. A walk without sensors needs this: a hip that
-// sags when the other foot lifts throws the zero-moment point to the edge of the sole.
+// How far each servo yields under the weight that the pattern puts on the feet. A walk without sensors needs this: a
+// hip that sags when the other foot lifts throws the zero-moment point to the edge of the sole.
 class Sag {
  public:
-  explicit Sag(const Experiment& e) : model_(e.robot.tree, e.scenario.gravity_W), data_(model_), state_(make_state(model_)), tau_(model_.nv()) {
-    for (int j = 0; j < e.num_joints(); ++j) stiffness_.push_back(get_servo_gains(e.scenario, e.robot.tree.joint(j).name).kp);
+  explicit Sag(const Experiment& e)
+      : model_(e.robot.tree, e.scenario.gravity_W), data_(model_), state_(make_state(model_)), tau_(model_.nv()) {
+    for (int j = 0; j < e.num_joints(); ++j)
+      stiffness_.push_back(get_servo_gains(e.scenario, e.robot.tree.joint(j).name).kp);
   }
 
   // [rad] by joint, to be added to the commands for these positions.
-  Eigen::VectorXd calc(const walking::PatternSample& now, const walking::WholeBody& body, const int links[2], const Eigen::VectorXd& q) {
+  Eigen::VectorXd calc(const walking::PatternSample& now, const walking::WholeBody& body, const int links[2],
+                       const Eigen::VectorXd& q) {
     state_.q = q, state_.R_WB = Eigen::Quaterniond(now.R_WB), state_.p_WB = now.com - now.R_WB * body.get_com();
     update_kinematics(model_, state_, &data_);
     const bool left = now.support != walking::Support::kRight, right = now.support != walking::Support::kLeft;
@@ -79,12 +84,15 @@ class Sag {
     LinkWrenches wrenches(static_cast<size_t>(model_.num_links()), Vector6d::Zero());
     for (int side : {walking::kLeft, walking::kRight}) {
       Vector6d ground;
-      ground << now.soles[side].R * Vector3d(loads.torque[side].x(), loads.torque[side].y(), 0.0), 0.0, 0.0, loads.force[side];
-      wrenches[static_cast<size_t>(links[side])] = calc_wrench_about_origin(data_, links[side], now.soles[side].p, ground);
+      ground << now.soles[side].R * Vector3d(loads.torque[side].x(), loads.torque[side].y(), 0.0), 0.0, 0.0,
+          loads.force[side];
+      wrenches[static_cast<size_t>(links[side])] =
+          calc_wrench_about_origin(data_, links[side], now.soles[side].p, ground);
     }
     calc_inverse_dynamics(model_, Eigen::VectorXd::Zero(model_.nv()), &wrenches, &data_, &tau_);
     Eigen::VectorXd sag(q.size());
-    for (long j = 0; j < q.size(); ++j) sag[j] = stiffness_[static_cast<size_t>(j)] > 0.0 ? tau_[6 + j] / stiffness_[static_cast<size_t>(j)] : 0.0;
+    for (long j = 0; j < q.size(); ++j)
+      sag[j] = stiffness_[static_cast<size_t>(j)] > 0.0 ? tau_[6 + j] / stiffness_[static_cast<size_t>(j)] : 0.0;
     return sag;
   }
 
@@ -97,11 +105,13 @@ class Sag {
 };
 
 // As in the controller, the first half of the settling leads from the start pose. The motion ends the same way.
-Commands play(const Experiment& e, const walking::WalkPattern& pattern, const WalkSpec& spec, double period, walking::WholeBody* body, const Eigen::VectorXd& start) {
+Commands play(const Experiment& e, const walking::WalkPattern& pattern, const WalkSpec& spec, double period,
+              walking::WholeBody* body, const Eigen::VectorXd& start) {
   Commands out;
   out.position.resize(static_cast<size_t>(start.size()));
   const TreeSpec& tree = e.robot.tree;
-  const int links[2] = {tree.frames[static_cast<size_t>(tree.find_frame(spec.left_foot))].link, tree.frames[static_cast<size_t>(tree.find_frame(spec.right_foot))].link};
+  const int links[2] = {tree.frames[static_cast<size_t>(tree.find_frame(spec.left_foot))].link,
+                        tree.frames[static_cast<size_t>(tree.find_frame(spec.right_foot))].link};
   Sag sag(e);
   const double end = pattern.duration() + spec.settle;
   Eigen::VectorXd q = start;
@@ -124,7 +134,9 @@ Commands play(const Experiment& e, const walking::WalkPattern& pattern, const Wa
 
 }  // namespace
 
-bool is_walking(const Experiment& experiment) { return floating::find_contacts(floating::make_legged_log(experiment, floating::Half::kEven)).walks; }
+bool is_walking(const Experiment& experiment) {
+  return floating::find_contacts(floating::make_legged_log(experiment, floating::Half::kEven)).walks;
+}
 
 Commands make_walk(const Experiment& experiment, const MotionPlan& plan, const Limits& limits, double lowered) {
   if (experiment.scenario.feet.size() != 2) return {};
@@ -134,7 +146,8 @@ Commands make_walk(const Experiment& experiment, const MotionPlan& plan, const L
     for (bool first_is_left : {true, false}) {
       walking::WholeBody body(experiment.robot, make_spec(experiment, plan, 0.0, first_is_left), state.q);
       const Matrix3d R_WB = state.R_WB.toRotationMatrix();
-      const walking::PatternStart start = walking::make_pattern_start(body, walking::calc_pattern_axes(body, R_WB) * R_WB);
+      const walking::PatternStart start =
+          walking::make_pattern_start(body, walking::calc_pattern_axes(body, R_WB) * R_WB);
       const double width = start.soles[walking::kLeft].p.y() - start.soles[walking::kRight].p.y();
       if (width <= 0.0) continue;
       const WalkSpec spec = make_spec(experiment, plan, width, first_is_left);

@@ -49,7 +49,10 @@ Json make_stop(const Proposal& p, const std::vector<std::string>& joints) {
 Json make_loads(const std::vector<LoadSpec>& loads) {
   Json list = Json::array();
   for (const LoadSpec& load : loads)
-    list.push_back({{"link", load.link}, {"mass", load.mass}, {"com", {load.p_LC.x(), load.p_LC.y(), load.p_LC.z()}}, {"sentence", describe(load)}});
+    list.push_back({{"link", load.link},
+                    {"mass", load.mass},
+                    {"com", {load.p_LC.x(), load.p_LC.y(), load.p_LC.z()}},
+                    {"sentence", describe(load)}});
   return list;
 }
 
@@ -59,19 +62,28 @@ std::string get_role(const Proposal& p) { return p.file.rfind("train", 0) == 0 ?
 std::string make_line(const Proposal& p) {
   std::string loads;
   for (const LoadSpec& load : p.plan.loads) {
-    loads += std::string(loads.empty() ? "" : ", ") + "{link: " + load.link + ", mass: " + number(load.mass, 3) + ", com: [" + number(load.p_LC.x(), 4) + ", " +
-             number(load.p_LC.y(), 4) + ", " + number(load.p_LC.z(), 4) + "]}";
+    loads += std::string(loads.empty() ? "" : ", ") + "{link: " + load.link + ", mass: " + number(load.mass, 3) +
+             ", com: [" + number(load.p_LC.x(), 4) + ", " + number(load.p_LC.y(), 4) + ", " + number(load.p_LC.z(), 4) +
+             "]}";
   }
-  return "- {file: round_1_" + p.file + ", role: " + get_role(p) + (loads.empty() ? "" : ", loads: [" + loads + "]") + "}";
+  return "- {file: round_1_" + p.file + ", role: " + get_role(p) + (loads.empty() ? "" : ", loads: [" + loads + "]") +
+         "}";
 }
 
 Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
   Json expected = Json::array(), intervals = Json::array();
   for (const Expected& one : p.expected)
-    expected.push_back({{"against", one.label}, {"probability", round_to(one.probability, 3)}, {"difference", round_to(one.difference, 3)}});
+    expected.push_back({{"against", one.label},
+                        {"probability", round_to(one.probability, 3)},
+                        {"difference", round_to(one.difference, 3)}});
   for (const ExpectedInterval& one : p.intervals)
-    intervals.push_back({{"effect", one.label}, {"parameter", one.parameter}, {"unit", one.unit}, {"value", round_to(one.value, 6)},
-                         {"half_width", round_to(one.before, 4)}, {"expected_half_width", round_to(one.after, 4)}, {"least_half_width", round_to(one.least, 4)}});
+    intervals.push_back({{"effect", one.label},
+                         {"parameter", one.parameter},
+                         {"unit", one.unit},
+                         {"value", round_to(one.value, 6)},
+                         {"half_width", round_to(one.before, 4)},
+                         {"expected_half_width", round_to(one.after, 4)},
+                         {"least_half_width", round_to(one.least, 4)}});
   return {{"file", p.file},
           {"role", get_role(p)},
           {"loads", make_loads(p.plan.loads)},
@@ -86,7 +98,12 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
           {"worth", round_to(p.worth, 3)},
           {"expected", expected},
           {"intervals", intervals},
-          {"overlay", {{"signal", p.overlay.signal}, {"unit", p.overlay.unit}, {"time", p.overlay.time}, {"curves", p.overlay.curves}, {"labels", p.overlay.labels}}}};
+          {"overlay",
+           {{"signal", p.overlay.signal},
+            {"unit", p.overlay.unit},
+            {"time", p.overlay.time},
+            {"curves", p.overlay.curves},
+            {"labels", p.overlay.labels}}}};
 }
 
 Json make_json(const Next& next, const std::vector<std::string>& joints) {
@@ -120,20 +137,27 @@ void write_next(const Experiment& experiment, const Next& next, const std::strin
   write_file(out / "next.html", make_next_page(json, experiment.robot.tree.name));
 }
 
-std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report, const NextOptions& options,
-                         const Progress& progress) {
+std::string propose_next(const Experiment& experiment, const std::string& folder, const Json& report,
+                         const NextOptions& options, const Progress& progress) {
   const Next next = propose(experiment, report, options, progress);
   write_next(experiment, next, folder);
   std::string text;
   for (const std::string& one : next.words) text += "  " + one + ".\n";
-  if (!next.nothing.empty()) return "\nNext experiment: none. " + next.nothing + "\n" + (text.empty() ? "" : "Motions that would tell:\n") + text;
+  if (!next.nothing.empty())
+    return "\nNext experiment: none. " + next.nothing + "\n" + (text.empty() ? "" : "Motions that would tell:\n") +
+           text;
   text = "\nNext experiment (" + folder + "/next/next.html):\n";
   for (const Proposal& p : next.proposals) {
     double decided = 0.0;
     for (const Expected& one : p.expected) decided += one.probability / static_cast<double>(p.expected.size());
     text += "  " + p.file + ": ";
     for (const LoadSpec& load : p.plan.loads) text += describe(load) + " ";
-    text += get_family_sentence(p.plan.family) + std::string(p.expected.empty() ? "" : " Expected to rule out " + number(std::round(100.0 * decided), 3) + " % of " + number(static_cast<double>(p.expected.size())) + " other explanations.") + "\n";
+    text +=
+        get_family_sentence(p.plan.family) +
+        std::string(p.expected.empty() ? ""
+                                       : " Expected to rule out " + number(std::round(100.0 * decided), 3) + " % of " +
+                                             number(static_cast<double>(p.expected.size())) + " other explanations.") +
+        "\n";
   }
   return text;
 }

@@ -33,7 +33,8 @@ bool is_enough(const std::vector<const json*>& findings) {
 std::string find_column(const json& finding) {
   const auto parameters = list_parameters(finding);
   if (parameters.size() != 1 || !get(parameters[0].second, "value").is_number()) return "";
-  const std::string unit = get(finding, "in_log_unit") == json(true) ? "unit of the log" : typeset(get_text(parameters[0].second, "unit"));
+  const std::string unit =
+      get(finding, "in_log_unit") == json(true) ? "unit of the log" : typeset(get_text(parameters[0].second, "unit"));
   return describe_effect(get_text(finding, "effect")) + (unit.empty() || unit == "1" ? "" : " [" + unit + "]");
 }
 
@@ -43,8 +44,10 @@ std::vector<std::string> list_columns(const std::vector<const json*>& findings) 
   for (const json* f : findings) {
     const std::string column = find_column(*f);
     const auto same = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == column; });
-    if (same == counts.end()) counts.emplace_back(column, 1);
-    else ++same->second;
+    if (same == counts.end())
+      counts.emplace_back(column, 1);
+    else
+      ++same->second;
   }
   std::stable_sort(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return b.second < a.second; });
   std::vector<std::string> out;
@@ -80,15 +83,20 @@ JointTable make_joint_table(const json& report) {
   out.cells.assign(out.joints.size(), std::vector<JointTable::Cell>(columns.size() + 1));
   bool others = false;
   for (const json* f : findings) {
-    const size_t column = static_cast<size_t>(std::find(columns.begin(), columns.end(), find_column(*f)) - columns.begin());
-    const size_t row = static_cast<size_t>(std::find(out.joints.begin(), out.joints.end(), get_joint(*f)) - out.joints.begin());
+    const size_t column =
+        static_cast<size_t>(std::find(columns.begin(), columns.end(), find_column(*f)) - columns.begin());
+    const size_t row =
+        static_cast<size_t>(std::find(out.joints.begin(), out.joints.end(), get_joint(*f)) - out.joints.begin());
     const bool is_other = column == columns.size();
     others = others || is_other;
-    out.cells[row][column].push_back({is_other ? describe_effect(get_text(*f, "effect")) + ": " + describe_parameters(*f) : describe_number(*f),
-                                      get_text(*f, "grade") == "ambiguous"});
+    out.cells[row][column].push_back(
+        {is_other ? describe_effect(get_text(*f, "effect")) + ": " + describe_parameters(*f) : describe_number(*f),
+         get_text(*f, "grade") == "ambiguous"});
   }
-  if (others) out.head.push_back("other");
-  else for (auto& row : out.cells) row.pop_back();
+  if (others)
+    out.head.push_back("other");
+  else
+    for (auto& row : out.cells) row.pop_back();
   return out;
 }
 

@@ -22,12 +22,13 @@ std::string get_joint(const std::string& signal) {
   return signal.substr(begin + 1, end - begin - 1);
 }
 
-// Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as newton
-// metres.
+// Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as
+// newton metres.
 std::set<std::string> list_untold_efforts(const json& report, const json& signals) {
   std::set<std::string> untold;
   const json& findings = get_list(report, "findings");
-  if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); })) return untold;
+  if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); }))
+    return untold;
   for (const auto& item : signals.items()) {
     for (const json& joint : get_list(report, "untold_units"))
       if (ends_with(item.key(), "/" + format_value(joint) + "/effort")) untold.insert(item.key());
@@ -45,7 +46,8 @@ std::string make_change(double before, double after, const std::string& unit) {
 }
 
 // Sums over the signals whose names end so, by unit.
-std::map<std::string, Squares> sum_squares(const json& signals, const std::string& suffix, const std::set<std::string>& left_out) {
+std::map<std::string, Squares> sum_squares(const json& signals, const std::string& suffix,
+                                           const std::set<std::string>& left_out) {
   std::map<std::string, Squares> by_unit;
   for (const auto& [name, fit] : signals.items()) {
     const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
@@ -56,8 +58,8 @@ std::map<std::string, Squares> sum_squares(const json& signals, const std::strin
   return by_unit;
 }
 
-// Signals of a robot on its feet are compared by equations: "/wrench/l_sole/force (weight)". Those whose error falls by a
-// tenth at least, most first: "weight from 10.5 to 5.63 N".
+// Signals of a robot on its feet are compared by equations: "/wrench/l_sole/force (weight)". Those whose error falls by
+// a tenth at least, most first: "weight from 10.5 to 5.63 N".
 std::vector<std::string> list_falling_equations(const json& signals) {
   constexpr size_t kMost = 3;
   std::vector<std::pair<double, std::string>> falls;
@@ -87,7 +89,8 @@ std::string make_errors_sentence(const json& report) {
   for (const auto& [suffix, word] : kinds) {
     for (const auto& [unit, s] : sum_squares(signals, suffix, untold)) {
       std::string& text = s.after > s.before ? rises : falls;
-      text += (text.empty() ? "" : ", ") + std::string(word) + make_change(std::sqrt(s.before / s.n), std::sqrt(s.after / s.n), unit);
+      text += (text.empty() ? "" : ", ") + std::string(word) +
+              make_change(std::sqrt(s.before / s.n), std::sqrt(s.after / s.n), unit);
     }
   }
   for (const std::string& equation : list_falling_equations(signals)) falls += (falls.empty() ? "" : ", ") + equation;
@@ -102,7 +105,8 @@ std::string make_errors_sentence(const json& report) {
 std::string make_ceiling_sentence(const json& report) {
   const double ceiling = get_number(report, "ceiling", 0.0), explained = get_number(report, "explained", 0.0);
   if (ceiling <= 0.0 || get_list(report, "remaining").empty()) return "";
-  const std::string all = "Over all signals, that is " + format_number(std::round(100.0 * explained), 3) + " % of the mismatch";
+  const std::string all =
+      "Over all signals, that is " + format_number(std::round(100.0 * explained), 3) + " % of the mismatch";
   constexpr double kAll = 0.9995;  // as rounded in the report
   if (ceiling > kAll) return all + ".";
   if (explained > kAll * ceiling) return all + "; a free model of the recorded signals predicts no more.";
@@ -122,12 +126,12 @@ std::string make_noise_sentence(const json& report) {
            " times the noise (1 is as good as it gets).";
   }
   if (get_text(fit, "over") == "spread") {
-    return "Along recordings never used for fitting, the missing torque falls from " + format_number(100.0 * before, 3) + " to " +
-           format_number(100.0 * after, 3) + " % of the effort's spread.";
+    return "Along recordings never used for fitting, the missing torque falls from " +
+           format_number(100.0 * before, 3) + " to " + format_number(100.0 * after, 3) + " % of the effort's spread.";
   }
   if (same) {
-    return "Over all signals together, the prediction error on recordings never used for fitting stays " + format_number(after, 3) +
-           " times the noise: most of it is in signals that no finding touches.";
+    return "Over all signals together, the prediction error on recordings never used for fitting stays " +
+           format_number(after, 3) + " times the noise: most of it is in signals that no finding touches.";
   }
   return "On recordings never used for fitting the prediction error goes from " + format_number(before, 3) + " to " +
          format_number(after, 3) + " times the noise (1 is as good as it gets).";

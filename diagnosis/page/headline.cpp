@@ -15,23 +15,25 @@
 namespace hrp::diagnosis::html {
 namespace {
 
-constexpr size_t kFew = 3;          // findings that are told one by one, and places that are named
-constexpr size_t kMostGroups = 5;   // effects that are told with their values
+constexpr size_t kFew = 3;         // findings that are told one by one, and places that are named
+constexpr size_t kMostGroups = 5;  // effects that are told with their values
 const char* const kCounts = "counts/N";
 const char* const kTurned = "turned";  // in place of a unit: efforts whose sign is turned are no scale that is off
-constexpr double kDetail = 0.02;    // of the weight of all findings: less is named without values
+constexpr double kDetail = 0.02;       // of the weight of all findings: less is named without values
 
 struct Group {
   std::string effect, unit;  // unit: only of raw counts and turned signs, which are told apart from a scale that is off
   std::vector<const json*> findings;
   double weight = 0.0;
   double probability = 0.0;  // the largest
-  bool sure = false;  // physics or a fault that takes something away, told from all else at one place at least
+  bool sure = false;         // physics or a fault that takes something away, told from all else at one place at least
 };
 
 bool is_ambiguous(const json& finding) { return get_text(finding, "grade") == "ambiguous"; }
 
-double get_weight(const json& finding) { return std::max(0.0, get_number(finding, "weight", get_number(finding, "share", 0.0))); }
+double get_weight(const json& finding) {
+  return std::max(0.0, get_number(finding, "weight", get_number(finding, "share", 0.0)));
+}
 
 bool is_of_log(const json& finding) { return get_object(finding, "where").contains("sensor"); }
 
@@ -60,7 +62,8 @@ std::vector<Group> group_by_effect(const json& report) {
   std::vector<Group> groups;
   for (const json& f : get_list(report, "findings")) {
     const std::string effect = get_text(f, "effect"), unit = get_kind(f);
-    const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.effect == effect && g.unit == unit; });
+    const auto same = std::find_if(groups.begin(), groups.end(),
+                                   [&](const Group& g) { return g.effect == effect && g.unit == unit; });
     Group& group = same == groups.end() ? groups.emplace_back(Group{effect, unit, {}, 0.0}) : *same;
     group.findings.push_back(&f);
     group.weight += get_weight(f);
@@ -96,8 +99,8 @@ std::string describe_values(const std::vector<const json*>& findings) {
   std::string words = name;
   std::replace(words.begin(), words.end(), '_', ' ');
   return words + " " + format_number(low, 2) + " to " + format_number(high, 2) +
-         (unit.empty() || unit == "1" ? "" : " " + unit) + (is_in_log_unit(*highest) ? " (unit of the log)" : "") + ", most at " +
-         describe_place(get(*highest, "where"));
+         (unit.empty() || unit == "1" ? "" : " " + unit) + (is_in_log_unit(*highest) ? " (unit of the log)" : "") +
+         ", most at " + describe_place(get(*highest, "where"));
 }
 
 // Values of different units, as of sliding and turning joints, are told apart. So are milliamperes and newton metres:
@@ -113,12 +116,14 @@ std::string describe(const std::vector<const json*>& findings) {
   return out;
 }
 
-// A check of a robot on its feet states what was measured and what it can be: "The feet carry 1.033 of ...". Others begin with
-// their place.
+// A check of a robot on its feet states what was measured and what it can be: "The feet carry 1.033 of ...". Others
+// begin with their place.
 bool is_of_check(const json& finding) {
   const std::string statement = get_text(finding, "statement");
   const json& where = get_object(finding, "where");
-  return is_ambiguous(finding) && std::none_of(where.begin(), where.end(), [&](const json& place) { return statement.rfind(format_value(place), 0) == 0; });
+  return is_ambiguous(finding) && std::none_of(where.begin(), where.end(), [&](const json& place) {
+           return statement.rfind(format_value(place), 0) == 0;
+         });
 }
 
 // The first sentence; the second as well, if the first is a short one.
@@ -131,13 +136,16 @@ std::string cut_statement(const std::string& statement) {
 
 // "Coulomb friction at 10 joints: level ...; perhaps also at joint hip: ...".
 std::string make_group_sentence(const Group& group) {
-  if (group.findings.size() == 1 && is_of_check(*group.findings[0])) return cut_statement(get_text(*group.findings[0], "statement"));
-  if (group.unit == kTurned) return "The recorded effort has the opposite sign at " + describe_places(group.findings) + ".";
+  if (group.findings.size() == 1 && is_of_check(*group.findings[0]))
+    return cut_statement(get_text(*group.findings[0], "statement"));
+  if (group.unit == kTurned)
+    return "The recorded effort has the opposite sign at " + describe_places(group.findings) + ".";
   if (group.unit == kCounts) return "Forces are raw counts, no newtons, at " + describe(group.findings) + ".";
   std::vector<const json*> sure, perhaps;
   for (const json* f : group.findings) (is_ambiguous(*f) ? perhaps : sure).push_back(f);
   if (sure.empty()) return "Perhaps " + describe_effect(group.effect, false) + " at " + describe(perhaps) + ".";
-  return describe_effect(group.effect) + " at " + describe(sure) + (perhaps.empty() ? "" : "; perhaps also at " + describe(perhaps)) + ".";
+  return describe_effect(group.effect) + " at " + describe(sure) +
+         (perhaps.empty() ? "" : "; perhaps also at " + describe(perhaps)) + ".";
 }
 
 void add_groups(const json& report, std::vector<std::string>* out) {
@@ -150,7 +158,8 @@ void add_groups(const json& report, std::vector<std::string>* out) {
     if (told < kFew || (told < kMostGroups && g.weight >= kDetail * all))
       out->push_back(make_group_sentence(g)), ++told;
     else
-      smaller += (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
+      smaller +=
+          (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
   }
   if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
 }
@@ -171,20 +180,19 @@ std::string make_unnamed_sentence(const json& report) {
   }
   std::string text;
   for (const auto& [effect, at] : all)
-    text += (text.empty() ? "" : ", ") + effect + " (" + (at.count > kFew ? std::to_string(at.count) + " places" : at.names) + ")";
+    text += (text.empty() ? "" : ", ") + effect + " (" +
+            (at.count > kFew ? std::to_string(at.count) + " places" : at.names) + ")";
   return text.empty() ? "" : "The updated model also has, without proof: " + text + ".";
 }
 
-std::string list_joints(const json& report, const char* key) {
-  return join_values(get_list(report, key));
-}
+std::string list_joints(const json& report, const char* key) { return join_values(get_list(report, key)); }
 
 // "viscous friction at joint servo (coefficient 0.8 N m s/rad) and command delay at ..."
 std::string list_set(const json& effects) {
   std::string out;
   for (const json& f : effects)
-    out += (out.empty() ? "" : " and ") + describe_effect(get_text(f, "effect"), false) + " at " + describe_place(get(f, "where")) + " (" +
-           describe_parameters(f) + ")";
+    out += (out.empty() ? "" : " and ") + describe_effect(get_text(f, "effect"), false) + " at " +
+           describe_place(get(f, "where")) + " (" + describe_parameters(f) + ")";
   return out;
 }
 
@@ -204,18 +212,24 @@ std::string make_closest_sentence(const json& report) {
   std::string text = list_set(effects);
   text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
   const json& rest = get(closest, "times_noise");
-  const std::string others = join_words(get(closest, "others"), [](const json& label) { return label.get<std::string>(); });
-  return text + (effects.size() == 1 ? " comes" : " together come") + " closest: the held-out error falls from " + format_number(get_number(rest, "before", 0.0)) +
-         " to " + format_number(get_number(rest, "after", 0.0)) + " times the noise. What is left has another cause, so " +
-         (effects.size() == 1 ? "it is no finding." : "they are no findings.") + (others.empty() ? "" : " About as close: " + others + ".");
+  const std::string others =
+      join_words(get(closest, "others"), [](const json& label) { return label.get<std::string>(); });
+  return text + (effects.size() == 1 ? " comes" : " together come") + " closest: the held-out error falls from " +
+         format_number(get_number(rest, "before", 0.0)) + " to " + format_number(get_number(rest, "after", 0.0)) +
+         " times the noise. What is left has another cause, so " +
+         (effects.size() == 1 ? "it is no finding." : "they are no findings.") +
+         (others.empty() ? "" : " About as close: " + others + ".");
 }
 
 std::string make_unit_sentence(const json& report) {
   const std::string untold = list_joints(report, "untold_units"), least = list_joints(report, "least_units");
   std::string text;
-  if (!untold.empty()) text = "This motion does not tell the unit of the effort of " + untold + ": values there are in the unit of the log.";
+  if (!untold.empty())
+    text =
+        "This motion does not tell the unit of the effort of " + untold + ": values there are in the unit of the log.";
   if (least.empty()) return text;
-  return text + (text.empty() ? "" : " ") + "The unit of the effort of " + least + " and the values there are lower bounds: a rotor makes them larger.";
+  return text + (text.empty() ? "" : " ") + "The unit of the effort of " + least +
+         " and the values there are lower bounds: a rotor makes them larger.";
 }
 
 // Of recordings in which a joint hardly moves: that nothing explains them says little.
@@ -223,9 +237,12 @@ std::string make_short_sentence(const json& report) {
   std::string files;
   for (const json& warning : get_list(report, "warnings")) {
     const std::string text = warning.is_string() ? warning.get<std::string>() : "";
-    if (text.find(": too short to show what a model leaves out") != std::string::npos) files += (files.empty() ? "" : ", ") + text.substr(0, text.find(':'));
+    if (text.find(": too short to show what a model leaves out") != std::string::npos)
+      files += (files.empty() ? "" : ", ") + text.substr(0, text.find(':'));
   }
-  return files.empty() ? "" : "Recordings that are too short to show what a model leaves out: " + typeset(files) + ". Record seconds of motion.";
+  return files.empty() ? ""
+                       : "Recordings that are too short to show what a model leaves out: " + typeset(files) +
+                             ". Record seconds of motion.";
 }
 
 std::string make_left_sentence(const json& report) {
@@ -241,7 +258,8 @@ std::string tell_alone(const json& finding) {
   std::string others;
   for (const json& a : get_list(finding, "alternatives")) {
     const bool elsewhere = get(a, "where") != get(finding, "where");
-    const std::string one = describe_effect(get_text(a, "effect"), false) + (elsewhere ? " (" + describe_place(get(a, "where")) + ")" : "");
+    const std::string one =
+        describe_effect(get_text(a, "effect"), false) + (elsewhere ? " (" + describe_place(get(a, "where")) + ")" : "");
     others += (others.empty() ? "" : ", ") + one;
   }
   const std::string text = typeset(get_text(finding, "statement"));
@@ -250,7 +268,8 @@ std::string tell_alone(const json& finding) {
 
 // The recordings in which it is, if it is not in all.
 std::string describe_only_in(const json& finding) {
-  const std::string files = join_words(get(finding, "only_in"), [](const json& file) { return file.get<std::string>(); });
+  const std::string files =
+      join_words(get(finding, "only_in"), [](const json& file) { return file.get<std::string>(); });
   return files.empty() ? "" : " (only in " + files + ")";
 }
 
@@ -259,7 +278,8 @@ std::string describe_only_in(const json& finding) {
 std::string describe_places(const std::vector<const json*>& findings) {
   std::map<std::string, std::vector<std::string>> by_kind;
   for (const json* f : findings) {
-    for (const auto& item : get_object(*f, "where").items()) by_kind[item.key()].push_back(format_value(item.value()) + describe_only_in(*f));
+    for (const auto& item : get_object(*f, "where").items())
+      by_kind[item.key()].push_back(format_value(item.value()) + describe_only_in(*f));
   }
   std::string out;
   for (const auto& [kind, names] : by_kind) {
@@ -303,14 +323,18 @@ std::vector<FindingGroup> list_shared(const json& report) {
 
 std::vector<std::string> make_headline(const json& report) {
   std::vector<std::string> out;
-  if (get(report, "preliminary") == json(true)) out.push_back("A first answer from a part of the recordings; the search goes on.");
+  if (get(report, "preliminary") == json(true))
+    out.push_back("A first answer from a part of the recordings; the search goes on.");
   const json& findings = get_list(report, "findings");
   if (findings.empty()) {
     const std::string closest = make_closest_sentence(report);
-    out.push_back(get_text(report, "summary", closest.empty() ? find_verdict_words(get_text(report, "verdict")).sentence : closest));
+    out.push_back(get_text(report, "summary",
+                           closest.empty() ? find_verdict_words(get_text(report, "verdict")).sentence : closest));
     for (const json& item : get_list(report, "unexplained")) {
       const std::string statement = typeset(get_text(item, "statement"));
-      const bool told = std::any_of(out.begin(), out.end(), [&](const std::string& sentence) { return sentence.find(statement) != std::string::npos; });
+      const bool told = std::any_of(out.begin(), out.end(), [&](const std::string& sentence) {
+        return sentence.find(statement) != std::string::npos;
+      });
       if (!told) out.push_back(statement);
     }
     for (const std::string& sentence : {make_unit_sentence(report), make_short_sentence(report)}) {
@@ -325,9 +349,9 @@ std::vector<std::string> make_headline(const json& report) {
   } else {
     add_groups(report, &out);
   }
-  for (const std::string& sentence : {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), get_text(report, "motion"), make_unit_sentence(report),
-                                      make_left_sentence(report),
-                                      make_unnamed_sentence(report)}) {
+  for (const std::string& sentence :
+       {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), get_text(report, "motion"),
+        make_unit_sentence(report), make_left_sentence(report), make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }
   return out;

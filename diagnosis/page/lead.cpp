@@ -31,7 +31,9 @@ std::string describe_vector(const json& p, bool assumed) {
   return out + ")";
 }
 
-std::string describe_value(const json& p) { return format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95")); }
+std::string describe_value(const json& p) {
+  return format_value(get(p, "value"), 3) + describe_interval(get_numbers(p, "ci95"));
+}
 
 // "stiffness 434 ± 9 N m/rad".
 std::string describe_parameter(const std::string& name, const json& p) {
@@ -39,7 +41,8 @@ std::string describe_parameter(const std::string& name, const json& p) {
   std::replace(words.begin(), words.end(), '_', ' ');
   const bool vector = get(p, "value").is_array(), assumed = get(p, "assumed") == json(true);
   std::string out = words + " " + (vector ? describe_vector(p, assumed) : describe_value(p));
-  for (const json& axis : get_list(p, "unseen")) out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
+  for (const json& axis : get_list(p, "unseen"))
+    out += ", " + (axis.is_string() ? axis.get<std::string>() : "") + " unseen";
   const std::string unit = typeset(get_text(p, "unit"));
   return out + (unit.empty() || unit == "1" ? "" : " " + unit) + (assumed ? " (assumed)" : "");
 }
@@ -55,17 +58,21 @@ std::vector<std::pair<std::string, json>> list_parameters(const json& finding) {
     const int at = find_parameter(*row, name);
     return at < 0 ? std::numeric_limits<int>::max() : at;
   };
-  std::stable_sort(out.begin(), out.end(), [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
+  std::stable_sort(out.begin(), out.end(),
+                   [&](const auto& a, const auto& b) { return place(a.first) < place(b.first); });
   return out;
 }
 
 std::string describe_number(const json& finding) {
   const auto parameters = list_parameters(finding);
-  return parameters.empty() ? "" : describe_value(parameters[0].second) + (get(finding, "at_least") == json(true) ? " or more" : "");
+  return parameters.empty()
+             ? ""
+             : describe_value(parameters[0].second) + (get(finding, "at_least") == json(true) ? " or more" : "");
 }
 
 std::string describe_parameters(const json& finding) {
-  std::string out = join_words(list_parameters(finding), [](const auto& p) { return describe_parameter(p.first, p.second); });
+  std::string out =
+      join_words(list_parameters(finding), [](const auto& p) { return describe_parameter(p.first, p.second); });
   if (get(finding, "at_least") == json(true)) out += " (or more)";
   return out + (get(finding, "in_log_unit") == json(true) ? " (unit of the log)" : "");
 }

@@ -66,12 +66,12 @@ std::string make_parameter_rows(const std::string& effect, const std::string& pl
     return out;
   }
   const std::vector<double> ci = get_numbers(p, "ci95");
-  const double v = get_number(p, "value"), low = ci.size() == 2 ? ci[0] : kNone,
-               high = ci.size() == 2 ? ci[1] : kNone;
+  const double v = get_number(p, "value"), low = ci.size() == 2 ? ci[0] : kNone, high = ci.size() == 2 ? ci[1] : kNone;
   const std::string unit = get_text(p, "unit");
-  return make_row(
-      {escape(effect), escape(place), escape(name), "<b>" + format_value(value) + "</b>" + (unit == "1" ? "" : " " + escape(typeset(unit))),
-       ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-", make_interval_svg(v, low, high)});
+  return make_row({escape(effect), escape(place), escape(name),
+                   "<b>" + format_value(value) + "</b>" + (unit == "1" ? "" : " " + escape(typeset(unit))),
+                   ci.size() == 2 ? format_number(low) + " to " + format_number(high) : "-",
+                   make_interval_svg(v, low, high)});
 }
 
 std::string make_finding_card(const json& f, const std::string& effect, const std::string& place) {
@@ -83,11 +83,12 @@ std::string make_finding_card(const json& f, const std::string& effect, const st
                     format_probability(get_number(f, "probability")) + "</p>";
   std::string others;
   for (const json& a : get_list(f, "alternatives")) {
-    others += "<li>" + escape(describe_effect(get_text(a, "effect"))) + ", " +
-              escape(describe_place(get(a, "where"))) + ": " + escape(describe_parameters(a)) +
+    others += "<li>" + escape(describe_effect(get_text(a, "effect"))) + ", " + escape(describe_place(get(a, "where"))) +
+              ": " + escape(describe_parameters(a)) +
               ". To tell them apart: " + escape(get_text(a, "motion_that_would_tell")) + ".</li>";
   }
-  if (!others.empty()) out += "<p class='small'>These recordings cannot tell it from:</p><ul class='small'>" + others + "</ul>";
+  if (!others.empty())
+    out += "<p class='small'>These recordings cannot tell it from:</p><ul class='small'>" + others + "</ul>";
   return out + "</article>";
 }
 
@@ -109,13 +110,14 @@ std::string make_remaining(const json& report) {
     const std::string on = join_values(get_list(r, "depends_on"));
     const std::string unit = " " + escape(get_text(r, "unit"));
     rows += make_row({escape(describe_place(get(r, "where"))), format_number(get_number(r, "before"), 3) + unit,
-                      format_number(get_number(r, "after"), 3) + unit,
-                      format_probability(get_number(r, "share")), on.empty() ? "-" : on});
+                      format_number(get_number(r, "after"), 3) + unit, format_probability(get_number(r, "share")),
+                      on.empty() ? "-" : on});
   }
   if (rows.empty()) return "";
   const double ceiling = get_number(report, "ceiling"), explained = get_number(report, "explained");
-  return "<p>The findings take away " + format_number(100.0 * explained, 3) + " % of the mismatch on held-out recordings. At most " +
-         format_number(100.0 * ceiling, 3) + " % can be predicted from what was recorded.</p>" +
+  return "<p>The findings take away " + format_number(100.0 * explained, 3) +
+         " % of the mismatch on held-out recordings. At most " + format_number(100.0 * ceiling, 3) +
+         " % can be predicted from what was recorded.</p>" +
          make_table({"where", "before", "after", "left", "follows"}, rows);
 }
 
@@ -124,9 +126,13 @@ std::string make_joint_rows(const JointTable& table) {
   for (size_t j = 0; j < table.joints.size(); ++j) {
     std::vector<std::string> cells{escape(table.joints[j])};
     for (const JointTable::Cell& cell : table.cells[j]) {
-      cells.push_back(join_words(cell, [](const auto& entry) {
-        return "<span class='" + std::string(entry.ambiguous ? "unsure" : "num") + "'>" + escape(entry.text) + "</span>";
-      }, "<br>"));
+      cells.push_back(join_words(
+          cell,
+          [](const auto& entry) {
+            return "<span class='" + std::string(entry.ambiguous ? "unsure" : "num") + "'>" + escape(entry.text) +
+                   "</span>";
+          },
+          "<br>"));
     }
     out += make_row(cells);
   }
@@ -150,7 +156,8 @@ std::string make_findings(const json& report) {
   std::vector<std::string> head;
   for (const std::string& name : table.head) head.push_back(escape(name));
   return "<p>Values with 95 % intervals, joint by joint. <span class='unsure'>Grey and slanted: ambiguous.</span></p>" +
-         make_table(head, make_joint_rows(table)) + "<details><summary>Every finding, and what it cannot be told from</summary>" + each + "</details>";
+         make_table(head, make_joint_rows(table)) +
+         "<details><summary>Every finding, and what it cannot be told from</summary>" + each + "</details>";
 }
 
 std::string make_unexplained(const json& report) {
@@ -158,8 +165,8 @@ std::string make_unexplained(const json& report) {
   for (const json& u : get_list(report, "unexplained")) {
     const std::string on = join_values(get_list(u, "depends_on"));
     out += "<article class='card warn'><h3>Something unknown<span class='place'>" +
-           escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(typeset(get_text(u, "statement"))) + "</p>" +
-           (on.empty() ? "" : "<p class='small'>Depends on: " + on + ".</p>") + "</article>";
+           escape(describe_place(get(u, "where"))) + "</span></h3><p>" + escape(typeset(get_text(u, "statement"))) +
+           "</p>" + (on.empty() ? "" : "<p class='small'>Depends on: " + on + ".</p>") + "</article>";
   }
   return out.empty() ? "" : "<div class='cards'>" + out + "</div>";
 }
@@ -242,8 +249,7 @@ std::string make_rivals(const json& series) {
     rows += std::string(won ? "<tr class='won'>" : "<tr>") + "<td>" + escape(describe_effect(get_text(r, "effect"))) +
             (won ? " <b>chosen</b>" : "") + "</td><td>" + escape(describe_place(get(r, "where"))) + "</td><td>" +
             format_probability(get_number(r, "probability")) + "</td><td>" +
-            format_number(get_number(r, "validate_score"), 4) + "</td><td>" + escape(get_text(r, "why")) +
-            "</td></tr>";
+            format_number(get_number(r, "validate_score"), 4) + "</td><td>" + escape(get_text(r, "why")) + "</td></tr>";
   }
   return make_table({"explanation", "where", "probability", "held-out error [noise]", "why"}, rows);
 }
@@ -291,8 +297,9 @@ std::string make_torque_traces(const json& series) {
   const json& torque = get_object(series, "torque_traces");
   std::string plots;
   for (const json& t : get_list(torque, "traces")) plots += make_trace_svg(t, get(torque, "signals"));
-  return plots.empty() ? "" : "<h3>Torque along the recorded motion, " + escape(get_text(torque, "recording")) +
-                                  "</h3><div class='plots'>" + plots + "</div>";
+  return plots.empty() ? ""
+                       : "<h3>Torque along the recorded motion, " + escape(get_text(torque, "recording")) +
+                             "</h3><div class='plots'>" + plots + "</div>";
 }
 
 std::string make_show(const json& report, const json& series) {
@@ -305,7 +312,8 @@ std::string make_show(const json& report, const json& series) {
       out += "<h3>" + std::string(words) + "</h3><div class='bars'>" + make_fit_svg(before, after, words) + "</div>";
   }
   out += make_prediction_note(report, series);
-  const std::string held = make_torque_traces(series) + make_traces(series, "validate"), train = make_traces(series, "train");
+  const std::string held = make_torque_traces(series) + make_traces(series, "validate"),
+                    train = make_traces(series, "train");
   if (!held.empty() || !train.empty()) {
     out +=
         "<p class='key'><span class='line recorded'></span> recorded <span class='line before'></span> nominal model "

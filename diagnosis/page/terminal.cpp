@@ -21,7 +21,8 @@ constexpr size_t kMostMissing = 4;  // lines about what was not recorded; the ot
 
 // Characters that a terminal shows, not bytes.
 size_t count_columns(const std::string& text) {
-  return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xc0) != 0x80; }));
+  return static_cast<size_t>(
+      std::count_if(text.begin(), text.end(), [](unsigned char c) { return (c & 0xc0) != 0x80; }));
 }
 
 std::string print_table(const std::vector<Row>& rows) {
@@ -46,7 +47,8 @@ std::string print_joints(const JointTable& table) {
   for (size_t j = 0; j < table.joints.size(); ++j) {
     rows.push_back({table.joints[j]});
     for (const JointTable::Cell& cell : table.cells[j]) {
-      rows.back().push_back(join_words(cell, [](const auto& entry) { return entry.ambiguous ? "(" + entry.text + ")" : entry.text; }, "; "));
+      rows.back().push_back(join_words(
+          cell, [](const auto& entry) { return entry.ambiguous ? "(" + entry.text + ")" : entry.text; }, "; "));
     }
   }
   return "\n" + print_table(rows) + "  In brackets: ambiguous. The report lists what else each may be.\n";
@@ -59,7 +61,8 @@ std::string print_findings(const json& report) {
     const json& f = *group.findings[0];
     if (std::count(table.findings.begin(), table.findings.end(), &f) > 0) continue;
     double share = 0.0;
-    for (const json* g : group.findings) share += get_number(*g, "share", 0.0) / static_cast<double>(group.findings.size());
+    for (const json* g : group.findings)
+      share += get_number(*g, "share", 0.0) / static_cast<double>(group.findings.size());
     rows.push_back({describe_places(group.findings), describe_effect(get_text(f, "effect")),
                     describe_parameters(f) + (group.is_shared() ? " at each" : ""), get_text(f, "grade"),
                     format_number(std::round(100.0 * share), 3) + " %", list_alternatives(f)});
@@ -71,8 +74,10 @@ std::string print_findings(const json& report) {
 std::string print_missing(const json& report) {
   std::string out;
   const json& list = get_list(report, "missing");
-  for (size_t i = 0; i < std::min(kMostMissing, list.size()); ++i) out += "Not recorded: " + (list[i].is_string() ? list[i].get<std::string>() : "") + ".\n";
-  if (list.size() > kMostMissing) out += "Not recorded: " + std::to_string(list.size() - kMostMissing) + " more, see report.json.\n";
+  for (size_t i = 0; i < std::min(kMostMissing, list.size()); ++i)
+    out += "Not recorded: " + (list[i].is_string() ? list[i].get<std::string>() : "") + ".\n";
+  if (list.size() > kMostMissing)
+    out += "Not recorded: " + std::to_string(list.size() - kMostMissing) + " more, see report.json.\n";
   return out.empty() ? "" : "\n" + out;
 }
 

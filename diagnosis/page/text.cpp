@@ -85,7 +85,8 @@ std::string describe_effect(const std::string& effect, bool begins) {
   std::string out = effect;
   for (char& c : out) c = c == '_' ? ' ' : c;
   const bool of_person = out.rfind("coulomb", 0) == 0 || out.rfind("stribeck", 0) == 0;
-  if (!out.empty() && (begins || of_person)) out[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(out[0])));
+  if (!out.empty() && (begins || of_person))
+    out[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(out[0])));
   return out;
 }
 

@@ -13,7 +13,8 @@ double calc_above(double rms) { return rms * rms - 1.0; }
 
 }  // namespace
 
-std::vector<double> calc_effect_shares(const Hypothesis& model, double nominal, const std::function<double(const Hypothesis&)>& calc_left) {
+std::vector<double> calc_effect_shares(const Hypothesis& model, double nominal,
+                                       const std::function<double(const Hypothesis&)>& calc_left) {
   const double above = calc_above(nominal);
   if (above <= 0.0) return std::vector<double>(model.size(), 0.0);
   return calc_shapley(model.size(), [&](size_t mask) {

@@ -17,7 +17,10 @@ Json make_finding_head(const EffectInfo& effect, const Json& where, const Json& 
 }
 
 Json state_alternative(const EffectInfo& effect, const Json& where, const Json& parameters) {
-  return {{"effect", effect.name}, {"family", get_family_name(effect.family)}, {"where", where}, {"parameters", parameters}};
+  return {{"effect", effect.name},
+          {"family", get_family_name(effect.family)},
+          {"where", where},
+          {"parameters", parameters}};
 }
 
 }  // namespace hrp::diagnosis

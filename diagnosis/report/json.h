@@ -14,8 +14,8 @@ namespace hrp::diagnosis {
 
 using Json = nlohmann::ordered_json;
 
-// Parameters of one effect with their units at its place; missing deviations are 0. Vectors are gathered under one name,
-// nuisances left out.
+// Parameters of one effect with their units at its place; missing deviations are 0. Vectors are gathered under one
+// name, nuisances left out.
 std::vector<Estimate> list_estimates(const Experiment& e, const Effect& effect, const std::vector<double>& std);
 std::string get_place_unit(const Experiment& e, const Effect& effect, const EffectParameter& info);
 

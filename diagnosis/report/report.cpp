@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/report/report.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/model/nominal.h"
-#include "diagnosis/report/report.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,8 +20,8 @@ namespace hrp::diagnosis {
 namespace {
 
 // Stretches [s, s] in which the residual stays above `level`, in bins of 50 samples or fewer.
-std::vector<std::pair<double, double>> find_stretches(const Recording& recording, const std::vector<double>& residuals, size_t width,
-                                                      size_t c, double level) {
+std::vector<std::pair<double, double>> find_stretches(const Recording& recording, const std::vector<double>& residuals,
+                                                      size_t width, size_t c, double level) {
   std::vector<std::pair<double, double>> list;
   const size_t bin = std::max<size_t>(5, recording.size() / 200);
   for (size_t k = 0; k < recording.size(); k += bin) {
@@ -93,7 +93,8 @@ std::vector<Mismatch> list_mismatches(const Problem& problem, const Outcome& out
   for (const Entry& entry : entries) {
     const Recording& recording = e.recordings[static_cast<size_t>(entry.r)];
     const auto& x = residuals[static_cast<size_t>(entry.r)];
-    list.push_back({signal_name(e, entry.c), recording.spec.name, entry.score, find_stretches(recording, x, width, entry.c, std::max(2.0, 0.7 * entry.score)),
+    list.push_back({signal_name(e, entry.c), recording.spec.name, entry.score,
+                    find_stretches(recording, x, width, entry.c, std::max(2.0, 0.7 * entry.score)),
                     find_regime(problem, entry.r, entry.c, x)});
   }
   return list;
@@ -107,7 +108,9 @@ std::string describe_directions(const Effect& effect, double std) {
   const auto at = std::find_if(infos.begin(), infos.end(), [](const EffectParameter& p) { return p.by_direction; });
   if (at == infos.end()) return "";
   const double level = effect.p[0], more = level * effect.p[static_cast<size_t>(at - infos.begin())];
-  return std::abs(more) > 2.0 * std ? ", " + number(level + more, 3) + " forward and " + number(level - more, 3) + " backward" : "";
+  return std::abs(more) > 2.0 * std
+             ? ", " + number(level + more, 3) + " forward and " + number(level - more, 3) + " backward"
+             : "";
 }
 
 std::string make_statement(const Problem& problem, const Outcome& outcome, const Effect& effect,
@@ -125,12 +128,14 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
     text += " " + number(effect.p[i]) + " +- " + number(2.0 * std[i], 2) +
             (infos[i].unit == "1" ? "" : " " + get_place_unit(e, effect, infos[i]));
   }
-  text += describe_directions(effect, std[0]) + ". Held-out error falls from " + number(outcome.nominal.rms, 3) + " to " + number(outcome.chosen.rms, 3) +
-          " times the noise.";
+  text += describe_directions(effect, std[0]) + ". Held-out error falls from " + number(outcome.nominal.rms, 3) +
+          " to " + number(outcome.chosen.rms, 3) + " times the noise.";
   for (const Trial& rival : outcome.rivals) {
     if (rival.hypothesis.size() != outcome.chosen.hypothesis.size() || rival.rms <= outcome.chosen.rms) continue;
     const auto is_same = [&](const Trial& t) { return make_set(t.hypothesis) == make_set(rival.hypothesis); };
-    if (is_same(outcome.chosen) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), is_same)) continue;
+    if (is_same(outcome.chosen) ||
+        std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), is_same))
+      continue;
     text += " The next best explanation, " + get_label(e, rival.hypothesis) + ", leaves " + number(rival.rms, 3) + ".";
     break;
   }
@@ -150,8 +155,9 @@ std::vector<double> calc_shares(const Problem& problem, const Outcome& outcome) 
 constexpr const char* kOtherMotion =
     "slow and fast sweeps of the joint over its whole range with stops in between, in postures of different load";
 
-// Effects that do as well in the place of one, all others as they are; with how they were fitted. A rival of one subtree
-// holds the effects of that subtree only. Of a set that differs by more, those that no set has beside this effect.
+// Effects that do as well in the place of one, all others as they are; with how they were fitted. A rival of one
+// subtree holds the effects of that subtree only. Of a set that differs by more, those that no set has beside this
+// effect.
 std::vector<Alternative> list_alternatives(const Problem& problem, const Outcome& outcome, const Effect& effect) {
   std::vector<Alternative> list;
   const Experiment& e = *problem.experiment;
@@ -167,9 +173,12 @@ std::vector<Alternative> list_alternatives(const Problem& problem, const Outcome
     for (size_t i : others) {
       const Effect& other = rival.hypothesis[i];
       const auto has_both = [&](const Trial& t) { return is_in(t.hypothesis, other) && is_in(t.hypothesis, effect); };
-      if (outcome.as_set && (is_in(listed, other) || std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), has_both))) continue;
+      if (outcome.as_set && (is_in(listed, other) ||
+                             std::any_of(outcome.indistinguishable.begin(), outcome.indistinguishable.end(), has_both)))
+        continue;
       listed.push_back(other);
-      list.push_back(make_alternative(get_effect(other.id), make_where(e, other), list_estimates(e, other, get_std(rival, i)), kOtherMotion));
+      list.push_back(make_alternative(get_effect(other.id), make_where(e, other),
+                                      list_estimates(e, other, get_std(rival, i)), kOtherMotion));
     }
   }
   return list;
@@ -195,7 +204,8 @@ std::vector<Finding> list_findings(const Problem& problem, const Outcome& outcom
   return list;
 }
 
-// The effects that come closest with their values, and what they leave, where nothing is explained; null if none come close.
+// The effects that come closest with their values, and what they leave, where nothing is explained; null if none come
+// close.
 Json make_closest(const Problem& problem, const Outcome& outcome) {
   const Trial* closest = outcome.explained || outcome.partly ? nullptr : find_told_closest(problem, outcome);
   if (!closest) return nullptr;
@@ -203,11 +213,13 @@ Json make_closest(const Problem& problem, const Outcome& outcome) {
   Json effects = Json::array(), others = Json::array();
   for (size_t i = 0; i < closest->hypothesis.size(); ++i) {
     const Effect& effect = closest->hypothesis[i];
-    effects.push_back({{"effect", get_effect(effect.id).name}, {"where", make_where(e, effect)},
+    effects.push_back({{"effect", get_effect(effect.id).name},
+                       {"where", make_where(e, effect)},
                        {"parameters", make_estimates(list_estimates(e, effect, get_std(*closest, i)))}});
   }
   for (const Trial* other : list_as_close(outcome, *closest)) others.push_back(get_label(e, other->hypothesis));
-  return {{"effects", effects}, {"others", others},
+  return {{"effects", effects},
+          {"others", others},
           {"times_noise", {{"before", round_to(outcome.nominal.rms, 4)}, {"after", round_to(closest->rms, 4)}}}};
 }
 
@@ -220,13 +232,16 @@ std::vector<Unexplained> list_unexplained(const Problem& problem, const Outcome&
     const std::string& words = d.relation.words;
     list.push_back({{{"joint", e.robot.tree.joint(d.joint).name}},
                     d.relation.names,
-                    e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) + " " + get_joint_unit(e.robot.tree.joint(d.joint), "N m") +
-                         " (root mean square) are missing that no effect of the list explains; they follow " +
+                    e.robot.tree.joint(d.joint).name + ": about " + number(d.effort, 3) + " " +
+                        get_joint_unit(e.robot.tree.joint(d.joint), "N m") +
+                        " (root mean square) are missing that no effect of the list explains; they follow " +
                         (words.empty() ? "none of position, velocity, direction, load or time alone" : words) + "."});
   }
   if (list.empty()) return list;
   if (outcome.spent)
-    list.back().statement += " Not all sets of effects were tried: the search ended at its usual work (hrp-diagnose --patience 4 goes four times as far).";
+    list.back().statement +=
+        " Not all sets of effects were tried: the search ended at its usual work (hrp-diagnose --patience 4 goes four "
+        "times as far).";
   return list;
 }
 
@@ -235,7 +250,8 @@ std::vector<NotIdentifiable> list_not_identifiable(const Problem& problem, const
   const bool named = outcome.explained || outcome.partly;
   const std::string data = problem.validate.empty() ? "recordings" : "held-out recordings";
   const std::string why = named ? "explains the " + data + " about as well as what is reported"
-                                : "is in one of several sets of effects that explain the " + data + " about equally; none of them is reported";
+                                : "is in one of several sets of effects that explain the " + data +
+                                      " about equally; none of them is reported";
   for (const Trial& rival : outcome.indistinguishable) {
     for (const Effect& effect : rival.hypothesis) {
       if (contains(outcome.chosen.hypothesis, effect.id, effect.place)) continue;
@@ -260,7 +276,8 @@ Json list_also_fitted(const Effect& effect) {
 double calc_channel_spread(const Experiment& e, const std::vector<int>& recordings, size_t channel) {
   Spread spread;
   for (int r : recordings) {
-    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities]) spread.add(y);
+    for (double y : e.recordings[static_cast<size_t>(r)].joints[channel / kQuantities].signal[channel % kQuantities])
+      spread.add(y);
   }
   return spread.get();
 }
@@ -273,8 +290,8 @@ Fit calc_simulation_fit(const Problem& problem, const Trial& before, const Trial
     const double spread = calc_channel_spread(e, get_judged(problem), c), noise = 1.0 / problem.weights[c];
     if (spread <= 0.0) continue;
     const JointSpec& joint = e.robot.tree.joint(static_cast<int>(c / kQuantities));
-    fit.signals.push_back({signal_name(e, c), get_joint_unit(joint, units[c % kQuantities]), noise * before.validate.rms(c),
-                           noise * after.validate.rms(c), spread});
+    fit.signals.push_back({signal_name(e, c), get_joint_unit(joint, units[c % kQuantities]),
+                           noise * before.validate.rms(c), noise * after.validate.rms(c), spread});
   }
   return fit;
 }
@@ -290,10 +307,11 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
   evidence.unexplained = list_unexplained(problem, outcome);
   evidence.not_identifiable = list_not_identifiable(problem, outcome);
   evidence.fit = calc_simulation_fit(problem, outcome.nominal, after);
-  evidence.method = driven ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
-                           : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
-                             "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
-                             "is drawn to the recorded one at 8 rad/s";
+  evidence.method =
+      driven ? "simulation from the recorded efforts, drawn to the recorded motion at 8 rad/s"
+             : "simulation from the recording's commands over the whole recording but its first 0.6 s (a tenth of a "
+               "short one), which settle the state it starts from; while a drive is at its limit the simulated joint "
+               "is drawn to the recorded one at 8 rad/s";
   evidence.horizon = driven ? 0.125 : e.recordings[0].duration();
   evidence.warnings = e.warnings;
   Reports reports;
@@ -308,7 +326,8 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
 Reports make_empty_reports(const Problem& problem, const std::string& reason) {
   const Experiment& e = *problem.experiment;
   Evidence evidence;
-  evidence.summary = "The recordings could not be judged: " + reason + ".", evidence.method = "none", evidence.warnings = e.warnings;
+  evidence.summary = "The recordings could not be judged: " + reason + ".", evidence.method = "none",
+  evidence.warnings = e.warnings;
   Reports reports;
   reports.report = make_report(evidence);
   reports.series = {{"schema", 1}, {"experiment", e.robot.tree.name}, {"notes", e.warnings}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Curves for people: maps of residuals over time, recorded against predicted, and the rivals (docs/diagnosis_series.md).
+// Curves for people: maps of residuals over time, recorded against predicted, and the rivals
+// (docs/diagnosis_series.md).
 #pragma once
 
 #include "diagnosis/report/report.h"

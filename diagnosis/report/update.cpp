@@ -9,10 +9,10 @@
 #include "common/base/write_file.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/export/take_home.h"
+#include "diagnosis/page/page.h"
 #include "diagnosis/report/first.h"
 #include "diagnosis/report/print_json.h"
 #include "diagnosis/report/report.h"
-#include "diagnosis/page/page.h"
 #include "servers/dynamics/joint_effects.h"
 
 namespace hrp::diagnosis {
@@ -32,7 +32,8 @@ struct ScenarioText {
 
 // What is replaced: the robot (copied beside), the recordings, what moved the robot, and `also`.
 ScenarioText split(const std::string& text, const std::set<std::string>& also) {
-  std::set<std::string> dropped{"robot", "recordings", "columns", "topics", "controller", "steps", "interpolation", "logging"};
+  std::set<std::string> dropped{"robot",      "recordings", "columns",       "topics",
+                                "controller", "steps",      "interpolation", "logging"};
   dropped.insert(also.begin(), also.end());
   ScenarioText out;
   std::istringstream in(text);
@@ -80,8 +81,8 @@ double find_nominal_rotor(const Scenario& scenario, const TreeSpec& tree, const 
   return joint < 0 ? 0.0 : tree.joint(joint).rotor_inertia;
 }
 
-// A foot's tilt tells only how far a joint gives. The simulator needs a rotor behind it, too, and damping: those that fits
-// start from, about the model's own rotor.
+// A foot's tilt tells only how far a joint gives. The simulator needs a rotor behind it, too, and damping: those that
+// fits start from, about the model's own rotor.
 void complete_transmission(const nlohmann::json& finding, double rotor, Json* parameters) {
   if (!parameters->contains("stiffness") || !(parameters->at("stiffness").get<double>() > 0)) return;
   const EffectInfo& row = *find_effect(finding.at("effect").get<std::string>());
@@ -100,7 +101,8 @@ struct EffectLine {
 
 // A finding without its intervals. JSON is YAML, too, and quotes every name. What cannot be, such as a negative damping
 // that noise left over, is cut to 0.
-EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json& list, const Scenario& scenario, const TreeSpec& tree) {
+EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json& list, const Scenario& scenario,
+                            const TreeSpec& tree) {
   Json parameters = Json::object();
   for (const auto& [name, p] : finding.at("parameters").items()) {
     Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
@@ -116,19 +118,23 @@ EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json&
   if (elastic) add_found_rotor(finding, list, &parameters);
   const Json found = parameters;
   if (finding.at("where").contains("foot")) complete_sole(&parameters);
-  if (elastic) complete_transmission(finding, find_nominal_rotor(scenario, tree, finding.at("where").value("joint", "")), &parameters);
+  if (elastic)
+    complete_transmission(finding, find_nominal_rotor(scenario, tree, finding.at("where").value("joint", "")),
+                          &parameters);
   EffectLine out;
   for (const auto& [name, value] : parameters.items()) {
     if (!found.contains(name)) out.assumed.push_back(name);
   }
-  out.text = "  - " + Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump();
+  out.text = "  - " +
+             Json{{"effect", finding.at("effect")}, {"where", finding.at("where")}, {"parameters", parameters}}.dump();
   return out;
 }
 
 // Behind an element of `effects`: "  # ambiguous; assumed: damping, rotor_inertia".
 std::string make_comment(const std::string& grade, const std::vector<std::string>& assumed) {
   std::string out = grade;
-  for (size_t i = 0; i < assumed.size(); ++i) out += (i > 0 ? ", " : out.empty() ? "assumed: " : "; assumed: ") + assumed[i];
+  for (size_t i = 0; i < assumed.size(); ++i)
+    out += (i > 0 ? ", " : out.empty() ? "assumed: " : "; assumed: ") + assumed[i];
   return (out.empty() ? "" : "  # ") + out + "\n";
 }
 
@@ -138,8 +144,8 @@ bool is_listed(const nlohmann::json& list, const nlohmann::json& finding) {
   });
 }
 
-// The best model that was found, whatever its effects are called, and findings that no simulator knows, as notes; without
-// a model the findings.
+// The best model that was found, whatever its effects are called, and findings that no simulator knows, as notes;
+// without a model the findings.
 nlohmann::json list_effects(const nlohmann::json& report) {
   const nlohmann::json& findings = report.at("findings");
   if (!report.contains("model") || report.at("model").empty()) return findings;
@@ -152,7 +158,8 @@ nlohmann::json list_effects(const nlohmann::json& report) {
 
 std::string make_note(const nlohmann::json& effect, const std::string& why) {
   std::string place = effect.at("where").empty() ? "the world" : effect.at("where").begin()->get<std::string>();
-  return "# not simulated: " + effect.at("effect").get<std::string>() + " at " + place + ": " + why + "; see report.json\n";
+  return "# not simulated: " + effect.at("effect").get<std::string>() + " at " + place + ": " + why +
+         "; see report.json\n";
 }
 
 // A fault of the joints' log: what the driver writes is not what its servo reads.
@@ -176,10 +183,12 @@ std::string make_servos(const nlohmann::json& findings) {
     if (f.at("effect") != "joint_servo") continue;
     const nlohmann::json& p = f.at("parameters");
     kp.push_back(p.at("kp").at("value").get<double>()), kd.push_back(p.at("kd").at("value").get<double>());
-    joints += "    " + f.at("where").at("joint").get<std::string>() + ": {kp: " + number(kp.back(), 6) + ", kd: " + number(kd.back(), 6) + "}\n";
+    joints += "    " + f.at("where").at("joint").get<std::string>() + ": {kp: " + number(kp.back(), 6) +
+              ", kd: " + number(kd.back(), 6) + "}\n";
   }
   if (kp.empty()) return "";
-  return "servo:  # found\n  default: {kp: " + number(find_median(kp), 6) + ", kd: " + number(find_median(kd), 6) + "}\n  joints:\n" + joints;
+  return "servo:  # found\n  default: {kp: " + number(find_median(kp), 6) + ", kd: " + number(find_median(kd), 6) +
+         "}\n  joints:\n" + joints;
 }
 
 // Every effect that the simulator has a law for, with its grade; the others as comments that say why not. Transmissions
@@ -273,8 +282,8 @@ std::string make_recorded(const Experiment& e, const Recording& recording) {
   return text + "\n";
 }
 
-// Where the replayed recording begins, if that is not where the scenario does: a robot that jumps to its first sample is
-// thrown. A robot on the ground is put on its lowest foot.
+// Where the replayed recording begins, if that is not where the scenario does: a robot that jumps to its first sample
+// is thrown. A robot on the ground is put on its lowest foot.
 std::string make_start(const Experiment& e, const Recording& recording) {
   constexpr double kJump = 0.02;  // [rad or m] that a servo makes good without a knock
   Json joints = Json::object();
@@ -302,14 +311,17 @@ std::string make_steps(const Experiment& e, const Recording& recording) {
   const double period = find_period(e);
   const double step = period / std::ceil(period / 1e-3 - 1e-9);
   return "steps: {time_step: " + number(step, kExact) + ", control_period: " + number(period, kExact) +
-         ", duration: " + number(period * std::floor(recording.duration() / period), kExact) + "}\ninterpolation: hermite\n";
+         ", duration: " + number(period * std::floor(recording.duration() / period), kExact) +
+         "}\ninterpolation: hermite\n";
 }
 
-// A recording that nothing was fitted to, where there is one; none that a hand moved or loaded, as long as there is another.
+// A recording that nothing was fitted to, where there is one; none that a hand moved or loaded, as long as there is
+// another.
 const Recording& find_replayed(const Experiment& e) {
   for (bool held : {true, false}) {
     for (const Recording& r : e.recordings) {
-      if (r.spec.unknown_force.empty() && r.spec.loads.empty() && r.spec.pushes.empty() && (!held || !r.spec.train)) return r;
+      if (r.spec.unknown_force.empty() && r.spec.loads.empty() && r.spec.pushes.empty() && (!held || !r.spec.train))
+        return r;
     }
   }
   return e.recordings.front();
@@ -325,7 +337,8 @@ void write_exports(const fs::path& folder) {
   }
 }
 
-std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf, const fs::path& folder) {
+std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf,
+                          const fs::path& folder) {
   fs::create_directories(folder);
   write_file(folder / "robot.urdf", urdf.empty() ? e.robot.urdf : urdf);
   const Recording* replayed = &find_replayed(e);
@@ -333,7 +346,8 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   std::set<std::string> also;
   if (!start.empty()) also.insert("initial");
   const ScenarioText parts = split(e.scenario.text, also);
-  const std::string head = "# The experiment's scenario with what was found; replays " + replayed->spec.name + ".\nrobot: robot.urdf\n";
+  const std::string head =
+      "# The experiment's scenario with what was found; replays " + replayed->spec.name + ".\nrobot: robot.urdf\n";
   std::string tail = start;
   const std::string motion = make_motion(e, *replayed);
   if (!motion.empty()) {
@@ -342,7 +356,8 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   }
   tail += make_steps(e, *replayed);
   if (parts.keys.count("contact") == 0 && !e.scenario.feet.empty()) tail += kSoftContact;
-  write_file(folder / "nominal.yaml", head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
+  write_file(folder / "nominal.yaml",
+             head + parts.kept + tail + (parts.effects.empty() ? "" : "effects:\n" + parts.effects));
   const fs::path path = folder / "scenario.yaml";
   if (!servos.empty()) also.insert({"servo", "perfect_joints"});
   const std::string kept = split(e.scenario.text, also).kept;

@@ -72,7 +72,8 @@ class Probes {
     }
     for (int link = 1; link < e_.robot.tree.num_joints() + 1; ++link) add_link(link);
     for (const EffectInfo& row : list_effects()) {
-      if (row.place == PlaceKind::kSensor && row.parameters[0].probe > 0.0 && !row.change.any()) add(row, at_all(), row.parameters[0].probe);
+      if (row.place == PlaceKind::kSensor && row.parameters[0].probe > 0.0 && !row.change.any())
+        add(row, at_all(), row.parameters[0].probe);
     }
   }
 
@@ -87,10 +88,11 @@ class Probes {
       row.torque.make_parameters(x, &shape, step.p.data());
       return step;
     };
-    list_.push_back({{make(size, 0.0), make(0.0, size)}, [make, size](const Eigen::VectorXd& x, std::vector<double>* p) {
-                       *p = make(size * x[0], size * x[1]).p;
-                       return true;
-                     }});
+    list_.push_back(
+        {{make(size, 0.0), make(0.0, size)}, [make, size](const Eigen::VectorXd& x, std::vector<double>* p) {
+           *p = make(size * x[0], size * x[1]).p;
+           return true;
+         }});
   }
 
   const std::vector<Probe>& list() const { return list_; }
@@ -176,9 +178,12 @@ class Probes {
       if (row.place != PlaceKind::kLink) continue;
       const bool possible = mass > 0.0 || !(row.of_whole_link || row.probe.list);
       const double step = row.parameters[0].probe;
-      if (possible && row.probe.list) add_steps(row, at_link(link), kShare * mass);
-      else if (possible && step > 0.0 && row.vector) add_vector(row, at_link(link), step);
-      else if (possible && step > 0.0) add(row, at_link(link), step);
+      if (possible && row.probe.list)
+        add_steps(row, at_link(link), kShare * mass);
+      else if (possible && step > 0.0 && row.vector)
+        add_vector(row, at_link(link), step);
+      else if (possible && step > 0.0)
+        add(row, at_link(link), step);
     }
   }
 

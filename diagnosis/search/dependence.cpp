@@ -117,8 +117,7 @@ std::vector<int> choose_joints(const std::vector<MissingEffort>& recordings, con
 std::vector<Dependence> find_dependence(const Problem& problem, const Hypothesis& base, const Score& left) {
   std::vector<MissingEffort> train, test;
   for (int r : problem.train) train.push_back(calc_missing_effort(problem, base, r));
-  for (int r : get_judged(problem))
-    test.push_back(calc_missing_effort(problem, base, r));
+  for (int r : get_judged(problem)) test.push_back(calc_missing_effort(problem, base, r));
   std::vector<Dependence> list;
   for (int j : choose_joints(train, left)) {
     Dependence d;

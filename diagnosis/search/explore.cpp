@@ -16,7 +16,7 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-constexpr size_t kKept = 12;      // number of sets of one size that are kept
+constexpr size_t kKept = 12;  // number of sets of one size that are kept
 
 FitOptions quick_options() {
   FitOptions options;
@@ -181,7 +181,8 @@ Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) c
   std::vector<std::tuple<EffectId, Place, double>> there{{start.id, start.place, 0.0}};
   for (const Effect& effect : parent.hypothesis) {
     const bool everywhere = effect.place == at_all();
-    if (everywhere || find_joint(effect) == joint) there.push_back({effect.id, effect.place, everywhere ? effect.p[0] : 0.0});
+    if (everywhere || find_joint(effect) == joint)
+      there.push_back({effect.id, effect.place, everywhere ? effect.p[0] : 0.0});
   }
   std::sort(there.begin(), there.end());
   return {parent.paths.get(), joint, there};

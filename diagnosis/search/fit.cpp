@@ -73,7 +73,8 @@ void clamp(Hypothesis* hypothesis) {
     const std::vector<EffectParameter>& infos = list_infos(effect.id);
     for (size_t i = 0; i < effect.p.size(); ++i) {
       effect.p[i] = std::min(infos[i].high, std::max(infos[i].low, effect.p[i]));
-      if (infos[i].not_below >= 0) effect.p[i] = std::max(effect.p[i], effect.p[static_cast<size_t>(infos[i].not_below)]);
+      if (infos[i].not_below >= 0)
+        effect.p[i] = std::max(effect.p[i], effect.p[static_cast<size_t>(infos[i].not_below)]);
     }
   }
 }
@@ -108,7 +109,8 @@ class Fitter {
       }
       if (!better) break;
       if (i >= 2 && options_.abandon_above > 0.0 && score_.chi2 > options_.abandon_above) break;
-      const double tolerance = score_.rms() > kAboveNoise ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
+      const double tolerance =
+          score_.rms() > kAboveNoise ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
       if (before - score_.chi2 < tolerance * score_.chi2 + 0.5) break;
     }
     result.hypothesis = hypothesis_;
@@ -248,8 +250,12 @@ std::vector<Move> list_moves(const Hypothesis& hypothesis, const std::vector<cha
 
 FitResult fit(const Problem& problem, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options) {
-  const auto residuals = [&](const Hypothesis& h, int recording, Residuals* out) { return calc_residuals(problem, h, recording, out); };
-  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) { return calc_score(problem, h, recordings, out); };
+  const auto residuals = [&](const Hypothesis& h, int recording, Residuals* out) {
+    return calc_residuals(problem, h, recording, out);
+  };
+  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) {
+    return calc_score(problem, h, recordings, out);
+  };
   return Fitter(residuals, score, problem.jobs, start, recordings, options).run();
 }
 
@@ -272,7 +278,9 @@ Score calc_score(const CalcResiduals& calc, int jobs, const Hypothesis& hypothes
 
 FitResult fit(const CalcResiduals& calc, int jobs, const Hypothesis& start, const std::vector<int>& recordings,
               const FitOptions& options) {
-  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) { return calc_score(calc, jobs, h, recordings, out); };
+  const auto score = [&](const Hypothesis& h, std::vector<Residuals>* out) {
+    return calc_score(calc, jobs, h, recordings, out);
+  };
   return Fitter(calc, score, jobs, start, recordings, options).run();
 }
 

@@ -23,6 +23,8 @@ FittedPart::FittedPart(const Problem& problem, const Problem& whole) : given_(pr
   split_subtrees(&whole_part_);
 }
 
-double FittedPart::seconds() const { return calc_joint_seconds(*problem().experiment) / problem().experiment->num_joints(); }
+double FittedPart::seconds() const {
+  return calc_joint_seconds(*problem().experiment) / problem().experiment->num_joints();
+}
 
 }  // namespace hrp::diagnosis

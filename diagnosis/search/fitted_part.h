@@ -8,8 +8,8 @@
 
 namespace hrp::diagnosis {
 
-// What a model is fitted to by simulation: the recordings of a problem or, of those above 600 joint-seconds, the stretches
-// in which the joints move most. Both problems must outlive it.
+// What a model is fitted to by simulation: the recordings of a problem or, of those above 600 joint-seconds, the
+// stretches in which the joints move most. Both problems must outlive it.
 class FittedPart {
  public:
   // `whole`: `problem` with its subtrees.

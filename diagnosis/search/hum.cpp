@@ -54,7 +54,8 @@ Hum find_hum(const Experiment& e) {
   for (int j = 0; j < e.num_joints(); ++j) {
     bool hums = false, shakes = false;
     for (const Recording& r : e.recordings) {
-      const Readings readings = read_joint(r, r.joints[static_cast<size_t>(j)], plant.laws[static_cast<size_t>(j)].effort_limit);
+      const Readings readings =
+          read_joint(r, r.joints[static_cast<size_t>(j)], plant.laws[static_cast<size_t>(j)].effort_limit);
       hums = hums || (readings.limited > kHalf && readings.off > kFarOff);
       shakes = shakes || readings.off > kOff;
     }

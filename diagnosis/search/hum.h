@@ -16,10 +16,10 @@ struct Hum {
 };
 Hum find_hum(const Experiment& experiment);
 
-// The experiment with readings of the other joints as their means over the oscillation. A log that meets it always in the
-// same phase reads the velocity v + dv, dv constant [rad/s]. A servo that damps with kd then logs -kd dv too much [N m].
-// dv is the mean of the velocity less that of the position's rate, by recording. Humming and shaken joints stay as they
-// are, and so do joints without velocity or effort.
+// The experiment with readings of the other joints as their means over the oscillation. A log that meets it always in
+// the same phase reads the velocity v + dv, dv constant [rad/s]. A servo that damps with kd then logs -kd dv too much
+// [N m]. dv is the mean of the velocity less that of the position's rate, by recording. Humming and shaken joints stay
+// as they are, and so do joints without velocity or effort.
 Experiment take_out_hum(Experiment experiment, const Hum& hum);
 
 }  // namespace hrp::diagnosis

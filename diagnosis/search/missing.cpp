@@ -86,7 +86,8 @@ class Builder {
     const JointLaws& law = plant_.laws[static_cast<size_t>(j)];
     const double v = g.qd(k, j), q = g.q(k, j), s = calc_direction(v), u = g.u(k, j);
     const double given = calc_given_torque(law, u - law.lag * g.u1(k, j), v);
-    const double level = calc_friction_level(law, std::abs(v), given, s) + calc_holding_level(law, given - law.viscous * v, s);
+    const double level =
+        calc_friction_level(law, std::abs(v), given, s) + calc_holding_level(law, given - law.viscous * v, s);
     const double dry = law.has_friction() ? level * s : 0.0;
     return u - given + calc_taken_torque(law, q, v, g.qdd(k, j)) + dry;
   }

@@ -14,7 +14,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-
 // Adds the systematic parts to the intervals. The residual above the noise may be correlated with a parameter in every
 // stretch. Integrators and details of laws agree to kAgreement at best.
 void widen(size_t recordings, Trial* trial) {
@@ -59,7 +58,8 @@ void drop_insignificant(const Searched& searched, Trials* trials, Outcome* outco
   if (!changed) return;
   if (kept.empty()) return take_next(trials, outcome);
   Trial trial = trials->fit_aside(kept);
-  searched.progress("  without what is no more than nothing: " + get_label(searched.experiment, kept) + describe(trial));
+  searched.progress("  without what is no more than nothing: " + get_label(searched.experiment, kept) +
+                    describe(trial));
   // Without it, details of laws may exceed the noise; then nothing is named.
   trial.probability = chosen.probability;
   trials->finish(&trial);
@@ -134,7 +134,9 @@ const Trial* find_closest(const Outcome& outcome) {
 
 std::vector<const Trial*> list_as_close(const Outcome& outcome, const Trial& closest) {
   std::vector<const Trial*> list = list_close(outcome, closest.hypothesis.size(), (1.0 + kMinority) * closest.rms);
-  list.erase(std::remove_if(list.begin(), list.end(), [&](const Trial* t) { return make_set(t->hypothesis) == make_set(closest.hypothesis); }), list.end());
+  list.erase(std::remove_if(list.begin(), list.end(),
+                            [&](const Trial* t) { return make_set(t->hypothesis) == make_set(closest.hypothesis); }),
+             list.end());
   return list;
 }
 

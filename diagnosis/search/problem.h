@@ -38,8 +38,8 @@ constexpr double kUsualWork = 5e8;
 // All inputs of a fit; constant.
 struct Problem {
   const Experiment* experiment = nullptr;
-  std::vector<SmoothRecording> smooth;  // by recording
-  std::vector<double> weights;          // 1 / sigma by joint * 3 + quantity
+  std::vector<SmoothRecording> smooth;    // by recording
+  std::vector<double> weights;            // 1 / sigma by joint * 3 + quantity
   std::vector<std::vector<float>> trust;  // factors of the weights by recording, in the order of the readings (trust.h)
   RolloutOptions options;
   int jobs = 1;
@@ -49,7 +49,7 @@ struct Problem {
   StepErrors step_errors;            // added to the readings of these simulations (step_error.h)
   Paths nominal_paths;               // of the nominal model; their slopes serve all others (prepare_paths)
   View view;                         // what residuals are computed for
-  std::vector<Subtree> subtrees;           // if there are several; each is simulated alone (subtrees.h)
+  std::vector<Subtree> subtrees;     // if there are several; each is simulated alone (subtrees.h)
 };
 
 // Joints on a fixed base that are dynamically independent of all others: a robot of its own.

@@ -17,13 +17,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kBeam = 4;          // sets that are grown further
-constexpr size_t kLastBeam = 2;      // the same before the largest size, when wrong sets are far behind
-constexpr size_t kCandidates = 10;   // effects that may be added to each set
-constexpr size_t kSimulated = 3;     // sets of each size that are simulated
-constexpr size_t kAsked = 3;         // effects by score test that are tried
-constexpr size_t kScanned = 2;       // start values of a gap that are fitted, because of local minima
-constexpr double kAlike = 1.5;       // ratio of costs that counts as similar
+constexpr size_t kBeam = 4;            // sets that are grown further
+constexpr size_t kLastBeam = 2;        // the same before the largest size, when wrong sets are far behind
+constexpr size_t kCandidates = 10;     // effects that may be added to each set
+constexpr size_t kSimulated = 3;       // sets of each size that are simulated
+constexpr size_t kAsked = 3;           // effects by score test that are tried
+constexpr size_t kScanned = 2;         // start values of a gap that are fitted, because of local minima
+constexpr double kAlike = 1.5;         // ratio of costs that counts as similar
 constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
 constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
 constexpr double kQuietShare = 0.005;  // share of the residual above the noise
@@ -78,8 +78,8 @@ class Search {
     }
   }
 
-  // Tries the set that explains without each of its effects, where that was not simulated. With the values of the whole set,
-  // a part may explain alone what it could not from the start values of the screening.
+  // Tries the set that explains without each of its effects, where that was not simulated. With the values of the whole
+  // set, a part may explain alone what it could not from the start values of the screening.
   void try_parts() {
     const Trial best = trials_.best();
     for (size_t i = 0; i < best.hypothesis.size() && best.hypothesis.size() > 1 && is_explained(best, nominal_); ++i) {
@@ -320,9 +320,9 @@ class Search {
     return asked;
   }
 
-  // Simulates the first sets. Once one leaves only noise, sets with more parameters are skipped, and those of as many that are
-  // not similar along the paths. Errors of the recorded paths may order similar ones wrongly: only the simulation tells them
-  // apart.
+  // Simulates the first sets. Once one leaves only noise, sets with more parameters are skipped, and those of as many
+  // that are not similar along the paths. Errors of the recorded paths may order similar ones wrongly: only the
+  // simulation tells them apart.
   void simulate_best(std::vector<Lead> beam) {
     // Among similar sets along the paths, the simple ones first: a richer one may only contain a simple one.
     const double alike = kAlike * beam.front().cost;

@@ -13,14 +13,14 @@ constexpr size_t kLargestSet = 3;
 constexpr size_t kRivals = 14;  // in the list of an outcome
 
 struct Outcome {
-  Trial nominal;  // without effects
-  Trial chosen;   // best model; of a partial explanation, the effects of the explained subtrees
+  Trial nominal;    // without effects
+  Trial chosen;     // best model; of a partial explanation, the effects of the explained subtrees
   Hypothesis best;  // smallest residual of all simulated sets, explained or not
   bool mismatch = false, explained = false, partly = false;
-  bool modelled = false;          // report the chosen model although no effect is named
-  bool as_set = false;            // the chosen model comes closest: its effects are ambiguous, as more is left than noise
-  bool spent = false;             // the search reached its limit of work
-  std::vector<Trial> rivals;      // best first, with the chosen one
+  bool modelled = false;      // report the chosen model although no effect is named
+  bool as_set = false;        // the chosen model comes closest: its effects are ambiguous, as more is left than noise
+  bool spent = false;         // the search reached its limit of work
+  std::vector<Trial> rivals;  // best first, with the chosen one
   std::vector<Trial> indistinguishable;  // sets that the data cannot distinguish from the chosen one
 };
 

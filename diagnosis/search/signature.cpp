@@ -23,7 +23,8 @@ class Builder {
         residual_(missing_.residual) {}
 
   Signatures build() {
-    for (const Grid& g : grids_) held_.push_back(add_by_hand(plant_, e_.recordings[static_cast<size_t>(g.recording)].spec));
+    for (const Grid& g : grids_)
+      held_.push_back(add_by_hand(plant_, e_.recordings[static_cast<size_t>(g.recording)].spec));
     for (int j = 0; j < n_; ++j) add_joint(j);
     if (!plant_.effort_driven) {
       for (int j = 0; j < n_; ++j) add_sensors(j);
@@ -108,7 +109,8 @@ class Builder {
                    }));
       }
       if (!row.felt_elsewhere) continue;
-      add_single(row, at_joint(j), add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+      add_single(row, at_joint(j),
+                 add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
                    d->setOnes(), d1->setZero(), d2->setZero();
                  }));
     }
@@ -126,8 +128,10 @@ class Builder {
       // without a servo, no command can be late
       if (plant_.effort_driven && effect.family == EffectFamily::kTiming) continue;
       std::vector<std::vector<double>> shapes = effect.torque.shapes;
-      if (effect.torque.shape_from_data) shapes = find_periods(j);
-      else if (shapes.empty()) shapes.emplace_back();
+      if (effect.torque.shape_from_data)
+        shapes = find_periods(j);
+      else if (shapes.empty())
+        shapes.emplace_back();
       for (std::vector<double> shape : shapes) {
         if (effect.torque.shape_of_effort) shape[0] *= effort;
         if (effect.torque.shape_of_speed) shape[1] *= speed;
@@ -150,10 +154,11 @@ class Builder {
       }));
     }
     const size_t size = effect.parameters.size();
-    add_shape(effect.id, at_joint(j), columns, [&torque, shape, size](const std::vector<double>& x, std::vector<double>* p) {
-      p->assign(size, 0.0);
-      return torque.make_parameters(x.data(), shape.data(), p->data());
-    });
+    add_shape(effect.id, at_joint(j), columns,
+              [&torque, shape, size](const std::vector<double>& x, std::vector<double>* p) {
+                p->assign(size, 0.0);
+                return torque.make_parameters(x.data(), shape.data(), p->data());
+              });
   }
 
   int add_memory(int j, const EffectInfo& effect, double shape) {
@@ -170,20 +175,22 @@ class Builder {
     for (const EffectInfo& row : list_effects()) {
       if (!row.flexible) continue;
       const GiveRegressor& give = row.give;
-      const int lag = add_motion_change(j, [j, &give](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-        const double most = g.u.col(j).cwiseAbs().maxCoeff();
-        double now[3];
-        for (long k = 0; k < g.u.rows(); ++k) {
-          give.calc_give(g.u(k, j), g.u1(k, j), g.u2(k, j), most, now);
-          (*d)[k] = now[0], (*d1)[k] = now[1], (*d2)[k] = now[2];
-        }
-      });
+      const int lag =
+          add_motion_change(j, [j, &give](const Grid& g, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
+            const double most = g.u.col(j).cwiseAbs().maxCoeff();
+            double now[3];
+            for (long k = 0; k < g.u.rows(); ++k) {
+              give.calc_give(g.u(k, j), g.u1(k, j), g.u2(k, j), most, now);
+              (*d)[k] = now[0], (*d1)[k] = now[1], (*d2)[k] = now[2];
+            }
+          });
       const size_t size = row.parameters.size();
-      add_shape(row.id, at_joint(j), {inertia, lag}, [&give, size](const std::vector<double>& x, std::vector<double>* p) {
-        p->resize(size);
-        give.make_parameters(x[0], x[1], p->data());
-        return x[0] > 0.0 || x[1] > 0.0;
-      });
+      add_shape(row.id, at_joint(j), {inertia, lag},
+                [&give, size](const std::vector<double>& x, std::vector<double>* p) {
+                  p->resize(size);
+                  give.make_parameters(x[0], x[1], p->data());
+                  return x[0] > 0.0 || x[1] > 0.0;
+                });
     }
   }
 

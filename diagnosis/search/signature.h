@@ -22,8 +22,8 @@ struct Shape {
 // Normal equations of all shapes.
 struct Signatures {
   std::vector<Shape> shapes;
-  Eigen::MatrixXd gram;          // of the whitened columns
-  Eigen::VectorXd projection;    // of the whitened residual on the columns
+  Eigen::MatrixXd gram;        // of the whitened columns
+  Eigen::VectorXd projection;  // of the whitened residual on the columns
   double chi2 = 0.0, count = 0.0;
   std::vector<double> joint_chi2;
 };

@@ -31,7 +31,8 @@ bool is_significant(const Effect& effect, const std::vector<double>& std, double
     const double neutral = list_infos(effect.id)[i].neutral;
     // A scale must differ by 2e-3: laws are known no better.
     const double least = list_infos(effect.id)[i].factor ? 2e-3 : 0.0;
-    if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(kSignificantInJoint * std[i], least)) return true;
+    if (std::isfinite(neutral) && std::abs(effect.p[i] - neutral) > std::max(kSignificantInJoint * std[i], least))
+      return true;
   }
   return false;
 }
@@ -45,7 +46,9 @@ double get_rotor(const Effect& effect) {
   return rotor < 0 ? 0.0 : effect.p[static_cast<size_t>(rotor)];
 }
 
-bool is_rigid_rotor(const Effect& effect) { return get_effect(effect.id).rotor >= 0 && !get_effect(effect.id).flexible; }
+bool is_rigid_rotor(const Effect& effect) {
+  return get_effect(effect.id).rotor >= 0 && !get_effect(effect.id).flexible;
+}
 
 bool is_smooth(const Hypothesis& hypothesis) {
   return std::all_of(hypothesis.begin(), hypothesis.end(), [](const Effect& e) { return get_effect(e.id).smooth; });

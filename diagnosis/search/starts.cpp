@@ -6,9 +6,9 @@
 
 #include "common/base/has.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/search/nearby.h"
 #include "diagnosis/search/screen.h"
 #include "diagnosis/search/significance.h"
-#include "diagnosis/search/nearby.h"
 
 namespace hrp::diagnosis {
 
@@ -55,7 +55,8 @@ std::vector<double> list_alternatives(const Effect& effect, size_t index) {
   for (double factor : info.start_factors) values.push_back(factor * effect.p[index]);
   values.insert(values.end(), info.start_values.begin(), info.start_values.end());
   if (info.swings_with < 0) return values;
-  for (double frequency : kGearing) values.push_back(calc_stiffness(effect.p[static_cast<size_t>(info.swings_with)], frequency));
+  for (double frequency : kGearing)
+    values.push_back(calc_stiffness(effect.p[static_cast<size_t>(info.swings_with)], frequency));
   return values;
 }
 }  // namespace
@@ -202,7 +203,8 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
     }
     for (size_t i = 0; i < rows.size(); ++i) {
       const EffectParameter& info = rows[i]->parameters[0];
-      const Effect fault{rows[i]->id, at_sensor(j, Reading::kVelocity), {info.neutral + projection[i] / std::max(1e-12, gram[i])}};
+      const Effect fault{
+          rows[i]->id, at_sensor(j, Reading::kVelocity), {info.neutral + projection[i] / std::max(1e-12, gram[i])}};
       const bool helps = projection[i] * projection[i] > kDetail * chi2 * gram[i];
       const bool possible = info.lower < info.neutral || projection[i] > 0.0;
       const auto in = [&](const Hypothesis& set) { return contains(set, fault.id, fault.place); };

@@ -22,7 +22,9 @@ double find_limited(const Problem& problem, const Plant& plant, int joint) {
     const auto i = static_cast<size_t>(r);
     std::vector<double> readings;
     const Recording& recording = problem.experiment->recordings[i];
-    if (!simulate_recording(add_by_hand(plant, recording.spec), recording, problem.smooth[i], problem.options, &readings)) continue;
+    if (!simulate_recording(add_by_hand(plant, recording.spec), recording, problem.smooth[i], problem.options,
+                            &readings))
+      continue;
     for (size_t k = problem.smooth[i].judged; k < recording.size(); ++k) {
       limited += std::abs(readings[k * width + at]) > 0.999 * laws.effort_limit ? 1.0 : 0.0, all += 1.0;
     }

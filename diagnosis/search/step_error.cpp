@@ -16,8 +16,8 @@ StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypoth
     if (is_fine) options.max_step /= finer;
     const StartState* start = r < problem.starts.size() ? &problem.starts[r] : nullptr;
     const Recording& recording = problem.experiment->recordings[r];
-    ok[static_cast<size_t>(task)] = simulate_recording(add_by_hand(plant, recording.spec), recording, problem.smooth[r], options,
-                                                       is_fine ? &fine[i] : &coarse[i], start);
+    ok[static_cast<size_t>(task)] = simulate_recording(add_by_hand(plant, recording.spec), recording, problem.smooth[r],
+                                                       options, is_fine ? &fine[i] : &coarse[i], start);
   });
   for (size_t i = 0; i < recordings.size(); ++i) {
     if (!ok[2 * i] || !ok[2 * i + 1]) continue;

@@ -80,7 +80,8 @@ Subtree make_limb(const Problem& problem, const std::vector<int>& joints) {
     own.smooth.push_back({smooth.start, smooth.judged, pick(smooth.joints, joints), pick(smooth.effort, joints)});
   }
   for (int j : joints) {
-    for (int q = 0; q < kQuantities; ++q) own.weights.push_back(problem.weights[static_cast<size_t>(j * kQuantities + q)]);
+    for (int q = 0; q < kQuantities; ++q)
+      own.weights.push_back(problem.weights[static_cast<size_t>(j * kQuantities + q)]);
   }
   own.experiment = experiment.get();
   for (size_t r = 0; r < own.smooth.size(); ++r) own.trust.push_back(find_trust(own, r));
@@ -137,9 +138,7 @@ void keep_parts(const std::vector<const Trial*>& parts, Trial* whole) {
 }
 
 // A subtree without an explanation contributes no effects.
-const Trial& get_model(const Outcome& outcome) {
-  return outcome.explained ? outcome.chosen : outcome.nominal;
-}
+const Trial& get_model(const Outcome& outcome) { return outcome.explained ? outcome.chosen : outcome.nominal; }
 
 // The best set of each subtree; effects of the whole robot appear once.
 Hypothesis join_best(const Problem& problem, const std::vector<Outcome>& subtrees) {
@@ -238,7 +237,7 @@ Hypothesis select_effects(const Hypothesis& whole, const Subtree& subtree) {
 }
 
 bool calc_subtree_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
-                         std::vector<double>* residuals) {
+                            std::vector<double>* residuals) {
   const size_t rows = problem.experiment->recordings[static_cast<size_t>(recording)].size();
   const size_t width = problem.weights.size();
   residuals->assign(rows * width, 0.0);
@@ -258,8 +257,8 @@ Outcome search_subtrees(const Problem& problem, const Progress& progress) {
   if (problem.subtrees.empty()) return search(problem, progress);
   std::vector<Outcome> outcomes;
   for (const Subtree& subtree : problem.subtrees) {
-    progress("subtree " + std::to_string(outcomes.size() + 1) + " of " + std::to_string(problem.subtrees.size()) + ", from " +
-             subtree.experiment->robot.tree.joint(0).name);
+    progress("subtree " + std::to_string(outcomes.size() + 1) + " of " + std::to_string(problem.subtrees.size()) +
+             ", from " + subtree.experiment->robot.tree.joint(0).name);
     outcomes.push_back(search(subtree.problem, progress));
   }
   return join_outcomes(problem, outcomes);

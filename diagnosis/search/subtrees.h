@@ -19,7 +19,7 @@ Hypothesis select_effects(const Hypothesis& whole, const Subtree& subtree);
 
 // As calc_residuals() of the whole robot, one subtree after another.
 bool calc_subtree_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
-                         std::vector<double>* residuals);
+                            std::vector<double>* residuals);
 
 // Searches each subtree and joins the outcomes. Without subtrees the same as search().
 Outcome search_subtrees(const Problem& problem, const Progress& progress);

@@ -43,8 +43,7 @@ bool leaves_training(const Trial& t, const Trial& nominal) {
 double calc_surprise(const Hypothesis& hypothesis) {
   double surprise = 0.0;
   for (const Effect& effect : hypothesis) {
-    if (list_infos(effect.id)[0].factor)
-      surprise += kSurprise * std::pow(std::log(effect.p[0]), 2);
+    if (list_infos(effect.id)[0].factor) surprise += kSurprise * std::pow(std::log(effect.p[0]), 2);
   }
   return surprise;
 }

@@ -18,9 +18,9 @@ struct Trial {
   double rms = 1e300;    // on held-out recordings [noise]
   double worst = 1e300;  // largest rms of one signal there
   double probability = 0.0;
-  bool refined = false;      // fitted completely, with timing
+  bool refined = false;         // fitted completely, with timing
   std::vector<Trial> subtrees;  // of a robot with several: start states and step errors
-  Hypothesis full() const;   // with the timing
+  Hypothesis full() const;      // with the timing
 };
 
 // Chi-square of all recordings.

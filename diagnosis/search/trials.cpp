@@ -6,9 +6,9 @@
 
 #include "common/base/format.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/search/starts.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/start_state.h"
+#include "diagnosis/search/starts.h"
 #include "diagnosis/search/step_error.h"
 
 namespace hrp::diagnosis {
@@ -61,8 +61,7 @@ bool Trials::is_refused(const Hypothesis& hypothesis) const {
 void Trials::add(const Hypothesis& start) {
   if (is_refused(start)) return;
   const FitResult result = refine(start);
-  if (refuse(result))
-    return progress_("  * " + get_label(*problem_.experiment, start) + ": too few ripples");
+  if (refuse(result)) return progress_("  * " + get_label(*problem_.experiment, start) + ": too few ripples");
   Trial trial = judge(start, result);
   if (trial.refined) best_chi2_ = std::min(best_chi2_, trial.train.chi2);
   progress_("  * " + get_label(*problem_.experiment, start) + describe(trial));
@@ -156,7 +155,8 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
 // With less than two ripples over the motion, the effect is any smooth function of position, not cogging.
 bool Trials::ripples(const Effect& effect) const {
   const int periods = get_effect(effect.id).periods;
-  return periods < 0 || effect.p[static_cast<size_t>(periods)] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
+  return periods < 0 ||
+         effect.p[static_cast<size_t>(periods)] * find_range(effect.place.index, &SmoothJoint::q) > 4.0 * M_PI;
 }
 
 // Refuses effects that the fit changed into something else; no later set may contain them.

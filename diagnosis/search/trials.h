@@ -52,7 +52,7 @@ class Trials {
   Problem problem_;  // with the start states of the current trial
   Progress progress_;
   std::vector<int> all_, held_out_;
-  std::map<EffectSet, Trial> trials_;      // the nominal one, too
+  std::map<EffectSet, Trial> trials_;             // the nominal one, too
   std::set<std::pair<EffectId, Place>> refused_;  // with an effect that a fit changed into another one
   double best_chi2_ = 1e300;
 };

@@ -11,7 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSettled = 3.0;     // time constants until a servo has settled again
+constexpr double kSettled = 3.0;  // time constants until a servo has settled again
 
 // By sample: the drive is at its limit, or its servo has not settled since.
 std::vector<char> find_loose(const JointLaws& law, const Recording& recording, const SmoothRecording& smooth,

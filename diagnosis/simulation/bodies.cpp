@@ -112,7 +112,8 @@ class ElasticLinks {
       if (swings(laws)) at_.push_back(static_cast<long>(j)), k.push_back(laws.stiffness), d.push_back(laws.damping);
     }
     const auto n = static_cast<long>(at_.size());
-    K_ = Eigen::Map<const Eigen::VectorXd>(k.data(), n).asDiagonal(), D_ = Eigen::Map<const Eigen::VectorXd>(d.data(), n).asDiagonal();
+    K_ = Eigen::Map<const Eigen::VectorXd>(k.data(), n).asDiagonal(),
+    D_ = Eigen::Map<const Eigen::VectorXd>(d.data(), n).asDiagonal();
   }
 
   JointsMotion run() {
@@ -168,7 +169,8 @@ class ElasticLinks {
     for (bool corrected : {false, true}) {  // by the load at the end of the step
       const Eigen::VectorXd load = corrected ? Eigen::VectorXd(0.5 * (h0 + h_)) : h0;
       const Eigen::MatrixXd A = M_ / step_ + 0.5 * D_ + 0.25 * step_ * K_;
-      const Eigen::VectorXd b = M_ * v0 / step_ + K_ * (drive_q - q0 - 0.25 * step_ * v0) + D_ * (drive_v - 0.5 * v0) - load;
+      const Eigen::VectorXd b =
+          M_ * v0 / step_ + K_ * (drive_q - q0 - 0.25 * step_ * v0) + D_ * (drive_v - 0.5 * v0) - load;
       const Eigen::VectorXd v1 = A.ldlt().solve(b);
       put(q0 + 0.5 * step_ * (v0 + v1), &q_), put(v1, &v_);
       if (!corrected) evaluate(k);

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "common/multibody/inverse_dynamics.h"
-#include "diagnosis/simulation/plant.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 

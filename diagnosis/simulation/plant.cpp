@@ -16,18 +16,13 @@ EffectTarget find_target(const Effect& effect, Plant* plant, std::vector<Vector3
   target.timing = &plant->timing;
   target.gravity_W = gravity_W;
   switch (effect.place.kind) {
-    case PlaceKind::kJoint:
-      target.joint = &plant->laws[place];
-      break;
+    case PlaceKind::kJoint: target.joint = &plant->laws[place]; break;
     case PlaceKind::kLink:
       target.link = {&plant->tree.links[place].inertia};
       target.force_W = &(*force_W)[place];
       break;
-    case PlaceKind::kSensor:
-      target.sensor = &plant->faults[static_cast<size_t>(get_signal(effect.place))];
-      break;
-    default:
-      break;
+    case PlaceKind::kSensor: target.sensor = &plant->faults[static_cast<size_t>(get_signal(effect.place))]; break;
+    default: break;
   }
   return target;
 }
@@ -46,14 +41,11 @@ const std::vector<EffectParameter>& list_infos(EffectId id) {
 
 std::string get_place_text(const Experiment& e, const Effect& effect) {
   switch (effect.place.kind) {
-    case PlaceKind::kJoint:
-      return e.robot.tree.joint(effect.place.index).name;
-    case PlaceKind::kLink:
-      return e.robot.tree.links[static_cast<size_t>(effect.place.index)].name;
+    case PlaceKind::kJoint: return e.robot.tree.joint(effect.place.index).name;
+    case PlaceKind::kLink: return e.robot.tree.links[static_cast<size_t>(effect.place.index)].name;
     case PlaceKind::kSensor:
       return e.signal_name(effect.place.index, static_cast<Quantity>(get_signal(effect.place) % kQuantities));
-    default:
-      return "";
+    default: return "";
   }
 }
 
@@ -103,7 +95,8 @@ Plant make_plant(const Experiment& e, const Hypothesis& hypothesis) {
     if (laws.elastic) plant.tree.joint(static_cast<int>(j)).rotor_inertia = 0.0;
   }
   for (size_t link = 0; link < force_W.size(); ++link) {
-    if (!force_W[link].isZero()) plant.forces.push_back({static_cast<int>(link), plant.tree.links[link].inertia.p_LLcm_L, force_W[link]});
+    if (!force_W[link].isZero())
+      plant.forces.push_back({static_cast<int>(link), plant.tree.links[link].inertia.p_LLcm_L, force_W[link]});
   }
   plant.model = std::make_shared<const Model>(plant.tree, gravity_W);
   return plant;

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/effects/effect_target.h"
-#include "common/multibody/model.h"
 #include "common/effects/joint_law.h"
+#include "common/multibody/model.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/model/effect.h"
 #include "servers/dynamics/link_effects.h"
@@ -19,8 +19,8 @@ namespace hrp::diagnosis {
 // first axis.
 const std::vector<EffectParameter>& list_infos(EffectId id);
 
-std::string get_place_text(const Experiment& e, const Effect& effect);   // "elbow_pitch"
-std::string get_label(const Experiment& e, const Effect& effect);        // "coulomb_friction@elbow_pitch"
+std::string get_place_text(const Experiment& e, const Effect& effect);  // "elbow_pitch"
+std::string get_label(const Experiment& e, const Effect& effect);       // "coulomb_friction@elbow_pitch"
 std::string get_label(const Experiment& e, const Hypothesis& hypothesis);
 
 // Effects and places of a hypothesis, without parameters and order.
@@ -37,10 +37,10 @@ bool is_timing(const Effect& effect);
 struct Plant {
   TreeSpec tree;
   std::shared_ptr<const Model> model;
-  std::vector<JointLaws> laws;          // by joint
-  std::vector<double> rotor;            // [kg m^2] reflected inertia that effects add to rigid joints
+  std::vector<JointLaws> laws;  // by joint
+  std::vector<double> rotor;    // [kg m^2] reflected inertia that effects add to rigid joints
   std::vector<SteadyForce> forces;
-  std::vector<SensorErrors> faults;     // by joint * 3 + quantity; first axis only
+  std::vector<SensorErrors> faults;  // by joint * 3 + quantity; first axis only
   LoopTiming timing;
   bool effort_driven = false;
 };

@@ -16,9 +16,9 @@
 #include <memory>
 #include <vector>
 
+#include "diagnosis/data/smooth.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
-#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis {
 

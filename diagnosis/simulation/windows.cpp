@@ -39,7 +39,9 @@ struct Sums {
 };
 
 std::vector<double> cut(const std::vector<double>& v, const Window& w) {
-  return v.empty() ? v : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
+  return v.empty()
+             ? v
+             : std::vector<double>(v.begin() + static_cast<long>(w.begin), v.begin() + static_cast<long>(w.end + 1));
 }
 
 // Copies the part of a recording that a window needs.
@@ -86,7 +88,8 @@ void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& 
     const std::vector<double>& q = recording.joints[j].signal[0];
     for (size_t k = 1; k < q.size(); ++k) {
       if (!std::isfinite(q[k])) continue;
-      const double error = ok ? std::min(2.0 * M_PI, std::abs(q[k] - readings[k * width + j * kQuantities])) : 2.0 * M_PI;
+      const double error =
+          ok ? std::min(2.0 * M_PI, std::abs(q[k] - readings[k * width + j * kQuantities])) : 2.0 * M_PI;
       sums->square[j] += error * error, sums->count[j] += 1.0;
     }
   }
@@ -136,7 +139,8 @@ bool simulate_windows(const Plant& plant, const Experiment& e, const SmoothRecor
   for (const Window& w : windows) {
     std::vector<double> own;
     if (!simulate(held, cut(whole, w), smooth, w, &own)) return false;
-    std::copy(own.begin() + static_cast<long>(width), own.end(), readings->begin() + static_cast<long>((w.begin + 1) * width));
+    std::copy(own.begin() + static_cast<long>(width), own.end(),
+              readings->begin() + static_cast<long>((w.begin + 1) * width));
   }
   return true;
 }

@@ -15,14 +15,15 @@ constexpr double kWindow = 0.5;
 constexpr int kMostWindows = 400;  // evenly chosen, as each costs a simulation
 
 struct WindowErrors {
-  int windows = 0;           // whose simulation stayed finite
-  std::vector<double> rms;   // by joint, of simulated minus recorded position [rad or m]; NaN without positions
+  int windows = 0;          // whose simulation stayed finite
+  std::vector<double> rms;  // by joint, of simulated minus recorded position [rad or m]; NaN without positions
 };
 
 // Root mean squares over consecutive windows of `recordings` without gaps; over evenly selected ones if there are more
 // than kMostWindows. A window whose simulation becomes infinite counts as an error of one turn.
 WindowErrors calc_window_errors(const Plant& plant, const Experiment& experiment,
-                                const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings, int jobs);
+                                const std::vector<SmoothRecording>& smooth, const std::vector<int>& recordings,
+                                int jobs);
 
 // Readings of a recording, [sample][joint * 3 + quantity], simulated in its windows and as recorded outside of them.
 // Returns false if a simulation becomes infinite.

@@ -10,8 +10,8 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-// Odds [nats] of one hypothesis over another by the drives that both judge. No drive counts more than 20 to 1: any of them may
-// have a zero of its own, which one of the two takes away by chance.
+// Odds [nats] of one hypothesis over another by the drives that both judge. No drive counts more than 20 to 1: any of
+// them may have a zero of its own, which one of the two takes away by chance.
 double calc_drive_odds(const std::vector<DriveLeft>& with, const std::vector<DriveLeft>& other) {
   double odds = 0;
   for (size_t j = 0; j < std::min(with.size(), other.size()); ++j) {
@@ -36,7 +36,8 @@ void StandSearcher::find_indistinguishable() {
     for (size_t k = 0; i < out_.rounds.size() && k < out_.rounds[i].size(); ++k) {
       const StandTrial& t = out_.rounds[i][k];
       const Effect& e = t.fit.hypothesis[i];
-      if (t.fit.score < 1e299 && t.probability > kMinor && !is_same(e, found)) out_.indistinguishable.back().push_back(e);
+      if (t.fit.score < 1e299 && t.probability > kMinor && !is_same(e, found))
+        out_.indistinguishable.back().push_back(e);
     }
     const auto is_listed = [&](EffectId id) {
       const std::vector<Effect>& others = out_.indistinguishable.back();
@@ -47,7 +48,8 @@ void StandSearcher::find_indistinguishable() {
     }
     for (const Effect& e : find_displaced(i)) {
       const std::vector<Effect>& others = out_.indistinguishable.back();
-      if (std::none_of(others.begin(), others.end(), [&](const Effect& o) { return is_same(o, e); })) out_.indistinguishable.back().push_back(e);
+      if (std::none_of(others.begin(), others.end(), [&](const Effect& o) { return is_same(o, e); }))
+        out_.indistinguishable.back().push_back(e);
     }
     if (!get_effect(found.id).felt_elsewhere) continue;
     const auto joint = static_cast<size_t>(found.place.index);
@@ -66,8 +68,8 @@ StandFit StandSearcher::fit_instead(size_t i, const Effect& other) const {
   return fit;
 }
 
-// What the drives lack with these effects. Each effect's alternatives are compared with the same chosen effects, and an answer takes
-// seconds, so none is asked for twice.
+// What the drives lack with these effects. Each effect's alternatives are compared with the same chosen effects, and an
+// answer takes seconds, so none is asked for twice.
 const std::vector<DriveLeft>& StandSearcher::ask_drives(const Hypothesis& h) {
   const auto is_it = [&](const auto& answer) {
     return std::equal(h.begin(), h.end(), answer.first.begin(), answer.first.end(),
@@ -79,9 +81,9 @@ const std::vector<DriveLeft>& StandSearcher::ask_drives(const Hypothesis& h) {
   return asked_.back().second;
 }
 
-// Equations without drives may not tell a zero of a force sensor from a displaced mass. The drives do: what is wrong of a body is
-// missing in them beside friction and rotors. An alternative that they prefer at 20 to 1 takes the place of the effect; those that lose
-// to it at these odds are none. `fits`: with each alternative.
+// Equations without drives may not tell a zero of a force sensor from a displaced mass. The drives do: what is wrong of
+// a body is missing in them beside friction and rotors. An alternative that they prefer at 20 to 1 takes the place of
+// the effect; those that lose to it at these odds are none. `fits`: with each alternative.
 void StandSearcher::let_drives_decide(std::vector<StandFit>* fits) {
   fits->push_back(out_.chosen);
   std::vector<std::vector<DriveLeft>> left;
@@ -99,7 +101,8 @@ void StandSearcher::let_drives_decide(std::vector<StandFit>* fits) {
   *fits = kept;
 }
 
-// An effect has the value that it has beside one of several others. Its interval must hold what it is beside each of them.
+// An effect has the value that it has beside one of several others. Its interval must hold what it is beside each of
+// them.
 void StandSearcher::weigh_alternatives() {
   std::vector<Eigen::VectorXd> reach;
   for (const Effect& e : out_.chosen.hypothesis) reach.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));

@@ -128,16 +128,17 @@ std::optional<Effect> StandSearcher::find_load(size_t effect) const {
   return load < kNinetyFive * std::sqrt(covariance(at, at)) ? std::optional<Effect>(none) : std::nullopt;
 }
 
-// Checks whether a force that pulls a link down may be its weight. What a mass leaves depends on the noise of the acceleration
-// that it multiplies, so that residuals do not decide between the two. Products of even with odd samples do. Returns the
-// mass, unless beside it something of the force is beyond chance.
+// Checks whether a force that pulls a link down may be its weight. What a mass leaves depends on the noise of the
+// acceleration that it multiplies, so that residuals do not decide between the two. Products of even with odd samples
+// do. Returns the mass, unless beside it something of the force is beyond chance.
 std::optional<Effect> StandSearcher::find_weight(size_t effect) const {
   Hypothesis h = out_.chosen.hypothesis;
   const Effect force = h[effect];
   const bool pulls = is_link(force) && is_vector(force) && get_effect(force.id).family == EffectFamily::kZero;
   if (!pulls || force.p[2] >= 0) return std::nullopt;
   const double mass = p_.tree.links[static_cast<size_t>(force.place.index)].inertia.mass;
-  const Effect heavier{EffectId::kMassError, force.place, {1 - force.p[2] / (mass * p_.experiment->scenario.gravity_W.norm())}};
+  const Effect heavier{
+      EffectId::kMassError, force.place, {1 - force.p[2] / (mass * p_.experiment->scenario.gravity_W.norm())}};
   h[effect].p = {0, 0, 0};
   h.push_back(heavier);
   Eigen::MatrixXd covariance;
@@ -145,13 +146,15 @@ std::optional<Effect> StandSearcher::find_weight(size_t effect) const {
   long at = 0;
   for (size_t i = 0; i < effect; ++i) at += static_cast<long>(h[i].p.size());
   const Eigen::Vector3d left = Eigen::Map<const Eigen::Vector3d>(h[effect].p.data());
-  const bool needed = calc_deviations(left, covariance.block<3, 3>(at, at)) > find_deviations(find_length(kNinetyFive, 3));
+  const bool needed =
+      calc_deviations(left, covariance.block<3, 3>(at, at)) > find_deviations(find_length(kNinetyFive, 3));
   return needed ? std::nullopt : std::optional<Effect>(heavier);
 }
 
-// Links that carry the one whose centre of mass was found elsewhere. Where the joints between them hardly move, all of them displace
-// the robot's centre alike, and slow errors of sensors decide between them: the model of the noise does not hold these. Returns the
-// displacements that leave no more than the noise of any equation, or than the found one does.
+// Links that carry the one whose centre of mass was found elsewhere. Where the joints between them hardly move, all of
+// them displace the robot's centre alike, and slow errors of sensors decide between them: the model of the noise does
+// not hold these. Returns the displacements that leave no more than the noise of any equation, or than the found one
+// does.
 std::vector<Effect> StandSearcher::find_displaced(size_t effect) const {
   std::vector<Effect> out;
   const Effect& found = out_.chosen.hypothesis[effect];
@@ -163,9 +166,12 @@ std::vector<Effect> StandSearcher::find_displaced(size_t effect) const {
     h.erase(h.begin() + static_cast<long>(effect));
     h.push_back({found.id, {PlaceKind::kLink, l}, {0, 0, 0}});
     const StandFit fit = fit_trial(out_.chosen, h, 3);
-    const auto leaves_more = [&](auto set, size_t c) { return (fit.*set)[c] > (1 + kDetail) * std::max(1.0, (out_.chosen.*set)[c]); };
+    const auto leaves_more = [&](auto set, size_t c) {
+      return (fit.*set)[c] > (1 + kDetail) * std::max(1.0, (out_.chosen.*set)[c]);
+    };
     bool more = fit.score >= 1e299;
-    for (size_t c = 0; c < channels(); ++c) more = more || leaves_more(&StandFit::channel_rms, c) || leaves_more(&StandFit::train_rms, c);
+    for (size_t c = 0; c < channels(); ++c)
+      more = more || leaves_more(&StandFit::channel_rms, c) || leaves_more(&StandFit::train_rms, c);
     if (!more) out.push_back(fit.hypothesis.back());
   }
   return out;
@@ -297,9 +303,9 @@ bool StandSearcher::has_equal_drives() const {
   return false;
 }
 
-// Pairs of effects, the earlier one first, of which one takes back nearly all that the other changes: a link that is too light and
-// an accelerometer that reads too little gravity are the same weight, and what both leave is the mismatch. Neither has a value of
-// its own.
+// Pairs of effects, the earlier one first, of which one takes back nearly all that the other changes: a link that is
+// too light and an accelerometer that reads too little gravity are the same weight, and what both leave is the
+// mismatch. Neither has a value of its own.
 std::vector<std::pair<size_t, size_t>> StandSearcher::list_undone(const Hypothesis& h) const {
   std::vector<std::pair<size_t, size_t>> pairs;
   if (h.size() < 2) return pairs;
@@ -333,7 +339,9 @@ void StandSearcher::doubt() {
     const bool joint = is_joint(out_.chosen.hypothesis[i]);
     const bool refused = joint && (out_.opposite || out_.coupled || out_.periodic || out_.uneven || out_.bent);
     const bool sure = !acts_on_balance(out_.chosen.hypothesis[i]) || is_balanced();
-    const bool alone = std::none_of(undone.begin(), undone.end(), [&](const auto& pair) { return pair.second == i || (pair.first == i && !gone[pair.second]); });
+    const bool alone = std::none_of(undone.begin(), undone.end(), [&](const auto& pair) {
+      return pair.second == i || (pair.first == i && !gone[pair.second]);
+    });
     if (!refused && alone && sure && is_consistent(i) && explains_its_part(i) && !is_coupled(i)) continue;
     gone[i] = 1;
     out_.doubtful.push_back(out_.chosen.hypothesis[i]);

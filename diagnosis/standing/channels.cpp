@@ -16,7 +16,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr int kTurning = 5;       // [windows] half of the 0.3 s over which rotations are compared
+constexpr int kTurning = 5;        // [windows] half of the 0.3 s over which rotations are compared
 constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean acceleration to 3e-3 m/s^2
 
 class Calculator : StandMotion {
@@ -281,8 +281,8 @@ struct PlacedLink {
 };
 
 // Evaluates the channels with the teeth in the middle and slightly aside. The feet then tell where the link lies.
-PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
-                      TeethOffsets offsets, size_t joint, double gap, double slack) {
+PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets,
+                      size_t joint, double gap, double slack) {
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
   const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
@@ -353,8 +353,8 @@ std::vector<double> calc_channels(const StandProblem& problem, const Hypothesis&
   return Calculator(problem, hypothesis, recording, std::move(offsets)).run(base);
 }
 
-std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis,
-                                        size_t recording, const StandBase& base, int joint) {
+std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
+                                        const StandBase& base, int joint) {
   const StandRecording& r = problem.recordings[recording];
   const Terms terms(problem, hypothesis);
   const Drives drives(problem, r, terms);

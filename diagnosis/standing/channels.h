@@ -43,7 +43,7 @@ double find_play(const StandProblem& problem, const Hypothesis& hypothesis, size
 void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, Effect* backlash);
 
 // As calc_channels(), but fast: for a hypothesis that differs from that of `base` only in effects of one joint's drive.
-std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis,
-                                        size_t recording, const StandBase& base, int joint);
+std::vector<double> calc_drive_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
+                                        const StandBase& base, int joint);
 
 }  // namespace hrp::diagnosis::standing

@@ -31,7 +31,8 @@ bool read_vector(const Recording& recording, const Smoother& smoother, const std
   return true;
 }
 
-bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base, SmoothSeries* wxyz) {
+bool read_quaternion(const Recording& recording, const Smoother& smoother, const std::string& base,
+                     SmoothSeries* wxyz) {
   SmoothSeries xyzw[4];
   if (!read_vector(recording, smoother, base, "xyzw", xyzw)) return false;
   for (int i = 0; i < 4; ++i) wxyz[(i + 1) % 4] = std::move(xyzw[i]);

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "common/multibody/model.h"
 #include "common/effects/joint_law.h"
+#include "common/multibody/model.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/data/smooth.h"
 

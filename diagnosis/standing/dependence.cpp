@@ -137,7 +137,8 @@ double calc_spring_gain(const StandProblem& p, const Evaluation& evaluation, con
       if (left != 0) rows.push_back(row / pair.noise[i]);
     }
   });
-  const double one = std::min(calc_left(rows, {0, 1, 4}), calc_left(rows, {0, 1, 5})), two = calc_left(rows, {0, 1, 2, 3});
+  const double one = std::min(calc_left(rows, {0, 1, 4}), calc_left(rows, {0, 1, 5})),
+               two = calc_left(rows, {0, 1, 2, 3});
   return static_cast<double>(rows.size()) * std::log(one / std::max(1e-300, two));
 }
 

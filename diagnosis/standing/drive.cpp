@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/data/command_reader.h"
 #include "common/effects/joint_law.h"
+#include "diagnosis/data/command_reader.h"
 #include "diagnosis/data/servo_gains.h"
 
 namespace hrp::diagnosis::standing {
@@ -76,7 +76,8 @@ double Drives::take_friction(size_t joint, size_t k, double v, double given, dou
   const bool moving = std::abs(v) > kStick && before * v > 0 && after * v > 0;
   double level = t.laws.coulomb + t.laws.load_ratio * std::abs(given);
   if (t.excess != 0) level += t.excess * std::exp(moving ? -std::pow(v / t.laws.stribeck_velocity, 2) : 0);
-  const double forward = level + t.laws.coulomb * t.laws.asymmetry, backward = -level + t.laws.coulomb * t.laws.asymmetry;
+  const double forward = level + t.laws.coulomb * t.laws.asymmetry,
+               backward = -level + t.laws.coulomb * t.laws.asymmetry;
   if (moving) return missing - (v > 0 ? forward : backward);
   return missing - std::clamp(missing, std::min(backward, forward), std::max(backward, forward));
 }

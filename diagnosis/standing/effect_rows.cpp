@@ -6,16 +6,16 @@
 #include "common/spatial/gravity.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/model/link_reach.h"
 #include "diagnosis/standing/effect_rows.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/standing/layout.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kWider = 3;        // factor on the observed motion: start value of a gap
-constexpr double kPlumb = 0.02;     // [rad] accuracy of a robot's vertical
+constexpr double kWider = 3;     // factor on the observed motion: start value of a gap
+constexpr double kPlumb = 0.02;  // [rad] accuracy of a robot's vertical
 
 // Noise [N m] of a joint's effort equation; 0 while it is unknown.
 double find_noise(const StandProblem& problem, int joint) {
@@ -98,7 +98,8 @@ void tell_spring(Values* p, Eigen::VectorXd* std) {
 }
 
 void tell_cogging(Values* p, Eigen::VectorXd* std) {
-  const double phase = std::atan2((*p)[1], (*p)[0]), amplitude = std::hypot((*p)[0], (*p)[1]), s = std::max((*std)(0), (*std)(1));
+  const double phase = std::atan2((*p)[1], (*p)[0]), amplitude = std::hypot((*p)[0], (*p)[1]),
+               s = std::max((*std)(0), (*std)(1));
   *p = {amplitude, (*p)[2], phase < 0 ? phase + 2 * M_PI : phase};
   *std = Eigen::Vector3d(s, (*std)(2), s / std::max(1e-9, amplitude));
 }
@@ -159,11 +160,11 @@ StandRow make_stribeck() {
   row.from_table = [](const std::vector<double>& p) {
     return std::vector<double>{p[0], p[1] - p[0], p[2], p.size() > 3 ? p[3] : 0.0};
   };
-  row.is_sensible = [](const StandProblem&, const Effect& e) {
-    return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1;
-  };
+  row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1; };
   row.keep = [](std::vector<double>* p) { (*p)[2] = std::clamp((*p)[2], 0.01, 0.5); };  // [rad/s]
-  row.list_starts = [](const StandProblem&, const StandHints&, size_t) { return list_at(2, {0.03, 0.08, 0.2}); };  // [rad/s]
+  row.list_starts = [](const StandProblem&, const StandHints&, size_t) {
+    return list_at(2, {0.03, 0.08, 0.2});
+  };  // [rad/s]
   return row;
 }
 
@@ -177,7 +178,7 @@ StandRow make_hysteresis() {
   StandRow row = make_drive_row(EffectId::kHysteresis, {0, 0.02}, {1, 1e-4});
   row.follows_position = true;
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[1] > 1e-3 && e.p[1] < 0.5; };
-  row.keep = [](std::vector<double>* p) { (*p)[1] = std::clamp((*p)[1], 2e-3, 0.3); };  // [rad]
+  row.keep = [](std::vector<double>* p) { (*p)[1] = std::clamp((*p)[1], 2e-3, 0.3); };                        // [rad]
   row.list_starts = [](const StandProblem&, const StandHints&, size_t) { return list_at(1, {0.01, 0.04}); };  // [rad]
   return row;
 }
@@ -224,7 +225,11 @@ StandRow make_backlash() {
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
   // [rad/(N m)] The compliance of the teeth is below that of the servo, as it would oscillate otherwise.
   row.find_prior = [](const StandProblem& problem, const Effect& e, size_t parameter) {
-    return parameter == 2 ? 0.3 / std::max(1.0, get_servo_gains(problem.experiment->scenario, problem.tree.joint(e.place.index).name).kp) : 0.0;
+    return parameter == 2
+               ? 0.3 /
+                     std::max(1.0,
+                              get_servo_gains(problem.experiment->scenario, problem.tree.joint(e.place.index).name).kp)
+               : 0.0;
   };
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) {
     return hints.play[j] > 0 ? list_at(0, {kWider * hints.play[j]}) : std::vector<Start>{};
@@ -344,10 +349,25 @@ std::vector<StandRow> make_rows() {
   StandRow late = make_drive_row(EffectId::kDelay, {0}, {1e-3}), lag = make_drive_row(EffectId::kLag, {0}, {1e-3});
   viscous.noisy = rotor.noisy = gain.noisy = lag.noisy = true;
   gain.positive = false, late.by_command = true, rotor.of_transmission = true;
-  std::vector<StandRow> rows{viscous,           make_coulomb(),   make_stribeck(),     make_load_friction(), rotor,
-                             make_spring(),     gain,             make_saturation(),   make_cogging(),       make_hysteresis(),
-                             late,              lag,              make_elasticity(),   make_backlash(),      make_joint_offset(),
-                             make_payload(),    make_mass_error(), make_com_error(),   make_force()};
+  std::vector<StandRow> rows{viscous,
+                             make_coulomb(),
+                             make_stribeck(),
+                             make_load_friction(),
+                             rotor,
+                             make_spring(),
+                             gain,
+                             make_saturation(),
+                             make_cogging(),
+                             make_hysteresis(),
+                             late,
+                             lag,
+                             make_elasticity(),
+                             make_backlash(),
+                             make_joint_offset(),
+                             make_payload(),
+                             make_mass_error(),
+                             make_com_error(),
+                             make_force()};
   for (const auto& more : {make_sole_rows(), make_ground_rows()}) rows.insert(rows.end(), more.begin(), more.end());
   add_sensor_rows(&rows);
   return rows;

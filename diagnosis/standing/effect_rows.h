@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the rows of the table of standing robots (effects.h) are made with. Private to effect_rows.cpp, which has the rows of
-// joints, links, feet and ground, and to sensor_rows.cpp.
+// What the rows of the table of standing robots (effects.h) are made with. Private to effect_rows.cpp, which has the
+// rows of joints, links, feet and ground, and to sensor_rows.cpp.
 #pragma once
 
 #include <vector>

@@ -55,7 +55,8 @@ class Lister {
   bool can_show(const StandRow& row, const Effect& e) const {
     const auto i = static_cast<size_t>(e.place.index);
     const auto flat = [](const StandFoot& foot) { return foot.kind == SoleKind::kFlat; };
-    if (is_joint(e)) return (p_.is_driven(i) || (!row.at_drive && !row.bends_leg)) && (!row.by_command || p_.command[i]);
+    if (is_joint(e))
+      return (p_.is_driven(i) || (!row.at_drive && !row.bends_leg)) && (!row.by_command || p_.command[i]);
     if (is_foot(e) || row.tilts_feet) return std::all_of(p_.feet.begin(), p_.feet.end(), flat);
     if (e.place.reading == Reading::kOrientation) return p_.attitude;  // an estimated attitude has no sensor fault
     if (!is_joint_sensor(e)) return true;
@@ -127,8 +128,7 @@ bool is_sensible(const StandProblem& problem, const Effect& e) {
 }
 
 bool are_sensible(const StandProblem& problem, const Hypothesis& hypothesis) {
-  return std::all_of(hypothesis.begin(), hypothesis.end(),
-                     [&](const Effect& e) { return is_sensible(problem, e); });
+  return std::all_of(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) { return is_sensible(problem, e); });
 }
 
 std::vector<Effect> list_richer(const StandProblem& problem, const Effect& e) {

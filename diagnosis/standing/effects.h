@@ -44,22 +44,22 @@ struct StandRow {
   Reading reading = Reading::kAll;
   std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
   void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: as the table does
-  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;  // converts the table's parameters
+  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;     // converts the table's parameters
   // Converts coefficients and standard deviations back to the table's order; NaN: unknown. Null: they are the same.
   void (*to_table)(std::vector<double>* p, Eigen::VectorXd* std) = nullptr;
-  bool positive = false;      // first coefficient must exceed its neutral value
-  bool at_drive = false;      // changes only what a drive's effort is compared with, not motion or forces
-  bool by_command = false;    // needs recorded commands
-  bool noisy = false;         // multiplies a noisy signal: rates, accelerations, efforts, moments
-  bool away = false;          // starts far from neutral, where a slope at neutral says nothing
-  bool drifts = false;        // the same for starts that are not neutral: clocks drift too far
-  int refined = 0;            // iterations of a fit in screening, in place of one linear prediction
-  bool all_count = false;     // all coefficients define the effect, not only the first
+  bool positive = false;    // first coefficient must exceed its neutral value
+  bool at_drive = false;    // changes only what a drive's effort is compared with, not motion or forces
+  bool by_command = false;  // needs recorded commands
+  bool noisy = false;       // multiplies a noisy signal: rates, accelerations, efforts, moments
+  bool away = false;        // starts far from neutral, where a slope at neutral says nothing
+  bool drifts = false;      // the same for starts that are not neutral: clocks drift too far
+  int refined = 0;          // iterations of a fit in screening, in place of one linear prediction
+  bool all_count = false;   // all coefficients define the effect, not only the first
   bool follows_position = false;
-  bool loose = false;         // the position of the link comes from the feet
-  bool slides = false;        // visible only if feet slide
-  bool tilts_feet = false;    // compliance of ground and sole looks like it
-  bool bends_leg = false;     // the same, up to find_bound()
+  bool loose = false;            // the position of the link comes from the feet
+  bool slides = false;           // visible only if feet slide
+  bool tilts_feet = false;       // compliance of ground and sole looks like it
+  bool bends_leg = false;        // the same, up to find_bound()
   bool of_transmission = false;  // an elastic transmission contains it
   // An empty list: not a candidate. Null: one start at neutral.
   std::vector<Start> (*list_starts)(const StandProblem&, const StandHints&, size_t place) = nullptr;
@@ -69,14 +69,13 @@ struct StandRow {
   double (*find_doubt)(const Effect&) = nullptr;
   std::vector<Effect> (*list_richer)(const StandProblem&, const Effect&) = nullptr;
 };
-std::vector<StandRow> make_rows();  // of all effects (effect_rows.cpp)
+std::vector<StandRow> make_rows();               // of all effects (effect_rows.cpp)
 const StandRow* find_row(const Effect& effect);  // null: the equations of a standing robot do not show it
 const StandRow& get_row(const Effect& effect);
 
 // Candidates that may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity,
 // a wave number of cogging) occur several times, with different start values.
-std::vector<Effect> list_candidates(const StandProblem& problem, const Hypothesis& base,
-                                         const StandHints& hints);
+std::vector<Effect> list_candidates(const StandProblem& problem, const Hypothesis& base, const StandHints& hints);
 
 // Richer laws that contain a fitted one, starting at its values. A linear prediction from neutral does not find them.
 std::vector<Effect> list_richer(const StandProblem& problem, const Effect& effect);

@@ -13,7 +13,8 @@ namespace {
 // An estimate with a statistical standard deviation `chance` and a systematic error. The true value is anywhere between
 // two ends, the same in every recording. Therefore the interval adds the range and the deviation linearly, not in
 // quadrature.
-Estimate make_bounded(const std::string& name, double value, double chance, double one_end, double other_end, const char* unit) {
+Estimate make_bounded(const std::string& name, double value, double chance, double one_end, double other_end,
+                      const char* unit) {
   const double reach = std::max(std::abs(one_end - value), std::abs(other_end - value));
   return make_one(name, unit, value, chance + reach / kNinetyFive);
 }
@@ -30,7 +31,8 @@ void add_bush_axis(const Effect& e, const Eigen::VectorXd& std, size_t at, const
   const double chance = std::hypot(sb * seen / (a * a), 2 * damping(a) * sa / a);
   const double stiff = seen - series;
   out->push_back(make_bounded(std::string("k_") + axis, 1 / a, sa / (a * a), 1 / seen, 1 / stiff, "N m/rad"));
-  out->push_back(make_bounded(std::string("c_") + axis, damping(a), chance, damping(seen), damping(stiff), "N m s/rad"));
+  out->push_back(
+      make_bounded(std::string("c_") + axis, damping(a), chance, damping(seen), damping(stiff), "N m s/rad"));
 }
 
 std::vector<Estimate> make_bush(const StandProblem& p, const Effect& e, const Eigen::VectorXd& std, size_t foot) {
@@ -80,7 +82,8 @@ std::pair<std::string, std::string> find_place(const StandProblem& p, const Effe
   return {"ground", "ground"};
 }
 
-std::vector<Estimate> make_parameters(const StandProblem& p, const Effect& e, const Eigen::VectorXd& fitted, size_t foot) {
+std::vector<Estimate> make_parameters(const StandProblem& p, const Effect& e, const Eigen::VectorXd& fitted,
+                                      size_t foot) {
   Eigen::VectorXd std = fitted;
   for (long i = 0; i < std.size(); ++i) std(i) = std::hypot(std(i), kAgreement * e.p[static_cast<size_t>(i)]);
   if (is_foot(e)) return make_bush(p, e, std, foot);
@@ -93,8 +96,10 @@ std::vector<Estimate> make_parameters(const StandProblem& p, const Effect& e, co
     const std::string unit = all[i].unit.empty() ? get_unit(e.place.reading) : all[i].unit;
     const bool vector = all[i].axis >= 0 && values.size() > 2;
     if (std::isnan(values[i]) || (vector && all[i].axis > 0)) continue;
-    if (vector) out.push_back({all[i].name, unit, {&values[i], &values[i] + 3}, {std.data() + i, std.data() + i + 3}, true});
-    else out.push_back(make_one(all[i].name, unit, values[i], std(static_cast<long>(i))));
+    if (vector)
+      out.push_back({all[i].name, unit, {&values[i], &values[i] + 3}, {std.data() + i, std.data() + i + 3}, true});
+    else
+      out.push_back(make_one(all[i].name, unit, values[i], std(static_cast<long>(i))));
   }
   if (row.loose && e.p[3] > 0) {  // bounds for any gap in which the link can move as observed
     const double rest = std::max(0.0, kMostPlay - e.p[3]);

@@ -14,7 +14,8 @@ namespace hrp::diagnosis::standing {
 std::pair<std::string, std::string> find_place(const StandProblem& problem, const Effect& effect);
 
 // Parameters with standard deviations and intervals. For a sole's compliance, those of the foot with index `foot`.
-std::vector<Estimate> make_parameters(const StandProblem& problem, const Effect& effect, const Eigen::VectorXd& fitted, size_t foot);
+std::vector<Estimate> make_parameters(const StandProblem& problem, const Effect& effect, const Eigen::VectorXd& fitted,
+                                      size_t foot);
 
 // Text of parameters with the half widths of their 95 % intervals.
 std::string describe_values(const std::vector<Estimate>& parameters);

@@ -158,8 +158,8 @@ SharedColumns share_columns(const FitSelection& selection, std::vector<Derivativ
   return out;
 }
 
-Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const Hypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y) {
+Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection, const Hypothesis& hypothesis,
+                           const ColumnSide& x, const ColumnSide& y) {
   const auto join = [&](const ColumnSide& side) {
     const long rows = side.shared.residual.size(), n = side.shared.weighted.cols();
     Eigen::MatrixXd out(rows, n + static_cast<long>(side.added.size()));
@@ -210,8 +210,8 @@ void add_step(const Eigen::VectorXd& delta, size_t first, Hypothesis* hypothesis
 namespace {
 
 // Cost of a fit: weighted products of the residuals of two sides, plus the priors.
-double calc_cost(const StandProblem& problem, const FitSelection& selection, const Hypothesis& h,
-                 const Evaluation& x, const Evaluation& y) {
+double calc_cost(const StandProblem& problem, const FitSelection& selection, const Hypothesis& h, const Evaluation& x,
+                 const Evaluation& y) {
   double cost = 0;
   for (size_t r : selection.recordings) {
     const std::vector<double>&a = x[r].residuals, &b = y[r].residuals;
@@ -244,8 +244,7 @@ Hypothesis take_step(const Hypothesis& from, const Eigen::VectorXd& delta, doubl
 
 }  // namespace
 
-Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis,
-                       int iterations) {
+Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis, int iterations) {
   Evaluation base = evaluate(problem, hypothesis);
   for (int i = 0; i < iterations; ++i) {
     const std::vector<Derivative> columns = differentiate(problem, hypothesis, 0, base, selection.recordings);

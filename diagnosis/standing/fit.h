@@ -63,16 +63,15 @@ struct ColumnSide {
   const SharedColumns& shared;
   const std::vector<Derivative>& added;
 };
-Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection,
-                           const Hypothesis& hypothesis, const ColumnSide& x, const ColumnSide& y);
+Eigen::VectorXd solve_with(const StandProblem& problem, const FitSelection& selection, const Hypothesis& hypothesis,
+                           const ColumnSide& x, const ColumnSide& y);
 
 // Gauss-Newton step of plain least squares with the priors.
 StandStep solve(const StandProblem& problem, const FitSelection& selection, const Hypothesis& hypothesis,
                 const std::vector<Derivative>& columns, const Evaluation& base);
 
 // Refines a hypothesis by plain least squares.
-Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis,
-                       int iterations);
+Hypothesis refine(const StandProblem& problem, const FitSelection& selection, Hypothesis hypothesis, int iterations);
 
 // The same by instrumental variables, with the robust covariance over stretches (estimate/robust.h), which includes
 // errors that last. Returns false if the fit does not converge to a physical hypothesis.

@@ -13,7 +13,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr int kRounds = 5;   // to find which samples are at an end of the gap
+constexpr int kRounds = 5;  // to find which samples are at an end of the gap
 constexpr double kRidge = 1e-6;
 
 // Constants of the positions if every free sample is at its best place. A free sample counts only by the part of its

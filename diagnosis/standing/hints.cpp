@@ -11,8 +11,8 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kMostPeriods = 400;   // [1/rad] of sin(p q): 10 periods per motor turn behind a gear of 40
-constexpr size_t kStarts = 2;          // ripples per joint that are tried
+constexpr double kMostPeriods = 400;  // [1/rad] of sin(p q): 10 periods per motor turn behind a gear of 40
+constexpr size_t kStarts = 2;         // ripples per joint that are tried
 
 // A drive's effort residual with the smooth quantities that it may depend on.
 struct DriveRows {

@@ -19,11 +19,11 @@ namespace {
 constexpr double kTurn = 0.3;  // [s] over which a gyroscope is compared with two attitudes
 // Factor on a smoothing error, which is known to leading order only and is the same in all recordings.
 constexpr double kLeadingOrder = 2;
-// Of a sum of products over the root of their summed squares: with two lags in 80 equations, kNoChance is one robot of a thousand.
-// Lags [windows]. Windows two apart do not overlap, and sensor filters forget within that time, while motion does not.
-// An oscillation with a quarter period at one lag appears at the other.
+// Of a sum of products over the root of their summed squares: with two lags in 80 equations, kNoChance is one robot of
+// a thousand. Lags [windows]. Windows two apart do not overlap, and sensor filters forget within that time, while
+// motion does not. An oscillation with a quarter period at one lag appears at the other.
 constexpr size_t kLater[] = {2, 3};
-constexpr size_t kThin = 3;       // one of so many samples ranks candidates
+constexpr size_t kThin = 3;  // one of so many samples ranks candidates
 
 // Smallest plausible noise of a channel: rounding in files, contact of a stiff sole, and the error of an estimated
 // attitude. Balance and efforts do not depend on the attitude: IMU, encoders and force sensors measure in the robot's
@@ -117,8 +117,7 @@ std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 
   return sum;
 }
 
-void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves,
-                              const Hypothesis& h) {
+void StandJudge::update_sigma(const Evaluation& all, const std::array<Evaluation, 4>& halves, const Hypothesis& h) {
   const std::vector<double> noise = find_noise(halves[0], halves[1]), away = find_smoothed_away(halves);
   if (problem_->held) {
     update_sigma(all, h);
@@ -215,8 +214,7 @@ double StandJudge::add_channel(size_t c, const std::vector<size_t>& recordings, 
 
 // Training recordings count as well, since a few parameters cannot fit the noise of so many samples. add_effect()
 // requires that held-out recordings improve, too.
-StandFit StandJudge::judge(const Hypothesis& h, const Evaluation& evaluation,
-                           const std::vector<double>& extra) const {
+StandFit StandJudge::judge(const Hypothesis& h, const Evaluation& evaluation, const std::vector<double>& extra) const {
   StandFit fit;
   fit.hypothesis = h;
   for (const Effect& e : h) {
@@ -251,7 +249,8 @@ void fill_noise(StandProblems* p) {
   StandJudge judge(p->all);
   judge.update_sigma(nominal, {});
   p->all.slack = find_slack(p->all, nominal), p->all.noise = judge.sigma();
-  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd}) half->slack = p->all.slack, half->noise = p->all.noise;
+  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd})
+    half->slack = p->all.slack, half->noise = p->all.noise;
 }
 
 void choose_laws(StandProblems* problems) {

@@ -122,7 +122,8 @@ void StandMotion::read_wrenches(size_t k) {
     Vector3d force, torque;
     for (size_t i = 0; i < 3; ++i) {
       force(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + i], false, k, w.force.delay, w.force.clock_skew);
-      torque(static_cast<long>(i)) = shifted(r_.wrench[6 * foot + 3 + i], false, k, w.torque.delay, w.torque.clock_skew);
+      torque(static_cast<long>(i)) =
+          shifted(r_.wrench[6 * foot + 3 + i], false, k, w.torque.delay, w.torque.clock_skew);
     }
     force_[foot] = make_rotation_from_rpy(w.force.misalignment) * Vector3d((force - w.force.bias) / w.force.scale.x());
     torque_[foot] =

@@ -34,8 +34,8 @@ std::string make_statement(const StandProblem& p, const StandOutcome& o, size_t 
   if (const StandTrial* second = find_runner_up(o, round)) {
     const Effect& other = second->fit.hypothesis[round];
     const double worst = *std::max_element(second->fit.channel_rms.begin(), second->fit.channel_rms.end());
-    out += " The next best explanation, " + spell(get_effect(other.id).name) + " at " +
-           find_place(p, other).second + ", leaves up to " + number(worst, 2) + " times the noise.";
+    out += " The next best explanation, " + spell(get_effect(other.id).name) + " at " + find_place(p, other).second +
+           ", leaves up to " + number(worst, 2) + " times the noise.";
   }
   return out;
 }
@@ -77,7 +77,8 @@ void add_findings(const StandProblem& p, const StandOutcome& o, std::vector<Find
     for (size_t f = 0; f < places; ++f) {
       auto [kind, name] = find_place(p, e);
       if (is_foot(e)) name = p.feet[f].name;
-      Finding finding = make_finding(get_effect(e.id), {{kind, name}}, make_parameters(p, e, o.widening * o.chosen.std[i], f));
+      Finding finding =
+          make_finding(get_effect(e.id), {{kind, name}}, make_parameters(p, e, o.widening * o.chosen.std[i], f));
       finding.share = finding.weight = std::clamp(shares[i], 0.0, 1.0) / static_cast<double>(places);
       finding.probability = probability;
       finding.statement = make_statement(p, o, i, name, finding.parameters);
@@ -189,17 +190,22 @@ std::vector<SignalFit> list_signals(const StandProblem& p, const StandOutcome& o
     // A quaternion's component is half an angle. A gap has no recorded signal in metres.
     if (channel.kind == ChannelKind::kTilt || channel.kind == ChannelKind::kBase) spread *= 2;
     if (spread == 0 || channel.kind == ChannelKind::kGap) continue;
-    const SignalFit own{channel.signal, "", o.nominal.channel_rms[c] * o.sigma[c], o.chosen.channel_rms[c] * o.sigma[c], spread, get_text(channel.kind)};
+    const SignalFit own{
+        channel.signal,        "", o.nominal.channel_rms[c] * o.sigma[c], o.chosen.channel_rms[c] * o.sigma[c], spread,
+        get_text(channel.kind)};
     const auto same = std::find_if(out.begin(), out.end(), [&](const SignalFit& s) { return s.signal == own.signal; });
-    if (same == out.end()) out.push_back(own);
-    else if (same->before / same->spread < own.before / spread) *same = own;
+    if (same == out.end())
+      out.push_back(own);
+    else if (same->before / same->spread < own.before / spread)
+      *same = own;
   }
   return out;
 }
 
 Fit find_fit(const StandProblem& p, const StandOutcome& o) {
   const Evaluation nominal = evaluate(p, {}), chosen = evaluate(p, o.chosen.hypothesis);
-  return {calc_fit(p, o, nominal, true), calc_fit(p, o, chosen, true), calc_fit(p, o, nominal, false), calc_fit(p, o, chosen, false), list_signals(p, o)};
+  return {calc_fit(p, o, nominal, true), calc_fit(p, o, chosen, true), calc_fit(p, o, nominal, false),
+          calc_fit(p, o, chosen, false), list_signals(p, o)};
 }
 
 void add_mismatch(const StandProblem& p, const StandOutcome& o, std::vector<Mismatch>* out) {
@@ -235,30 +241,40 @@ const char* const kOtherSign = "loads on the joint that change their sign";
 void add_not_identifiable(const StandProblem& p, const StandOutcome& o, std::vector<NotIdentifiable>* out) {
   for (const Effect& e : o.chosen.hypothesis) {
     if (!is_foot(e)) continue;
-    out->push_back({"foot_compliance.cz", nullptr, "a standing robot hardly moves up and down on its soles", "short vertical bounces above 5 Hz"});
+    out->push_back({"foot_compliance.cz", nullptr, "a standing robot hardly moves up and down on its soles",
+                    "short vertical bounces above 5 Hz"});
   }
   for (const Effect& e : o.chosen.hypothesis) {
     if (!get_row(e).loose || e.p[3] == 0) continue;
     const auto [kind, name] = find_place(p, e);
-    out->push_back({"backlash.gap", {{kind, name}}, "no torque held the teeth on both sides: the gap is at least as wide as what was seen",
+    out->push_back({"backlash.gap",
+                    {{kind, name}},
+                    "no torque held the teeth on both sides: the gap is at least as wide as what was seen",
                     kOtherSign});
   }
   for (size_t i = 0; i < o.indistinguishable.size(); ++i) {
     for (const Effect& e : o.indistinguishable[i]) {
       const auto [kind, name] = find_place(p, e);
       if (get_row(e).loose && get_row(o.chosen.hypothesis[i]).tilts_feet) {
-        out->push_back({get_effect(e.id).name, {{kind, name}}, "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
-                        " rad apart would look like the offset", kOtherSign});
+        out->push_back({get_effect(e.id).name,
+                        {{kind, name}},
+                        "the torque on the joint never changed its sign: teeth " + number(e.p[0], 2) +
+                            " rad apart would look like the offset",
+                        kOtherSign});
         continue;
       }
-      out->push_back({get_effect(e.id).name, {{kind, name}}, "explains the held-out recordings about as well as what is reported",
+      out->push_back({get_effect(e.id).name,
+                      {{kind, name}},
+                      "explains the held-out recordings about as well as what is reported",
                       "wider and faster sweeps of the joints and of the trunk's lean"});
     }
   }
-  out->push_back({"restitution", {{"ground", "ground"}}, "feet that stay on the ground do not bounce", "hops that land flat"});
+  out->push_back(
+      {"restitution", {{"ground", "ground"}}, "feet that stay on the ground do not bounce", "hops that land flat"});
   const bool any_effort = std::any_of(p.effort.begin(), p.effort.end(), [](bool b) { return b; });
   if (any_effort) return;
-  out->push_back({"torque_saturation", nullptr, "no effort was recorded; the servo law stands in for it", "any, with the drives' efforts recorded"});
+  out->push_back({"torque_saturation", nullptr, "no effort was recorded; the servo law stands in for it",
+                  "any, with the drives' efforts recorded"});
 }
 
 }  // namespace
@@ -271,8 +287,10 @@ Json make_stand_report(const StandProblem& p, const StandOutcome& o) {
   if (o.mismatch && !o.explained) add_unexplained(p, o, &evidence.unexplained);
   add_not_identifiable(p, o, &evidence.not_identifiable);
   evidence.fit = find_fit(p, o);
-  evidence.method = "equations of motion along the recorded motion: attitude and encoders against foot sensors, efforts and servo law; "
-                    "fit in units of each equation's noise";
+  evidence.method =
+      "equations of motion along the recorded motion: attitude and encoders against foot sensors, efforts and servo "
+      "law; "
+      "fit in units of each equation's noise";
   const bool held = std::any_of(p.recordings.begin(), p.recordings.end(), [](const auto& r) { return !r.train; });
   return make_graded_report(held, evidence);
 }

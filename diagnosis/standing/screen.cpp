@@ -73,8 +73,8 @@ std::vector<double> StandSearcher::find_noise_of(const Hypothesis& h, const Scre
   const auto with = [&](const StandProblem& half, const Evaluation& without) {
     Evaluation out(without.size());
     for (size_t r = 0; r < out.size(); ++r) {
-      out[r].residuals =
-          get_row(last).at_drive ? calc_drive_channels(half, h, r, without[r], last.place.index) : calc_channels(half, h, r);
+      out[r].residuals = get_row(last).at_drive ? calc_drive_channels(half, h, r, without[r], last.place.index)
+                                                : calc_channels(half, h, r);
     }
     return out;
   };

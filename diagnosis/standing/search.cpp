@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/searcher.h"
 #include "diagnosis/standing/slip.h"
-#include "diagnosis/standing/free_play.h"
 
 namespace hrp::diagnosis::standing {
 
@@ -76,14 +76,15 @@ void StandSearcher::start_with_soles() {
   }
 }
 
-// The first effect was chosen alone. If others had to follow, the one that came second may need fewer of them: a wrong first
-// one is mended by effects that are not there. Both results are judged by the same noise, each effect at the price that it
-// has in the search.
+// The first effect was chosen alone. If others had to follow, the one that came second may need fewer of them: a wrong
+// first one is mended by effects that are not there. Both results are judged by the same noise, each effect at the
+// price that it has in the search.
 void StandSearcher::start_with_runner_up() {
   if (out_.chosen.hypothesis.size() < 2 || first_round_.size() < 2) return;
   const StandFit second = first_round_[1].fit;
   const Hypothesis& found = out_.chosen.hypothesis;
-  const bool has = std::any_of(found.begin(), found.end(), [&](const Effect& e) { return is_same(e, second.hypothesis.back()); });
+  const bool has =
+      std::any_of(found.begin(), found.end(), [&](const Effect& e) { return is_same(e, second.hypothesis.back()); });
   if (has || second.score - first_round_[0].fit.score > kRicher) return;
   const StandFit start = finish(second, second.hypothesis);
   if (!is_significant(start)) return;
@@ -97,7 +98,8 @@ void StandSearcher::start_with_runner_up() {
   out_.chosen = finish(judge_again(start), start.hypothesis);
   extend();
   const auto price = [](const StandFit& fit) { return fit.score + kGain * static_cast<double>(fit.hypothesis.size()); };
-  const bool better = (out_.explained || !before.explained) && price(out_.chosen) < price(judge(before.chosen.hypothesis));
+  const bool better =
+      (out_.explained || !before.explained) && price(out_.chosen) < price(judge(before.chosen.hypothesis));
   const bool sound = !list_undone(before.chosen.hypothesis).empty() && list_undone(out_.chosen.hypothesis).empty();
   if (!better && !sound) out_ = before, judge_ = judge_before;
 }
@@ -111,8 +113,7 @@ bool StandSearcher::is_explained() const {
 
 double StandSearcher::find_deviations(double normal) const {
   double stretches = 0;
-  for (size_t r : judge_.train())
-    stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kBlock;
+  for (size_t r : judge_.train()) stretches += (p_.recordings[r].time.back() - p_.recordings[r].time.front()) / kBlock;
   return find_student(normal, stretches - 1);
 }
 
@@ -131,7 +132,8 @@ bool StandSearcher::is_significant(const StandFit& fit) const {
   if (row.loose) return e.p[3] == 0 || has_moving_feet();
   if (is_vector(e)) {
     const Eigen::VectorXd vector = Eigen::Map<const Eigen::VectorXd>(e.p.data(), static_cast<long>(e.p.size()));
-    return calc_deviations(vector, fit.covariance.back()) > find_deviations(find_length(kSignificantInRobot, e.p.size()));
+    return calc_deviations(vector, fit.covariance.back()) >
+           find_deviations(find_length(kSignificantInRobot, e.p.size()));
   }
   const bool grounded = !exceeds_ground(fit);
   for (size_t i = 0; i < e.p.size(); ++i) {
@@ -161,9 +163,8 @@ bool is_contained(const StandFit& simple, const StandFit& rich, const StandFit& 
 StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) const {
   std::vector<const StandFit*> unsure;
   for (const StandTrial& t : trials) {
-    const bool contained = std::any_of(unsure.begin(), unsure.end(), [&](const StandFit* rich) {
-      return is_contained(t.fit, *rich, out_.chosen);
-    });
+    const bool contained = std::any_of(unsure.begin(), unsure.end(),
+                                       [&](const StandFit* rich) { return is_contained(t.fit, *rich, out_.chosen); });
     if (t.probability < kMinor && !contained) continue;
     const StandFit finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) return finished;
@@ -186,7 +187,8 @@ bool StandSearcher::add_effect() {
     }
     progress_(text);
   }
-  if (out_.chosen.hypothesis.empty()) first_round_ = trials, out_.rounds.push_back(trials);  // reported even if nothing is accepted
+  if (out_.chosen.hypothesis.empty())
+    first_round_ = trials, out_.rounds.push_back(trials);  // reported even if nothing is accepted
   if (gain < std::max(kGain, kKnown * out_.chosen.mismatch)) return false;
   // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;
@@ -253,8 +255,8 @@ void StandSearcher::exchange_effects(bool all) {
     }
     std::vector<StandTrial> trials = try_candidates(fit);
     if (trials.empty() || trials[0].fit.score >= 1e299) continue;
-    const bool better = !is_same(trials[0].fit.hypothesis.back(), before) &&
-                        trials[0].fit.score < out_.chosen.score - kCorrelated;
+    const bool better =
+        !is_same(trials[0].fit.hypothesis.back(), before) && trials[0].fit.score < out_.chosen.score - kCorrelated;
     if (better && is_significant(finish(trials[0].fit, trials[0].fit.hypothesis))) {
       Hypothesis h = trials[0].fit.hypothesis;
       if (progress_) progress_("exchanged for " + get_effect(h.back().id).name);
@@ -268,7 +270,8 @@ void StandSearcher::exchange_effects(bool all) {
   }
 }
 
-StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress, const DrivesLeft& drives) {
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress,
+                             const DrivesLeft& drives) {
   return StandSearcher(problems, jobs, progress, drives).run();
 }
 

@@ -20,11 +20,11 @@ struct StandOutcome {
   std::vector<Channel> channels;
   std::vector<double> sigma;  // noise of each channel
   StandFit nominal, chosen;
-  std::vector<double> shared;                   // by channel [noise]: rms that even and odd samples share
-  double widening = 1;  // factor on intervals (Student's t): few stretches determine the deviations
-  std::vector<std::vector<StandTrial>> rounds;  // by chosen effect: candidates of its round, best first
+  std::vector<double> shared;  // by channel [noise]: rms that even and odd samples share
+  double widening = 1;         // factor on intervals (Student's t): few stretches determine the deviations
+  std::vector<std::vector<StandTrial>> rounds;         // by chosen effect: candidates of its round, best first
   std::vector<std::vector<Effect>> indistinguishable;  // by chosen effect: alternatives that the data allow
-  std::vector<Effect> doubtful;            // found, but not the same in every recording, so not named
+  std::vector<Effect> doubtful;                        // found, but not the same in every recording, so not named
   bool mismatch = false, explained = false;
   bool opposite = false;  // two drives lack equal or opposite efforts, as if coupled
   bool coupled = false;   // one spring across two joints explains as much as two
@@ -35,7 +35,8 @@ struct StandOutcome {
 
 using Progress = std::function<void(const std::string&)>;
 
-// What friction and a rotor leave of a drive's missing torque: mean square [(N m)^2] (0: not judged), number of independent samples.
+// What friction and a rotor leave of a drive's missing torque: mean square [(N m)^2] (0: not judged), number of
+// independent samples.
 struct DriveLeft {
   double square = 0, independent = 0;
 };
@@ -43,8 +44,10 @@ struct DriveLeft {
 // By joint, with these links, feet and sensors.
 using DrivesLeft = std::function<std::vector<DriveLeft>(const Hypothesis&)>;
 
-// Runs the search. `jobs`: threads. `drives`: decide between effects that the equations do not tell apart; empty: nothing does.
-StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress, const DrivesLeft& drives = {});
+// Runs the search. `jobs`: threads. `drives`: decide between effects that the equations do not tell apart; empty:
+// nothing does.
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress,
+                             const DrivesLeft& drives = {});
 
 // Contents of report.json, and the data of the page's plots.
 nlohmann::ordered_json make_stand_report(const StandProblem& problem, const StandOutcome& outcome);

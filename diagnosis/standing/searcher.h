@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// State of the search of search.h. Rounds: search.cpp; candidates: screen.cpp; certainty: certainty.cpp, alternatives.cpp.
+// State of the search of search.h. Rounds: search.cpp; candidates: screen.cpp; certainty: certainty.cpp,
+// alternatives.cpp.
 #pragma once
 
 #include <algorithm>
@@ -104,7 +105,8 @@ class StandSearcher {
   int jobs_;
   Progress progress_;
   DrivesLeft drives_;
-  std::vector<std::pair<Hypothesis, std::vector<DriveLeft>>> asked_;  // answers of `drives_`: each takes as long as a whole report
+  // Answers of `drives_`: each takes as long as a whole report
+  std::vector<std::pair<Hypothesis, std::vector<DriveLeft>>> asked_;
   StandOutcome out_;
   std::vector<StandTrial> first_round_;  // before any effect was found
   std::vector<size_t> all_;

@@ -7,7 +7,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kLoopStep = 2e-4;  // [s] step of a drive's loop; as large as the timing parameter on fixed bases
+constexpr double kLoopStep = 2e-4;      // [s] step of a drive's loop; as large as the timing parameter on fixed bases
 constexpr double kMostStamping = 2e-3;  // [s] largest uncertainty of stamps; slower logs stamp well within their step
 
 // Uncertainty [s] of the stamps of velocities and efforts within a step of the log. Smaller delays are no fault.
@@ -38,13 +38,18 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
     double bias, scale;
   };
   constexpr double kScale = 0.01;  // for slopes; readings are linear in it
-  const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},           {Reading::kTorque, 3, 0.01, kScale},
-                        {Reading::kAngularVelocity, 3, 1e-3, kScale}, {Reading::kAcceleration, 3, 1e-2, kScale},
-                        {Reading::kEffort, 1, 0.1, kScale},          {Reading::kVelocity, 1, 1e-3, kScale},
+  const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},
+                        {Reading::kTorque, 3, 0.01, kScale},
+                        {Reading::kAngularVelocity, 3, 1e-3, kScale},
+                        {Reading::kAcceleration, 3, 1e-2, kScale},
+                        {Reading::kEffort, 1, 0.1, kScale},
+                        {Reading::kVelocity, 1, 1e-3, kScale},
                         {Reading::kPosition, 1, 1e-3, 1e-3}};
   for (const Size& s : sizes) {
-    rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id, s.reading, std::vector<double>(s.axes, 0), s.bias));
-    rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, s.reading, {1}, s.scale));
+    rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id, s.reading,
+                                    std::vector<double>(s.axes, 0), s.bias));
+    rows->push_back(
+        make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, s.reading, {1}, s.scale));
     rows->back().noisy = s.reading != Reading::kPosition;  // positions have too little noise to matter
   }
   const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};
@@ -57,7 +62,9 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
       rows->push_back(make_sensor_row(get_late_reading().id, reading, {0}, 1e-2));
       rows->back().positive = true, rows->back().refined = one ? 0 : 2;
       if (one) rows->back().is_sensible = &is_late;
-      if (!one) rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, reading, {0, 0, 0}, 1e-3));
+      if (!one)
+        rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, reading,
+                                        {0, 0, 0}, 1e-3));
     }
     if (one) continue;
     rows->push_back(make_sensor_row(EffectId::kClockSkew, group->front(), {0}, 3e-3));

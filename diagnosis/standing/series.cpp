@@ -73,8 +73,8 @@ Json make_rival(const StandProblem& p, const StandOutcome& o, size_t round, cons
   const auto w = static_cast<size_t>(std::max_element(rms.begin(), rms.end()) - rms.begin());
   double sum = 0;
   for (double v : rms) sum += v * v;
-  const std::string lost =
-      "leaves " + number(rms[w], 2) + " times the noise in " + get_text(o.channels[w].kind) + " " + o.channels[w].signal;
+  const std::string lost = "leaves " + number(rms[w], 2) + " times the noise in " + get_text(o.channels[w].kind) + " " +
+                           o.channels[w].signal;
   return {{"effect", get_effect(e.id).name},
           {"where", {{kind, name}}},
           {"probability", t.probability},

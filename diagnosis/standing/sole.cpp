@@ -10,9 +10,9 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kFlat = 0.015;   // [m] a shorter sole shows no tilt: it rolls
-constexpr double kAbove = 0.01;   // [m] height of a bush above the sole, half that of a usual sole
-constexpr int kRim = 8;           // points on a cylinder's rim
+constexpr double kFlat = 0.015;  // [m] a shorter sole shows no tilt: it rolls
+constexpr double kAbove = 0.01;  // [m] height of a bush above the sole, half that of a usual sole
+constexpr int kRim = 8;          // points on a cylinder's rim
 
 void add_box(const CollisionShape& shape, std::vector<Vector3d>* points) {
   for (int corner = 0; corner < 8; ++corner) {

@@ -27,9 +27,9 @@ constexpr size_t kFootParameters = 10;
 
 // Parameters of a joint in coefficients in which the equations are linear. JointLaws has no fields for these.
 struct JointTerms {
-  JointLaws laws;         // dry friction without the Stribeck excess; motor_inertia: added by effects
-  double excess = 0;      // [N m] static minus Coulomb friction
-  double moment = 0;      // [N m] of a parallel spring at position 0
+  JointLaws laws;                           // dry friction without the Stribeck excess; motor_inertia: added by effects
+  double excess = 0;                        // [N m] static minus Coulomb friction
+  double moment = 0;                        // [N m] of a parallel spring at position 0
   double cogging_sin = 0, cogging_cos = 0;  // [N m]; the wave number is in `laws`
   double compliance = 0;                    // [rad/(N m)] of the transmission
   SensorErrors effort, velocity, position;  // component x

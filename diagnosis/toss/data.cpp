@@ -135,8 +135,8 @@ void find_slow_errors(TossProblem* problem) {
   problem->slow_R = std::max(problem->sigma_R, 0.5 * (spread(&RestPlane::slope_x) + spread(&RestPlane::slope_y)));
 }
 
-// Smallest median distance of a twist, in the axes of the body or of the world, from a difference quotient of the poses,
-// in units of its noise.
+// Smallest median distance of a twist, in the axes of the body or of the world, from a difference quotient of the
+// poses, in units of its noise.
 double calc_distance_from_quotients(const TossProblem& problem, bool angular) {
   std::vector<double> quotient[3];
   const double sigma = (angular ? problem.sigma_R : problem.sigma_p) * std::sqrt(2.0);
@@ -198,7 +198,9 @@ void note_unused(TossProblem* problem) {
   std::vector<char> used(problem->tosses.size(), 0);
   for (const Window& w : problem->windows) used[w.toss] = 1;
   for (size_t i = 0; i < used.size(); ++i) {
-    if (!used[i]) problem->notes.push_back(problem->tosses[i].file + ": not used, as it has no " + std::to_string(kLeastSamples) + " poses in a row without a gap");
+    if (!used[i])
+      problem->notes.push_back(problem->tosses[i].file + ": not used, as it has no " + std::to_string(kLeastSamples) +
+                               " poses in a row without a gap");
   }
 }
 
@@ -277,7 +279,8 @@ bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* w
   drop_rest(problem);
   find_slow_errors(problem);
   judge_twist(problem);
-  problem->fall = measure_fall(*problem), problem->inertia = measure_inertia(*problem), problem->rest_height = measure_rest_height(*problem);
+  problem->fall = measure_fall(*problem), problem->inertia = measure_inertia(*problem),
+  problem->rest_height = measure_rest_height(*problem);
   return true;
 }
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/toss/rollout.h"
 #include "diagnosis/data/recording.h"
+#include "diagnosis/toss/rollout.h"
 
 namespace hrp::diagnosis::toss {
 
@@ -43,8 +43,8 @@ struct TossProblem {
   double slow_p = 0.0, slow_R = 0.0;    // [m], [rad] tracker errors that are constant within a window
   std::vector<double> rest_heights;     // [m] above the model's ground: heights of bodies at rest, per toss
   std::optional<Measured> fall, inertia, rest_height;  // see strikes.h; empty if undetermined
-  bool stated = false;                  // the experiment states the noise
-  bool has_linear = false, has_angular = false;         // the twist exists and is an independent measurement
+  bool stated = false;                                 // the experiment states the noise
+  bool has_linear = false, has_angular = false;        // the twist exists and is an independent measurement
   std::vector<std::string> notes;
   std::vector<Window> windows;
   double horizon = 0.0;  // [s] length of the longest window

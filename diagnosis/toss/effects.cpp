@@ -85,7 +85,8 @@ TossRow make_payload() {
 }
 
 TossRow make_inertia() {
-  TossRow row = make_row(get_effect_of(PlaceKind::kLink, EffectFamily::kReflectedInertia).id, kBody, {0, 1, 0.01, 0.1, 10});
+  TossRow row =
+      make_row(get_effect_of(PlaceKind::kLink, EffectFamily::kReflectedInertia).id, kBody, {0, 1, 0.01, 0.1, 10});
   row.refused = "only impacts speak of it, and their law is not known well enough";
   row.get_measured = [](const TossProblem& problem) { return problem.inertia; };
   // Another inertia may lead to other contacts in a window, so a small step may show nothing.
@@ -124,18 +125,12 @@ TossRow make_skew() {
 }
 
 std::vector<TossRow> make_rows() {
-  return {make_friction(),
-          make_restitution(),
-          make_slope(),
-          make_flying(EffectId::kComError, kBody, {0, 3, 1e-4, -1, 1}),
-          make_payload(),
-          make_inertia(),
-          make_height(),
+  return {make_friction(), make_restitution(), make_slope(),
+          make_flying(EffectId::kComError, kBody, {0, 3, 1e-4, -1, 1}), make_payload(), make_inertia(), make_height(),
           make_scale(),
           make_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, kAttitude, {0, 3, 1e-3, -1, 1}),
           // relative to positions, so it may be negative
-          make_flying(get_late_reading().id, kAttitude, {0, 1, 2e-4, -0.1, 0.1}),
-          make_skew(),
+          make_flying(get_late_reading().id, kAttitude, {0, 1, 2e-4, -0.1, 0.1}), make_skew(),
           make_flying(EffectId::kAirDrag, kBody, {0, 1, 0.01, -10, 10})};
 }
 

@@ -20,11 +20,11 @@ struct TossRow {
   EffectId id;
   Place place;
   std::vector<TossParameter> parameters;
-  const char* unit = "";          // of parameters whose unit depends on the reading
+  const char* unit = "";                                             // of parameters whose unit depends on the reading
   double (*find_nominal)(const World&, size_t parameter) = nullptr;  // if the effect replaces a value of the model
-  bool flies = false;             // visible in windows without contact
+  bool flies = false;                                                // visible in windows without contact
   bool jumps = false;             // no small change shows: friction while all sticks, restitution while nothing bounces
-  EffectId inside = kNoEffect;  // an effect that this one contains and replaces
+  EffectId inside = kNoEffect;    // an effect that this one contains and replaces
   const char* refused = nullptr;  // why it is only ambiguous without an independent measurement
   // First parameter from the poses without a law of contact (strikes.h). Null: only a fit determines it.
   std::optional<Measured> (*get_measured)(const TossProblem&) = nullptr;

@@ -6,8 +6,8 @@
 
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/search/fit.h"
-#include "diagnosis/toss/window.h"
 #include "diagnosis/search/parameters.h"
+#include "diagnosis/toss/window.h"
 
 namespace hrp::diagnosis::toss {
 namespace {

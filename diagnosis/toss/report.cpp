@@ -42,8 +42,10 @@ std::vector<Estimate> list_parameters(const Effect& effect, const std::vector<do
   for (size_t i = 0; i < effect.p.size(); ++i) {
     const EffectParameter& parameter = *row.parameters[i].info;
     const std::string unit = get_unit(row, i);
-    if (is_scalar(row, i)) out.push_back(make_one(parameter.name, unit, effect.p[i], std[i]));
-    else if (parameter.axis == 0) out.push_back({parameter.name, unit, {&effect.p[i], &effect.p[i] + 3}, {&std[i], &std[i] + 3}, true});
+    if (is_scalar(row, i))
+      out.push_back(make_one(parameter.name, unit, effect.p[i], std[i]));
+    else if (parameter.axis == 0)
+      out.push_back({parameter.name, unit, {&effect.p[i], &effect.p[i] + 3}, {&std[i], &std[i] + 3}, true});
   }
   return out;
 }
@@ -124,7 +126,10 @@ std::vector<Mismatch> list_mismatches(const TossProblem& problem, const TossOutc
         sum += std::pow(before.by_toss[w.toss][6 * k + static_cast<size_t>(s)], 2);
       if (sum > worst) worst = sum, signal = s;
     }
-    list.push_back({kSignals[signal], t.file, std::sqrt(outcome.nominal.misfit[order[i]]), {{t.time[w.first], t.time[w.first + w.count - 1]}},
+    list.push_back({kSignals[signal],
+                    t.file,
+                    std::sqrt(outcome.nominal.misfit[order[i]]),
+                    {{t.time[w.first], t.time[w.first + w.count - 1]}},
                     get_regime_name(before.worst[order[i]])});
   }
   return list;
@@ -137,8 +142,8 @@ std::vector<double> find_widths(const TossFit& fit, size_t effect) {
   return widths;
 }
 
-Finding make_toss_finding(const TossProblem& problem, const Effect& effect, const std::vector<double>& widths, double probability,
-                          const std::string& rest) {
+Finding make_toss_finding(const TossProblem& problem, const Effect& effect, const std::vector<double>& widths,
+                          double probability, const std::string& rest) {
   const EffectInfo& info = get_effect(effect.id);
   Finding f = make_finding(info, make_where(problem, effect.id), list_parameters(effect, widths));
   f.probability = probability;
@@ -153,7 +158,8 @@ Finding make_doubted(const TossProblem& problem, const TossTrial& trial) {
                                 std::string("Perhaps: ") + get_toss_row(trial.added).refused + ".");
   f.grade = Grade::kAmbiguous;
   const EffectInfo& law = get_effect(EffectId::kRestitution);
-  f.alternatives = {make_alternative(law, make_where(problem, law.id), {}, "the body swung as a pendulum, or turned by a known torque")};
+  f.alternatives = {make_alternative(law, make_where(problem, law.id), {},
+                                     "the body swung as a pendulum, or turned by a known torque")};
   return f;
 }
 
@@ -167,11 +173,14 @@ std::vector<Finding> list_findings(const TossProblem& problem, const TossOutcome
             ? "With it what is left is noise."
             : "It holds alike in both halves of the tosses and in those it was not fitted to, but something else "
               "is missing as well.";
-    list.push_back(make_toss_finding(problem, chosen[e], find_widths(outcome.chosen, e), outcome.explained ? 0.98 : 0.9, rest));
+    list.push_back(
+        make_toss_finding(problem, chosen[e], find_widths(outcome.chosen, e), outcome.explained ? 0.98 : 0.9, rest));
     list.back().share = list.back().weight = outcome.shares.at(chosen[e].id);  // each was added by one trial
   }
-  const double each = calc_explained(fit) / static_cast<double>(list.size() + outcome.doubted.size());  // nothing tells theirs
-  for (const TossTrial& trial : outcome.doubted) list.push_back(make_doubted(problem, trial)), list.back().share = list.back().weight = each;
+  const double each =
+      calc_explained(fit) / static_cast<double>(list.size() + outcome.doubted.size());  // nothing tells theirs
+  for (const TossTrial& trial : outcome.doubted)
+    list.push_back(make_doubted(problem, trial)), list.back().share = list.back().weight = each;
   return list;
 }
 
@@ -179,8 +188,10 @@ std::vector<Unexplained> list_unexplained(const TossProblem& problem, const Toss
   std::vector<Unexplained> list;
   const Hypothesis& found = outcome.chosen.hypothesis;
   if (std::any_of(found.begin(), found.end(), [](const auto& e) { return !get_effect(e.id).reported; })) {
-    list.push_back({{{"link", problem.nominal.body.links[0].name}}, {"velocity"},
-                    "The body loses speed in flight in proportion to it; what does that (air, a thread) the poses do not say."});
+    list.push_back(
+        {{{"link", problem.nominal.body.links[0].name}},
+         {"velocity"},
+         "The body loses speed in flight in proportion to it; what does that (air, a thread) the poses do not say."});
   }
   if (!outcome.mismatch || outcome.explained) return list;
   double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0};
@@ -208,11 +219,13 @@ std::vector<Unexplained> list_unexplained(const TossProblem& problem, const Toss
 std::vector<NotIdentifiable> list_not_identifiable(const TossProblem& problem) {
   std::vector<NotIdentifiable> list;
   list.push_back({"mass_error", nullptr,
-                  "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a factor in mass and "
+                  "Gravity and the forces of a rigid ground act in proportion to mass: a body that is heavier by a "
+                  "factor in mass and "
                   "inertia moves alike.",
                   "a push of known force, a spring, or a toss onto a force plate"});
   if (!problem.has_linear && !problem.has_angular) {
-    list.push_back({"sensor_delay", nullptr, "Without a second, independent sensor a delay of all poses only shifts time.",
+    list.push_back({"sensor_delay", nullptr,
+                    "Without a second, independent sensor a delay of all poses only shifts time.",
                     "any toss with an inertial sensor on the body"});
   }
   return list;
@@ -253,14 +266,16 @@ Json make_trace(const Toss& t, const std::vector<double>& before, const std::vec
 Json make_toss_report(const TossProblem& problem, const TossOutcome& outcome) {
   const Left before = calc_left(problem, outcome.nominal), after = calc_left(problem, outcome.chosen);
   Evidence evidence;
-  evidence.fit = {outcome.nominal.train, outcome.chosen.train, outcome.nominal.validate, outcome.chosen.validate, list_fits(problem, before, after)};
+  evidence.fit = {outcome.nominal.train, outcome.chosen.train, outcome.nominal.validate, outcome.chosen.validate,
+                  list_fits(problem, before, after)};
   evidence.findings = list_findings(problem, outcome, evidence.fit);
   evidence.verdict = find_verdict(outcome.mismatch, outcome.explained, outcome.partly && !evidence.findings.empty());
   evidence.mismatch = list_mismatches(problem, outcome, before);
   evidence.unexplained = list_unexplained(problem, outcome, after);
   evidence.not_identifiable = list_not_identifiable(problem);
-  evidence.method = "simulated flight and rigid contact over windows one after the other; the start state of each window is "
-                    "estimated from the window, before and after alike, and taken off the degrees of freedom";
+  evidence.method =
+      "simulated flight and rigid contact over windows one after the other; the start state of each window is "
+      "estimated from the window, before and after alike, and taken off the degrees of freedom";
   evidence.horizon = problem.horizon;
   evidence.warnings = problem.experiment->warnings;
   evidence.warnings.insert(evidence.warnings.end(), problem.notes.begin(), problem.notes.end());

@@ -25,7 +25,7 @@ struct World {
   TreeSpec body;  // one link, floating
   GroundSpec ground;
   double restitution = 0.0;
-  double drag = 0.0;                // [1/s] deceleration of the centre of mass per speed
+  double drag = 0.0;                    // [1/s] deceleration of the centre of mass per speed
   Vector3d gravity_W{0, 0, -kGravity};  // [m/s^2]
 };
 

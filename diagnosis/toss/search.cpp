@@ -13,11 +13,12 @@ namespace {
 constexpr size_t kSearchWindows = 110;  // takes about a minute on two cores
 constexpr int kMostEffects = 5;
 constexpr int kTrialRounds = 2, kRounds = 4;  // iterations of a fit: two for a first ranking, four for values
-constexpr size_t kClosest = 3;  // candidates with the largest gains, which are ranked again after four iterations
+constexpr size_t kClosest = 3;       // candidates with the largest gains, which are ranked again after four iterations
 constexpr double kLeastGain = 10.0;  // least cost reduction, besides 2 per parameter: odds of about e^10 by noise
 
 bool has_validation(const TossProblem& problem) {
-  return std::any_of(problem.windows.begin(), problem.windows.end(), [&](const Window& w) { return !problem.tosses[w.toss].train; });
+  return std::any_of(problem.windows.begin(), problem.windows.end(),
+                     [&](const Window& w) { return !problem.tosses[w.toss].train; });
 }
 
 double judge(const TossProblem& problem, const TossFit& fit) {
@@ -79,11 +80,12 @@ class Search {
     const EffectId inside = get_toss_row(id).inside;
     for (const Effect& effect : list_starts(problem_, out_.chosen.hypothesis, id)) {
       Hypothesis hypothesis = out_.chosen.hypothesis;
-      hypothesis.erase(std::remove_if(hypothesis.begin(), hypothesis.end(),
-                                      [&](const Effect& e) { return e.id == inside; }),
-                       hypothesis.end());
+      hypothesis.erase(
+          std::remove_if(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) { return e.id == inside; }),
+          hypothesis.end());
       hypothesis.push_back(effect);
-      const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(kTrialRounds));
+      const TossFit fit =
+          fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(kTrialRounds));
       const double gain = out_.chosen.train_cost - fit.train_cost;
       if (best.fit.hypothesis.empty() || gain > best.gain) best.fit = fit, best.gain = gain;
     }
@@ -139,7 +141,8 @@ class Search {
     const Effect neutral = make_neutral(problem_, trial.added);
     for (size_t i = 0; i < neutral.p.size(); ++i) {
       const double std = trial.fit.std[last][i];
-      if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSignificantInTosses * std) return true;
+      if (std > 0.0 && std::abs(trial.fit.hypothesis[last].p[i] - neutral.p[i]) > kSignificantInTosses * std)
+        return true;
     }
     return false;
   }
@@ -164,7 +167,8 @@ class Search {
   std::optional<Measured> find_measured(EffectId id) const {
     const TossRow& row = get_toss_row(id);
     const std::optional<Measured> measured = row.get_measured ? row.get_measured(problem_) : std::nullopt;
-    const bool differs = measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSignificantInTosses * measured->std;
+    const bool differs =
+        measured && std::abs(measured->value - make_neutral(problem_, id).p[0]) > kSignificantInTosses * measured->std;
     return differs ? measured : std::nullopt;
   }
 
@@ -172,7 +176,8 @@ class Search {
   bool is_measured(const TossTrial& trial) const {
     const auto measured = find_measured(trial.added);
     if (!measured) return false;
-    const double value = trial.fit.hypothesis.back().p[0], size = std::abs(value - make_neutral(problem_, trial.added).p[0]);
+    const double value = trial.fit.hypothesis.back().p[0],
+                 size = std::abs(value - make_neutral(problem_, trial.added).p[0]);
     const double error = std::hypot(measured->std, std::hypot(trial.fit.std.back()[0], trial.fit.spread.back()[0]));
     return std::abs(value - measured->value) < std::max(kPart * size, kSignificantInTosses * error);
   }
@@ -209,14 +214,17 @@ class Search {
       if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
       TossTrial trial = try_effect(row.id);
       complete(&trial, kRounds), examine(&trial);
-      if (trial.doubted) say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
+      if (trial.doubted)
+        say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
       if (trial.doubted) out_.doubted.push_back(std::move(trial));
     }
   }
 
   // Share of the nominal model's held-out cost that an effect removes, in the order of adding.
   double calc_share(const TossFit& with) const {
-    const auto get_cost = [&](const TossFit& fit) { return has_validation(problem_) ? fit.validate_cost : fit.train_cost; };
+    const auto get_cost = [&](const TossFit& fit) {
+      return has_validation(problem_) ? fit.validate_cost : fit.train_cost;
+    };
     return std::max(0.0, (get_cost(out_.chosen) - get_cost(with)) / get_cost(out_.nominal));
   }
 
@@ -251,7 +259,8 @@ class Search {
   }
 
   static void sort_by_gain(std::vector<TossTrial>* trials) {
-    std::stable_sort(trials->begin(), trials->end(), [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
+    std::stable_sort(trials->begin(), trials->end(),
+                     [](const TossTrial& a, const TossTrial& b) { return a.gain > b.gain; });
   }
 
   bool add_best() {
@@ -326,7 +335,8 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
       const double apart = std::abs(found.hypothesis[e].p[i] - again.hypothesis[e].p[i]);
       const double size = std::abs(found.hypothesis[e].p[i] - neutral.p[i]);
       const double error = std::hypot(found.std[e][i], again.std[e][i]);
-      same = same && !(size > kSignificantInTosses * std[i] && apart > std::max(kPart * size, kSignificantInTosses * error));
+      same = same &&
+             !(size > kSignificantInTosses * std[i] && apart > std::max(kPart * size, kSignificantInTosses * error));
       std[i] = std::hypot(std[i], 0.5 * apart);
     }
     const std::string& name = get_effect(found.hypothesis[e].id).name;
@@ -351,8 +361,8 @@ TossOutcome search_tosses(const TossProblem& problem, int jobs, const TossProgre
   return Search(problem, jobs, progress).run();
 }
 
-bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
-                   nlohmann::ordered_json* report, nlohmann::ordered_json* series, std::string* why) {
+bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress, nlohmann::ordered_json* report,
+                   nlohmann::ordered_json* series, std::string* why) {
   TossProblem whole;
   if (!make_toss_problem(experiment, &whole, why)) return false;
   const TossProblem problem = make_small_problem(whole, kSearchWindows);

@@ -16,18 +16,18 @@ namespace hrp::diagnosis::toss {
 struct TossTrial {
   EffectId added;
   TossFit fit;
-  double gain = 0.0;       // reduction of the training cost
-  double sureness = 0.0;   // mean gain per toss over its standard error
+  double gain = 0.0;      // reduction of the training cost
+  double sureness = 0.0;  // mean gain per toss over its standard error
   bool accepted = false;
-  bool doubted = false;    // passes every test, but another cause is possible (TossRow::refused)
-  std::string why;  // reason if not accepted
+  bool doubted = false;  // passes every test, but another cause is possible (TossRow::refused)
+  std::string why;       // reason if not accepted
 };
 
 // Result of the search, with all that the report needs.
 struct TossOutcome {
   TossFit nominal, chosen;
-  std::vector<TossTrial> trials;  // all fitted candidates in the order of trying
-  std::vector<TossTrial> doubted;  // each fitted beside the chosen effects
+  std::vector<TossTrial> trials;      // all fitted candidates in the order of trying
+  std::vector<TossTrial> doubted;     // each fitted beside the chosen effects
   std::map<EffectId, double> shares;  // of the nominal cost, by effect, in the order of adding
   bool mismatch = false, explained = false, partly = false;
 };
@@ -47,7 +47,7 @@ nlohmann::ordered_json make_toss_series(const TossProblem& problem, const TossOu
 
 // Diagnoses a tossed body: a floating base without joints, with recorded pose, above a ground. Returns false for other
 // recordings, with the reason in `why`; else fills report.json and series.json.
-bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress,
-                   nlohmann::ordered_json* report, nlohmann::ordered_json* series, std::string* why);
+bool diagnose_toss(const Experiment& experiment, int jobs, const TossProgress& progress, nlohmann::ordered_json* report,
+                   nlohmann::ordered_json* series, std::string* why);
 
 }  // namespace hrp::diagnosis::toss

@@ -12,8 +12,8 @@
 namespace hrp::diagnosis::toss {
 namespace {
 
-constexpr size_t kFlight = 5;         // poses of a flight; a quadratic leaves two to check the fit
-constexpr double kImpactSpeed = 0.3;  // [m/s] weaker impacts change the motion too little
+constexpr size_t kFlight = 5;                  // poses of a flight; a quadratic leaves two to check the fit
+constexpr double kImpactSpeed = 0.3;           // [m/s] weaker impacts change the motion too little
 constexpr size_t kLeast = 8, kLeastRests = 4;  // least numbers of values for a median with an error
 
 std::optional<Measured> find_median_with_error(const std::vector<double>& values, size_t least) {
@@ -72,7 +72,8 @@ std::optional<size_t> find_lone_point(const TossProblem& problem, const Body& bo
 
 // Finds the impact between the last pose of one flight and the first of the next: the time at which both predict the
 // same height of the point.
-std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const Stretch& before, const Stretch& after) {
+std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const Stretch& before,
+                                  const Stretch& after) {
   const Toss& t = problem.tosses[toss];
   const double gap = t.time[after.at] - t.time[before.at];
   const auto point = find_lone_point(problem, fly_on(problem, t, before, 0.5 * gap));
@@ -104,7 +105,8 @@ std::vector<Strike> find_strikes(const TossProblem& problem) {
     for (size_t end = kFlight; end + kFlight < toss.p.size(); ++end) {  // first pose that may be in the impact
       const Stretch before = look_at(problem, toss, end - kFlight, end - 1);
       std::optional<Strike> strike;
-      for (size_t begin = end; before.flies && !strike && begin < end + 2 && begin + kFlight <= toss.p.size(); ++begin) {
+      for (size_t begin = end; before.flies && !strike && begin < end + 2 && begin + kFlight <= toss.p.size();
+           ++begin) {
         const Stretch after = look_at(problem, toss, begin, begin);
         if (after.flies) strike = find_strike(problem, i, before, after);
       }

@@ -10,9 +10,9 @@ namespace hrp::diagnosis::toss {
 // An impact at one point between two free flights. The whole impulse acts at this point, whatever the law of contact.
 struct Strike {
   size_t toss = 0;
-  Vector3d p_BcmC_W{0, 0, 0};  // [m] from the centre of mass to the point of impact
-  Vector3d dv_WBcm{0, 0, 0};   // [m/s] change of the velocity of the centre of mass
-  Vector3d dw_WB{0, 0, 0};     // [rad/s]
+  Vector3d p_BcmC_W{0, 0, 0};            // [m] from the centre of mass to the point of impact
+  Vector3d dv_WBcm{0, 0, 0};             // [m/s] change of the velocity of the centre of mass
+  Vector3d dw_WB{0, 0, 0};               // [rad/s]
   Matrix3d I_BBcm_W = Matrix3d::Zero();  // [kg m^2] of the model, in the attitude at impact
 };
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause
- * hold_pose DOMAIN: a controller. It answers each sample of sensor data with the pose of the first one, as references of
- * the joint servos. Ends with the run. CYCLONEDDS_URI names cyclone.xml (docs/client_in_c.md). */
+ * hold_pose DOMAIN: a controller. It answers each sample of sensor data with the pose of the first one, as references
+ * of the joint servos. Ends with the run. CYCLONEDDS_URI names cyclone.xml (docs/client_in_c.md). */
 #include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,7 +58,8 @@ int main(int argc, char** argv) {
     fprintf(stderr, "usage: hold_pose DOMAIN\n");
     return 2;
   }
-  const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  const dds_entity_t participant =
+      check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
   const dds_entity_t reader = make_reader(participant), writer = make_writer(participant);
   const dds_entity_t waitset = check(dds_create_waitset(participant), "waitset");
   dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS);

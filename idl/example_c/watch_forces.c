@@ -30,7 +30,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   const dds_entity_t participant = dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  const dds_entity_t topic = dds_create_topic(participant, &hrp_msg_ContactForces_desc, "hrp/contact_forces", NULL, NULL);
+  const dds_entity_t topic =
+      dds_create_topic(participant, &hrp_msg_ContactForces_desc, "hrp/contact_forces", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 64);

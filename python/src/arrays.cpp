@@ -16,7 +16,8 @@ Numbers take_numbers(const py::handle& value, const std::string& name) {
   Numbers array = value.is_none() ? Numbers() : Numbers::ensure(value);
   if (value.is_none() || !array) {
     PyErr_Clear();
-    throw py::type_error(name + " must be an array of numbers, not " + std::string(py::str(py::type::of(value).attr("__name__"))));
+    throw py::type_error(name + " must be an array of numbers, not " +
+                         std::string(py::str(py::type::of(value).attr("__name__"))));
   }
   return array;
 }
@@ -32,14 +33,16 @@ Eigen::VectorXd take_vector(const py::handle& value, const std::string& name, Ei
 Eigen::VectorXd take_finite(const py::handle& value, const std::string& name, Eigen::Index size) {
   Eigen::VectorXd vector = take_vector(value, name, size);
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (!std::isfinite(vector[i])) throw py::value_error(name + "[" + std::to_string(i) + "] is " + (std::isnan(vector[i]) ? "NaN" : "infinite"));
+    if (!std::isfinite(vector[i]))
+      throw py::value_error(name + "[" + std::to_string(i) + "] is " + (std::isnan(vector[i]) ? "NaN" : "infinite"));
   }
   return vector;
 }
 
 Eigen::Quaterniond take_quaternion(const py::handle& value, const std::string& name) {
   const Eigen::VectorXd q = take_finite(value, name, 4);
-  if (std::abs(q.norm() - 1.0) > 1e-6) throw py::value_error(name + " must be a unit quaternion (w, x, y, z); its norm is " + std::to_string(q.norm()));
+  if (std::abs(q.norm() - 1.0) > 1e-6)
+    throw py::value_error(name + " must be a unit quaternion (w, x, y, z); its norm is " + std::to_string(q.norm()));
   return {q[0], q[1], q[2], q[3]};
 }
 

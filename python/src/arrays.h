@@ -35,8 +35,8 @@ Eigen::Matrix4d make_matrix(const Transform& X);
 // A read-only array that looks into memory of `owner`, which lives as long as the array does.
 template <typename Vector>
 py::array view(const Vector& vector, const py::handle& owner) {
-  py::array_t<double> array({static_cast<py::ssize_t>(vector.size())}, {static_cast<py::ssize_t>(sizeof(double))}, vector.data(),
-                            owner);
+  py::array_t<double> array({static_cast<py::ssize_t>(vector.size())}, {static_cast<py::ssize_t>(sizeof(double))},
+                            vector.data(), owner);
   array.attr("setflags")(py::arg("write") = false);
   return std::move(array);
 }

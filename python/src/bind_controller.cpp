@@ -13,13 +13,14 @@ void check_array(const Eigen::VectorXd& values, const char* name, const Robot& r
   const auto n = static_cast<Eigen::Index>(robot.joints.size());
   if (values.size() == 0) return;
   if (values.size() != n) {
-    throw py::value_error(std::string(name) + " must have shape (" + std::to_string(n) + ",), one number per joint of '" + robot.name +
-                          "', not (" + std::to_string(values.size()) + ",)");
+    throw py::value_error(std::string(name) + " must have shape (" + std::to_string(n) +
+                          ",), one number per joint of '" + robot.name + "', not (" + std::to_string(values.size()) +
+                          ",)");
   }
   for (Eigen::Index i = 0; i < n; ++i) {
     if (std::isfinite(values[i])) continue;
-    throw py::value_error(std::string(std::isnan(values[i]) ? "NaN" : "an infinite value") + " in " + name + " of joint '" +
-                          robot.joints[static_cast<size_t>(i)] + "'");
+    throw py::value_error(std::string(std::isnan(values[i]) ? "NaN" : "an infinite value") + " in " + name +
+                          " of joint '" + robot.joints[static_cast<size_t>(i)] + "'");
   }
 }
 
@@ -47,7 +48,8 @@ std::string describe(const py::error_already_set& error) {
 py::dict make_imus(const py::object& self) {
   const auto& observation = self.cast<const Observation&>();
   py::dict all;
-  for (size_t i = 0; i < observation.data.imus.size(); ++i) all[observation.robot->imus[i].c_str()] = observation.data.imus[i];
+  for (size_t i = 0; i < observation.data.imus.size(); ++i)
+    all[observation.robot->imus[i].c_str()] = observation.data.imus[i];
   return all;
 }
 
@@ -64,7 +66,8 @@ py::dict make_wrenches(const py::object& self) {
 }
 
 // The rest of a command line goes to the common options of all servers.
-int run_controller_process(const py::object& controller, const std::string& program, const std::vector<std::string>& arguments) {
+int run_controller_process(const py::object& controller, const std::string& program,
+                           const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -76,51 +79,79 @@ int run_controller_process(const py::object& controller, const std::string& prog
 }
 
 void bind_controlled_robot(py::module_& m) {
-  py::class_<Robot, std::shared_ptr<Robot>>(m, "ControlledRobot", "What a controller may know of its robot. Arrays are in the order of joints.")
+  py::class_<Robot, std::shared_ptr<Robot>>(
+      m, "ControlledRobot", "What a controller may know of its robot. Arrays are in the order of joints.")
       .def_readonly("name", &Robot::name, "From the URDF.")
       .def_readonly("joints", &Robot::joints, "Names: the order of q, qd and efforts.")
       .def_readonly("imus", &Robot::imus, "Names of the IMUs.")
       .def_readonly("wrench_sensors", &Robot::wrenches, "Names of the force sensors.")
       .def_readonly("period", &Robot::period, "[s] between two observations = between two commands.")
-      .def_property_readonly("lower", [](const py::object& self) { return view(self.cast<const Robot&>().lower, self); }, "(n,) [rad or m]; read-only.")
-      .def_property_readonly("upper", [](const py::object& self) { return view(self.cast<const Robot&>().upper, self); }, "(n,) [rad or m]; read-only.")
-      .def_property_readonly("effort_limit", [](const py::object& self) { return view(self.cast<const Robot&>().effort_limit, self); }, "(n,) [N m or N]; read-only.")
-      .def_property_readonly("initial_q", [](const py::object& self) { return view(self.cast<const Robot&>().initial_q, self); },
-                             "(n,) [rad or m] pose at the start of the run; read-only.")
+      .def_property_readonly(
+          "lower", [](const py::object& self) { return view(self.cast<const Robot&>().lower, self); },
+          "(n,) [rad or m]; read-only.")
+      .def_property_readonly(
+          "upper", [](const py::object& self) { return view(self.cast<const Robot&>().upper, self); },
+          "(n,) [rad or m]; read-only.")
+      .def_property_readonly(
+          "effort_limit", [](const py::object& self) { return view(self.cast<const Robot&>().effort_limit, self); },
+          "(n,) [N m or N]; read-only.")
+      .def_property_readonly(
+          "initial_q", [](const py::object& self) { return view(self.cast<const Robot&>().initial_q, self); },
+          "(n,) [rad or m] pose at the start of the run; read-only.")
       .def_property_readonly("drive", &find_drive, "The scenario's key: servo, effort, motion or voltage.")
-      .def_property_readonly("model", [](const Robot& r) { return std::make_shared<PyRobot>(*r.description, Vector3d(0, 0, -9.81)); },
-                             "A new Robot with the equations of motion; keep it, it is made at each call.")
-      .def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, py::arg("memo"), "The same object: it does not change.");
+      .def_property_readonly(
+          "model", [](const Robot& r) { return std::make_shared<PyRobot>(*r.description, Vector3d(0, 0, -9.81)); },
+          "A new Robot with the equations of motion; keep it, it is made at each call.")
+      .def(
+          "__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, py::arg("memo"),
+          "The same object: it does not change.");
 }
 
 void bind_observation(py::module_& m) {
   py::class_<ImuSample>(m, "ImuSample", "One reading of an IMU, sensor axes S.")
-      .def_property_readonly("orientation", [](const ImuSample& s) { return make_wxyz(s.R_WS); }, "(4,) R_WS as a unit quaternion (w, x, y, z).")
-      .def_property_readonly("angular_velocity", [](const ImuSample& s) { return Vector3d(s.angular_velocity); }, "(3,) [rad/s] sensor axes.")
-      .def_property_readonly("linear_acceleration", [](const ImuSample& s) { return Vector3d(s.linear_acceleration); },
-                             "(3,) [m/s^2] specific force, sensor axes: +9.81 along the upward axis at rest.");
-  py::class_<Observation>(m, "Observation", "One sample of all sensors. Arrays look into the observation: read-only, no copy, valid as long as you keep them.")
-      .def_property_readonly("time", [](const Observation& o) { return o.data.time; }, "[s] since the start of the run.")
-      .def_property_readonly("step", [](const Observation& o) { return o.data.step; }, "Number of the physics step.")
-      .def_property_readonly("q", [](const py::object& self) { return view(self.cast<const Observation&>().data.q, self); }, "(n,) [rad or m] encoders.")
-      .def_property_readonly("qd", [](const py::object& self) { return view(self.cast<const Observation&>().data.qd, self); }, "(n,) [rad/s or m/s].")
-      .def_property_readonly("efforts", [](const py::object& self) { return view(self.cast<const Observation&>().data.effort, self); },
-                             "(n,) [N m or N] as a drive logs them.")
+      .def_property_readonly(
+          "orientation", [](const ImuSample& s) { return make_wxyz(s.R_WS); },
+          "(4,) R_WS as a unit quaternion (w, x, y, z).")
+      .def_property_readonly(
+          "angular_velocity", [](const ImuSample& s) { return Vector3d(s.angular_velocity); },
+          "(3,) [rad/s] sensor axes.")
+      .def_property_readonly(
+          "linear_acceleration", [](const ImuSample& s) { return Vector3d(s.linear_acceleration); },
+          "(3,) [m/s^2] specific force, sensor axes: +9.81 along the upward axis at rest.");
+  py::class_<Observation>(m, "Observation",
+                          "One sample of all sensors. Arrays look into the observation: read-only, no copy, valid as "
+                          "long as you keep them.")
+      .def_property_readonly(
+          "time", [](const Observation& o) { return o.data.time; }, "[s] since the start of the run.")
+      .def_property_readonly(
+          "step", [](const Observation& o) { return o.data.step; }, "Number of the physics step.")
+      .def_property_readonly(
+          "q", [](const py::object& self) { return view(self.cast<const Observation&>().data.q, self); },
+          "(n,) [rad or m] encoders.")
+      .def_property_readonly(
+          "qd", [](const py::object& self) { return view(self.cast<const Observation&>().data.qd, self); },
+          "(n,) [rad/s or m/s].")
+      .def_property_readonly(
+          "efforts", [](const py::object& self) { return view(self.cast<const Observation&>().data.effort, self); },
+          "(n,) [N m or N] as a drive logs them.")
       .def_property_readonly("imus", &make_imus, "Name -> ImuSample.")
       .def_property_readonly("wrenches", &make_wrenches,
-                             "Name -> (6,) [N m; N] [torque; force] that the sensor's link exerts on its parent, about the link's origin, link axes.")
-      .def_property_readonly("base_pose",
-                             [](const Observation& o) -> py::object {
-                               if (!o.data.has_base_pose) return py::none();
-                               return py::cast(make_matrix(o.data.X_WB));
-                             },
-                             "(4, 4) [m] X_WB, homogeneous matrix, of scenarios with `sensors: {base_pose: true}`; else None.")
-      .def_property_readonly("base_velocity",
-                             [](const Observation& o) -> py::object {
-                               if (!o.data.has_base_pose) return py::none();
-                               return py::cast(Vector6d(o.data.V_WB));
-                             },
-                             "(6,) [rad/s; m/s] [w_WB; v_WB], world axes, as base_pose.");
+                             "Name -> (6,) [N m; N] [torque; force] that the sensor's link exerts on its parent, about "
+                             "the link's origin, link axes.")
+      .def_property_readonly(
+          "base_pose",
+          [](const Observation& o) -> py::object {
+            if (!o.data.has_base_pose) return py::none();
+            return py::cast(make_matrix(o.data.X_WB));
+          },
+          "(4, 4) [m] X_WB, homogeneous matrix, of scenarios with `sensors: {base_pose: true}`; else None.")
+      .def_property_readonly(
+          "base_velocity",
+          [](const Observation& o) -> py::object {
+            if (!o.data.has_base_pose) return py::none();
+            return py::cast(Vector6d(o.data.V_WB));
+          },
+          "(6,) [rad/s; m/s] [w_WB; v_WB], world axes, as base_pose.");
 }
 
 }  // namespace
@@ -143,16 +174,19 @@ JointCommand convert_command(const py::object& value, const Robot& robot, const 
   } else {
     command.effort = take_vector(value, "efforts", static_cast<Eigen::Index>(robot.joints.size()));
     if (drive != "effort") {
-      throw py::value_error("efforts alone move nothing with `drive: " + drive + "`: use openhrp_dds.Command(q, qd, efforts), or `drive: effort` in the scenario");
+      throw py::value_error("efforts alone move nothing with `drive: " + drive +
+                            "`: use openhrp_dds.Command(q, qd, efforts), or `drive: effort` in the scenario");
     }
   }
   check_command(command, robot);
-  if (command.q.size() == 0 && drive != "effort") throw py::value_error("q is missing: the joints have servos (`drive: " + drive + "`)");
+  if (command.q.size() == 0 && drive != "effort")
+    throw py::value_error("q is missing: the joints have servos (`drive: " + drive + "`)");
   if (command.q.size() == 0) command.q = robot.initial_q;  // nothing looks at it, but the message has it
   return command;
 }
 
-PyController::PyController(const py::object& object, const Robot& robot) : drive_(find_drive(robot)), robot_(std::make_shared<Robot>(robot)) {
+PyController::PyController(const py::object& object, const Robot& robot)
+    : drive_(find_drive(robot)), robot_(std::make_shared<Robot>(robot)) {
   const py::gil_scoped_acquire lock;
   object_ = object;
   name_ = std::string(py::str(py::type::of(object_).attr("__name__")));
@@ -177,7 +211,8 @@ void PyController::start(const Robot&) {
     object_.attr("robot") = info;
     object_.attr("start")(info);
   } catch (py::error_already_set& error) {
-    throw ControllerError("controller '" + name_ + "' in start(): " + describe(error), std::make_shared<py::error_already_set>(error));
+    throw ControllerError("controller '" + name_ + "' in start(): " + describe(error),
+                          std::make_shared<py::error_already_set>(error));
   }
 }
 
@@ -214,14 +249,22 @@ void bind_controller(py::module_& m) {
   bind_controlled_robot(m);
   bind_observation(m);
   py::class_<JointCommand>(m, "Command", "What a controller asks of the joints' servos until its next answer.")
-      .def(py::init(&make_command), py::arg("q") = py::none(), py::arg("qd") = py::none(), py::arg("efforts") = py::none(),
-           "q (n,) [rad or m] references; qd (n,) [rad/s or m/s], zero when left out; efforts (n,) [N m or N] in addition,\n"
+      .def(py::init(&make_command), py::arg("q") = py::none(), py::arg("qd") = py::none(),
+           py::arg("efforts") = py::none(),
+           "q (n,) [rad or m] references; qd (n,) [rad/s or m/s], zero when left out; efforts (n,) [N m or N] in "
+           "addition,\n"
            "zero when left out. With `drive: effort` efforts alone act, and q may be left out.")
-      .def_property_readonly("q", [](const py::object& self) { return view(self.cast<const JointCommand&>().q, self); }, "(n,) or (0,) [rad or m]; read-only.")
-      .def_property_readonly("qd", [](const py::object& self) { return view(self.cast<const JointCommand&>().qd, self); }, "(n,) or (0,) [rad/s or m/s]; read-only.")
-      .def_property_readonly("efforts", [](const py::object& self) { return view(self.cast<const JointCommand&>().effort, self); },
-                             "(n,) or (0,) [N m or N]; read-only.");
-  m.def("run_controller_process", &run_controller_process, py::arg("controller"), py::arg("program"), py::arg("arguments"),
+      .def_property_readonly(
+          "q", [](const py::object& self) { return view(self.cast<const JointCommand&>().q, self); },
+          "(n,) or (0,) [rad or m]; read-only.")
+      .def_property_readonly(
+          "qd", [](const py::object& self) { return view(self.cast<const JointCommand&>().qd, self); },
+          "(n,) or (0,) [rad/s or m/s]; read-only.")
+      .def_property_readonly(
+          "efforts", [](const py::object& self) { return view(self.cast<const JointCommand&>().effort, self); },
+          "(n,) or (0,) [N m or N]; read-only.");
+  m.def("run_controller_process", &run_controller_process, py::arg("controller"), py::arg("program"),
+        py::arg("arguments"),
         "Joins a run as its controller and answers until it ends; returns the exit status. Use Controller.main().");
 }
 

@@ -120,12 +120,15 @@ py::dict read_contact_forces(const std::string& path) {
 
 void bind_logs(py::module_& m) {
   m.def("read_log_table", &read_table, py::arg("path"),
-        "(names, values): one row per sensor sample, values (T, columns), the first column is time [s]; NaN where there is none.");
+        "(names, values): one row per sensor sample, values (T, columns), the first column is time [s]; NaN where "
+        "there is none.");
   m.def("read_states", &read_states, py::arg("path"),
-        "The state of every step: time (T,) [s], q, qd, efforts (T, n), base_pose (T, 7) [m; w x y z], base_velocity (T, 6)\n"
+        "The state of every step: time (T,) [s], q, qd, efforts (T, n), base_pose (T, 7) [m; w x y z], base_velocity "
+        "(T, 6)\n"
         "[rad/s; m/s], hash (T,).");
   m.def("read_contact_forces", &read_contact_forces, py::arg("path"),
-        "(body_a, body_b) -> time (T,) [s] of the steps in which they touch; spring, damper, friction, total (T, 6) [N m; N] on A.");
+        "(body_a, body_b) -> time (T,) [s] of the steps in which they touch; spring, damper, friction, total (T, 6) [N "
+        "m; N] on A.");
 }
 
 }  // namespace hrp::python

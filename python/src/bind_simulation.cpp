@@ -43,7 +43,9 @@ struct Record {
 struct Rows {
   std::vector<double> time, q, qd, efforts, position, orientation, velocity, feet;
 
-  static void add(std::vector<double>* row, const double* values, Eigen::Index size) { row->insert(row->end(), values, values + size); }
+  static void add(std::vector<double>* row, const double* values, Eigen::Index size) {
+    row->insert(row->end(), values, values + size);
+  }
   void add(const Trial& trial) {
     const State& state = trial.engine().state();
     const Eigen::Vector4d wxyz = make_wxyz(state.R_WB);
@@ -60,10 +62,10 @@ struct Rows {
 
 struct SavedRun {
   TrialState state;
-  std::string scenario;     // text
+  std::string scenario;  // text
   Law law;
-  JointCommand given;       // of Law::kGiven
-  const void* owner;        // the simulation, which a controller in Python belongs to
+  JointCommand given;  // of Law::kGiven
+  const void* owner;   // the simulation, which a controller in Python belongs to
 };
 
 // As every server reads it: the model parser may have put the robot into a motion's first pose.
@@ -76,9 +78,12 @@ Scenario load_as_servers(const std::string& path) {
 class Simulation {
  public:
   Simulation(const std::string& path, const py::object& controller)
-      : scenario_(load_as_servers(path)), law_(find_law(controller)), given_(std::make_shared<JointCommand>()),
+      : scenario_(load_as_servers(path)),
+        law_(find_law(controller)),
+        given_(std::make_shared<JointCommand>()),
         trial_(scenario_, [&](const Robot& robot) { return make_controller(controller, robot); }),
-        robot_(std::make_shared<PyRobot>(trial_.robot(), scenario_.gravity_W)), names_(trial_.robot(), trial_.scenario()),
+        robot_(std::make_shared<PyRobot>(trial_.robot(), scenario_.gravity_W)),
+        names_(trial_.robot(), trial_.scenario()),
         drive_(scenario_.drive) {}
 
   // Throws as Python sees it when the controller cannot start.
@@ -90,7 +95,8 @@ class Simulation {
 
   // Everything but steps: what a thread that is stepping must not be disturbed by.
   Trial& idle() {
-    if (busy_) throw SimulationFault("this simulation is stepping in another thread, or asks itself from within its controller");
+    if (busy_)
+      throw SimulationFault("this simulation is stepping in another thread, or asks itself from within its controller");
     return trial_;
   }
 
@@ -113,19 +119,22 @@ class Simulation {
     const State& wanted = state.cast<const State&>();
     check_state(robot_->description.tree, wanted);
     guard([&] {
-      if (!trial.reset_to(wanted)) throw py::value_error("state does not fit the robot: not finite, or base_orientation is no unit quaternion");
+      if (!trial.reset_to(wanted))
+        throw py::value_error("state does not fit the robot: not finite, or base_orientation is no unit quaternion");
     });
   }
 
   SavedRun save() {
     TrialState state = idle().save();
-    if (!state.controllers[0] && law_ != Law::kGiven) throw SimulationFault("the controller of this scenario cannot be copied");
+    if (!state.controllers[0] && law_ != Law::kGiven)
+      throw SimulationFault("the controller of this scenario cannot be copied");
     return {std::move(state), scenario_.text, law_, *given_, this};
   }
 
   void restore(const SavedRun& saved) {
     Trial& trial = idle();
-    if (saved.scenario != scenario_.text || saved.law != law_) throw py::value_error("saved: is of another scenario, or of another kind of controller");
+    if (saved.scenario != scenario_.text || saved.law != law_)
+      throw py::value_error("saved: is of another scenario, or of another kind of controller");
     if (law_ == Law::kPython && saved.owner != this) {
       throw py::value_error("saved: a controller in Python goes back into the simulation that it was saved in");
     }
@@ -135,7 +144,8 @@ class Simulation {
 
   // Acts from the next control step on.
   void set_command(const py::object& value) {
-    if (law_ != Law::kGiven) throw SimulationFault("set_command() needs Simulation(scenario, controller=None); this one has a controller");
+    if (law_ != Law::kGiven)
+      throw SimulationFault("set_command() needs Simulation(scenario, controller=None); this one has a controller");
     *given_ = convert_command(value, idle().controlled(), drive_);
   }
 
@@ -151,7 +161,8 @@ class Simulation {
     if (controller.is_none()) return Law::kGiven;
     if (!py::isinstance<py::str>(controller)) return Law::kPython;
     if (controller.cast<std::string>() == "scenario") return Law::kScenario;
-    throw py::value_error("controller must be 'scenario', None or a Controller, not '" + controller.cast<std::string>() + "'");
+    throw py::value_error("controller must be 'scenario', None or a Controller, not '" +
+                          controller.cast<std::string>() + "'");
   }
   std::unique_ptr<Controller> make_controller(const py::object& controller, const Robot& robot) {
     if (law_ == Law::kPython) return std::make_unique<PyController>(controller, robot);
@@ -170,7 +181,8 @@ class Simulation {
 
   [[noreturn]] static void raise(const ControllerError& error) {
     if (!error.cause) throw SimulationFault(error.what());
-    const py::object type = py::module_::import("openhrp_dds._core").attr("SimulationError");  // before there is an error
+    const py::object type =
+        py::module_::import("openhrp_dds._core").attr("SimulationError");  // before there is an error
     error.cause->restore();
     py::raise_from(type.ptr(), error.what());
     throw py::error_already_set();
@@ -187,7 +199,8 @@ class Simulation {
       guard([&] {
         const py::gil_scoped_release free;
         for (; done < until; on_step(trial_, ++done)) {
-          if (!trial_.step()) throw SimulationFault("step " + std::to_string(trial_.step_number()) + ": " + trial_.fault());
+          if (!trial_.step())
+            throw SimulationFault("step " + std::to_string(trial_.step_number()) + ": " + trial_.fault());
         }
       });
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -197,8 +210,14 @@ class Simulation {
   Record give_rows(Rows&& rows) const {
     const size_t n = static_cast<size_t>(robot_->model.num_joints());
     const py::array time = give(std::move(rows.time), 1).attr("reshape")(-1);
-    return {time, give(std::move(rows.q), n), give(std::move(rows.qd), n), give(std::move(rows.efforts), n), give(std::move(rows.position), 3),
-            give(std::move(rows.orientation), 4), give(std::move(rows.velocity), 6), give(std::move(rows.feet), scenario_.feet.size())};
+    return {time,
+            give(std::move(rows.q), n),
+            give(std::move(rows.qd), n),
+            give(std::move(rows.efforts), n),
+            give(std::move(rows.position), 3),
+            give(std::move(rows.orientation), 4),
+            give(std::move(rows.velocity), 6),
+            give(std::move(rows.feet), scenario_.feet.size())};
   }
 
   struct Release {
@@ -285,17 +304,24 @@ py::list Simulation::make_contacts() {
 }
 
 void bind_record(py::module_& m) {
-  py::class_<Record>(m, "Record", "What Simulation.run() returns: one row every `every` steps, after the step. Arrays are yours: no copy, writable.")
+  py::class_<Record>(m, "Record",
+                     "What Simulation.run() returns: one row every `every` steps, after the step. Arrays are yours: no "
+                     "copy, writable.")
       .def_readonly("time", &Record::time, "(T,) [s].")
       .def_readonly("q", &Record::q, "(T, n) [rad or m].")
       .def_readonly("qd", &Record::qd, "(T, n) [rad/s or m/s].")
-      .def_readonly("efforts", &Record::efforts, "(T, n) [N m or N] on the links over the step: servo, friction, springs, stops.")
+      .def_readonly("efforts", &Record::efforts,
+                    "(T, n) [N m or N] on the links over the step: servo, friction, springs, stops.")
       .def_readonly("base_position", &Record::base_position, "(T, 3) [m] p_WB.")
       .def_readonly("base_orientation", &Record::base_orientation, "(T, 4) R_WB as (w, x, y, z).")
       .def_readonly("base_velocity", &Record::base_velocity, "(T, 6) [rad/s; m/s] [w_WB; v_WB], world axes.")
-      .def_readonly("foot_forces", &Record::foot_forces, "(T, feet) [N] vertical force on each foot, in the order of the scenario's feet.");
-  py::class_<SavedRun>(m, "SavedRun", "A run to go back to: state, all memories, the command that acts, the controller. See Simulation.save().")
-      .def_property_readonly("step_number", [](const SavedRun& s) { return s.state.step; }, "Where it was saved.");
+      .def_readonly("foot_forces", &Record::foot_forces,
+                    "(T, feet) [N] vertical force on each foot, in the order of the scenario's feet.");
+  py::class_<SavedRun>(
+      m, "SavedRun",
+      "A run to go back to: state, all memories, the command that acts, the controller. See Simulation.save().")
+      .def_property_readonly(
+          "step_number", [](const SavedRun& s) { return s.state.step; }, "Where it was saved.");
 }
 
 }  // namespace
@@ -306,74 +332,105 @@ void bind_simulation(py::module_& m) {
   py::register_exception<SimulationFault>(m, "SimulationError", PyExc_RuntimeError).attr("__doc__") =
       "A step that failed (and which joint, contact or controller did it), or a simulation that is busy.";
   bind_record(m);
-  py::class_<Simulation>(m, "Simulation",
-                         "A run of a scenario in this process: the model, contacts, physics and controller of the server set, called in\n"
-                         ""
-                         "the same order, so that the bits are the same. Not for two threads at once; several simulations are.")
+  py::class_<Simulation>(
+      m, "Simulation",
+      "A run of a scenario in this process: the model, contacts, physics and controller of the server set, called in\n"
+      ""
+      "the same order, so that the bits are the same. Not for two threads at once; several simulations are.")
       .def(py::init(&Simulation::make), py::arg("scenario"), py::arg("controller") = "scenario",
            "scenario: a file. controller: 'scenario' (the one that it names), None (set_command()), or a Controller.\n"
            ""
            "Raises InputError.")
       .def("step", &Simulation::step, py::arg("steps") = 1,
-           "Physics steps of `time_step`. Other threads of Python run meanwhile. Raises SimulationError; what was reached stays.")
-      .def("run", &Simulation::run, py::arg("steps"), py::arg("every") = 1, "As step(), and returns a Record with a row every `every` steps.")
+           "Physics steps of `time_step`. Other threads of Python run meanwhile. Raises SimulationError; what was "
+           "reached stays.")
+      .def("run", &Simulation::run, py::arg("steps"), py::arg("every") = 1,
+           "As step(), and returns a Record with a row every `every` steps.")
       .def("reset", &Simulation::reset, py::arg("state") = py::none(),
            "Step 0 at the scenario's pose, or at a State. Everything with a memory starts afresh, the controller, too.")
       .def("save", &Simulation::save, "A SavedRun. After restore(saved) the run goes on with the same bits.")
       .def("restore", &Simulation::restore, py::arg("saved"),
-           "Goes back to where save() was called, here or in another simulation of the scenario (not with a controller in Python).")
+           "Goes back to where save() was called, here or in another simulation of the scenario (not with a controller "
+           "in Python).")
       .def("set_command", &Simulation::set_command, py::arg("command"),
-           "A Command, or efforts (n,) [N m or N] with `drive: effort`; acts from the next control step on. For controller=None.")
-      .def("push", [](Simulation& s, const std::string& link, const py::object& force, uint64_t steps, const py::object& point) {
-             const Vector3d p_LQ = point.is_none() ? Vector3d::Zero() : Vector3d(take_finite(point, "point", 3));
-             s.idle().push(link, p_LQ, Vector3d(take_finite(force, "force", 3)), steps);
-           }, py::arg("link"), py::arg("force"), py::arg("steps"), py::arg("point") = py::none(),
-           "Pushes a link, an object or 'robot/link' of another robot from the next step on: force (3,) [N], world axes, at point (3,) [m], link axes. The next\n"
-           ""
-           "push of this link ends it; steps=0 lets go. Raises InputError.")
+           "A Command, or efforts (n,) [N m or N] with `drive: effort`; acts from the next control step on. For "
+           "controller=None.")
+      .def(
+          "push",
+          [](Simulation& s, const std::string& link, const py::object& force, uint64_t steps, const py::object& point) {
+            const Vector3d p_LQ = point.is_none() ? Vector3d::Zero() : Vector3d(take_finite(point, "point", 3));
+            s.idle().push(link, p_LQ, Vector3d(take_finite(force, "force", 3)), steps);
+          },
+          py::arg("link"), py::arg("force"), py::arg("steps"), py::arg("point") = py::none(),
+          "Pushes a link, an object or 'robot/link' of another robot from the next step on: force (3,) [N], world "
+          "axes, at point (3,) [m], link axes. The next\n"
+          ""
+          "push of this link ends it; steps=0 lets go. Raises InputError.")
       .def_property_readonly("pushes", &Simulation::make_pushes,
-                             "What pushed robots and objects over the last step, one dict each: name (of the scenario's push or hand; '': push()), link,\n"
+                             "What pushed robots and objects over the last step, one dict each: name (of the "
+                             "scenario's push or hand; '': push()), link,\n"
                              ""
                              "point (3,) [m], link axes, force (3,) [N], world axes.")
-      .def_property_readonly("state", [](Simulation& s) { return s.idle().engine().state(); }, "A copy of the State.")
-      .def_property_readonly("observation", [](Simulation& s) {
-                               Trial& trial = s.idle();
-                               Observation now{{}, std::make_shared<Robot>(trial.controlled())};
-                               static_cast<SensorSample&>(now.data) = trial.engine().sensors();
-                               now.data.time = trial.time();
-                               now.data.step = static_cast<unsigned long long>(trial.step_number());
-                               return now;
-                             },
-                             "The last Observation of all sensors, with the scenario's sensor errors.")
-      .def_property_readonly("command", [](Simulation& s) { return s.idle().command(); }, "The Command of the last control step.")
-      .def_property_readonly("efforts", [](Simulation& s) { return Eigen::VectorXd(s.idle().engine().joint_efforts()); },
-                             "(n,) [N m or N] on the links over the last step: servo, friction, springs, stops.")
-      .def_property_readonly("foot_forces", [](Simulation& s) {
-                               const std::vector<double>& forces = s.idle().engine().foot_forces();
-                               return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size())));
-                             },
-                             "(feet,) [N] vertical, in the order of the scenario's feet.")
-      .def_property_readonly("contact_forces", &Simulation::make_forces,
-                             "Forces of the last step, one dict per pair of bodies: body_a, body_b; spring, damper, friction, total (6,)\n"
-                             ""
-                             "[N m; N] on A about `reference` (3,) [m]; clipped; points, each with position, normal (from B to A), depth [m],\n"
-                             ""
-                             "spring, damper, friction, total (3,) [N], slip (3,) [m/s]. World axes. total = spring + damper + friction.")
+      .def_property_readonly(
+          "state", [](Simulation& s) { return s.idle().engine().state(); }, "A copy of the State.")
+      .def_property_readonly(
+          "observation",
+          [](Simulation& s) {
+            Trial& trial = s.idle();
+            Observation now{{}, std::make_shared<Robot>(trial.controlled())};
+            static_cast<SensorSample&>(now.data) = trial.engine().sensors();
+            now.data.time = trial.time();
+            now.data.step = static_cast<unsigned long long>(trial.step_number());
+            return now;
+          },
+          "The last Observation of all sensors, with the scenario's sensor errors.")
+      .def_property_readonly(
+          "command", [](Simulation& s) { return s.idle().command(); }, "The Command of the last control step.")
+      .def_property_readonly(
+          "efforts", [](Simulation& s) { return Eigen::VectorXd(s.idle().engine().joint_efforts()); },
+          "(n,) [N m or N] on the links over the last step: servo, friction, springs, stops.")
+      .def_property_readonly(
+          "foot_forces",
+          [](Simulation& s) {
+            const std::vector<double>& forces = s.idle().engine().foot_forces();
+            return Eigen::VectorXd(
+                Eigen::Map<const Eigen::VectorXd>(forces.data(), static_cast<Eigen::Index>(forces.size())));
+          },
+          "(feet,) [N] vertical, in the order of the scenario's feet.")
+      .def_property_readonly(
+          "contact_forces", &Simulation::make_forces,
+          "Forces of the last step, one dict per pair of bodies: body_a, body_b; spring, damper, friction, total (6,)\n"
+          ""
+          "[N m; N] on A about `reference` (3,) [m]; clipped; points, each with position, normal (from B to A), depth "
+          "[m],\n"
+          ""
+          "spring, damper, friction, total (3,) [N], slip (3,) [m/s]. World axes. total = spring + damper + friction.")
       .def_property_readonly("contacts", &Simulation::make_contacts,
-                             "What touches in the state now, one dict per pair of bodies: body_a, body_b, friction, points (position (3,) [m],\n"
+                             "What touches in the state now, one dict per pair of bodies: body_a, body_b, friction, "
+                             "points (position (3,) [m],\n"
                              ""
                              "normal from B to A (3,), depth [m]). World axes.")
-      .def_property_readonly("step_number", [](Simulation& s) { return s.idle().step_number(); }, "Physics steps since step 0.")
-      .def_property_readonly("time", [](Simulation& s) { return s.idle().time(); }, "[s] since step 0.")
-      .def_property_readonly("time_step", [](const Simulation& s) { return s.scenario().time_step; }, "[s].")
-      .def_property_readonly("control_period", [](const Simulation& s) { return s.scenario().control_period; }, "Steps between two commands.")
-      .def_property_readonly("duration", [](const Simulation& s) { return s.scenario().duration; }, "[s] as the scenario says; 0: until stopped.")
-      .def_property_readonly("feet", [](const Simulation& s) { return s.scenario().feet; }, "Names of the feet.")
-      .def_property_readonly("state_hash", [](Simulation& s) { return s.idle().engine().state_hash(); },
-                             "Of the bits of state and memories: as the log of a run in the server set has it.")
+      .def_property_readonly(
+          "step_number", [](Simulation& s) { return s.idle().step_number(); }, "Physics steps since step 0.")
+      .def_property_readonly(
+          "time", [](Simulation& s) { return s.idle().time(); }, "[s] since step 0.")
+      .def_property_readonly(
+          "time_step", [](const Simulation& s) { return s.scenario().time_step; }, "[s].")
+      .def_property_readonly(
+          "control_period", [](const Simulation& s) { return s.scenario().control_period; },
+          "Steps between two commands.")
+      .def_property_readonly(
+          "duration", [](const Simulation& s) { return s.scenario().duration; },
+          "[s] as the scenario says; 0: until stopped.")
+      .def_property_readonly(
+          "feet", [](const Simulation& s) { return s.scenario().feet; }, "Names of the feet.")
+      .def_property_readonly(
+          "state_hash", [](Simulation& s) { return s.idle().engine().state_hash(); },
+          "Of the bits of state and memories: as the log of a run in the server set has it.")
       .def_property_readonly("robot", &Simulation::robot, "The Robot of this scenario.")
-      .def_property_readonly("controlled_robot", [](Simulation& s) { return std::make_shared<Robot>(s.idle().controlled()); },
-                             "The ControlledRobot that a controller is told.");
+      .def_property_readonly(
+          "controlled_robot", [](Simulation& s) { return std::make_shared<Robot>(s.idle().controlled()); },
+          "The ControlledRobot that a controller is told.");
 }
 
 }  // namespace hrp::python

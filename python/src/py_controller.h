@@ -34,8 +34,8 @@ class PyController : public Controller {
 
   void start(const Robot& robot) override;
   JointCommand control(const SensorData& sensors, const Robot& robot) override;
-  // Of one that runs: keeps a deep copy of the object's attributes. Of such a copy: one that runs, with these attributes
-  // given back to the object.
+  // Of one that runs: keeps a deep copy of the object's attributes. Of such a copy: one that runs, with these
+  // attributes given back to the object.
   std::unique_ptr<Controller> clone() const override;
 
  private:

@@ -10,7 +10,8 @@
 namespace hrp::python {
 
 struct PyRobot {
-  PyRobot(const RobotDescription& given, const Vector3d& gravity_W) : description(given), model(given.tree, gravity_W), data(model) {}
+  PyRobot(const RobotDescription& given, const Vector3d& gravity_W)
+      : description(given), model(given.tree, gravity_W), data(model) {}
   RobotDescription description;
   Model model;
   Data data;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Preloaded into a run: a system of which one thing is faulty, for the program HRP_FAULT_PROGRAM or, without it, for all.
+/* Preloaded into a run: a system of which one thing is faulty, for the program HRP_FAULT_PROGRAM or, without it, for
+ * all.
  *
  *   HRP_FAULT_MALLOC=N or N+     the N-th allocation from main() on fails, with + all later ones, too
- *   HRP_FAULT_CLOCK=apart|jumps  the wall clock is wrong by up to an hour, another error in each process or at each look
- *   HRP_FAULT_READ=N             the N-th read() of an input file, and all later ones, fail: the disk is bad (EIO)
+ *   HRP_FAULT_CLOCK=apart|jumps  the wall clock is wrong by up to an hour, another error in each process or at each
+ * look HRP_FAULT_READ=N             the N-th read() of an input file, and all later ones, fail: the disk is bad (EIO)
  *   HRP_FAULT_SLOW=T             each write into a log takes T more [us]
  *   HRP_FAULT_READ_ONLY=1        no log can be made: the file system is read-only
  */
@@ -123,7 +124,8 @@ time_t time(time_t* out) {
 }
 
 /* Waits until a time of the wrong clock. The functions with a clock of their own keep the name of the right one. */
-int pthread_cond_clockwait(pthread_cond_t* condition, pthread_mutex_t* mutex, clockid_t clock, const struct timespec* until);
+int pthread_cond_clockwait(pthread_cond_t* condition, pthread_mutex_t* mutex, clockid_t clock,
+                           const struct timespec* until);
 int sem_clockwait(sem_t* semaphore, clockid_t clock, const struct timespec* until);
 int pthread_mutex_clocklock(pthread_mutex_t* mutex, clockid_t clock, const struct timespec* until);
 
@@ -144,10 +146,12 @@ int pthread_mutex_timedlock(pthread_mutex_t* restrict mutex, const struct timesp
 }
 
 /* Conditions may be set to the steady clock, whose times are hours or days: those stay as they are. */
-int pthread_cond_timedwait(pthread_cond_t* restrict condition, pthread_mutex_t* restrict mutex, const struct timespec* restrict until) {
+int pthread_cond_timedwait(pthread_cond_t* restrict condition, pthread_mutex_t* restrict mutex,
+                           const struct timespec* restrict until) {
   struct timespec steady, right = make_right(until);
   syscall(SYS_clock_gettime, CLOCK_MONOTONIC, &steady);
-  if (until->tv_sec < steady.tv_sec + 1000000000) return pthread_cond_clockwait(condition, mutex, CLOCK_MONOTONIC, until);
+  if (until->tv_sec < steady.tv_sec + 1000000000)
+    return pthread_cond_clockwait(condition, mutex, CLOCK_MONOTONIC, until);
   return pthread_cond_clockwait(condition, mutex, CLOCK_REALTIME, &right);
 }
 

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Preloaded into a program as it is, with all of its optimisation: finds what is read or written beyond a block of memory.
+/* Preloaded into a program as it is, with all of its optimisation: finds what is read or written beyond a block of
+ * memory.
  *
  *   LD_PRELOAD=guarded_memory.so build/bin/hrp-diagnose ...
  *
- * Each block ends at a page that nobody may touch, so whatever reads or writes behind it ends there with the places of the
- * calls. Up to 15 bytes between a block and that page, and 64 before the block, are looked at when it is freed. Fresh and
- * freed memory is full of 0xff: numbers that were never set are NaN, pointers lead nowhere. It takes up to
+ * Each block ends at a page that nobody may touch, so whatever reads or writes behind it ends there with the places of
+ * the calls. Up to 15 bytes between a block and that page, and 64 before the block, are looked at when it is freed.
+ * Fresh and freed memory is full of 0xff: numbers that were never set are NaN, pointers lead nowhere. It takes up to
  * twice as long, and a page for each small block. Not seen: indices that land in another block, and blocks beyond the
  * first 31 000 at a time (Linux allows 65 530 pieces of memory in a process).
  */
@@ -22,7 +23,7 @@
 #include <unistd.h>
 
 enum { kPage = 4096, kAlign = 16, kBefore = 64, kSlots = 31000, kClasses = 24, kUnset = 0xff };
-#define ARENA (1ul << 36) /* bytes of addresses, not of memory */
+#define ARENA (1ul << 36)  /* bytes of addresses, not of memory */
 #define FILLED (1ul << 18) /* bytes: larger blocks are filled at their start only */
 
 /* A place for blocks of up to 2^class pages, followed by a page that nobody may touch. */
@@ -42,12 +43,16 @@ extern void* __libc_realloc(void* block, size_t size);
 extern void* __libc_memalign(size_t align, size_t size);
 extern void __libc_free(void* block);
 
-static void take_lock(void) { while (__atomic_test_and_set(&lock, __ATOMIC_ACQUIRE)) continue; }
+static void take_lock(void) {
+  while (__atomic_test_and_set(&lock, __ATOMIC_ACQUIRE)) continue;
+}
 static void give_lock(void) { __atomic_clear(&lock, __ATOMIC_RELEASE); }
 static size_t min_size(size_t a, size_t b) { return a < b ? a : b; }
 static char* get_start(const struct Slot* s) { return arena + (size_t)s->page * kPage; }
 static char* get_end(const struct Slot* s) { return get_start(s) + ((size_t)kPage << s->class); }
-static int is_guarded(const void* block) { return arena != NULL && (const char*)block >= arena && (const char*)block < arena + ARENA; }
+static int is_guarded(const void* block) {
+  return arena != NULL && (const char*)block >= arena && (const char*)block < arena + ARENA;
+}
 static struct Slot* get_slot(const void* block) { return &slots[slot_of_page[((const char*)block - arena) / kPage]]; }
 
 static void end_with(const char* what) {
@@ -64,7 +69,8 @@ static void say_touched(int number, siginfo_t* info, void* context) {
   signal(number, SIG_DFL);
   if (is_guarded(address) && address >= arena + kPage) {
     const struct Slot* s = &slots[slot_of_page[(address - arena) / kPage - 1]];
-    snprintf(text, sizeof text, "guarded memory: byte %ld of a block of %zu bytes was used\n", (long)(address - get_end(s)) + (long)s->size, s->size);
+    snprintf(text, sizeof text, "guarded memory: byte %ld of a block of %zu bytes was used\n",
+             (long)(address - get_end(s)) + (long)s->size, s->size);
   }
   end_with(text);
 }
@@ -89,7 +95,9 @@ static void* reserve(size_t size, int access) {
 /* A free slot of this class, or 0. The lock is taken. */
 static uint32_t take_slot(uint32_t class) {
   const uint32_t pages = 1u << class, id = free_slot[class];
-  if (arena == NULL) slot_of_page = reserve(ARENA / kPage * sizeof *slot_of_page, PROT_READ | PROT_WRITE), arena = reserve(ARENA, PROT_NONE);
+  if (arena == NULL)
+    slot_of_page = reserve(ARENA / kPage * sizeof *slot_of_page, PROT_READ | PROT_WRITE),
+    arena = reserve(ARENA, PROT_NONE);
   if (id != 0) {
     free_slot[class] = slots[id].next_free;
     return id;
@@ -145,16 +153,20 @@ void* malloc(size_t size) {
 
 void free(void* block) {
   const int error = errno;
-  if (is_guarded(block)) release(block);
-  else __libc_free(block);
+  if (is_guarded(block))
+    release(block);
+  else
+    __libc_free(block);
   errno = error;
 }
 
 void* calloc(size_t count, size_t size) {
   size_t all;
   void* block = __builtin_mul_overflow(count, size, &all) ? NULL : malloc(all);
-  if (block == NULL) errno = ENOMEM;
-  else memset(block, 0, all);
+  if (block == NULL)
+    errno = ENOMEM;
+  else
+    memset(block, 0, all);
   return block;
 }
 

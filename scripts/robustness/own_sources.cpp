@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A plugin of clang-tidy: its checks walk over our declarations only. Otherwise they walk over Eigen, GoogleTest and the standard
-// library, too, for findings that nobody is shown: half of the time of a source.
+// A plugin of clang-tidy: its checks walk over our declarations only. Otherwise they walk over Eigen, GoogleTest and
+// the standard library, too, for findings that nobody is shown: half of the time of a source.
 #include <clang/AST/ASTConsumer.h>
 #include <clang/AST/ASTContext.h>
 #include <clang/Basic/SourceManager.h>

@@ -23,13 +23,15 @@ CollisionShape make_obstacle_shape(const ObstacleSpec& obstacle) {
   CollisionShape shape;
   shape.name = obstacle.name;
   shape.size = obstacle.size;
-  shape.kind = obstacle.shape == "sphere" ? ShapeKind::kSphere
-               : obstacle.shape == "cylinder" ? ShapeKind::kCylinder : ShapeKind::kBox;
+  shape.kind = obstacle.shape == "sphere"     ? ShapeKind::kSphere
+               : obstacle.shape == "cylinder" ? ShapeKind::kCylinder
+                                              : ShapeKind::kBox;
   return shape;
 }
 
 bool has_solids(const Scenario& scenario) {
-  return std::any_of(scenario.obstacles.begin(), scenario.obstacles.end(), [](const ObstacleSpec& o) { return !o.is_surface(); });
+  return std::any_of(scenario.obstacles.begin(), scenario.obstacles.end(),
+                     [](const ObstacleSpec& o) { return !o.is_surface(); });
 }
 
 bool are_neighbours(const TreeSpec& tree, int a, int b) {
@@ -39,9 +41,15 @@ bool are_neighbours(const TreeSpec& tree, int a, int b) {
 }  // namespace
 
 CollisionWorld::CollisionWorld(const RobotDescription& robot, const Scenario& scenario)
-    : robot_(robot), scenario_(scenario), model_(robot.tree, scenario.gravity_W), data_(model_),
-      start_(make_start_state(robot, scenario)), ground_(make_ground_plane(scenario.ground)),
-      movers_(make_movers(robot, scenario)), filter_(robot.tree, scenario, movers_), surfaces_(robot, scenario, filter_) {
+    : robot_(robot),
+      scenario_(scenario),
+      model_(robot.tree, scenario.gravity_W),
+      data_(model_),
+      start_(make_start_state(robot, scenario)),
+      ground_(make_ground_plane(scenario.ground)),
+      movers_(make_movers(robot, scenario)),
+      filter_(robot.tree, scenario, movers_),
+      surfaces_(robot, scenario, filter_) {
   ground_.margin = scenario.contact.margin;
   if (scenario.ground.present) add_soles();
   if (scenario.ground.present && scenario.ground.all_touch && robot.tree.floating_base) add_falling_links();
@@ -68,7 +76,8 @@ void CollisionWorld::add_falling_links() {
   for (const FallingLink& link : make_falling_links(robot_)) {
     const int index = link.others.link;
     if (!filter_.may_touch(index, kGround)) continue;
-    const bool stands = is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance;
+    const bool stands =
+        is_beside_foot(index) && calc_clearance(link.others, get_pose(data_, index), ground_) < kStandingClearance;
     if (!stands) falling_links_.push_back(link);
   }
   fallen_.reserve(falling_links_.size());
@@ -96,7 +105,8 @@ void CollisionWorld::add_bodies() {
     body.X_WG = obstacle.X_WG;
     body.center_W = body.X_WG * pairs_.get_center(body.shape);
     for (size_t i = 0; i < num_robot_bodies_; ++i) {
-      if (filter_.may_touch(bodies_[i].link, body.link)) obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
+      if (filter_.may_touch(bodies_[i].link, body.link))
+        obstacle_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(bodies_.size()) - 1);
     }
   }
   sort_pairs(&obstacle_pairs_);
@@ -143,7 +153,8 @@ void CollisionWorld::add_self_pairs() {
   for (size_t i = 0; i < num_robot_bodies_; ++i) {
     for (size_t j = i + 1; j < num_robot_bodies_; ++j) {
       const Body &a = bodies_[i], &b = bodies_[j];
-      if (a.link == b.link || are_neighbours(robot_.tree, a.link, b.link) || !filter_.may_touch(a.link, b.link)) continue;
+      if (a.link == b.link || are_neighbours(robot_.tree, a.link, b.link) || !filter_.may_touch(a.link, b.link))
+        continue;
       self_pairs_.emplace_back(static_cast<int>(i), static_cast<int>(j));
       if (are_near(a, b) && pairs_.overlaps(a.shape, a.X_WG, b.shape, b.X_WG)) overlapping.insert({a.link, b.link});
     }
@@ -196,7 +207,8 @@ void CollisionWorld::close_pair() {
 // A robot that stands pays one distance a link for the possibility of falling.
 void CollisionWorld::find_fallen_links() {
   fallen_.clear();
-  // A margin of centimetres, as soft feet without soles of their own need, must not make feet of standing robots fallen links.
+  // A margin of centimetres, as soft feet without soles of their own need, must not make feet of standing robots fallen
+  // links.
   const double margin = std::min(ground_.margin, kFallenMargin);
   for (const FallingLink& link : falling_links_) {
     const Transform& X_WL = get_pose(data_, link.others.link);
@@ -214,7 +226,8 @@ void CollisionWorld::calc_ground_contact(const Sole& sole) {
 void CollisionWorld::calc_ground_contacts() {
   find_fallen_links();
   for (const Sole& sole : soles_) {
-    const bool whole = std::any_of(fallen_.begin(), fallen_.end(), [&](const Sole* other) { return other->link == sole.link; });
+    const bool whole =
+        std::any_of(fallen_.begin(), fallen_.end(), [&](const Sole* other) { return other->link == sole.link; });
     if (!whole) calc_ground_contact(sole);
   }
   for (const Sole* link : fallen_) calc_ground_contact(*link);
@@ -257,7 +270,9 @@ Transform CollisionWorld::get_mover_pose(int body) const {
   return get_pose(mover_worlds_[k]->data_, body - movers_[k].first_body);
 }
 
-Matrix3d CollisionWorld::get_rotation(int link) const { return is_object(link) ? get_mover_pose(link).R : get_pose(data_, link).R; }
+Matrix3d CollisionWorld::get_rotation(int link) const {
+  return is_object(link) ? get_mover_pose(link).R : get_pose(data_, link).R;
+}
 
 void CollisionWorld::update_mover_poses() {
   for (size_t i = first_mover_; i < bodies_.size(); ++i) {

@@ -21,9 +21,9 @@ namespace hrp {
 
 // Soles touch the ground, and so does every other shape of a robot with a floating base, unless the scenario says
 // `ground: {touch: feet}`. Links beside a foot that reach into the ground in the initial pose already, such as an ankle
-// whose geometry is longer than the sole is deep, never do. Every shape touches obstacles; with `self_collision` links touch
-// each other, except pairs of neighbours in the tree and pairs that overlap in the initial pose already. Objects and other
-// robots (movers.h) touch everything. What stands in `no_contact` never touches.
+// whose geometry is longer than the sole is deep, never do. Every shape touches obstacles; with `self_collision` links
+// touch each other, except pairs of neighbours in the tree and pairs that overlap in the initial pose already. Objects
+// and other robots (movers.h) touch everything. What stands in `no_contact` never touches.
 class CollisionWorld {
  public:
   // Throws InputError: meshes that cannot be read, trees that cannot be computed with.
@@ -88,7 +88,7 @@ class CollisionWorld {
   size_t num_robot_bodies_ = 0;
   std::vector<std::pair<int, int>> obstacle_pairs_, self_pairs_, mover_pairs_;  // ordered by links
   std::vector<std::pair<std::string, std::string>> excluded_;
-  size_t first_mover_ = 0;     // of bodies_; those of movers are the last
+  size_t first_mover_ = 0;                                     // of bodies_; those of movers are the last
   std::vector<std::unique_ptr<CollisionWorld>> mover_worlds_;  // each mover with ground, obstacles and itself
   ContactSet contacts_;
   ContactSet spare_;  // pairs whose memory waits to be used again

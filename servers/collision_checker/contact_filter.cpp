@@ -24,7 +24,8 @@ std::vector<int> list_all(const TreeSpec& tree, const Scenario& scenario, const 
   return bodies;
 }
 
-std::vector<int> find_bodies(const TreeSpec& tree, const Scenario& scenario, const std::vector<Mover>& movers, const std::string& name) {
+std::vector<int> find_bodies(const TreeSpec& tree, const Scenario& scenario, const std::vector<Mover>& movers,
+                             const std::string& name) {
   if (name == "all") return list_all(tree, scenario, movers);
   if (name == "ground") return {kGround};
   for (size_t k = 0; k < scenario.obstacles.size(); ++k) {

@@ -92,9 +92,10 @@ void NarrowPhase::calc_contacts(int a, const Transform& X_WA, int b, const Trans
 void NarrowPhase::find_triangles(int a, int b, const Transform& X_AB, std::vector<int>* found) {
   const fcl::CollisionRequestd request(size_t(kMostTriangles), false);
   impl_->result.clear();
-  fcl::collide(impl_->shapes[size_t(a)].get(), fcl::Transform3d::Identity(), impl_->shapes[size_t(b)].get(), make_fcl(X_AB),
-               request, impl_->result);
-  for (size_t i = 0; i < impl_->result.numContacts(); ++i) found->push_back(static_cast<int>(impl_->result.getContact(i).b1));
+  fcl::collide(impl_->shapes[size_t(a)].get(), fcl::Transform3d::Identity(), impl_->shapes[size_t(b)].get(),
+               make_fcl(X_AB), request, impl_->result);
+  for (size_t i = 0; i < impl_->result.numContacts(); ++i)
+    found->push_back(static_cast<int>(impl_->result.getContact(i).b1));
 }
 
 bool NarrowPhase::overlaps(int a, const Transform& X_WA, int b, const Transform& X_WB) {

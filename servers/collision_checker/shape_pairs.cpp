@@ -28,7 +28,8 @@ Mesh make_cylinder_ends(double radius, double length) {
   const auto at = [](int k, int end) { return 2 + 2 * (k % kCylinderTriangles) + end; };
   for (int k = 0; k < kCylinderTriangles; ++k) {
     const double angle = 2.0 * M_PI * k / kCylinderTriangles;
-    for (const double z : {-0.5, 0.5}) mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z * length);
+    for (const double z : {-0.5, 0.5})
+      mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z * length);
     mesh.triangles.push_back({0, at(k + 1, 0), at(k, 0)});
     mesh.triangles.push_back({1, at(k, 1), at(k + 1, 1)});
   }
@@ -97,7 +98,8 @@ bool ShapePairs::calc_on_surface(int surface, const Transform& X_WS, int touchin
 
 bool ShapePairs::are_ends(const Transform& X_WA, const Transform& X_WB, const std::vector<ContactPoint>& found) const {
   const Vector3d z_B = X_WB.R.col(2);
-  return !found.empty() && std::abs(z_B.dot(X_WA.R.col(2))) > kEndToEnd && std::abs(z_B.dot(found.back().n_BA_W)) > kEndToEnd;
+  return !found.empty() && std::abs(z_B.dot(X_WA.R.col(2))) > kEndToEnd &&
+         std::abs(z_B.dot(found.back().n_BA_W)) > kEndToEnd;
 }
 
 void ShapePairs::calc_contacts(int a, const Transform& X_WA, int b, const Transform& X_WB, int max_points,
@@ -117,7 +119,8 @@ void ShapePairs::calc_contacts(int a, const Transform& X_WA, int b, const Transf
   // The outermost points and sides of a mesh are not all of it: whether it touches is for FCL to say.
   const bool coarse = is(other, ShapeKind::kMesh);
   if (coarse && !narrow_.overlaps(a, X_WA, b, X_WB)) return;
-  const bool found = surface == a ? calc_on_surface(a, X_WA, b, X_WB, -1.0, points) : calc_on_surface(b, X_WB, a, X_WA, 1.0, points);
+  const bool found =
+      surface == a ? calc_on_surface(a, X_WA, b, X_WB, -1.0, points) : calc_on_surface(b, X_WB, a, X_WA, 1.0, points);
   if (coarse && !found) narrow_.calc_contacts(a, X_WA, b, X_WB, max_points, points);
 }
 

@@ -21,7 +21,9 @@ class ShapePairs {
   // Middle and radius of a sphere, in the geometry's frame, that holds the shape.
   const Vector3d& get_center(int shape) const { return narrow_.get_center(shape); }
   double get_radius(int shape) const { return narrow_.get_radius(shape); }
-  bool overlaps(int a, const Transform& X_WA, int b, const Transform& X_WB) { return narrow_.overlaps(a, X_WA, b, X_WB); }
+  bool overlaps(int a, const Transform& X_WA, int b, const Transform& X_WB) {
+    return narrow_.overlaps(a, X_WA, b, X_WB);
+  }
   // Appends the contacts of shapes a and b at these poses: normals from b to a. FCL gives at most `max_points` of them.
   void calc_contacts(int a, const Transform& X_WA, int b, const Transform& X_WB, int max_points,
                      std::vector<ContactPoint>* points);
@@ -31,7 +33,7 @@ class ShapePairs {
     CollisionShape spec;                      // in its own geometry frame
     std::unique_ptr<TouchingShape> touching;  // made when they are first needed
     std::unique_ptr<SurfaceMesh> surface;
-    std::vector<int> queries;                 // by touching shape: its box in `surface`; -1: not asked yet
+    std::vector<int> queries;  // by touching shape: its box in `surface`; -1: not asked yet
   };
   bool is(int shape, ShapeKind kind) const { return shapes_[size_t(shape)].spec.kind == kind; }
   bool are_ends(const Transform& X_WA, const Transform& X_WB, const std::vector<ContactPoint>& found) const;

@@ -8,7 +8,7 @@
 namespace hrp {
 namespace {
 
-constexpr int kMostPoints = 16;  // scenario.max_sole_points is at most this
+constexpr int kMostPoints = 16;        // scenario.max_sole_points is at most this
 constexpr double kUpperMargin = 2e-3;  // [m]
 
 // p_WQ: the sole's lowest point.
@@ -116,7 +116,8 @@ void update_separation(ContactPair* pair) {
   pair->separation_turn = (g.x() * t1 + g.y() * t2).cross(n);
 }
 
-bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair) {
+bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points,
+                       ContactPair* pair) {
   pair->points.clear();
   const double upper = find_upper_margin(ground.margin);
   for (const SolePoint& point : sole.points) {

@@ -11,7 +11,8 @@ namespace hrp {
 
 // Fills `pair` (memory reused) with at most `max_points` points; false when nothing touches. Points above the ground by
 // less than its margin have a negative depth.
-bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points, ContactPair* pair);
+bool calc_sole_contact(const Sole& sole, const Transform& X_WL, const GroundPlane& ground, int max_points,
+                       ContactPair* pair);
 
 // [m] A margin of centimetres (contact.model: wrench) is for the lower side of a sole; other points of it have less.
 double find_upper_margin(double margin);

@@ -12,27 +12,28 @@
 namespace hrp {
 namespace {
 
-constexpr double kSeam = 1e-9;          // [m] a point on the seam of two triangles belongs to both
-constexpr double kValleyReach = 5e-3;   // [m] a point that is in both sides of a valley has left both triangles by its depth
-constexpr double kSameNormal = 0.99;    // cosine
-constexpr double kSamePlace = 1e-6;     // [m]
-constexpr double kQuerySlack = 1e-3;    // [m] around the box of a shape: FCL's tests are not exact
+constexpr double kSeam = 1e-9;  // [m] a point on the seam of two triangles belongs to both
+// [m] a point that is in both sides of a valley has left both triangles by its depth
+constexpr double kValleyReach = 5e-3;
+constexpr double kSameNormal = 0.99;  // cosine
+constexpr double kSamePlace = 1e-6;   // [m]
+constexpr double kQuerySlack = 1e-3;  // [m] around the box of a shape: FCL's tests are not exact
 
-constexpr double kJustInside = 0.05;    // millimetres of overlap against centimetres of a shape
+constexpr double kJustInside = 0.05;  // millimetres of overlap against centimetres of a shape
 
 constexpr int kCylinderSides = 16;
-constexpr size_t kMostPlanes = 64;     // of a mesh whose planes are all its sides; each ridge is clipped by all
-constexpr double kSamePlane = 1e-4;    // [rad] as flat bends (surface_mesh.cpp)
+constexpr size_t kMostPlanes = 64;   // of a mesh whose planes are all its sides; each ridge is clipped by all
+constexpr double kSamePlane = 1e-4;  // [rad] as flat bends (surface_mesh.cpp)
 
 // One way out of the surface for a point.
 struct Exit {
   const Face* face = nullptr;  // nullptr: a ridge
   Vector3d n;
-  double clearance = 0.0;      // [m] negative inside
+  double clearance = 0.0;  // [m] negative inside
 };
 
 struct Ball {
-  Vector3d p;                  // [m] in G
+  Vector3d p;  // [m] in G
   double radius = 0.0, margin = 0.0;
 };
 
@@ -46,7 +47,8 @@ bool is_above_face(const SurfaceMesh& surface, const Face& face, const Vector3d&
 
 bool find_face_exit(const SurfaceMesh& surface, const Face& face, const Ball& ball, Exit* exit) {
   const double height = face.n.dot(ball.p - surface.get_corner(face, 0));
-  if (height - ball.radius >= ball.margin || -height > surface.deepest() || !is_above_face(surface, face, ball.p)) return false;
+  if (height - ball.radius >= ball.margin || -height > surface.deepest() || !is_above_face(surface, face, ball.p))
+    return false;
   *exit = {&face, face.n, height - ball.radius};
   return true;
 }
@@ -55,7 +57,8 @@ bool find_face_exit(const SurfaceMesh& surface, const Face& face, const Ball& ba
 bool find_ridge_exit(const SurfaceMesh& surface, const Face& face, size_t k, const Ball& ball, Exit* exit) {
   const int other = face.neighbours[k];
   if (face.edges[k] != EdgeKind::kRidge || (other >= 0 && &surface.faces()[size_t(other)] < &face)) return false;
-  const Vector3d &a = surface.get_corner(face, static_cast<int>(k)), &b = surface.get_corner(face, static_cast<int>(k + 1) % 3);
+  const Vector3d &a = surface.get_corner(face, static_cast<int>(k)),
+                 &b = surface.get_corner(face, static_cast<int>(k + 1) % 3);
   const double t = std::clamp((ball.p - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
   const Vector3d away = ball.p - (a + t * (b - a));
   const double distance = away.norm();
@@ -80,8 +83,8 @@ void add_exit(const Ball& ball, const Exit& exit, std::vector<ContactPoint>* poi
   points->push_back({p, exit.n, -exit.clearance});
 }
 
-// A ball whose middle is outside touches whatever is within its radius. A middle that is inside leaves by the nearest way,
-// and by those on the other sides of valleys.
+// A ball whose middle is outside touches whatever is within its radius. A middle that is inside leaves by the nearest
+// way, and by those on the other sides of valleys.
 class BallContact {
  public:
   BallContact(const SurfaceMesh& surface, const std::vector<int>& faces) : surface_(surface), faces_(faces) {}
@@ -104,19 +107,23 @@ class BallContact {
     find_exits(ball);
     if (is_inside(ball, own) && is_beyond(ball.p, own)) return false;
     return !is_inside(ball, own) || std::none_of(exits_.begin(), exits_.end(), [&](const Exit& e) {
-      return is_inside(ball, e) && e.clearance > own.clearance + kSeam && e.n.dot(own.n) < kSameNormal && !are_valley(surface_, *e.face, *own.face);
+      return is_inside(ball, e) && e.clearance > own.clearance + kSeam && e.n.dot(own.n) < kSameNormal &&
+             !are_valley(surface_, *e.face, *own.face);
     });
   }
 
  private:
-  static bool is_inside(const Ball& ball, const Exit& exit) { return exit.face != nullptr && exit.clearance < -ball.radius; }
+  static bool is_inside(const Ball& ball, const Exit& exit) {
+    return exit.face != nullptr && exit.clearance < -ball.radius;
+  }
   // From outside a thin wall the way down to its far side passes its near side first: nothing to leave.
   bool is_beyond(const Vector3d& p, const Exit& exit) const {
     const double length = -exit.n.dot(p - surface_.get_corner(*exit.face, 0));
     return std::any_of(faces_.begin(), faces_.end(), [&](int i) {
       const Face& near = surface_.faces()[size_t(i)];
       const double height = near.n.dot(p - surface_.get_corner(near, 0)), facing = -near.n.dot(exit.n);
-      return height > 0.0 && facing > 0.0 && height < length * facing && is_above_face(surface_, near, p + height / facing * exit.n);
+      return height > 0.0 && facing > 0.0 && height < length * facing &&
+             is_above_face(surface_, near, p + height / facing * exit.n);
     });
   }
   void find_exits(const Ball& ball) {
@@ -124,7 +131,8 @@ class BallContact {
     Exit exit;
     for (const int i : faces_) {
       const Face& face = surface_.faces()[size_t(i)];
-      if (find_face_exit(surface_, face, ball, &exit) && !(is_inside(ball, exit) && is_beyond(ball.p, exit))) exits_.push_back(exit);
+      if (find_face_exit(surface_, face, ball, &exit) && !(is_inside(ball, exit) && is_beyond(ball.p, exit)))
+        exits_.push_back(exit);
       if (ball.radius <= 0.0) continue;
       for (size_t k = 0; k < 3; ++k) {
         if (find_ridge_exit(surface_, face, k, ball, &exit)) exits_.push_back(exit);
@@ -138,8 +146,8 @@ class BallContact {
 };
 
 // The points of a rim depend on the normal that they meet.
-void add_rim(const SurfaceMesh& surface, const std::vector<int>& faces, const SoleRim& rim, const Transform& X_GL, double margin,
-             BallContact* contact, std::vector<ContactPoint>* points) {
+void add_rim(const SurfaceMesh& surface, const std::vector<int>& faces, const SoleRim& rim, const Transform& X_GL,
+             double margin, BallContact* contact, std::vector<ContactPoint>* points) {
   for (const int i : faces) {
     const Face& face = surface.faces()[size_t(i)];
     Vector3d p[4];
@@ -160,15 +168,18 @@ bool clip(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b, 
     if (from < 0.0 && to < 0.0) return false;
     if (from >= 0.0 && to >= 0.0) continue;
     const double t = from / (from - to);
-    if (from < 0.0) *t0 = std::max(*t0, t);
-    else *t1 = std::min(*t1, t);
+    if (from < 0.0)
+      *t0 = std::max(*t0, t);
+    else
+      *t1 = std::min(*t1, t);
   }
   return *t1 > *t0;
 }
 
-// The side through which the segment leaves the shape with the shortest way, among those that face the ridge. None if another
-// way is far shorter: then an end of the ridge is just inside, and the other ridges that meet there carry it.
-const Side* find_way_out(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b, const Vector3d& outward) {
+// The side through which the segment leaves the shape with the shortest way, among those that face the ridge. None if
+// another way is far shorter: then an end of the ridge is just inside, and the other ridges that meet there carry it.
+const Side* find_way_out(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b,
+                         const Vector3d& outward) {
   const Side* best = nullptr;
   double least = std::numeric_limits<double>::infinity(), least_of_all = least;
   for (const Side& side : sides) {
@@ -182,12 +193,13 @@ const Side* find_way_out(const std::vector<Side>& sides, const Vector3d& a, cons
 }
 
 // Ridge k of a face against the sides of a shape, in link axes; appended in G.
-void add_ridge(const SurfaceMesh& surface, const Face& face, size_t k, const TouchingShape& shape, const Transform& X_GL,
-               std::vector<ContactPoint>* points) {
+void add_ridge(const SurfaceMesh& surface, const Face& face, size_t k, const TouchingShape& shape,
+               const Transform& X_GL, std::vector<ContactPoint>* points) {
   const int other = face.neighbours[k];
   if (face.edges[k] != EdgeKind::kRidge || (other >= 0 && &surface.faces()[size_t(other)] < &face)) return;
   const auto to_link = [&](const Vector3d& p_G) -> Vector3d { return X_GL.R.transpose() * (p_G - X_GL.p); };
-  const Vector3d a = to_link(surface.get_corner(face, static_cast<int>(k))), b = to_link(surface.get_corner(face, static_cast<int>(k + 1) % 3));
+  const Vector3d a = to_link(surface.get_corner(face, static_cast<int>(k))),
+                 b = to_link(surface.get_corner(face, static_cast<int>(k + 1) % 3));
   double t0 = 0.0, t1 = 1.0;
   if (!clip(shape.sides, a, b, &t0, &t1)) return;
   const Vector3d outward_G = other >= 0 ? Vector3d(face.n + surface.faces()[size_t(other)].n).normalized() : face.n;
@@ -222,7 +234,8 @@ void add_cylinder_sides(const CollisionShape& shape, std::vector<Side>* sides) {
 }
 
 bool holds(const Side& side, const std::vector<Vector3d>& points) {
-  return std::all_of(points.begin(), points.end(), [&](const Vector3d& p) { return side.n.dot(p) <= side.d + kSamePlace; });
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vector3d& p) { return side.n.dot(p) <= side.d + kSamePlace; });
 }
 
 // The planes of a mesh, in link axes, if it is convex and has few of them; else none.
@@ -282,7 +295,8 @@ TouchingShape make_touching_shape(const CollisionShape& shape, const Vector3d& p
   TouchingShape touching;
   touching.parts = make_shape_parts(shape);
   touching.parts.p_LR = p_LR;
-  for (const SolePoint& point : touching.parts.points) touching.margins.push_back(find_margin(touching.parts, point, margin));
+  for (const SolePoint& point : touching.parts.points)
+    touching.margins.push_back(find_margin(touching.parts, point, margin));
   touching.margin = margin;
   add_sides(shape, &touching);
   update_box(shape, &touching);
@@ -297,7 +311,8 @@ void calc_surface_contact(const SurfaceMesh& surface, const std::vector<int>& fa
     const SolePoint& point = shape.parts.points[i];
     contact.add({X_GL * point.p_LQ, point.radius, shape.margins[i]}, points);
   }
-  for (const SoleRim& rim : shape.parts.rims) add_rim(surface, faces, rim, X_GL, find_upper_margin(shape.margin), &contact, points);
+  for (const SoleRim& rim : shape.parts.rims)
+    add_rim(surface, faces, rim, X_GL, find_upper_margin(shape.margin), &contact, points);
   if (shape.sides.empty()) return;
   for (const int i : faces) {
     for (size_t k = 0; k < 3; ++k) add_ridge(surface, surface.faces()[size_t(i)], k, shape, X_GL, points);
@@ -309,7 +324,9 @@ void reduce_by_normal(const Matrix3d& R_WA, int max_points, std::vector<ContactP
   constexpr double kLikeNormal = 0.9;  // cosine
   std::vector<ContactPoint> rest = std::move(*points), kept, like, others;
   while (!rest.empty()) {
-    const Vector3d n = std::max_element(rest.begin(), rest.end(), [](const auto& a, const auto& b) { return a.depth < b.depth; })->n_BA_W;
+    const Vector3d n = std::max_element(rest.begin(), rest.end(), [](const auto& a, const auto& b) {
+                         return a.depth < b.depth;
+                       })->n_BA_W;
     like.clear();
     others.clear();
     for (const ContactPoint& point : rest) (point.n_BA_W.dot(n) > kLikeNormal ? like : others).push_back(point);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Contacts of convex shapes with the triangles of a surface. FCL finds the triangles (surface_mesh.h); points, normals and
-// depths are computed here, since FCL gives one contact a triangle whose normal may lie across the seam of two of them.
+// Contacts of convex shapes with the triangles of a surface. FCL finds the triangles (surface_mesh.h); points, normals
+// and depths are computed here, since FCL gives one contact a triangle whose normal may lie across the seam of two of
+// them.
 //
 //   corners, spheres and rims of the shape below a triangle     normal of the triangle
 //   spheres beside a ridge of the surface                       away from the ridge
@@ -23,12 +24,12 @@ struct Side {
 
 // One collision shape of a link, in link axes.
 struct TouchingShape {
-  Sole parts;                          // its corners, spheres, rims
-  std::vector<double> margins;         // [m] of parts.points: above a surface by less than this they are found, too
-  double margin = 0.0;                 // [m] the largest of them
-  std::vector<Side> sides;             // none for a sphere
-  Transform X_LB;                      // box that holds the shape
-  Vector3d half = Vector3d::Zero();    // [m] half of its edges, margin included
+  Sole parts;                        // its corners, spheres, rims
+  std::vector<double> margins;       // [m] of parts.points: above a surface by less than this they are found, too
+  double margin = 0.0;               // [m] the largest of them
+  std::vector<Side> sides;           // none for a sphere
+  Transform X_LB;                    // box that holds the shape
+  Vector3d half = Vector3d::Zero();  // [m] half of its edges, margin included
 };
 
 // `contact.margin` of the scenario; `p_LR`: the reference point of the shape's link (sole.h).
@@ -38,7 +39,8 @@ TouchingShape make_touching_shape(const CollisionShape& shape, const Vector3d& p
 void calc_surface_contact(const SurfaceMesh& surface, const std::vector<int>& faces, const TouchingShape& shape,
                           const Transform& X_GL, std::vector<ContactPoint>* points);
 
-// Points with like normals are reduced together (sole_contact.h): what stands on a step and touches the next one keeps both.
+// Points with like normals are reduced together (sole_contact.h): what stands on a step and touches the next one keeps
+// both.
 void reduce_by_normal(const Matrix3d& R_WA, int max_points, std::vector<ContactPoint>* points);
 
 }  // namespace hrp

@@ -17,7 +17,8 @@ constexpr double kDeepestInMesh = 0.1;
 Face make_face(const std::vector<Vector3d>& vertices, const std::array<int, 3>& triangle) {
   Face face;
   face.corners = triangle;
-  const Vector3d &a = vertices[size_t(triangle[0])], &b = vertices[size_t(triangle[1])], &c = vertices[size_t(triangle[2])];
+  const Vector3d &a = vertices[size_t(triangle[0])], &b = vertices[size_t(triangle[1])],
+                 &c = vertices[size_t(triangle[2])];
   face.n = (b - a).cross(c - a).normalized();
   face.m = {(b - a).cross(face.n).normalized(), (c - b).cross(face.n).normalized(), (a - c).cross(face.n).normalized()};
   return face;
@@ -26,7 +27,9 @@ Face make_face(const std::vector<Vector3d>& vertices, const std::array<int, 3>& 
 }  // namespace
 
 SurfaceMesh::SurfaceMesh(const Surface& surface)
-    : columns_(surface.columns), rows_(surface.rows), spacing_(surface.spacing),
+    : columns_(surface.columns),
+      rows_(surface.rows),
+      spacing_(surface.spacing),
       deepest_(surface.is_grid() ? std::numeric_limits<double>::infinity() : kDeepestInMesh) {
   Mesh mesh = make_triangles(surface);
   if (!surface.is_grid()) tree_ = narrow_.add_mesh(mesh);
@@ -42,11 +45,14 @@ SurfaceMesh::SurfaceMesh(const Surface& surface)
   classify_edges();
 }
 
-// Two triangles are neighbours when one has an edge from u to v and the other from v to u. A third one has a border there.
+// Two triangles are neighbours when one has an edge from u to v and the other from v to u. A third one has a border
+// there.
 void SurfaceMesh::link_neighbours() {
   std::unordered_map<unsigned long long, int> open;  // 3 face + edge, by the edge's vertices
   open.reserve(faces_.size() * 3);
-  const auto key = [](int u, int v) { return static_cast<unsigned long long>(u) << 32 | static_cast<unsigned long long>(v); };
+  const auto key = [](int u, int v) {
+    return static_cast<unsigned long long>(u) << 32 | static_cast<unsigned long long>(v);
+  };
   for (size_t i = 0; i < faces_.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       const int u = faces_[i].corners[size_t(k)], v = faces_[i].corners[size_t((k + 1) % 3)];
@@ -103,7 +109,8 @@ void SurfaceMesh::find_faces(const QueryBox& box, std::vector<int>* found) {
   found->clear();
   const Vector3d reach = box.X_GB.R.cwiseAbs() * box.half;
   const Vector3d low = box.X_GB.p - reach, high = box.X_GB.p + reach;
-  if (low.x() > high_.x() || low.y() > high_.y() || low.z() > high_.z() || high.x() < low_.x() || high.y() < low_.y()) return;
+  if (low.x() > high_.x() || low.y() > high_.y() || low.z() > high_.z() || high.x() < low_.x() || high.y() < low_.y())
+    return;
   if (tree_ < 0) return find_in_grid(low, high, found);
   if (high.z() >= low_.z()) narrow_.find_triangles(tree_, box.shape, box.X_GB, found);
 }

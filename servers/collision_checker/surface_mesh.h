@@ -18,8 +18,8 @@ struct Face {
   std::array<int, 3> corners{};                 // of vertices
   std::array<int, 3> neighbours{{-1, -1, -1}};  // faces, -1 at a border
   std::array<EdgeKind, 3> edges{{EdgeKind::kRidge, EdgeKind::kRidge, EdgeKind::kRidge}};
-  Vector3d n;                                   // unit, outward
-  std::array<Vector3d, 3> m;                    // unit, in the plane of the triangle, away from it across edge k
+  Vector3d n;                 // unit, outward
+  std::array<Vector3d, 3> m;  // unit, in the plane of the triangle, away from it across edge k
 };
 
 // A box in the surface's frame G.
@@ -35,8 +35,11 @@ class SurfaceMesh {
 
   const std::vector<Face>& faces() const { return faces_; }
   const Vector3d& get_corner(const Face& face, int k) const { return vertices_[size_t(face.corners[size_t(k)])]; }
-  Vector3d calc_middle(const Face& face) const { return (get_corner(face, 0) + get_corner(face, 1) + get_corner(face, 2)) / 3.0; }
-  // [m] Points deeper than this below a triangle are not inside of the body that it bounds. A grid is solid all the way down.
+  Vector3d calc_middle(const Face& face) const {
+    return (get_corner(face, 0) + get_corner(face, 1) + get_corner(face, 2)) / 3.0;
+  }
+  // [m] Points deeper than this below a triangle are not inside of the body that it bounds. A grid is solid all the way
+  // down.
   double deepest() const { return deepest_; }
 
   // Registers a box of these edges [m]; the number is for QueryBox::shape.
@@ -54,7 +57,7 @@ class SurfaceMesh {
   Vector3d low_, high_;  // [m] box that holds the surface
   int columns_ = 0, rows_ = 0;
   double spacing_ = 0.0, deepest_ = 0.0;
-  NarrowPhase narrow_;   // a mesh's tree
+  NarrowPhase narrow_;  // a mesh's tree
   int tree_ = -1;
 };
 

@@ -13,7 +13,8 @@ const Surface& find_surface(const RobotDescription& robot, const ObstacleSpec& o
   for (const auto& surface : robot.surfaces) {
     if (surface->obstacle == obstacle.name) return *surface;
   }
-  throw InputError(scenario.make_diagnostic("obstacles." + obstacle.name, "the robot's description lacks this surface"));
+  throw InputError(
+      scenario.make_diagnostic("obstacles." + obstacle.name, "the robot's description lacks this surface"));
 }
 
 // Reference point of a link [m, link axes]: that of its soles where it has some.
@@ -29,7 +30,8 @@ Vector3d find_reference(int link, const std::vector<Sole>& soles, const std::vec
 
 bool is_beside_foot(const TreeSpec& tree, const std::vector<Sole>& soles, int link) {
   return std::any_of(soles.begin(), soles.end(), [&](const Sole& sole) {
-    return sole.link == link || tree.links[size_t(link)].parent == sole.link || tree.links[size_t(sole.link)].parent == link;
+    return sole.link == link || tree.links[size_t(link)].parent == sole.link ||
+           tree.links[size_t(sole.link)].parent == link;
   });
 }
 

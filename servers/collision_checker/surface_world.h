@@ -18,8 +18,8 @@ class SurfaceWorld {
   // Throws InputError: an obstacle whose surface the description lacks.
   SurfaceWorld(const RobotDescription& robot, const Scenario& scenario, const ContactFilter& filter);
 
-  // Shapes of feet and their neighbours that are no soles and reach into a surface at the start never touch it, as with the
-  // ground.
+  // Shapes of feet and their neighbours that are no soles and reach into a surface at the start never touch it, as with
+  // the ground.
   void leave_out_start(const RobotDescription& robot, const Data& start);
 
   // Couples of a link and a surface, by link.
@@ -33,7 +33,7 @@ class SurfaceWorld {
   struct Place {
     std::unique_ptr<SurfaceMesh> mesh;
     Transform X_WG;
-    int obstacle = 0;       // as ContactPair::body_b
+    int obstacle = 0;  // as ContactPair::body_b
     double friction = 0.0;
   };
   struct Part {

@@ -8,8 +8,8 @@
 namespace hrp {
 namespace {
 
-constexpr double kHugeEffort = 1e5;    // [N m or N] no drive of a robot
-constexpr double kFastJoint = 1e3;     // [rad/s or m/s] no joint of a robot
+constexpr double kHugeEffort = 1e5;  // [N m or N] no drive of a robot
+constexpr double kFastJoint = 1e3;   // [rad/s or m/s] no joint of a robot
 
 // Without "step 12: ": the caller says where.
 std::string remove_step(const std::string& text) {
@@ -27,7 +27,8 @@ std::string find_likely_reason(const Scenario& scenario, const State& state, con
     if (push.force_W.norm() > kHugeEffort) return "the push '" + push.name + "'";
   }
   if (scenario.integrator != "implicit") {
-    return "'integrator: " + scenario.integrator + "' cannot carry servos and contacts as stiff as these with this time step; "
+    return "'integrator: " + scenario.integrator +
+           "' cannot carry servos and contacts as stiff as these with this time step; "
            "use 'integrator: implicit' or a shorter steps.time_step";
   }
   const bool fast = state.qd.size() > 0 && state.qd.cwiseAbs().maxCoeff() > kFastJoint;
@@ -47,13 +48,15 @@ std::string SimulatorEngine::describe_blow_up(const JointCommand& command) const
     simulator_.state().qd.cwiseAbs().maxCoeff(&joint);
     fastest = ", fastest before: joint '" + simulator_.tree().joint(static_cast<int>(joint)).name + "'";
   }
-  return std::string("the state blows up at ") + time + ": " + remove_step(simulator_.fault_text()) + fastest + "; likely reason: " +
-         find_likely_reason(scenario_, simulator_.state(), command);
+  return std::string("the state blows up at ") + time + ": " + remove_step(simulator_.fault_text()) + fastest +
+         "; likely reason: " + find_likely_reason(scenario_, simulator_.state(), command);
 }
 
 SimulatorEngine::SimulatorEngine(const RobotDescription& robot, const Scenario& scenario)
-    : scenario_(scenario), simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
-      others_(robot, scenario), pushes_(robot, scenario, simulator_.state()) {}
+    : scenario_(scenario),
+      simulator_(vary_robot(robot, scenario), vary_scenario(robot, scenario)),
+      others_(robot, scenario),
+      pushes_(robot, scenario, simulator_.state()) {}
 
 std::string SimulatorEngine::step(const ContactSet& contacts, const JointCommand& command) {
   const ExternalWrenches& pushes = pushes_.find(simulator_.time(), simulator_.state());

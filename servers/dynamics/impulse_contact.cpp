@@ -119,8 +119,8 @@ Status ImpulseContact::factorise(const Model& model, const Eigen::VectorXd& iner
   return Status::kOk;
 }
 
-// With Y = L^-1 J^T and C = L^-1 Jc^T of the loops, G of the closed chain is Y^T (1 - Q Q^T) Y, Q orthonormal and spanning C:
-// an impulse and what the loops answer to it.
+// With Y = L^-1 J^T and C = L^-1 Jc^T of the loops, G of the closed chain is Y^T (1 - Q Q^T) Y, Q orthonormal and
+// spanning C: an impulse and what the loops answer to it.
 void ImpulseContact::keep_loops_closed(const Eigen::MatrixXd& loops) {
   if (loops.rows() == 0) return;
   Eigen::MatrixXd C = loops.transpose(), Q(M_.rows(), loops.rows());
@@ -142,7 +142,8 @@ double ImpulseContact::row_dot(int row) const { return u_free_[row] + Y_.col(row
 
 void ImpulseContact::change_impulse(int row, double delta) { y_ += delta * Y_.col(row); }
 
-// [H03 section 3.1]. One visit to a point: normal impulse, then friction on the circle of radius mu P_n. Returns the largest change.
+// [H03 section 3.1]. One visit to a point: normal impulse, then friction on the circle of radius mu P_n. Returns the
+// largest change.
 double ImpulseContact::sweep_point(int i) {
   Point& point = points_[static_cast<size_t>(i)];
   const Vector3d before = point.P;
@@ -178,8 +179,8 @@ void ImpulseContact::sweep_all() {
 }
 
 Status ImpulseContact::solve(const ContactSet& contacts, const Model& model, const Eigen::VectorXd& inertia_extra,
-                             const Eigen::VectorXd& v, const Eigen::VectorXd& v_free,
-                             const Eigen::MatrixXd& loops, Data* data) {
+                             const Eigen::VectorXd& v, const Eigen::VectorXd& v_free, const Eigen::MatrixXd& loops,
+                             Data* data) {
   start_points(contacts);
   fill_jacobian(model, *data);
   const Status status = factorise(model, inertia_extra, data);
@@ -210,8 +211,8 @@ void ImpulseContact::add(const Data& data, double dt, LinkWrenches* wrenches) co
 
 const Eigen::VectorXd& ImpulseContact::correction_velocity(double dt) {
   correction_.setZero();
-  const bool deep = std::any_of(points_.begin(), points_.end(),
-                                [&](const Point& point) { return point.depth > options_.slop; });
+  const bool deep =
+      std::any_of(points_.begin(), points_.end(), [&](const Point& point) { return point.depth > options_.slop; });
   if (!deep) return correction_;
   for (int sweep = 0; sweep < 50; ++sweep) {
     for (int i = 0; i < static_cast<int>(points_.size()); ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rigid contact by impulses ([H03 section 3.1]): what a step must do to the velocities so that nothing sinks in further,
-// with Coulomb friction and restitution.
+// Rigid contact by impulses ([H03 section 3.1]): what a step must do to the velocities so that nothing sinks in
+// further, with Coulomb friction and restitution.
 //
 //   v' = v_free + A J^T P,  A = (M + implicit terms)^-1
 //   normal:      0 <= P_n  complementary to  v_n' + e v_n(before) >= 0   (restitution only above a threshold speed)
@@ -24,15 +24,15 @@ struct ImpulseOptions {
   double slop = 1e-4;                   // [m] penetration that is left, so that resting contacts stay contacts
   double correction = 0.1;              // share of the rest that is taken out in a step
   int max_sweeps = 200;
-  double tolerance = 1e-10;             // relative change of impulses at which sweeping ends
+  double tolerance = 1e-10;  // relative change of impulses at which sweeping ends
 };
 
 class ImpulseContact {
  public:
   ImpulseContact(const ImpulseOptions& options, const Model& model);
   // `data` at the start of the step with the mass matrix not needed; inertia_extra as in ImplicitTerms.
-  // v: velocities at the start, v_free: at the end without contact. loops: dc/dv of closed chains, which v_free obeys and
-  // impulses leave as it is; no rows without.
+  // v: velocities at the start, v_free: at the end without contact. loops: dc/dv of closed chains, which v_free obeys
+  // and impulses leave as it is; no rows without.
   Status solve(const ContactSet& contacts, const Model& model, const Eigen::VectorXd& inertia_extra,
                const Eigen::VectorXd& v, const Eigen::VectorXd& v_free, const Eigen::MatrixXd& loops, Data* data);
   // Impulses as mean forces over dt.
@@ -65,12 +65,12 @@ class ImpulseContact {
   ImpulseOptions options_;
   std::vector<PointIndex> order_;
   std::vector<Point> points_;
-  Eigen::MatrixXd M_;          // nv x nv, then its Cholesky factor
-  Eigen::MatrixXd J_;          // rows of points (3 each) as columns: nv x 3 points, J^T
-  Eigen::MatrixXd Y_;          // L^-1 J^T: G = Y^T Y
-  Eigen::VectorXd y_;          // Y P, so that G P is never formed: a sweep costs O(M)
-  Eigen::VectorXd u_free_;     // J v_free
-  Eigen::VectorXd diagonal_;   // of G
+  Eigen::MatrixXd M_;         // nv x nv, then its Cholesky factor
+  Eigen::MatrixXd J_;         // rows of points (3 each) as columns: nv x 3 points, J^T
+  Eigen::MatrixXd Y_;         // L^-1 J^T: G = Y^T Y
+  Eigen::VectorXd y_;         // Y P, so that G P is never formed: a sweep costs O(M)
+  Eigen::VectorXd u_free_;    // J v_free
+  Eigen::VectorXd diagonal_;  // of G
   Eigen::VectorXd correction_;
   int sweeps_ = 0;
 };

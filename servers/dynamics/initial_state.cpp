@@ -68,7 +68,8 @@ double calc_initial_height(const RobotDescription& robot, const Scenario& scenar
 
 State make_initial_state(const RobotDescription& robot, const Scenario& scenario) {
   State state = make_state_on_origin(robot, scenario);
-  if (scenario.floating_base && (scenario.ground.present || !robot.surfaces.empty()) && !scenario.initial_height_given) {
+  if (scenario.floating_base && (scenario.ground.present || !robot.surfaces.empty()) &&
+      !scenario.initial_height_given) {
     state.p_WB.z() = calc_initial_height(robot, scenario);
   }
   return state;

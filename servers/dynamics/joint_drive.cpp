@@ -65,17 +65,18 @@ void add_drive_terms(const JointLaws& laws, double motor_v, AffineEffort* motor)
   *motor = {torque + b * motor_v, b};
 }
 
-// While the motor brakes, a gear that is hard to turn backwards multiplies what comes to it, the rotor's inertia included.
-// `share` of it: 1 in motion.
+// While the motor brakes, a gear that is hard to turn backwards multiplies what comes to it, the rotor's inertia
+// included. `share` of it: 1 in motion.
 void add_gear(const JointLaws& laws, double motor_v, double direction, double share, DriveStep* step) {
   AffineEffort& motor = step->motor;
   if (laws.backdriven == 0.0 || motor.at(motor_v) * direction >= 0.0) return;
-  const double gain = share * laws.backdriven / (1.0 - laws.backdriven), rotor = gain * laws.motor_inertia / step->in.dt;
+  const double gain = share * laws.backdriven / (1.0 - laws.backdriven),
+               rotor = gain * laws.motor_inertia / step->in.dt;
   motor = {(1.0 + gain) * motor.a + rotor * motor_v, (1.0 + gain) * motor.b + rotor};
 }
 
-// Dahl's friction (AIAA J. 14, 1976) is level x bend / displacement, where the bend [rad] follows the motor and saturates:
-// d bend / dx = 1 - sgn(v) bend / displacement.
+// Dahl's friction (AIAA J. 14, 1976) is level x bend / displacement, where the bend [rad] follows the motor and
+// saturates: d bend / dx = 1 - sgn(v) bend / displacement.
 bool bends(const JointLaws& laws) { return laws.bends && laws.has_friction(); }
 
 double calc_bend_slope(const JointLaws& laws, double bend, double direction) {
@@ -88,7 +89,8 @@ double calc_bend(const JointLaws& laws, double bend, double step) {
   return end + (bend - end) * std::exp(-std::abs(step) / d);
 }
 
-// Bend at the end of the step over motor v': along its slope, as far as it goes. Continuous where one becomes the other.
+// Bend at the end of the step over motor v': along its slope, as far as it goes. Continuous where one becomes the
+// other.
 AffineEffort calc_bend_end(const JointLaws& laws, const DriveMemory& memory, double direction, const DriveStep& step) {
   if (step.in.horizon == 0.0) return {memory.bend, 0.0};
   if (step.regime.slips) return {direction * laws.presliding, 0.0};
@@ -104,7 +106,8 @@ void add_bend(const JointLaws& laws, const DriveMemory& memory, double motor_v, 
   step->motor.b -= stiffness * bend.b;
 }
 
-void add_motor_terms(const JointLaws& laws, const DriveMemory& memory, double motor_q, double motor_v, DriveStep* step) {
+void add_motor_terms(const JointLaws& laws, const DriveMemory& memory, double motor_q, double motor_v,
+                     DriveStep* step) {
   AffineEffort& motor = step->motor;
   motor.b += laws.viscous;
   if (laws.cogging_amplitude != 0.0) {
@@ -163,9 +166,7 @@ void add_link_terms(const JointLaws& laws, const DriveMemory& memory, DriveStep*
   }
 }
 
-signed char find_gap_side(const JointLaws& laws, double twist) {
-  return sign_of(calc_backlash_twist(laws.gap, twist));
-}
+signed char find_gap_side(const JointLaws& laws, double twist) { return sign_of(calc_backlash_twist(laws.gap, twist)); }
 
 signed char find_stop_side(const JointLaws& laws, double q) {
   if (laws.stop_stiffness <= 0.0) return 0;
@@ -262,7 +263,8 @@ void start_drive(const JointLaws& laws, const DriveMemory& memory, const DriveIn
   const double drive = calc_drive(laws, memory, step->servo, in.horizon).at(motor_v);
   regime.saturation = find_limit_side(drive, laws.saturation);
   step->load = std::clamp(drive, -laws.saturation, laws.saturation);
-  if (laws.has_friction()) regime.friction = motor_v == 0.0 && !bends(laws) ? FrictionRegime::kHeld : make_moving(motor_v);
+  if (laws.has_friction())
+    regime.friction = motor_v == 0.0 && !bends(laws) ? FrictionRegime::kHeld : make_moving(motor_v);
   if (laws.elastic) regime.gap = find_gap_side(laws, memory.motor_q - in.q);
   regime.stop = find_stop_side(laws, in.q + in.horizon * in.v);
 }
@@ -284,7 +286,8 @@ bool resolve_drive(const JointLaws& laws, const DriveMemory& memory, double v, d
   if (step->regime.changes >= kMaxChanges) return false;
   const double motor_v = laws.elastic ? step->motor_v.at(v) : v;
   const double holding = calc_holding_effort(laws, memory, v, held_effort, *step);
-  bool changed = bends(laws) ? resolve_bend(laws, memory, motor_v, step) : resolve_friction(laws, motor_v, holding, step);
+  bool changed =
+      bends(laws) ? resolve_bend(laws, memory, motor_v, step) : resolve_friction(laws, motor_v, holding, step);
   changed |= resolve_limits(laws, memory, motor_v, step);
   changed |= resolve_transmission(laws, memory, v, step);
   changed |= resolve_stop(laws, v, step);

@@ -34,25 +34,25 @@ struct DriveInput {
 enum class FrictionRegime : signed char { kNone, kHeld, kForward, kBackward };
 
 struct DriveRegime {
-  signed char servo = 0;       // -1, +1: at the effort limit
-  signed char saturation = 0;  // -1, +1: at the true torque's limit
-  signed char gap = 0;         // side of the backlash that carries, 0 inside
-  signed char stop = 0;        // -1 lower, +1 upper stop carries
+  signed char servo = 0;                            // -1, +1: at the effort limit
+  signed char saturation = 0;                       // -1, +1: at the true torque's limit
+  signed char gap = 0;                              // side of the backlash that carries, 0 inside
+  signed char stop = 0;                             // -1 lower, +1 upper stop carries
   FrictionRegime friction = FrictionRegime::kNone;  // of friction that bends: the direction; never held
-  bool slips = false;          // friction that bends: bent as far as it goes by the end of the step
+  bool slips = false;  // friction that bends: bent as far as it goes by the end of the step
   signed char changes = 0;
 };
 
 struct DriveStep {
   DriveInput in;
   DriveRegime regime;
-  AffineEffort servo;       // logged effort over motor velocity
-  AffineEffort motor;       // everything on the motor but the transmission
-  AffineEffort link;        // effort on the link over v'
-  AffineEffort twist;       // transmission effort = twist.a + twist.b (motor v' - link v')
-  AffineEffort motor_v;     // motor v' = motor_v.a - motor_v.b v'
-  bool held = false;        // the link's joint is held by friction (no elastic transmission)
-  double load = 0.0;        // [N m] the drive's torque, for friction that depends on it
+  AffineEffort servo;    // logged effort over motor velocity
+  AffineEffort motor;    // everything on the motor but the transmission
+  AffineEffort link;     // effort on the link over v'
+  AffineEffort twist;    // transmission effort = twist.a + twist.b (motor v' - link v')
+  AffineEffort motor_v;  // motor v' = motor_v.a - motor_v.b v'
+  bool held = false;     // the link's joint is held by friction (no elastic transmission)
+  double load = 0.0;     // [N m] the drive's torque, for friction that depends on it
 };
 
 struct DriveEfforts {

@@ -29,8 +29,7 @@ JointSystem::JointSystem(const Model& model, const Scenario& scenario, const std
     const bool mimic = joint.mimic.joint >= 0;
     mimics_.push_back(joint.mimic);
     const bool perfect = scenario.perfect_joints || scenario.drive == "motion";
-    kinds_.push_back(perfect && (driven || mimic) ? Kind::kPerfect
-                                                                   : (mimic ? Kind::kMimic : Kind::kDrive));
+    kinds_.push_back(perfect && (driven || mimic) ? Kind::kPerfect : (mimic ? Kind::kMimic : Kind::kDrive));
     if (scenario.joint_stops) {
       laws_[static_cast<size_t>(i)].lower = joint.lower;
       laws_[static_cast<size_t>(i)].upper = joint.upper;
@@ -66,8 +65,8 @@ void JointSystem::reset(const Model& model, const State& state, Data* data) {
   next_memories_ = memories_;
 }
 
-ReferenceSample JointSystem::find_reference(int joint, const State& state, const Reference& reference,
-                                            double horizon, double fraction) const {
+ReferenceSample JointSystem::find_reference(int joint, const State& state, const Reference& reference, double horizon,
+                                            double fraction) const {
   const MimicSpec& mimic = mimics_[static_cast<size_t>(joint)];
   if (mimic.joint < 0) return reference.get(joint, fraction);
   ReferenceSample followed{state.q[mimic.joint] + horizon * state.qd[mimic.joint], state.qd[mimic.joint], 0.0};

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "common/multibody/model.h"
+#include "common/robot/reference.h"
 #include "common/robot/scenario.h"
 #include "servers/dynamics/joint_drive.h"
-#include "common/robot/reference.h"
 
 namespace hrp {
 

@@ -11,11 +11,12 @@
 namespace hrp {
 namespace {
 
-// A force at a corner of a free box turns it, too: the corner gives way like a mass 7 times smaller (1 + 3 + 3, from m, and
-// from the two axes across the force). The explicit law must be stable for that one.
+// A force at a corner of a free box turns it, too: the corner gives way like a mass 7 times smaller (1 + 3 + 3, from m,
+// and from the two axes across the force). The explicit law must be stable for that one.
 constexpr double kTurning = 7.0;
 
-// The robot's tree with the links of all that moves as further ones. Their joints are never used: their places are written.
+// The robot's tree with the links of all that moves as further ones. Their joints are never used: their places are
+// written.
 TreeSpec join_trees(const RobotDescription& robot, const std::vector<Mover>& movers) {
   TreeSpec tree = robot.tree;
   for (const Mover& mover : movers) {
@@ -44,18 +45,24 @@ OtherBodies::Moving OtherBodies::make_moving(const Mover& mover, int first_link)
   const Scenario scenario = vary_scenario(mover.robot, mover.scenario);
   Simulator simulator(varied, scenario);
   Pushes pushes(varied, scenario, simulator.state());
-  Moving moving{mover.name, mover.is_robot, std::move(simulator), std::move(pushes), {}, {}, first_link, mover.num_bodies(), {}};
+  Moving moving{
+      mover.name, mover.is_robot, std::move(simulator), std::move(pushes), {}, {}, first_link, mover.num_bodies(), {}};
   moving.start = moving.simulator.state();
   moving.start.V_WB = mover.V_WB;
   return moving;
 }
 
-OtherBodies::OtherBodies(const RobotDescription& robot, const Scenario& scenario) : OtherBodies(robot, scenario, make_movers(robot, scenario)) {}
+OtherBodies::OtherBodies(const RobotDescription& robot, const Scenario& scenario)
+    : OtherBodies(robot, scenario, make_movers(robot, scenario)) {}
 
 OtherBodies::OtherBodies(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers)
-    : num_links_(static_cast<int>(robot.tree.links.size())), first_robot_(scenario.objects.size()),
-      all_(join_trees(robot, movers), scenario.gravity_W), data_(all_), all_state_(make_state(all_)),
-      law_(make_law(scenario.contact), all_), dt_(scenario.time_step) {
+    : num_links_(static_cast<int>(robot.tree.links.size())),
+      first_robot_(scenario.objects.size()),
+      all_(join_trees(robot, movers), scenario.gravity_W),
+      data_(all_),
+      all_state_(make_state(all_)),
+      law_(make_law(scenario.contact), all_),
+      dt_(scenario.time_step) {
   int link = num_links_;
   for (const Mover& mover : movers) {
     movers_.push_back(make_moving(mover, link));
@@ -85,7 +92,8 @@ PushForces OtherBodies::push(const PushForces& forces) {
     PushForces* of = &rest;
     std::string link = force.link;
     for (size_t k = 0; k < movers_.size() && of == &rest; ++k) {
-      const std::string own = find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
+      const std::string own =
+          find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
       if (!own.empty()) of = &theirs[k], link = own;
     }
     of->push_back(force);
@@ -102,7 +110,9 @@ void OtherBodies::let_go() {
 void OtherBodies::append_pushes(PushForces* forces) const {
   for (const Moving& moving : movers_) {
     for (PushForce force : moving.pushes.acting()) {
-      force.link = all_.spec().links[static_cast<size_t>(moving.first_link + moving.simulator.tree().find_link(force.link))].name;
+      force.link = all_.spec()
+                       .links[static_cast<size_t>(moving.first_link + moving.simulator.tree().find_link(force.link))]
+                       .name;
       forces->push_back(force);
     }
   }
@@ -160,8 +170,8 @@ void OtherBodies::update_places(const State& robot) {
   }
 }
 
-const ExternalWrenches& OtherBodies::start(const ContactSet& contacts, const State& robot, const ExternalWrenches& pushes,
-                                           std::string* fault) {
+const ExternalWrenches& OtherBodies::start(const ContactSet& contacts, const State& robot,
+                                           const ExternalWrenches& pushes, std::string* fault) {
   split(contacts);
   update_places(robot);
   on_robot_ = pushes;
@@ -184,11 +194,12 @@ const ExternalWrenches& OtherBodies::start(const ContactSet& contacts, const Sta
 
 std::string OtherBodies::step(Moving* moving) {
   on_mover_ = moving->pushes.find(moving->simulator.time(), moving->simulator.state());
-  for (int link = 0; link < moving->num_links; ++link) on_mover_.push_back({link, wrenches_[static_cast<size_t>(moving->first_link + link)]});
+  for (int link = 0; link < moving->num_links; ++link)
+    on_mover_.push_back({link, wrenches_[static_cast<size_t>(moving->first_link + link)]});
   const StepStatus status = moving->simulator.step(moving->own, moving->command, on_mover_);
   if (status == StepStatus::kOk) return "";
-  return std::string(moving->is_robot ? "robot '" : "object '") + moving->name + "': " + get_step_status_text(status) + ": " +
-         moving->simulator.fault_text();
+  return std::string(moving->is_robot ? "robot '" : "object '") + moving->name + "': " + get_step_status_text(status) +
+         ": " + moving->simulator.fault_text();
 }
 
 std::string OtherBodies::finish(const ContactForces& on_robot) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What moves beside the robot (movers.h): objects and other robots. Each has a simulator of its own, and so the laws of the
-// robot's links with ground, obstacles and itself. What they do to each other and to the robot acts as link against link
-// does (spring_contact.h): explicit, and exactly opposite on both.
+// What moves beside the robot (movers.h): objects and other robots. Each has a simulator of its own, and so the laws of
+// the robot's links with ground, obstacles and itself. What they do to each other and to the robot acts as link against
+// link does (spring_contact.h): explicit, and exactly opposite on both.
 #pragma once
 
 #include <string>
@@ -23,7 +23,8 @@ class OtherBodies {
   // Objects, then other robots.
   const ObjectStates& states() const { return states_; }
   size_t num_robots() const { return movers_.size() - first_robot_; }
-  // `k`: of the other robots, in the order of the scenario. A command holds until the next one; at first the start pose is held.
+  // `k`: of the other robots, in the order of the scenario. A command holds until the next one; at first the start pose
+  // is held.
   const Simulator& robot(size_t k) const { return movers_[first_robot_ + k].simulator; }
   void command(size_t k, const JointCommand& command) { movers_[first_robot_ + k].command = command; }
 
@@ -33,9 +34,10 @@ class OtherBodies {
   // Appends what pushed them over the last step, with names of bodies as Mover::name_body().
   void append_pushes(PushForces* forces) const;
 
-  // Forces in the state at the beginning of a step: returns those on the robot's links, with `pushes`. Empty when all is well,
-  // else what is wrong with the contacts in `fault`.
-  const ExternalWrenches& start(const ContactSet& contacts, const State& robot, const ExternalWrenches& pushes, std::string* fault);
+  // Forces in the state at the beginning of a step: returns those on the robot's links, with `pushes`. Empty when all
+  // is well, else what is wrong with the contacts in `fault`.
+  const ExternalWrenches& start(const ContactSet& contacts, const State& robot, const ExternalWrenches& pushes,
+                                std::string* fault);
   // The contacts that concern the robot and the fixed world alone.
   const ContactSet& robot_contacts() const { return robot_contacts_; }
   // Moves them. Empty when all went well, else which one failed, and why.
@@ -53,9 +55,9 @@ class OtherBodies {
     Pushes pushes;
     State start;
     JointCommand command;
-    int first_link = 0; // of the tree of all
+    int first_link = 0;  // of the tree of all
     int num_links = 0;
-    ContactSet own;     // with ground, obstacles and itself; its links count from 0
+    ContactSet own;  // with ground, obstacles and itself; its links count from 0
   };
 
   OtherBodies(const RobotDescription& robot, const Scenario& scenario, const std::vector<Mover>& movers);
@@ -73,14 +75,14 @@ class OtherBodies {
   std::vector<Moving> movers_;
   size_t first_robot_ = 0;  // of movers_
   ObjectStates states_;
-  Model all_;          // robot, objects and other robots: where they are, and their masses
+  Model all_;  // robot, objects and other robots: where they are, and their masses
   Data data_;
   State all_state_;
   SpringContact law_;
   ContactReport report_;
   ContactSet robot_contacts_, between_;
   LinkWrenches wrenches_;
-  LinkImpedances impedances_;    // stay empty: link against link has none
+  LinkImpedances impedances_;  // stay empty: link against link has none
   ExternalWrenches on_robot_, on_mover_;
   ContactForces forces_;
   double dt_ = 0.0;

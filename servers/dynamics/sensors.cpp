@@ -89,12 +89,11 @@ void Sensors::reset(const State& state, const Data& data, const EncoderTruth& en
   update_readings(state, data, encoders, 0);
 }
 
-void Sensors::update_forces(const Model& model, const Eigen::VectorXd& vdot, const LinkWrenches& wrenches,
-                            Data* data) {
+void Sensors::update_forces(const Model& model, const Eigen::VectorXd& vdot, const LinkWrenches& wrenches, Data* data) {
   if (imus_.empty() && wrenches_.empty()) return;
   calc_inverse_dynamics(model, vdot, &wrenches, data, &tau_);
-  // In the axes the link has here: turned by those after the step, the moment of 300 N under an ankle 0.1 m high would be
-  // off by 0.03 N m s/rad times the rate, a tenth of a per cent of a foot's damping.
+  // In the axes the link has here: turned by those after the step, the moment of 300 N under an ankle 0.1 m high would
+  // be off by 0.03 N m s/rad times the rate, a tenth of a per cent of a foot's damping.
   for (size_t i = 0; i < wrenches_.size(); ++i) {
     const Matrix3d R_LW = get_pose(*data, wrenches_[i].link).R.transpose();
     const Vector6d F_W = get_joint_wrench(*data, wrenches_[i].link);

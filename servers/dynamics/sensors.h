@@ -63,7 +63,8 @@ class Sensors {
   std::vector<Mounted> imus_, wrenches_;
   std::vector<Delay> delays_;             // two for every IMU (rate, acceleration), two for every wrench sensor
   std::vector<Vector3d> acceleration_W_;  // [m/s^2] of each IMU
-  std::vector<Vector6d, Eigen::aligned_allocator<Vector6d>> joint_wrench_L_;  // parent to link, about its origin, its axes
+  // Parent to link, about its origin, its axes
+  std::vector<Vector6d, Eigen::aligned_allocator<Vector6d>> joint_wrench_L_;
   Eigen::VectorXd tau_;
   SensorSample sample_;
 };

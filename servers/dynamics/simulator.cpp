@@ -88,13 +88,26 @@ const char* get_step_status_text(StepStatus status) {
 
 Simulator::Impl::Impl(const RobotDescription& robot, const Scenario& given, TreeSpec tree,
                       const std::vector<JointLaws>& laws, std::vector<SteadyForce> forces)
-    : scenario(given), model(tree, given.gravity_W), data(model), start(make_initial_state(robot, given)),
-      state(start), next(start), stage(start), integrator(parse_integrator(given.integrator)),
-      impulse(given.contact.model == "impulse"), by_pair(given.contact.model == "wrench"), dt(given.time_step),
+    : scenario(given),
+      model(tree, given.gravity_W),
+      data(model),
+      start(make_initial_state(robot, given)),
+      state(start),
+      next(start),
+      stage(start),
+      integrator(parse_integrator(given.integrator)),
+      impulse(given.contact.model == "impulse"),
+      by_pair(given.contact.model == "wrench"),
+      dt(given.time_step),
       reference(parse_interpolation(given.interpolation), given.control_period, given.time_step, get_delays(laws)),
-      joints(model, given, laws), spring(given.contact, model), rigid(make_impulse_options(given.contact), model), wrench(given, model),
-      sensors(model, given), steady_forces(std::move(forces)),
-      loops(model, find_loops(tree, given)), foot_of_link(find_feet(tree, given.feet)),
+      joints(model, given, laws),
+      spring(given.contact, model),
+      rigid(make_impulse_options(given.contact), model),
+      wrench(given, model),
+      sensors(model, given),
+      steady_forces(std::move(forces)),
+      loops(model, find_loops(tree, given)),
+      foot_of_link(find_feet(tree, given.feet)),
       foot_forces(given.feet.size(), 0.0) {
   const Eigen::Index n = model.num_joints(), nv = model.nv();
   wrenches.resize(tree.links.size(), Vector6d::Zero());
@@ -256,7 +269,8 @@ void Simulator::Impl::check_loops() const {
   for (size_t i = 0; i < gaps.size(); ++i) {
     if (gaps[i].length < kOpenLoop && gaps[i].angle < kOpenLoop) continue;
     char text[160];
-    std::snprintf(text, sizeof text, "is open by %.3g mm and %.3g mrad in the initial pose, expected at most 5 mm and 5 mrad",
+    std::snprintf(text, sizeof text,
+                  "is open by %.3g mm and %.3g mrad in the initial pose, expected at most 5 mm and 5 mrad",
                   1e3 * gaps[i].length, 1e3 * gaps[i].angle);
     throw InputError(scenario.make_diagnostic("loops." + scenario.loops[i].name, text));
   }

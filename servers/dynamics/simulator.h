@@ -22,13 +22,13 @@ namespace hrp {
 
 struct Data;  // common/multibody/model.h
 
-enum class [[nodiscard]] StepStatus {
-  kOk,
-  kBadCommand,      // wrong number of joints, NaN or infinity
-  kBadContact,      // unknown body, NaN, normal that is no unit vector, more points than the simulator has room for
-  kBadForce,        // external wrench on an unknown link, NaN
-  kNonFiniteState,  // the next state would not be finite: the state stays what it was
-  kSingular,        // an articulated inertia is not positive: massless subtree, negative mass
+enum class [[nodiscard]] StepStatus{
+    kOk,
+    kBadCommand,      // wrong number of joints, NaN or infinity
+    kBadContact,      // unknown body, NaN, normal that is no unit vector, more points than the simulator has room for
+    kBadForce,        // external wrench on an unknown link, NaN
+    kNonFiniteState,  // the next state would not be finite: the state stays what it was
+    kSingular,        // an articulated inertia is not positive: massless subtree, negative mass
 };
 
 const char* get_step_status_text(StepStatus status);

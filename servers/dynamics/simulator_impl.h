@@ -77,8 +77,8 @@ struct Simulator::Impl {
   Sensors sensors;
 
   std::vector<SteadyForce> steady_forces;
-  Loops loops;                      // closed chains; no rows without
-  Eigen::VectorXd loop_forces;      // J^T lambda
+  Loops loops;                  // closed chains; no rows without
+  Eigen::VectorXd loop_forces;  // J^T lambda
   LinkWrenches wrenches, push_wrenches;
   LinkImpedances impedances;
   std::vector<char> loaded;  // by link: contacts act on it, or on what it carries
@@ -86,7 +86,7 @@ struct Simulator::Impl {
   Eigen::VectorXd joint_efforts, servo_efforts;
   std::vector<Eigen::VectorXd> stage_v, stage_a;  // Runge-Kutta
   EncoderTruth encoders;
-  std::vector<int> foot_of_link;    // index of the foot that a link belongs to, -1
+  std::vector<int> foot_of_link;  // index of the foot that a link belongs to, -1
   std::vector<double> foot_forces;
   std::string fault;
   int solves = 0;

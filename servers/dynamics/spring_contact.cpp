@@ -21,7 +21,8 @@ BodyAcceleration find_acceleration(const Data& data, const Vector3d& gravity_W, 
   if (body < 0) return {};
   const LinkArticulated& A = data.articulated[static_cast<size_t>(body)];
   const LinkMotion& m = data.motion[static_cast<size_t>(body)];
-  return {small::to_eigen(A.alpha) + small::to_eigen(m.alpha), small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W,
+  return {small::to_eigen(A.alpha) + small::to_eigen(m.alpha),
+          small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W,
           small::to_eigen(data.kinematics[static_cast<size_t>(body)].p)};
 }
 
@@ -116,16 +117,16 @@ inline PointForceParts SpringContact::calc_parts(const PointWork& point, const V
   if (point.tangent == TangentRegime::kStick) {
     parts.friction = trial;
   } else {
-    parts.friction = point.direction * point.limit +
-                     point.sideways * (trial - point.direction * point.direction.dot(trial));
+    parts.friction =
+        point.direction * point.limit + point.sideways * (trial - point.direction * point.direction.dot(trial));
   }
   return parts;
 }
 
 inline small::S3 SpringContact::calc_point_impedance(const PointWork& point) const {
   if (point.frozen) return {};
-  const double along = dt_ * (point.spring.slope * horizon_ +
-                              (point.normal == NormalRegime::kSpringDamper ? point.damping : 0.0));
+  const double along =
+      dt_ * (point.spring.slope * horizon_ + (point.normal == NormalRegime::kSpringDamper ? point.damping : 0.0));
   const double across = dt_ * (point.law.tangential_stiffness * horizon_ + point.law.tangential_damping);
   const small::S3 nn = make_square(point.n);
   small::S3 tangential = small::S3{1, 0, 0, 1, 0, 1} - nn;
@@ -146,7 +147,8 @@ void SpringContact::add(const Data& data, LinkWrenches* wrenches, LinkImpedances
   }
 }
 
-void SpringContact::add_pair(const PairWork& pair, const Data& data, LinkWrenches* wrenches, PointImpedances* sum) const {
+void SpringContact::add_pair(const PairWork& pair, const Data& data, LinkWrenches* wrenches,
+                             PointImpedances* sum) const {
   const bool implicit = horizon_ != 0.0 && !pair.coupled;
   const small::V3 origin = data.kinematics[static_cast<size_t>(pair.body_a)].p;
   for (int i = pair.first; i < pair.first + pair.count; ++i) {
@@ -276,8 +278,8 @@ void SpringContact::move(const Data& data) {
       point.p = 0.5 * (a + b);
       point.spring = calc_normal_spring(point.law, point.depth);
       point.damping = calc_damper_coefficient(point.law, point.depth);
-      point.v = calc_body_point_velocity(data, pair.body_a, point.p) -
-                calc_body_point_velocity(data, pair.body_b, point.p);
+      point.v =
+          calc_body_point_velocity(data, pair.body_a, point.p) - calc_body_point_velocity(data, pair.body_b, point.p);
       point.slip = remove_normal(point.n, point.slip0 + a - b);
       point.pressing_offset = 0.0;
       point.normal = NormalRegime::kOpen;

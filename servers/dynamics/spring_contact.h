@@ -36,32 +36,32 @@ struct PointForceParts {
 // One point during one step. Velocities: of A against B, world axes.
 struct PointWork {
   PointIndex index;
-  int pair = 0;                    // of PairWork
-  Vector3d p, n;                   // [m], unit
-  Vector3d p_A, p_B;               // [m] the material points in A and B
+  int pair = 0;       // of PairWork
+  Vector3d p, n;      // [m], unit
+  Vector3d p_A, p_B;  // [m] the material points in A and B
   double depth = 0.0, depth0 = 0.0;
   PointContactParameters law;
   NormalSpring spring;
-  double damping = 0.0;            // [N s/m] at this depth
-  double pressing_offset = 0.0;    // [m/s] projected minus true pressing speed, [H03 eq. 2]
-  Vector3d v;                      // [m/s] at the start of the step
-  Vector3d slip, slip0;            // [m] tangential displacement since sticking; at the start of the step
+  double damping = 0.0;          // [N s/m] at this depth
+  double pressing_offset = 0.0;  // [m/s] projected minus true pressing speed, [H03 eq. 2]
+  Vector3d v;                    // [m/s] at the start of the step
+  Vector3d slip, slip0;          // [m] tangential displacement since sticking; at the start of the step
   bool was_sliding = false;
   NormalRegime normal = NormalRegime::kOpen;
   TangentRegime tangent = TangentRegime::kStick;
-  double limit = 0.0;              // [N] friction force while sliding
-  Vector3d direction;              // of the friction force while sliding
-  double sideways = 0.0;           // stiffness of the direction: limit / |force before clipping|
+  double limit = 0.0;     // [N] friction force while sliding
+  Vector3d direction;     // of the friction force while sliding
+  double sideways = 0.0;  // stiffness of the direction: limit / |force before clipping|
   int changes = 0;
-  bool frozen = false;             // regimes did not settle: the force is `fixed`, whatever the velocity
+  bool frozen = false;  // regimes did not settle: the force is `fixed`, whatever the velocity
   PointForceParts fixed;
 };
 
 struct PairWork {
   int body_a = 0, body_b = 0;
   double friction = 0.0;
-  bool coupled = false;            // both bodies move: treated explicitly, see docs/physics.md
-  int first = 0, count = 0;        // points
+  bool coupled = false;                  // both bodies move: treated explicitly, see docs/physics.md
+  int first = 0, count = 0;              // points
   Matrix3d R_WB = Matrix3d::Identity();  // at the start of the step
   Transform X_AW, X_BW;
   size_t first_anchor = 0, end_anchor = 0;  // of the last step

@@ -27,8 +27,7 @@ void SpringContact::reset() {
   anchors_.clear();
 }
 
-void SpringContact::start(const ContactSet& contacts, const Model& model, const Data& data, double horizon,
-                          double dt) {
+void SpringContact::start(const ContactSet& contacts, const Model& model, const Data& data, double horizon, double dt) {
   horizon_ = horizon;
   dt_ = dt;
   sort_contact_points(contacts, &order_);
@@ -78,7 +77,9 @@ void SpringContact::start_pair(const Data& data, PairWork* pair) const {
     return std::tie(anchor.body_a, anchor.body_b) < std::tie(of.body_a, of.body_b);
   };
   const auto begin = std::lower_bound(anchors_.begin(), anchors_.end(), *pair, comes_before);
-  const auto other = [&](const ContactAnchor& anchor) { return anchor.body_a != pair->body_a || anchor.body_b != pair->body_b; };
+  const auto other = [&](const ContactAnchor& anchor) {
+    return anchor.body_a != pair->body_a || anchor.body_b != pair->body_b;
+  };
   pair->first_anchor = static_cast<size_t>(begin - anchors_.begin());
   pair->end_anchor = static_cast<size_t>(std::find_if(begin, anchors_.end(), other) - anchors_.begin());
 }
@@ -98,8 +99,7 @@ void SpringContact::recall_anchor(const PairWork& pair, PointWork* point) const 
   point->slip0 = point->slip;
 }
 
-void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts, const Data& data,
-                                PointWork* point) {
+void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts, const Data& data, PointWork* point) {
   const ContactPoint& contact =
       contacts[static_cast<size_t>(point->index.pair)].points[static_cast<size_t>(point->index.point)];
   point->p = contact.p_WC;
@@ -114,13 +114,14 @@ void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts
     point->spring = {law_.stiffness * point->depth, law_.stiffness};
   }
   point->damping = calc_damper_coefficient(law_, point->depth);
-  point->v = calc_body_point_velocity(data, pair.body_a, point->p) -
-             calc_body_point_velocity(data, pair.body_b, point->p);
+  point->v =
+      calc_body_point_velocity(data, pair.body_a, point->p) - calc_body_point_velocity(data, pair.body_b, point->p);
   recall_anchor(pair, point);
   point->direction = Vector3d::Zero();
 }
 
-// Link against link acts explicitly, so that both links get exactly opposite forces; what would be unstable is softened.
+// Link against link acts explicitly, so that both links get exactly opposite forces; what would be unstable is
+// softened.
 void SpringContact::limit_coupled_stiffness(const Model& model, const PairWork& pair, PointWork* point) const {
   const double a = model.links()[static_cast<size_t>(pair.body_a)].mass;
   const double b = model.links()[static_cast<size_t>(pair.body_b)].mass;

@@ -55,8 +55,8 @@ double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
   return a_[i].dot(scale_angular(x, length_));
 }
 
-// [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it: a
-// point waits for one product and one sum of the point before it, not for a whole dot product.
+// [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it:
+// a point waits for one product and one sum of the point before it, not for a whole dot product.
 TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
   x0_ = scale_angular(twist, length_);
   UnitRows rows(a_, square_, num_);

@@ -6,8 +6,8 @@
 //
 // d_i points into the penetration, r_i from the reference point of the pair. Metric (the paper is silent): squared
 // speed plus squared angular velocity times l^2, l = ContactSpec::length_scale. Method: Hildreth's, that is projected
-// Gauss-Seidel on the dual, with the products of the rows; one sweep costs O(M) for M points and O(M) more for each that
-// holds. Started from zero multipliers: equal inputs, equal bits.
+// Gauss-Seidel on the dual, with the products of the rows; one sweep costs O(M) for M points and O(M) more for each
+// that holds. Started from zero multipliers: equal inputs, equal bits.
 #pragma once
 
 #include "common/spatial/transform.h"
@@ -19,7 +19,7 @@ constexpr int kMaxProjectionPoints = 64;
 struct TwistProjection {
   Vector6d x = Vector6d::Zero();  // the projected twist [w; v]
   int sweeps = 0;
-  double residual = 0.0;          // [m/s] largest change of the last sweep
+  double residual = 0.0;  // [m/s] largest change of the last sweep
 };
 
 // Conditions of Karush, Kuhn and Tucker, largest violations: of a_i x >= 0 [m/s], of lambda_i (a_i x) = 0 [m^2/s^2],

@@ -7,11 +7,11 @@
 namespace hrp {
 namespace {
 
-constexpr int kMaxChanges = 9;           // of one pair's linearisation within a step: as many as solve_regimes() has
-constexpr double kSettled = 1e-7;        // relative: the law agrees with its linearisation
-constexpr double kHeld = 1e-3;           // relative: what has not settled is this near, or held
-constexpr double kSmallWrench = 1e-7;    // [N] or less does not matter
-constexpr double kCoupledShare = 0.25;   // explicit stability of link against link: k dt^2 and c dt over the mass
+constexpr int kMaxChanges = 9;          // of one pair's linearisation within a step: as many as solve_regimes() has
+constexpr double kSettled = 1e-7;       // relative: the law agrees with its linearisation
+constexpr double kHeld = 1e-3;          // relative: what has not settled is this near, or held
+constexpr double kSmallWrench = 1e-7;   // [N] or less does not matter
+constexpr double kCoupledShare = 0.25;  // explicit stability of link against link: k dt^2 and c dt over the mass
 constexpr size_t kReservedPairs = 64;
 
 Vector6d make_diagonal(double x, double y, double z, const Vector3d& linear) {
@@ -41,10 +41,13 @@ WrenchLaw make_foot_law(const ContactSpec& contact, const FootBushSpec& bush) {
   return law;
 }
 
-Vector3d get_origin(const Data& data, int body) { return small::to_eigen(data.kinematics[static_cast<size_t>(body)].p); }
+Vector3d get_origin(const Data& data, int body) {
+  return small::to_eigen(data.kinematics[static_cast<size_t>(body)].p);
+}
 
 Vector3d get_rate(const Data& data, int body) {
-  return body < 0 ? Vector3d(Vector3d::Zero()) : Vector3d(small::to_eigen(data.kinematics[static_cast<size_t>(body)].w));
+  return body < 0 ? Vector3d(Vector3d::Zero())
+                  : Vector3d(small::to_eigen(data.kinematics[static_cast<size_t>(body)].w));
 }
 
 Vector6d turn(const Matrix3d& R, const Vector6d& x) {
@@ -113,17 +116,20 @@ void WrenchContact::start_pair(const ContactSet& contacts, const Model& model, c
   pair->count = std::min(static_cast<int>(contact.points.size()), kMaxProjectionPoints);
   for (int i = 0; i < pair->count; ++i) {
     const ContactPoint& point = contact.points[static_cast<size_t>(i)];
-    points_.push_back({pair->R_WA.transpose() * (point.p_WC - pair->p_WQ), pair->R_WA.transpose() * point.n_BA_W, point.depth});
+    points_.push_back(
+        {pair->R_WA.transpose() * (point.p_WC - pair->p_WQ), pair->R_WA.transpose() * point.n_BA_W, point.depth});
   }
   Vector6d twist;
   twist << get_rate(data, pair->body_a) - get_rate(data, pair->body_b),
-      calc_body_point_velocity(data, pair->body_a, pair->p_WQ) - calc_body_point_velocity(data, pair->body_b, pair->p_WQ);
+      calc_body_point_velocity(data, pair->body_a, pair->p_WQ) -
+          calc_body_point_velocity(data, pair->body_b, pair->p_WQ);
   pair->V0 = turn(pair->R_WA.transpose(), twist);
   pair->D0 = calc_pair_displacement(pair->law, points_.data() + pair->first, pair->count).D;
   linearise(pair->V0, pair);
 }
 
-// Link against link acts explicitly, so that both links get exactly opposite wrenches; what would be unstable is softened.
+// Link against link acts explicitly, so that both links get exactly opposite wrenches; what would be unstable is
+// softened.
 void WrenchContact::limit_coupled_law(const Model& model, WrenchPairWork* pair) const {
   const double a = model.links()[static_cast<size_t>(pair->body_a)].mass;
   const double b = model.links()[static_cast<size_t>(pair->body_b)].mass;
@@ -139,7 +145,8 @@ Vector6d WrenchContact::calc_end_twist(const Data& data, const WrenchPairWork& p
   const LinkMotion& m = data.motion[static_cast<size_t>(pair.body_a)];
   const Vector3d alpha = small::to_eigen(A.alpha) + small::to_eigen(m.alpha);
   Vector6d a;
-  a << alpha, small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W_ + alpha.cross(pair.p_WQ - get_origin(data, pair.body_a));
+  a << alpha, small::to_eigen(A.acc) + small::to_eigen(m.acc) + gravity_W_ +
+                  alpha.cross(pair.p_WQ - get_origin(data, pair.body_a));
   return pair.V0 + dt_ * turn(pair.R_WA.transpose(), a);
 }
 
@@ -157,7 +164,8 @@ PairWrench WrenchContact::evaluate(const WrenchPairWork& pair, const Vector6d& V
     projector_.reset(pair.law.length);
     for (int i = 0; i < pair.count; ++i) {
       const PairPoint& point = moved_[static_cast<size_t>(i)];
-      if (point.depth > 0.0 || displacement_.force[static_cast<size_t>(i)] > 0.0) projector_.add_point(point.r, point.n);
+      if (point.depth > 0.0 || displacement_.force[static_cast<size_t>(i)] > 0.0)
+        projector_.add_point(point.r, point.n);
     }
     pressing = projector_.project(V).x;
     projected_ = true;
@@ -173,12 +181,14 @@ PairWrench WrenchContact::evaluate(const WrenchPairWork& pair, const Vector6d& V
 Matrix6d WrenchContact::calc_slope(const WrenchPairWork& pair) const {
   if (displacement_.D.isZero(0.0)) return Matrix6d::Zero();
   const Matrix6d unit = make_angular_scale(pair.law.length), inverse = make_angular_scale(1.0 / pair.law.length);
-  const Matrix6d press = projected_ ? Matrix6d(inverse * projector_.calc_slope() * unit) : Matrix6d(Matrix6d::Identity());
+  const Matrix6d press =
+      projected_ ? Matrix6d(inverse * projector_.calc_slope() * unit) : Matrix6d(Matrix6d::Identity());
   Matrix6d slope = dt_ * displacement_.slope;
   slope += press.transpose() * calc_damping_coefficients(pair.law, pair.D0).asDiagonal() * press;
   const Matrix6d across = calc_tangential_slope(pair.law, calc_normal_wrench(pair.at_V.spring, pair.at_V.damper));
   if (!pair.at_V.clipped) return slope + across;
-  // Clipped, as if C were smaller. That is more than the slope, and does not throw the foot to and fro as the slope does.
+  // Clipped, as if C were smaller. That is more than the slope, and does not throw the foot to and fro as the slope
+  // does.
   const double size = calc_wrench_norm(pair.law.length, across * pair.V);
   const double share = size > 0.0 ? calc_wrench_norm(pair.law.length, pair.at_V.tangential) / size : 0.0;
   return slope + share * across;
@@ -195,7 +205,8 @@ void WrenchContact::add(const Data& data, LinkWrenches* wrenches, LinkImpedances
     const Vector6d F = turn(pair.R_WA, calc_acted(pair, pair.V0));
     const Vector3d r = pair.p_WQ - get_origin(data, pair.body_a);
     (*wrenches)[static_cast<size_t>(pair.body_a)] += shift(F, r);
-    if (pair.body_b >= 0) (*wrenches)[static_cast<size_t>(pair.body_b)] -= shift(F, pair.p_WQ - get_origin(data, pair.body_b));
+    if (pair.body_b >= 0)
+      (*wrenches)[static_cast<size_t>(pair.body_b)] -= shift(F, pair.p_WQ - get_origin(data, pair.body_b));
     if (pair.coupled || pair.held) continue;
     Matrix6d X = Matrix6d::Zero();  // from the link's acceleration in world axes to that of Q in A's
     X.topLeftCorner<3, 3>() = X.bottomRightCorner<3, 3>() = pair.R_WA.transpose();
@@ -265,7 +276,8 @@ void WrenchContact::finish(const Data& data, ContactReport* report) {
     const Vector6d V = calc_end_twist(data, pair);
     PairWrench acted = evaluate(pair, V);
     if (pair.held) acted = pair.at_V;
-    acted.tangential = calc_acted(pair, V) - acted.spring - acted.damper;  // what acted is reported, to the last bit or two
+    acted.tangential =
+        calc_acted(pair, V) - acted.spring - acted.damper;  // what acted is reported, to the last bit or two
     const Vector3d r = pair.p_WQ - force.p_WR;
     force.spring = shift(turn(pair.R_WA, acted.spring), r);
     force.damper = shift(turn(pair.R_WA, acted.damper), r);

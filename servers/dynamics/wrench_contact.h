@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// All contacts of a step under `contact.model: wrench`: the law of wrench_law.h for every pair, linearised over the twist at
-// the end of the step. It has no memory: nothing but the damping of [H03 eq. 5] holds a robot in its place.
+// All contacts of a step under `contact.model: wrench`: the law of wrench_law.h for every pair, linearised over the
+// twist at the end of the step. It has no memory: nothing but the damping of [H03 eq. 5] holds a robot in its place.
 //
 //   start     points, centres and twists of all pairs; the law at the twist there is
 //   add       wrench on each link at zero acceleration, and impedance: what acceleration takes away from it
@@ -26,17 +26,17 @@ struct PairWrench {
 };
 
 struct WrenchPairWork {
-  int index = 0;                      // in the contact set
+  int index = 0;  // in the contact set
   int body_a = 0, body_b = 0;
   double friction = 0.0;
-  bool coupled = false;               // both bodies move: treated explicitly, see docs/physics.md
+  bool coupled = false;  // both bodies move: treated explicitly, see docs/physics.md
   WrenchLaw law;
-  int first = 0, count = 0;           // points
+  int first = 0, count = 0;  // points
   Matrix3d R_WA;
   Vector3d p_WQ;
-  Vector6d V0;                        // twist of A against B at the start of the step
-  Vector6d D0;                        // displacement at the start of the step
-  Vector6d V;                         // twist about which it is linearised
+  Vector6d V0;  // twist of A against B at the start of the step
+  Vector6d D0;  // displacement at the start of the step
+  Vector6d V;   // twist about which it is linearised
   PairWrench at_V;
   Matrix6d slope = Matrix6d::Zero();  // of minus the wrench over the twist: symmetric, not negative
   int changes = 0;

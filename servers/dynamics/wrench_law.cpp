@@ -20,7 +20,8 @@ struct SeparationRows {
   double deepest = 0.0;
   int num = 0;
 
-  SeparationRows(const Vector6d& root, const PairPoint* points, int count) : num(std::min(count, kMaxProjectionPoints)) {
+  SeparationRows(const Vector6d& root, const PairPoint* points, int count)
+      : num(std::min(count, kMaxProjectionPoints)) {
     for (int i = 0; i < num; ++i) {
       row[i] << points[i].r.cross(points[i].n), points[i].n;
       row[i] = row[i].cwiseQuotient(root);

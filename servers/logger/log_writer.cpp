@@ -55,7 +55,8 @@ LogWriter::LogWriter(const LogOptions& options)
   HRP_CHECK(options.topics[0].rate == LogTopic::Rate::kOnce, options.topics[0].name);
   HRP_CHECK(options.chunk_steps > 0, options.chunk_steps);
   // Channels are numbered as the topics, so one without a channel is the last.
-  for (size_t i = 0; i + 1 < options.topics.size(); ++i) HRP_CHECK(options.topics[i].rate != LogTopic::Rate::kWhenDue, options.topics[i].name);
+  for (size_t i = 0; i + 1 < options.topics.size(); ++i)
+    HRP_CHECK(options.topics[i].rate != LogTopic::Rate::kWhenDue, options.topics[i].name);
 }
 
 void LogWriter::set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression) {
@@ -139,9 +140,7 @@ void LogWriter::start_epoch(uint64_t epoch) {
 
 mcap::ClaimedFile LogWriter::claim_next_file() const {
   size_t number = files_.size();
-  const auto is_taken = [](const std::string& name) {
-    return mcap::holds_something(name);
-  };
+  const auto is_taken = [](const std::string& name) { return mcap::holds_something(name); };
   while (options_.existing == mcap::Existing::kRefuse && is_taken(make_file_name(options_.path, number))) ++number;
   return mcap::ClaimedFile(make_file_name(options_.path, number), options_.existing);
 }
@@ -189,7 +188,8 @@ void LogWriter::write_step(bool with_answers) {
       write_sample(static_cast<uint16_t>(i), step, place.time, place.samples[i]);
     }
   }
-  if (find_events_ && (wanted & kEventSources) == kEventSources) write_parts(step, place.time, find_events_(place.samples[1], place.samples[2]));
+  if (find_events_ && (wanted & kEventSources) == kEventSources)
+    write_parts(step, place.time, find_events_(place.samples[1], place.samples[2]));
   for (size_t i = 1; i < options_.topics.size(); ++i) keep_memory(i, &place.samples[i]);
   place.present = 0;
   ++next_step_;
@@ -241,8 +241,7 @@ void LogWriter::wait_for_disk() {
 
 void LogWriter::write_sample(uint16_t channel, uint64_t step, double time, const std::vector<uint8_t>& sample) {
   const auto nanoseconds = static_cast<uint64_t>(std::llround(time * 1e9));
-  writer_->add_message(
-      {channel, static_cast<uint32_t>(step), nanoseconds, nanoseconds, sample.data(), sample.size()});
+  writer_->add_message({channel, static_cast<uint32_t>(step), nanoseconds, nanoseconds, sample.data(), sample.size()});
 }
 
 bool LogWriter::is_complete_through(uint64_t last) const {

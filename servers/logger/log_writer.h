@@ -29,14 +29,14 @@ struct LogTopic {
 };
 
 struct LogOptions {
-  std::string path;             // "run.mcap"; later epochs go to "run.1.mcap", "run.2.mcap", ...
+  std::string path;  // "run.mcap"; later epochs go to "run.1.mcap", "run.2.mcap", ...
   // kRefuse: a path that holds something is refused, and later epochs take the next number that is free.
   mcap::Existing existing = mcap::Existing::kRefuse;
   // In the order in which they stand in the file within a step. The first one is kOnce, the second one the state,
   // which says how far the run has come.
   std::vector<LogTopic> topics;
-  int chunk_steps = 32;         // steps a chunk
-  bool durable = false;         // a chunk counts as on disk when a power cut does not lose it
+  int chunk_steps = 32;  // steps a chunk
+  bool durable = false;  // a chunk counts as on disk when a power cut does not lose it
 };
 
 // Steps are written when they are complete, in order; a chunk is closed after every chunk_steps steps, so that equal
@@ -48,8 +48,8 @@ class LogWriter {
   // Claims the file. Throws mcap::McapError.
   explicit LogWriter(const LogOptions& options);
 
-  // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics and
-  // types are on disk from then on.
+  // The sample of the kOnce topic (the robot description): begins every file, so nothing is written before it. Topics
+  // and types are on disk from then on.
   void set_description(const uint8_t* data, size_t size, int control_period, mcap::Compression compression);
   // An encoded sample with its topic, whose channel is made with its first sample: logs without any have none.
   struct Part {
@@ -59,8 +59,8 @@ class LogWriter {
   // What else to write with a step, from its samples of topics[1] and topics[2].
   using FindEvents = std::function<std::vector<Part>(const std::vector<uint8_t>&, const std::vector<uint8_t>&)>;
   void set_events(FindEvents find_events);
-  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the parts of a sample.
-  // Without this call it never comes.
+  // The topic of rate kWhenDue, the last one, comes at these steps. It has no channel: `unpack` finds the parts of a
+  // sample. Without this call it never comes.
   using IsDue = std::function<bool(uint64_t step)>;
   using Unpack = std::function<std::vector<Part>(const std::vector<uint8_t>& sample)>;
   void set_parcels(IsDue is_due, Unpack unpack);
@@ -142,8 +142,8 @@ class LogWriter {
   uint64_t chunks_seen_ = 0;         // of this file, on disk at the last look
   std::vector<std::string> files_;
   std::vector<Slot> slots_;
-  // By topic: memory of samples that are written, the last one first. A slot that had its own would come round once in kSlots
-  // steps, when the processor's caches have forgotten it.
+  // By topic: memory of samples that are written, the last one first. A slot that had its own would come round once in
+  // kSlots steps, when the processor's caches have forgotten it.
   std::array<std::vector<std::vector<uint8_t>>, kMaxTopics> spare_;
   bool any_epoch_ = false;
   bool closed_ = false;
@@ -152,7 +152,7 @@ class LogWriter {
   uint64_t newest_state_ = 0;  // newest step of the state
   bool any_state_ = false;
   bool first_step_seen_ = false;
-  uint32_t silent_ = 0;        // topics that nobody waits for, bit per topic
+  uint32_t silent_ = 0;  // topics that nobody waits for, bit per topic
   uint64_t step_on_disk_ = 0;
   bool any_on_disk_ = false;
   uint64_t sample_count_ = 0;

@@ -15,22 +15,22 @@
 namespace hrp {
 namespace {
 
-// Looks (of 10 ms and more) until something that has not come is given up. Looks and not time: a process that was stopped
-// for a while has not looked. Steps count as late when they are two windows old.
+// Looks (of 10 ms and more) until something that has not come is given up. Looks and not time: a process that was
+// stopped for a while has not looked. Steps count as late when they are two windows old.
 constexpr uint64_t kLateSteps = 128;
 // Commands that the scenario lets the controller leave out: a second. Shorter would mistake a controller that the
 // scheduler of the system let wait for a dead one.
 constexpr int kHeldLooks = 100;
-// What dynamics would not have gone on without was sent, and comes when its writer sends it again. On a machine where others
-// had the processors, seconds passed until then. The scheduler waits for twice as long.
+// What dynamics would not have gone on without was sent, and comes when its writer sends it again. On a machine where
+// others had the processors, seconds passed until then. The scheduler waits for twice as long.
 constexpr int kLostLooks = 1000;
 // At the end of a run: nothing has come between so many looks, so nothing is on its way.
 constexpr int kQuietLooks = 20;
 
 // In the order in which they stand in the log within a step.
 std::vector<TopicSpec> list_topics(const LoggerOptions& options) {
-  std::vector<TopicSpec> list{topics::kRobotDescription, topics::kRobotState, topics::kContactForces, topics::kSensorData,
-                              topics::kContactSet, topics::kJointCommands};
+  std::vector<TopicSpec> list{topics::kRobotDescription, topics::kRobotState, topics::kContactForces,
+                              topics::kSensorData,       topics::kContactSet, topics::kJointCommands};
   for (const std::string& robot : options.robots) {
     list.push_back(topics::of_robot(topics::kSensorData, robot));
     list.push_back(topics::of_robot(topics::kJointCommands, robot));
@@ -48,7 +48,8 @@ LogTopic make_log_topic(const TopicSpec& topic) {
                     : is_type(topic, topics::kPictures)       ? Rate::kWhenDue
                     : control                                 ? Rate::kEveryControlStep
                                                               : Rate::kEveryStep;
-  const bool answers = is_type(topic, topics::kContactSet) || is_type(topic, topics::kJointCommands) || is_type(topic, topics::kPictures);
+  const bool answers = is_type(topic, topics::kContactSet) || is_type(topic, topics::kJointCommands) ||
+                       is_type(topic, topics::kPictures);
   return {topic.name, topic.type_name, find_schema_text(topic.type_name), rate, answers};
 }
 
@@ -57,7 +58,8 @@ std::string find_role(const std::string& topic) {
   if (topic == topics::kRobotDescription.name) return "model_parser";
   if (topic == topics::kContactSet.name) return "collision_checker";
   if (topic == topics::kPictures.name) return "vision";
-  return topics::find_known_topic(topic) == &topics::kJointCommands ? make_controller_role(topics::find_robot(topic)) : "dynamics";
+  return topics::find_known_topic(topic) == &topics::kJointCommands ? make_controller_role(topics::find_robot(topic))
+                                                                    : "dynamics";
 }
 
 LogOptions make_log_options(const LoggerOptions& options) {
@@ -99,7 +101,8 @@ LoggerNode::LoggerNode(const NodeContext& context, const LoggerOptions& options)
 
 // A last step that cannot be: the log would be closed too early, or never.
 std::string LoggerNode::find_wrong_end(const msg::StepGrant& grant) const {
-  const std::string named = "names step " + std::to_string(grant.through_step()) + " as the last of epoch " + std::to_string(grant.epoch());
+  const std::string named =
+      "names step " + std::to_string(grant.through_step()) + " as the last of epoch " + std::to_string(grant.epoch());
   if (any_last_ && grant.epoch() == last_epoch_ && grant.through_step() != last_step_) {
     return named + ", after step " + std::to_string(last_step_);
   }
@@ -184,7 +187,8 @@ void LoggerNode::watch_events(const msg::RobotDescription& robot, const Scenario
 void LoggerNode::watch_pictures(const Scenario& scenario) {
   logs_pictures_ = scenario.logging.pictures && scenario.sensors.has_vision();
   if (!logs_pictures_) return;
-  const auto is_due = [sensors = scenario.sensors, time_step = scenario.time_step, period = scenario.control_period](uint64_t step) {
+  const auto is_due = [sensors = scenario.sensors, time_step = scenario.time_step,
+                       period = scenario.control_period](uint64_t step) {
     return !find_looking_sensors(sensors.cameras, sensors.lidars, step, time_step, period).empty();
   };
   log_.set_parcels(is_due, unpack_pictures);
@@ -224,7 +228,8 @@ void LoggerNode::handle_idle(Clock::time_point) {
   report_progress();
   const bool lost = misses_what_was_sent();
   const bool at_end = last_known_ && last_epoch_ == log_.epoch() && log_.newest_step() >= last_step_;
-  const bool given_up = late_looks_ >= (lost ? kLostLooks : kHeldLooks) || (at_end && quiet_looks_ >= (lost ? kLostLooks : kQuietLooks));
+  const bool given_up =
+      late_looks_ >= (lost ? kLostLooks : kHeldLooks) || (at_end && quiet_looks_ >= (lost ? kLostLooks : kQuietLooks));
   if (!given_up) return;
   give_up_waiting();
   attempt([this] { finish_when_complete(); });

@@ -11,17 +11,17 @@
 #include "common/robot/scenario.h"
 #include "hrp_idl/model.h"
 #include "hrp_idl/scheduling.h"
-#include "servers/logger/translate.h"
 #include "servers/logger/log_writer.h"
+#include "servers/logger/translate.h"
 
 namespace hrp {
 
 struct LoggerOptions {
   std::string path = "run.mcap";
-  std::string compression;  // none, lz4, zstd; empty: as the scenario says
-  bool force = false;       // overwrite a file that holds something
+  std::string compression;               // none, lz4, zstd; empty: as the scenario says
+  bool force = false;                    // overwrite a file that holds something
   std::vector<std::string> robots = {};  // the scenario's other robots, whose sensor data and commands are logged, too
-  bool durable = false;     // a step counts as logged when a power cut does not lose it
+  bool durable = false;                  // a step counts as logged when a power cut does not lose it
 };
 
 class LoggerNode : public NodeBase {
@@ -64,12 +64,12 @@ class LoggerNode : public NodeBase {
   LogWriter log_;
   uint64_t last_sample_count_ = 0;
   uint64_t last_next_step_ = 0;
-  int quiet_looks_ = 0;       // in a row, in which nothing had come
-  int late_looks_ = 0;        // in a row, in which the oldest step was late and no step was written
+  int quiet_looks_ = 0;  // in a row, in which nothing had come
+  int late_looks_ = 0;   // in a row, in which the oldest step was late and no step was written
   bool logs_pictures_ = false;
-  bool holds_ = false;        // a controller may leave out commands
-  bool any_last_ = false;     // last_epoch_ and last_step_ hold what a grant said
-  bool last_known_ = false;   // the scheduler has said which step is the last one
+  bool holds_ = false;       // a controller may leave out commands
+  bool any_last_ = false;    // last_epoch_ and last_step_ hold what a grant said
+  bool last_known_ = false;  // the scheduler has said which step is the last one
   uint64_t last_epoch_ = 0, last_step_ = 0;
   std::vector<std::unique_ptr<Reader>> raw_readers_;
 };

@@ -44,7 +44,8 @@ std::vector<LogWriter::Part> unpack_pictures(const std::vector<uint8_t>& sample)
   return parts;
 }
 
-EventFinder::EventFinder(const RobotDescription& robot, const Scenario& scenario) : scenario_(scenario), robots_(make_robots(robot, scenario)) {
+EventFinder::EventFinder(const RobotDescription& robot, const Scenario& scenario)
+    : scenario_(scenario), robots_(make_robots(robot, scenario)) {
   for (const Mover& each : robots_) watches_.emplace_back(each.robot, each.scenario, each.name);
 }
 

@@ -15,8 +15,8 @@ namespace hrp {
 class EventFinder {
  public:
   EventFinder(const RobotDescription& robot, const Scenario& scenario);
-  // From encoded RobotState and ContactForces of one step: encoded RobotEvents, each for the topic of its robot. Steps come
-  // in order. Nothing is decoded but the base's pose while a robot that is alone stands.
+  // From encoded RobotState and ContactForces of one step: encoded RobotEvents, each for the topic of its robot. Steps
+  // come in order. Nothing is decoded but the base's pose while a robot that is alone stands.
   std::vector<LogWriter::Part> find(const std::vector<uint8_t>& state, const std::vector<uint8_t>& forces);
 
  private:

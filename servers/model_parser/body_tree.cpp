@@ -85,8 +85,8 @@ class Writer {
   }
 
   void write_fixed(const std::string& parent, const std::string& child, const Transform& X, int line) {
-    put(line, "  <joint name=\"" + escape_xml(child) + "_fixed\" type=\"fixed\"><parent link=\"" + escape_xml(parent) + "\"/><child link=\"" +
-                  escape_xml(child) + "\"/>" + print_origin(X) + "</joint>");
+    put(line, "  <joint name=\"" + escape_xml(child) + "_fixed\" type=\"fixed\"><parent link=\"" + escape_xml(parent) +
+                  "\"/><child link=\"" + escape_xml(child) + "\"/>" + print_origin(X) + "</joint>");
   }
 
   void write_joint(const BodyJoint& joint, const std::string& parent, const std::string& child, const Transform& X_PF) {
@@ -95,11 +95,13 @@ class Writer {
     const bool limited = std::isfinite(spec.lower) || std::isfinite(spec.upper);
     const char* type = slides ? "prismatic" : limited ? "revolute" : "continuous";
     put(joint.line, "  <joint name=\"" + escape_xml(spec.name) + "\" type=\"" + type + "\">");
-    put(joint.line, "    <parent link=\"" + escape_xml(parent) + "\"/><child link=\"" + escape_xml(child) + "\"/>" + print_origin(X_PF));
+    put(joint.line, "    <parent link=\"" + escape_xml(parent) + "\"/><child link=\"" + escape_xml(child) + "\"/>" +
+                        print_origin(X_PF));
     put(joint.line, "    <axis xyz=\"" + print(spec.axis_F) + "\"/>");
     std::string limits;
     if (slides || limited) {
-      limits = "lower=\"" + print(std::max(spec.lower, -kFar)) + "\" upper=\"" + print(std::min(spec.upper, kFar)) + "\" ";
+      limits =
+          "lower=\"" + print(std::max(spec.lower, -kFar)) + "\" upper=\"" + print(std::min(spec.upper, kFar)) + "\" ";
     }
     put(joint.line, "    <limit " + limits + "effort=\"" + print_limit(spec.effort_limit) + "\" velocity=\"" +
                         print_limit(spec.velocity_limit) + "\"/>");
@@ -113,23 +115,26 @@ class Writer {
   void write_laws(const BodyJoint& joint) {
     const JointSpec& spec = joint.spec;
     if (spec.viscous_friction != 0.0 || spec.coulomb_friction != 0.0) {
-      put(joint.line, "    <dynamics damping=\"" + print(spec.viscous_friction) + "\" friction=\"" + print(spec.coulomb_friction) + "\"/>");
+      put(joint.line, "    <dynamics damping=\"" + print(spec.viscous_friction) + "\" friction=\"" +
+                          print(spec.coulomb_friction) + "\"/>");
     }
     if (spec.rotor_inertia != 0.0) put(joint.line, "    <rotor inertia=\"" + print(spec.rotor_inertia) + "\"/>");
     if (spec.spring.stiffness != 0.0) {
-      put(joint.line, "    <spring stiffness=\"" + print(spec.spring.stiffness) + "\" rest=\"" + print(spec.spring.rest) + "\"/>");
+      put(joint.line,
+          "    <spring stiffness=\"" + print(spec.spring.stiffness) + "\" rest=\"" + print(spec.spring.rest) + "\"/>");
     }
     if (!spec.actuated) put(joint.line, "    <unactuated/>");
     if (!joint.follows.empty()) {
-      put(joint.line, "    <mimic joint=\"" + escape_xml(joint.follows) + "\" multiplier=\"" + print(joint.multiplier) + "\" offset=\"" +
-                          print(joint.offset) + "\"/>");
+      put(joint.line, "    <mimic joint=\"" + escape_xml(joint.follows) + "\" multiplier=\"" + print(joint.multiplier) +
+                          "\" offset=\"" + print(joint.offset) + "\"/>");
     }
   }
 
   void write_link(const Body& body) {
     put(body.line, "  <link name=\"" + escape_xml(body.name) + "\">");
     if (body.inertia.mass != 0.0) write_inertia(body);
-    const bool drawn = std::any_of(body.shapes.begin(), body.shapes.end(), [](const BodyShape& s) { return !s.touches; });
+    const bool drawn =
+        std::any_of(body.shapes.begin(), body.shapes.end(), [](const BodyShape& s) { return !s.touches; });
     for (const BodyShape& shape : body.shapes) {
       if (shape.touches) write_shape(shape, "collision");
       if (!shape.touches || !drawn) write_shape(shape, "visual");
@@ -139,16 +144,18 @@ class Writer {
 
   void write_inertia(const Body& body) {
     const Matrix3d& I = body.inertia.I_LLcm_L;
-    put(body.line, "    <inertial><origin xyz=\"" + print(body.inertia.p_LLcm_L) + "\"/><mass value=\"" + print(body.inertia.mass) +
-                       "\"/><inertia ixx=\"" + print(I(0, 0)) + "\" ixy=\"" + print(I(0, 1)) + "\" ixz=\"" + print(I(0, 2)) + "\" iyy=\"" +
-                       print(I(1, 1)) + "\" iyz=\"" + print(I(1, 2)) + "\" izz=\"" + print(I(2, 2)) + "\"/></inertial>");
+    put(body.line, "    <inertial><origin xyz=\"" + print(body.inertia.p_LLcm_L) + "\"/><mass value=\"" +
+                       print(body.inertia.mass) + "\"/><inertia ixx=\"" + print(I(0, 0)) + "\" ixy=\"" +
+                       print(I(0, 1)) + "\" ixz=\"" + print(I(0, 2)) + "\" iyy=\"" + print(I(1, 1)) + "\" iyz=\"" +
+                       print(I(1, 2)) + "\" izz=\"" + print(I(2, 2)) + "\"/></inertial>");
   }
 
   static std::string print_geometry(const CollisionShape& shape) {
     switch (shape.kind) {
       case ShapeKind::kBox: return "<box size=\"" + print(shape.size) + "\"/>";
       case ShapeKind::kSphere: return "<sphere radius=\"" + print(shape.size.x()) + "\"/>";
-      case ShapeKind::kCylinder: return "<cylinder radius=\"" + print(shape.size.x()) + "\" length=\"" + print(shape.size.y()) + "\"/>";
+      case ShapeKind::kCylinder:
+        return "<cylinder radius=\"" + print(shape.size.x()) + "\" length=\"" + print(shape.size.y()) + "\"/>";
       case ShapeKind::kMesh: break;
     }
     return "<mesh filename=\"" + escape_xml(shape.mesh) + "\" scale=\"" + print(shape.scale) + "\"/>";
@@ -157,10 +164,11 @@ class Writer {
   void write_shape(const BodyShape& shape, const std::string& as) {
     std::string color;
     if (as == "visual") {
-      color = "<material name=\"\"><color rgba=\"" + print(Vector3d(shape.color.head<3>())) + " " + print(shape.color[3]) + "\"/></material>";
+      color = "<material name=\"\"><color rgba=\"" + print(Vector3d(shape.color.head<3>())) + " " +
+              print(shape.color[3]) + "\"/></material>";
     }
-    put(shape.line, "    <" + as + ">" + print_origin(shape.shape.X_LG) + "<geometry>" + print_geometry(shape.shape) + "</geometry>" + color +
-                        "</" + as + ">");
+    put(shape.line, "    <" + as + ">" + print_origin(shape.shape.X_LG) + "<geometry>" + print_geometry(shape.shape) +
+                        "</geometry>" + color + "</" + as + ">");
   }
 
   UrdfText urdf_;

@@ -12,17 +12,17 @@ namespace hrp {
 
 // A joint of body B against its parent, or against what the joint before it moves.
 struct BodyJoint {
-  JointSpec spec;          // X_PF and mimic are not used
-  Transform X_BF;          // joint frame F in the body, in the pose that the file shows
-  double shown = 0.0;      // [rad or m] position in that pose
-  std::string follows;     // mimic: name of the joint that this one follows, empty for none
+  JointSpec spec;                         // X_PF and mimic are not used
+  Transform X_BF;                         // joint frame F in the body, in the pose that the file shows
+  double shown = 0.0;                     // [rad or m] position in that pose
+  std::string follows;                    // mimic: name of the joint that this one follows, empty for none
   double multiplier = 1.0, offset = 0.0;  // spec's q = multiplier q_followed + offset
   int line = 0;
 };
 
 struct BodyShape {
-  CollisionShape shape;    // kind, X_LG (pose in the body), size, scale; mesh: as find_mesh() takes it
-  bool touches = true;     // false: only drawn
+  CollisionShape shape;  // kind, X_LG (pose in the body), size, scale; mesh: as find_mesh() takes it
+  bool touches = true;   // false: only drawn
   Eigen::Vector4d color = {0.62, 0.69, 0.77, 1.0};  // red, green, blue, alpha
   int line = 0;
 };
@@ -35,9 +35,9 @@ struct BodyFrame {
 
 struct Body {
   std::string name;
-  std::string parent;      // empty for the root
-  Transform X_PB;          // in the pose that the file shows
-  LinkInertia inertia;     // in the body's frame
+  std::string parent;             // empty for the root
+  Transform X_PB;                 // in the pose that the file shows
+  LinkInertia inertia;            // in the body's frame
   std::vector<BodyJoint> joints;  // from the parent on; none: fixed to it
   std::vector<BodyShape> shapes;
   std::vector<BodyFrame> frames;  // sites: frames with a name

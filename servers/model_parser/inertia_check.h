@@ -13,7 +13,8 @@ namespace hrp {
 std::string find_inertia_fault(const LinkInertia& inertia);
 
 // Raises principal moments, keeping the principal axes, until find_inertia_fault() is content: none below
-// mass x (1 mm)^2, and small ones up to the triangle inequality. Mass and centre of mass stay; a mass of zero becomes 1 g.
+// mass x (1 mm)^2, and small ones up to the triangle inequality. Mass and centre of mass stay; a mass of zero becomes 1
+// g.
 LinkInertia repair_inertia(const LinkInertia& inertia);
 
 // The two as one rigid body. The second is given in its own frame C, X_LC its pose.

@@ -18,7 +18,7 @@ using Element = tinyxml2::XMLElement;
 // A scenario's word for the kind of a loop; empty for an unknown one.
 std::string find_kind(const std::string& type) {
   static const std::map<std::string, std::string> kinds = {
-      {"ball", "ball"},    {"point", "ball"}, {"spherical", "ball"},  {"pin", "pin"},    {"hinge", "pin"},
+      {"ball", "ball"},    {"point", "ball"}, {"spherical", "ball"}, {"pin", "pin"},   {"hinge", "pin"},
       {"revolute", "pin"}, {"weld", "weld"},  {"continuous", "pin"}, {"fixed", "weld"}};
   const auto found = kinds.find(type);
   return found == kinds.end() ? "" : found->second;
@@ -81,7 +81,8 @@ void LoopScanner::check_link(const Element& frame, const std::string& link) {
 void LoopScanner::read_frame(const Element& loop, const char* tag, std::string* link, Transform* X_LF) {
   const Element* frame = loop.FirstChildElement(tag);
   if (frame == nullptr) return error(loop, std::string("has no <") + tag + " link=\"...\">");
-  if (frame->NextSiblingElement(tag) != nullptr) error(*frame->NextSiblingElement(tag), "stands here again, expected one");
+  if (frame->NextSiblingElement(tag) != nullptr)
+    error(*frame->NextSiblingElement(tag), "stands here again, expected one");
   *link = get_attribute(*frame, "link");
   check_link(*frame, *link);
   const Element* origin = frame->FirstChildElement("origin");
@@ -104,13 +105,15 @@ LoopScan LoopScanner::scan_loop(const Element& element) {
   const std::string type = get_attribute(element, "type");
   loop.spec.kind = find_kind(type);
   if (loop.spec.kind.empty()) {
-    error(element, "is of type '" + type + "', expected ball, pin or weld (also point, spherical; hinge, revolute, continuous; fixed)");
+    error(element, "is of type '" + type +
+                       "', expected ball, pin or weld (also point, spherical; hinge, revolute, continuous; fixed)");
   }
   check_children(element);
   read_frame(element, "frame_a", &loop.spec.link_a, &loop.spec.X_AF);
   read_frame(element, "frame_b", &loop.spec.link_b, &loop.spec.X_BF);
   if (!loop.spec.link_a.empty() && loop.spec.link_a == loop.spec.link_b) {
-    error(element, "has both frames on link '" + loop.spec.link_a + "', expected two links that move against each other");
+    error(element,
+          "has both frames on link '" + loop.spec.link_a + "', expected two links that move against each other");
   }
   return loop;
 }

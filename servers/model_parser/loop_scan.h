@@ -6,7 +6,8 @@
 //     <frame_b link="L_FOOT"><origin xyz="-0.05 0.03 0"/></frame_b>
 //   </loop>
 //
-// type: ball (origins stay together), pin (and their z axes), weld (and all axes); URDF's and others' words for them, too.
+// type: ball (origins stay together), pin (and their z axes), weld (and all axes); URDF's and others' words for them,
+// too.
 #pragma once
 
 #include <vector>

@@ -40,9 +40,9 @@ bool is_open(const LoopGap& gap) { return gap.length >= kOpenLoop || gap.angle >
 // Passive joints whose positions nobody gave.
 std::vector<int> find_movable(const TreeSpec& tree, const Scenario& scenario) {
   std::vector<int> joints = find_passive_joints(tree);
-  joints.erase(std::remove_if(joints.begin(), joints.end(), [&](int i) {
-    return scenario.initial_joints.count(tree.joint(i).name) > 0;
-  }), joints.end());
+  joints.erase(std::remove_if(joints.begin(), joints.end(),
+                              [&](int i) { return scenario.initial_joints.count(tree.joint(i).name) > 0; }),
+               joints.end());
   return joints;
 }
 
@@ -54,11 +54,15 @@ std::string join_names(const TreeSpec& tree, const std::vector<int>& joints) {
 
 std::string describe_open(const LoopGap& zero, const LoopGap& start, bool turns, const std::string& movable) {
   std::string text = "is open by " + print_gap(start, turns) + " in the start pose";
-  text += " and by " + print_gap(zero, turns) + " with all joints at zero, expected at most 5 mm and 5 mrad in the start pose; ";
+  text += " and by " + print_gap(zero, turns) +
+          " with all joints at zero, expected at most 5 mm and 5 mrad in the start pose; ";
   if (movable.empty()) {
-    return text + "no joint may move to close it: mark those that no motor drives with <unactuated/>, or give closed positions in 'initial.joints'";
+    return text +
+           "no joint may move to close it: mark those that no motor drives with <unactuated/>, or give closed "
+           "positions in 'initial.joints'";
   }
-  return text + "moving the passive joints (" + movable + ") does not close it: the origins do not fit, or 'initial.joints' must give a pose nearer by";
+  return text + "moving the passive joints (" + movable +
+         ") does not close it: the origins do not fit, or 'initial.joints' must give a pose nearer by";
 }
 
 void write_pose(const State& state, const std::vector<int>& joints, const Scenario& scenario, RobotDescription* robot) {
@@ -86,7 +90,8 @@ void merge_loops(const std::vector<LoopScan>& loops, const Scenario& scenario, c
   if (!diagnostics->has_errors()) robot->scenario = add_loops(robot->scenario, added);
 }
 
-void close_start_pose(const std::vector<LoopScan>& loops, const Scenario& given, RobotDescription* robot, Diagnostics* diagnostics) {
+void close_start_pose(const std::vector<LoopScan>& loops, const Scenario& given, RobotDescription* robot,
+                      Diagnostics* diagnostics) {
   const Scenario scenario = adopt_loops(given, robot->scenario);
   if (scenario.loops.empty()) return;
   const TreeSpec& tree = robot->tree;
@@ -98,8 +103,8 @@ void close_start_pose(const std::vector<LoopScan>& loops, const Scenario& given,
     try {
       constraints.push_back(find_loops(tree, one)[0]);
     } catch (const InputError& error) {
-      diagnostics->add_error(make_loop_error(loops, scenario, scenario.loops[i].name, robot->urdf_path,
-                                             error.diagnostics()[0].message));
+      diagnostics->add_error(
+          make_loop_error(loops, scenario, scenario.loops[i].name, robot->urdf_path, error.diagnostics()[0].message));
     }
   }
   if (diagnostics->has_errors()) return;
@@ -112,8 +117,9 @@ void close_start_pose(const std::vector<LoopScan>& loops, const Scenario& given,
   for (size_t i = 0; i < gaps.size(); ++i) {
     const LoopSpec& loop = scenario.loops[i];
     if (!is_open(gaps[i])) continue;
-    diagnostics->add_error(make_loop_error(loops, scenario, loop.name, robot->urdf_path,
-                                           describe_open(gaps_zero[i], gaps_before[i], loop.kind != "ball", join_names(tree, movable))));
+    diagnostics->add_error(
+        make_loop_error(loops, scenario, loop.name, robot->urdf_path,
+                        describe_open(gaps_zero[i], gaps_before[i], loop.kind != "ball", join_names(tree, movable))));
   }
   if (!diagnostics->has_errors()) write_pose(state, movable, scenario, robot);
 }

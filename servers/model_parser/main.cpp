@@ -9,7 +9,9 @@ int main(int argc, char** argv) {
   bool verbose = false;
   return hrp::run_server(
       argc, argv, {"model_parser", "hrp-model-parser", "Reads a scenario and its URDF and publishes the robot."},
-      [&](const hrp::NodeContext& context) { return std::make_unique<hrp::ModelParserNode>(context, scenario, verbose); },
+      [&](const hrp::NodeContext& context) {
+        return std::make_unique<hrp::ModelParserNode>(context, scenario, verbose);
+      },
       [&](CLI::App& app) {
         app.add_option("SCENARIO", scenario, "scenario file (YAML)")->required();
         app.add_flag("--verbose", verbose, "every warning in full");

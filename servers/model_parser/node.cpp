@@ -32,7 +32,8 @@ std::string join_warnings(const std::vector<std::string>& warnings, bool verbose
     if (!mesh || verbose) text += (text.empty() ? "" : "\n") + warning;
   }
   if (meshes == 0 || verbose) return text;
-  return text + (text.empty() ? "" : "\n") + std::to_string(meshes) + (meshes == 1 ? " collision mesh" : " collision meshes") +
+  return text + (text.empty() ? "" : "\n") + std::to_string(meshes) +
+         (meshes == 1 ? " collision mesh" : " collision meshes") +
          " not found, simulated without; hrp-simulate --verbose lists them";
 }
 

@@ -13,8 +13,8 @@ namespace hrp {
 
 class ModelParserNode : public NodeBase {
  public:
-  // Loads scenario and robot at once; what is wrong with them becomes hrp/model_refused and a fault. Verbose: says every
-  // warning; otherwise meshes that are missing and not needed are counted.
+  // Loads scenario and robot at once; what is wrong with them becomes hrp/model_refused and a fault. Verbose: says
+  // every warning; otherwise meshes that are missing and not needed are counted.
   ModelParserNode(const NodeContext& context, const std::string& scenario_path, bool verbose = false);
 
  private:

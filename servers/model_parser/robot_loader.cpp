@@ -38,7 +38,8 @@ void start_in_motion(const Scenario& scenario, RobotDescription* robot) {
   const Motion motion = load_motion(scenario.controller.motion, scenario.controller.joint_order);
   std::map<std::string, double> start;
   for (size_t i = 0; i < motion.joints.size(); ++i) {
-    if (robot->tree.find_joint(motion.joints[i]) >= 0) start[motion.joints[i]] = motion.positions(static_cast<Eigen::Index>(i), 0);
+    if (robot->tree.find_joint(motion.joints[i]) >= 0)
+      start[motion.joints[i]] = motion.positions(static_cast<Eigen::Index>(i), 0);
   }
   if (!start.empty()) robot->scenario = set_initial_joints(robot->scenario, start);
 }
@@ -65,7 +66,8 @@ Scenario read_world(const Scenario& scenario) {
 }
 
 // What was found in a URDF that was made from another format is said of that file's lines.
-void add_with_source_lines(const Diagnostics& found, const UrdfText& urdf, const std::string& file, Diagnostics* diagnostics) {
+void add_with_source_lines(const Diagnostics& found, const UrdfText& urdf, const std::string& file,
+                           Diagnostics* diagnostics) {
   for (Diagnostic d : found.all()) {
     const size_t line = static_cast<size_t>(d.line);
     const bool made = !urdf.source_lines.empty() && d.file == file && line > 0;
@@ -75,7 +77,8 @@ void add_with_source_lines(const Diagnostics& found, const UrdfText& urdf, const
 }
 
 // The robot's file as a URDF. Without source lines it is one.
-UrdfText read_as_urdf(const std::string& text, const std::string& path, const Scenario& scenario, Diagnostics* diagnostics) {
+UrdfText read_as_urdf(const std::string& text, const std::string& path, const Scenario& scenario,
+                      Diagnostics* diagnostics) {
   const std::string format = find_root_element(text);
   if (format != "mujoco" && format != "sdf") return {text, {}};
   const BodyTree tree = format == "sdf" ? read_sdf(text, path, scenario.floating_base, diagnostics)
@@ -85,7 +88,8 @@ UrdfText read_as_urdf(const std::string& text, const std::string& path, const Sc
 }
 
 // Tree and shapes, from a URDF.
-std::vector<LoopScan> read_tree(const UrdfText& urdf, const Scenario& scenario, RobotDescription* robot, Diagnostics* diagnostics) {
+std::vector<LoopScan> read_tree(const UrdfText& urdf, const Scenario& scenario, RobotDescription* robot,
+                                Diagnostics* diagnostics) {
   Diagnostics found;
   const UrdfScan scan = scan_urdf(urdf.text, robot->urdf_path, &found);
   if (!found.has_errors()) build_tree(scan, scenario, robot, &found);
@@ -102,7 +106,8 @@ void load_other_robot(const RobotPlacement& placement, const Scenario& world, Ro
   other.description = parse_robot(read_input(own.robot), own.robot, own);
   if (world.sensors.has_vision()) other.description.visuals = read_visuals(other.description.urdf, other.description);
   other.description.surfaces.clear();  // of its own world
-  for (const std::string& warning : other.description.warnings) robot->warnings.push_back(placement.name + ": " + warning);
+  for (const std::string& warning : other.description.warnings)
+    robot->warnings.push_back(placement.name + ": " + warning);
   robot->robots.push_back(std::move(other));
 }
 

@@ -13,9 +13,9 @@ namespace hrp {
 // How the warning about a missing mesh ends when the robot is simulated without it.
 constexpr char kWithoutMesh[] = "; simulated without it";
 
-// Loads the robot that `scenario` names, a URDF, MJCF or SDF file, and checks the scenario against it. Throws InputError
-// with everything that is wrong: file, line, element, reason. What was repaired, ignored or missing stands in
-// RobotDescription::warnings.
+// Loads the robot that `scenario` names, a URDF, MJCF or SDF file, and checks the scenario against it. Throws
+// InputError with everything that is wrong: file, line, element, reason. What was repaired, ignored or missing stands
+// in RobotDescription::warnings.
 RobotDescription load_robot(const Scenario& scenario);
 
 // The same from text that was read from `path`. MJCF and SDF become a URDF, which is what the description holds.

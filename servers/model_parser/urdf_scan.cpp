@@ -29,8 +29,8 @@ class Scanner {
   void error(const Element& at, const std::string& owner, const std::string& message);
   std::string read_name(const Element& element, const std::string& kind);
   // `count` finite numbers in an attribute; returns them, empty after a complaint.
-  std::vector<double> read_numbers(const Element& element, const std::string& owner, const char* attribute, size_t count,
-                                   bool required);
+  std::vector<double> read_numbers(const Element& element, const std::string& owner, const char* attribute,
+                                   size_t count, bool required);
   void scan_origin(const Element& parent, const std::string& owner);
   void scan_link(const Element& element);
   void scan_inertial(const Element& element, const std::string& owner);
@@ -73,8 +73,9 @@ std::vector<double> Scanner::read_numbers(const Element& element, const std::str
   }
   std::vector<double> numbers = parse_numbers(text, count);
   if (!numbers.empty()) return numbers;
-  error(element, owner, std::string(attribute) + " is '" + text + "', expected " + std::to_string(count) +
-                            (count == 1 ? " finite number" : " finite numbers"));
+  error(element, owner,
+        std::string(attribute) + " is '" + text + "', expected " + std::to_string(count) +
+            (count == 1 ? " finite number" : " finite numbers"));
   return {};
 }
 
@@ -144,7 +145,8 @@ void Scanner::scan_link(const Element& element) {
     link.inertial_line = inertial->GetLineNum();
     scan_inertial(*inertial, owner);
   }
-  for (const Element* c = element.FirstChildElement("collision"); c != nullptr; c = c->NextSiblingElement("collision")) {
+  for (const Element* c = element.FirstChildElement("collision"); c != nullptr;
+       c = c->NextSiblingElement("collision")) {
     link.collision_lines.push_back(c->GetLineNum());
     scan_origin(*c, owner);
     scan_geometry(*c, owner);
@@ -180,7 +182,8 @@ void Scanner::scan_joint_numbers(const Element& element, const std::string& owne
     const auto upper = read_numbers(*limit, owner, "upper", 1, false);
     for (const char* name : {"effort", "velocity"}) {
       const auto value = read_numbers(*limit, owner, name, 1, joint->type != "fixed");
-      if (!value.empty() && value[0] < 0.0) error(*limit, owner, std::string(name) + " is negative, expected a limit >= 0 (0: not known)");
+      if (!value.empty() && value[0] < 0.0)
+        error(*limit, owner, std::string(name) + " is negative, expected a limit >= 0 (0: not known)");
     }
     const bool crossed = !lower.empty() && !upper.empty() && lower[0] > upper[0];
     if (crossed && joint->type != "continuous") error(*limit, owner, "lower is above upper");
@@ -227,8 +230,9 @@ void Scanner::scan_joint(const Element& element) {
   }
   static const std::set<std::string> known = {"revolute", "continuous", "prismatic", "fixed"};
   if (joint.type == "planar" || joint.type == "floating") {
-    error(element, owner, "is of type '" + joint.type +
-                              "', which is not supported; a floating base is asked for by the scenario (base: floating)");
+    error(element, owner,
+          "is of type '" + joint.type +
+              "', which is not supported; a floating base is asked for by the scenario (base: floating)");
   } else if (known.count(joint.type) == 0) {
     error(element, owner, "is of type '" + joint.type + "', expected revolute, continuous, prismatic or fixed");
   }
@@ -239,15 +243,18 @@ void Scanner::scan_joint(const Element& element) {
 }
 
 void Scanner::scan_robot(const Element& robot) {
-  for (const Element* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) scan_link(*e);
+  for (const Element* e = robot.FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link"))
+    scan_link(*e);
   // <joint> also stands in <transmission>; only those right below <robot> are joints of the tree.
-  for (const Element* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint")) scan_joint(*e);
+  for (const Element* e = robot.FirstChildElement("joint"); e != nullptr; e = e->NextSiblingElement("joint"))
+    scan_joint(*e);
   if (scan_->links.empty()) error(robot, "", "has no <link>");
   scan_->loops = scan_loops(robot, *scan_, diagnostics_);
 }
 
 // Each link is walked through once: from it up to a root, or to one that was walked through before.
-void check_cycles(const UrdfScan& scan, const std::map<std::string, const JointScan*>& joint_of_child, Diagnostics* diagnostics) {
+void check_cycles(const UrdfScan& scan, const std::map<std::string, const JointScan*>& joint_of_child,
+                  Diagnostics* diagnostics) {
   std::set<std::string> walked;
   for (const LinkScan& link : scan.links) {
     std::set<std::string> seen;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // First look at a URDF: what urdfdom does not tell. Lines of elements, order of the file, numbers that are none, names
-// that are missing, double or unknown, cycles, several roots, and our elements <rotor>, <spring>, <unactuated> and <loop>.
+// that are missing, double or unknown, cycles, several roots, and our elements <rotor>, <spring>, <unactuated> and
+// <loop>.
 #pragma once
 
 #include <map>
@@ -17,7 +18,7 @@ namespace hrp {
 struct LinkScan {
   std::string name;
   int line = 0;
-  int inertial_line = 0;               // 0 when there is none
+  int inertial_line = 0;  // 0 when there is none
   std::vector<int> collision_lines;
 };
 
@@ -25,14 +26,14 @@ struct JointScan {
   std::string name, type, parent, child;
   int line = 0;
   int mimic_line = 0;
-  double rotor_inertia = 0.0;          // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
-  JointSpring spring;                  // <spring stiffness="..." rest="..."/>
-  bool unactuated = false;             // <unactuated/>: nothing drives it
+  double rotor_inertia = 0.0;  // <rotor inertia="..."/> [kg m^2 or kg], reflected to the joint
+  JointSpring spring;          // <spring stiffness="..." rest="..."/>
+  bool unactuated = false;     // <unactuated/>: nothing drives it
 };
 
 struct UrdfScan {
   std::string file;
-  std::vector<LinkScan> links;         // in the order of the file
+  std::vector<LinkScan> links;  // in the order of the file
   std::vector<JointScan> joints;
   std::vector<LoopScan> loops;
   std::string root;

@@ -19,8 +19,8 @@ namespace {
 
 class TreeBuilder {
  public:
-  TreeBuilder(const urdf::ModelInterface& model, const UrdfScan& scan, const Scenario& scenario, RobotDescription* robot,
-              Diagnostics* diagnostics)
+  TreeBuilder(const urdf::ModelInterface& model, const UrdfScan& scan, const Scenario& scenario,
+              RobotDescription* robot, Diagnostics* diagnostics)
       : model_(model), scan_(scan), scenario_(scenario), robot_(*robot), diagnostics_(diagnostics) {}
   void build();
 
@@ -52,7 +52,8 @@ class TreeBuilder {
   RobotDescription& robot_;
   Diagnostics* diagnostics_;
   std::unordered_map<std::string, const LinkScan*> links_;
-  std::unordered_map<std::string, std::vector<const JointScan*>> children_;  // joints below a link, in the order of the file
+  // Joints below a link, in the order of the file
+  std::unordered_map<std::string, std::vector<const JointScan*>> children_;
   std::unordered_map<std::string, Place> places_;
   std::vector<std::string> placed_;                     // links, parents first
   std::unordered_map<std::string, LinkInertia> fixed_;  // of a link and what is fixed to it, in the link's axes
@@ -63,16 +64,16 @@ void TreeBuilder::add(int line, const std::string& field, const std::string& mes
   is_error ? diagnostics_->add_error(place, message) : diagnostics_->add_warning(place, message);
 }
 
-bool TreeBuilder::is_foot(const std::string& link) const {
-  return has(scenario_.feet, link);
-}
+bool TreeBuilder::is_foot(const std::string& link) const { return has(scenario_.feet, link); }
 
 LinkInertia TreeBuilder::read_inertia(const LinkScan& link) {
   LinkInertia inertia = make_inertia(*model_.getLink(link.name));
   if (inertia.mass == 0.0 && inertia.I_LLcm_L.isZero(0.0)) return inertia;
   const std::string field = "link '" + link.name + "' <inertial>";
   if (inertia.mass == 0.0) {
-    add(link.inertial_line, field, std::string("has an inertia but no mass") + (scenario_.repair_inertias ? "; ignored" : ""), !scenario_.repair_inertias);
+    add(link.inertial_line, field,
+        std::string("has an inertia but no mass") + (scenario_.repair_inertias ? "; ignored" : ""),
+        !scenario_.repair_inertias);
     return LinkInertia();
   }
   if (inertia.I_LLcm_L.isZero(0.0)) return inertia;  // a point mass: judged with what it is fixed to
@@ -160,8 +161,8 @@ void TreeBuilder::index_links() {
   for (const JointScan& joint : scan_.joints) children_[joint.parent].push_back(&joint);
 }
 
-// Joints in the order of the file, but parents first, as if by passes over the file: a joint is placed in the pass of its
-// parent when it stands behind it, else in the next one.
+// Joints in the order of the file, but parents first, as if by passes over the file: a joint is placed in the pass of
+// its parent when it stands behind it, else in the next one.
 void TreeBuilder::place_links() {
   robot_.tree.links.assign(1, LinkSpec());
   robot_.tree.links[0].name = scan_.root;
@@ -178,9 +179,8 @@ void TreeBuilder::place_links() {
       turns.push_back({parent.pass + (joint > parent.joint ? 0 : 1), joint});
     }
   }
-  std::sort(turns.begin(), turns.end(), [](const Turn& a, const Turn& b) {
-    return a.pass != b.pass ? a.pass < b.pass : a.joint < b.joint;
-  });
+  std::sort(turns.begin(), turns.end(),
+            [](const Turn& a, const Turn& b) { return a.pass != b.pass ? a.pass < b.pass : a.joint < b.joint; });
   for (const Turn& turn : turns) place(*turn.joint);
 }
 
@@ -219,9 +219,10 @@ void TreeBuilder::add_shape(const LinkScan& link, const Place& place, size_t ind
       const std::string field = "link '" + link.name + "' <collision> <mesh>";
       const std::string text = "there is no file '" + mesh.filename + "'";
       add(link.collision_lines[index], field,
-          text + (place.sole ? "; a foot needs its geometry: add the mesh, or give the scenario a box: 'soles: {" + link.name +
-                                   ": {box: [x, y, z], xyz: [x, y, z]}}'"
-                             : kWithoutMesh), place.sole);
+          text + (place.sole ? "; a foot needs its geometry: add the mesh, or give the scenario a box: 'soles: {" +
+                                   link.name + ": {box: [x, y, z], xyz: [x, y, z]}}'"
+                             : kWithoutMesh),
+          place.sole);
       return;
     }
   }
@@ -274,7 +275,8 @@ void TreeBuilder::resolve_mimics() {
       at = parsed->mimic->joint_name;
     }
     mimic.joint = robot_.tree.find_joint(at);
-    if (fault.empty() && mimic.joint < 0) fault = "follows joint '" + at + "', which is not a moving joint of this file";
+    if (fault.empty() && mimic.joint < 0)
+      fault = "follows joint '" + at + "', which is not a moving joint of this file";
     if (!fault.empty()) {
       add(joint.mimic_line, "joint '" + joint.name + "' <mimic>", fault, true);
       continue;
@@ -303,9 +305,14 @@ void TreeBuilder::check_moving_masses() {
       continue;
     }
     const bool repaired = scenario_.repair_inertias && !(light && i == 0);  // a robot without a base is none
-    const std::string fault = light ? "moves but has no mass, and carries none"
-                                    : "moves and is a point mass: its inertia is zero, expected one that is positive definite";
-    add(line, field, fault + (!repaired ? "" : light ? "; repaired to a small ball of 1 g" : "; repaired to a small ball"), !repaired);
+    const std::string fault =
+        light ? "moves but has no mass, and carries none"
+              : "moves and is a point mass: its inertia is zero, expected one that is positive definite";
+    add(line, field,
+        fault + (!repaired ? ""
+                 : light   ? "; repaired to a small ball of 1 g"
+                           : "; repaired to a small ball"),
+        !repaired);
     if (repaired) robot_.tree.links[i].inertia = repair_inertia(inertia);
   }
 }

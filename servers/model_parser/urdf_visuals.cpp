@@ -99,8 +99,10 @@ std::optional<VisualShape> read_visual(const Element& visual, const FrameSpec& f
   if (const Element* material = visual.FirstChildElement("material")) {
     const auto named = materials.find(get_attribute(*material, "name"));
     const std::optional<Vector3d> own = read_color(*material);
-    if (own) drawn.color = *own;
-    else if (named != materials.end()) drawn.color = named->second;
+    if (own)
+      drawn.color = *own;
+    else if (named != materials.end())
+      drawn.color = named->second;
   }
   return drawn;
 }

@@ -40,7 +40,8 @@ void add_xml_error(const tinyxml2::XMLDocument& document, const std::string& tex
     return diagnostics->add_error({file, "", static_cast<int>(line)},
                                   "not valid XML: " + describe_strange_byte(text, at));
   }
-  if (document.ErrorID() == tinyxml2::XML_ERROR_EMPTY_DOCUMENT) return diagnostics->add_error({file, "", 1}, "is empty: expected a robot");
+  if (document.ErrorID() == tinyxml2::XML_ERROR_EMPTY_DOCUMENT)
+    return diagnostics->add_error({file, "", 1}, "is empty: expected a robot");
   std::string reason = document.ErrorStr() == nullptr ? "" : document.ErrorStr();
   const size_t cut = reason.find("ErrorID=");
   if (cut != std::string::npos && reason.find(": ", cut) != std::string::npos) {

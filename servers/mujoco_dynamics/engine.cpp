@@ -57,7 +57,8 @@ void ignore_warning(const char*) {}
 }  // namespace
 
 MujocoDynamicsEngine::MujocoDynamicsEngine(const RobotDescription& robot, const Scenario& scenario)
-    : robot_(robot), scenario_(scenario),
+    : robot_(robot),
+      scenario_(scenario),
       reference_(parse_interpolation(scenario.interpolation), scenario.control_period, scenario.time_step,
                  std::vector<double>(static_cast<size_t>(robot.tree.num_joints()), 0.0)) {
   mju_user_warning = ignore_warning;
@@ -158,7 +159,8 @@ void MujocoDynamicsEngine::set_pushes() {
   std::fill_n(data_->xfrc_applied, 6 * model_->nbody, 0.0);
   for (const ExternalWrench& push : pushes_->find(static_cast<double>(step_) * scenario_.time_step, state_)) {
     const int body = mj_name2id(model_, mjOBJ_BODY, ("b" + std::to_string(push.link)).c_str());
-    const Vector3d p_LC_W = ConstVector(data_->xipos + 3 * body) - ConstVector(data_->xpos + 3 * body), force_W = push.F_W.tail<3>();
+    const Vector3d p_LC_W = ConstVector(data_->xipos + 3 * body) - ConstVector(data_->xpos + 3 * body),
+                   force_W = push.F_W.tail<3>();
     Eigen::Map<Vector6d> applied(data_->xfrc_applied + 6 * body);
     applied.head<3>() += force_W;
     applied.tail<3>() += push.F_W.head<3>() - p_LC_W.cross(force_W);

@@ -6,8 +6,8 @@
 namespace hrp {
 
 // MuJoCo's constants of a contact point. MuJoCo asks each point for the acceleration a_ref = -b v - k r, with r the
-// distance and v its rate, and lets it have a = a_ref - R f, with f the force and R = (1 - d) / d / m. So the point is a
-// spring k / R beside a damper b / R, and it carries a mass 1 / R along while it touches (MuJoCo documentation,
+// distance and v its rate, and lets it have a = a_ref - R f, with f the force and R = (1 - d) / d / m. So the point is
+// a spring k / R beside a damper b / R, and it carries a mass 1 / R along while it touches (MuJoCo documentation,
 // "Computation", "Constraint model").
 struct GroundLaw {
   double impedance = 0.9;  // d

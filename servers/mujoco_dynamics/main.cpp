@@ -4,5 +4,6 @@
 
 int main(int argc, char** argv) {
   return hrp::run_dynamics_server(
-      argc, argv, {"dynamics", "hrp-dynamics-mujoco", "Integrates the robot with MuJoCo, in place of hrp-dynamics."}, hrp::make_mujoco_engine);
+      argc, argv, {"dynamics", "hrp-dynamics-mujoco", "Integrates the robot with MuJoCo, in place of hrp-dynamics."},
+      hrp::make_mujoco_engine);
 }

@@ -21,12 +21,16 @@ void check_supported(const Scenario& scenario) {
   if (!scenario.joint_laws.empty()) refuse(scenario, "joint_laws", std::string("an extra joint law") + hint);
   if (!scenario.link_laws.empty()) refuse(scenario, "link_laws", std::string("an effect of a link") + hint);
   for (const ObstacleSpec& obstacle : scenario.obstacles) {
-    if (obstacle.is_surface()) refuse(scenario, "obstacles." + obstacle.name, std::string("a surface of triangles") + hint);
+    if (obstacle.is_surface())
+      refuse(scenario, "obstacles." + obstacle.name, std::string("a surface of triangles") + hint);
   }
-  if (!scenario.robots.empty()) refuse(scenario, "robots." + scenario.robots[0].name, std::string("another robot") + hint);
-  if (!scenario.objects.empty()) refuse(scenario, "objects." + scenario.objects[0].name, std::string("a movable object") + hint);
+  if (!scenario.robots.empty())
+    refuse(scenario, "robots." + scenario.robots[0].name, std::string("another robot") + hint);
+  if (!scenario.objects.empty())
+    refuse(scenario, "objects." + scenario.objects[0].name, std::string("a movable object") + hint);
   if (!scenario.no_contact.empty()) refuse(scenario, "no_contact", std::string("a filter of contacts") + hint);
-  if (!scenario.loops.empty()) refuse(scenario, "loops", std::string("a closed chain ('loops', or <loop> in the URDF)") + hint);
+  if (!scenario.loops.empty())
+    refuse(scenario, "loops", std::string("a closed chain ('loops', or <loop> in the URDF)") + hint);
 }
 
 class MjcfWriter {
@@ -41,8 +45,8 @@ class MjcfWriter {
     out_ << "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>\n<option timestep=\""
          << scenario_.time_step << "\" integrator=\"implicit\" cone=\"elliptic\" impratio=\"100\"";
     put("gravity", scenario_.gravity_W);
-    // Soles have the scenario's law where that is a spring and a damper (ground_law.h); this holds for the others. MuJoCo
-    // calls two time steps stable.
+    // Soles have the scenario's law where that is a spring and a damper (ground_law.h); this holds for the others.
+    // MuJoCo calls two time steps stable.
     out_ << "/>\n<default><geom condim=\"3\" solref=\"" << std::max(0.005, 2 * scenario_.time_step)
          << " 1\" contype=\"0\" conaffinity=\"0\"/></default>\n";
     write_meshes();
@@ -89,8 +93,9 @@ class MjcfWriter {
       if (!shape.sole || shape.kind != ShapeKind::kMesh) continue;
       const std::string ending = shape.mesh.substr(shape.mesh.find_last_of('.') + 1);
       if (ending != "stl" && ending != "STL" && ending != "obj") {
-        refuse(scenario_, "robot", "sole '" + shape.name + "' is the mesh " + shape.mesh +
-                                       "; the MuJoCo dynamics server reads .stl and .obj only (soles: gives it a box)");
+        refuse(scenario_, "robot",
+               "sole '" + shape.name + "' is the mesh " + shape.mesh +
+                   "; the MuJoCo dynamics server reads .stl and .obj only (soles: gives it a box)");
       }
       out_ << "<mesh name=\"m" << i << "\" file=\"" << shape.mesh << "\"";
       put("scale", shape.scale);
@@ -161,7 +166,9 @@ class MjcfWriter {
     if (shape.kind == ShapeKind::kMesh) {
       out_ << " type=\"mesh\" mesh=\"m" << i << "\"";
     } else {
-      put_shape(shape.kind == ShapeKind::kBox ? "box" : shape.kind == ShapeKind::kSphere ? "sphere" : "cylinder",
+      put_shape(shape.kind == ShapeKind::kBox      ? "box"
+                : shape.kind == ShapeKind::kSphere ? "sphere"
+                                                   : "cylinder",
                 shape.size);
     }
     put_pose(shape.X_LG);
@@ -179,7 +186,8 @@ class MjcfWriter {
     const SensorsSpec& sensors = scenario_.sensors;
     for (size_t i = 0; i < sensors.imus.size(); ++i) {
       const FrameSpec& frame = find_frame("sensors.imu", sensors.imus[i].link);
-      if (frame.link == link) write_site("imu" + std::to_string(i), frame.X_LF * Transform{Matrix3d::Identity(), sensors.imus[i].p_LS});
+      if (frame.link == link)
+        write_site("imu" + std::to_string(i), frame.X_LF * Transform{Matrix3d::Identity(), sensors.imus[i].p_LS});
     }
     for (size_t i = 0; i < sensors.wrenches.size(); ++i) {
       const FrameSpec& frame = find_frame("sensors.wrench", sensors.wrenches[i].link);

@@ -51,18 +51,21 @@ std::string join_refusals(const msg::ModelRefused& message) {
 
 }  // namespace
 
-SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override, bool ros_services)
+SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override,
+                             bool ros_services)
     : NodeBase(context, /*follows_run=*/false),
       scheduler_(options),
       duration_override_(duration_override),
       grant_publisher_(bus(), topics::kStepGrant),
       status_publisher_(bus(), topics::kRunStatus),
       offers_ros_services_(ros_services) {
-  listen<msg::ServerStatus>(topics::kServerStatus, [this](const msg::ServerStatus& m) { attempt([&] { take_status(m); }); });
+  listen<msg::ServerStatus>(topics::kServerStatus,
+                            [this](const msg::ServerStatus& m) { attempt([&] { take_status(m); }); });
   listen<msg::RunControl>(topics::kRunControl, [this](const msg::RunControl& m) { attempt([&] { take_control(m); }); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { attempt([&] { take_description(m); }); });
-  listen<msg::ModelRefused>(topics::kModelRefused, [this](const msg::ModelRefused& m) { attempt([&] { take_refusal(m); }); });
+  listen<msg::ModelRefused>(topics::kModelRefused,
+                            [this](const msg::ModelRefused& m) { attempt([&] { take_refusal(m); }); });
   set_phase(msg::SERVER_READY);
 }
 
@@ -148,7 +151,8 @@ void SchedulerNode::answer_stranger(const std::string& refused) {
 std::string SchedulerNode::follow(const msg::RunControl& message) {
   switch (message.request()) {
     case msg::REQUEST_RUN:
-      return scheduler_.request_run(message.change_speed() ? std::optional<double>(message.speed()) : std::nullopt, Clock::now());
+      return scheduler_.request_run(message.change_speed() ? std::optional<double>(message.speed()) : std::nullopt,
+                                    Clock::now());
     case msg::REQUEST_PAUSE: scheduler_.request_pause(); return "";
     case msg::REQUEST_STEP: return scheduler_.request_steps(message.steps());
     case msg::REQUEST_RESET: scheduler_.request_reset(); return "";
@@ -168,7 +172,8 @@ std::string SchedulerNode::push(const msg::Push& push) {
 
 void SchedulerNode::take_control(const msg::RunControl& message) {
   if (!is_authorized(topics::kRunControl, message)) {
-    return answer_stranger("only the user who started this run may steer it: the request is not signed with the run's token");
+    return answer_stranger(
+        "only the user who started this run may steer it: the request is not signed with the run's token");
   }
   // Without a token, people write requests by hand, who know no nonce.
   const bool by_hand = context().token.empty() && message.nonce() == 0;
@@ -219,7 +224,8 @@ void SchedulerNode::update() {
                      grant.through_step != granted_.through_step || grant.last != granted_.last;
   // Half a window at least, unless that would let dynamics wait: fewer messages.
   const uint64_t ahead = granted_.through_step > scheduler_.step() ? granted_.through_step - scheduler_.step() : 0;
-  const bool soon = grant.epoch != granted_.epoch || grant.process_id != granted_.process_id || ahead < 96 || grant.last;
+  const bool soon =
+      grant.epoch != granted_.epoch || grant.process_id != granted_.process_id || ahead < 96 || grant.last;
   if (grant.process_id != 0 && moved && soon && !has_ended()) {
     if (grant.epoch != granted_.epoch) pushes_.reset();
     msg::StepGrant message;
@@ -288,7 +294,8 @@ void SchedulerNode::look(Clock::time_point now) {
   }
   const auto logger = alive_.find("logger");
   const bool logging = logger != alive_.end() && logger->second;
-  if (is_everybody_gone() || now - end_time_ > (logging ? Clock::duration(kLoggerPatience) : kGoodbyePatience)) gone_ = true;
+  if (is_everybody_gone() || now - end_time_ > (logging ? Clock::duration(kLoggerPatience) : kGoodbyePatience))
+    gone_ = true;
 }
 
 NodeOutcome SchedulerNode::outcome() const {

@@ -22,7 +22,8 @@ class SchedulerNode : public NodeBase {
  public:
   // duration_override: [s] of simulated time, < 0 = as the scenario says.
   // ros_services: whoever reaches the domain may pause, step and reset the run (ros_services.h).
-  SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override, bool ros_services = false);
+  SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override,
+                bool ros_services = false);
   void make_endpoints() override;
   void drop_endpoints() override;
   std::chrono::milliseconds idle_period() const override { return std::chrono::milliseconds(2); }

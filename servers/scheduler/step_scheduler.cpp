@@ -20,7 +20,8 @@ constexpr auto kSilence = std::chrono::milliseconds(600);
 // Nobody leaves before the log has the last step, so that what got lost on its way can be sent again; but a logger that
 // stays silent for this long is not waited for. It then says itself what its file misses.
 constexpr auto kFollowPatience = std::chrono::seconds(20);
-// A run that is stopped does the steps that were granted, and its log gets them. It is over after this time in any case.
+// A run that is stopped does the steps that were granted, and its log gets them. It is over after this time in any
+// case.
 constexpr auto kStopPatience = std::chrono::seconds(2);
 
 // A run that is slower looks like one that hangs; the clock would not notice one that is faster.
@@ -32,7 +33,8 @@ constexpr uint64_t kMostSteps = 1000000;
 std::string find_speed_fault(double speed) {
   if (speed == 0.0 || (speed >= kLeastSpeed && speed <= kMostSpeed)) return "";
   char text[120];
-  std::snprintf(text, sizeof text, "speed is %g, expected 0.001 to 1e6 simulated seconds per second, or 0 for no limit", speed);
+  std::snprintf(text, sizeof text, "speed is %g, expected 0.001 to 1e6 simulated seconds per second, or 0 for no limit",
+                speed);
   return text;
 }
 
@@ -52,9 +54,7 @@ void StepScheduler::set_run(double time_step, uint64_t end_step) {
   end_step_ = end_step;
 }
 
-bool StepScheduler::is_waited_for(const std::string& role) const {
-  return has(options_.roles, role);
-}
+bool StepScheduler::is_waited_for(const std::string& role) const { return has(options_.roles, role); }
 
 void StepScheduler::take_report(const ServerReport& report, Clock::time_point now) {
   if (report.role == "dynamics") take_dynamics_report(report, now);
@@ -190,7 +190,8 @@ std::string StepScheduler::find_late(Clock::time_point now) const {
     }
   }
   for (const Follower& follower : find_followers()) {
-    if (step_ >= follower.limit || (at_end_ && now - end_time_ > kSilence && follower.step < end_step_)) return follower.role;
+    if (step_ >= follower.limit || (at_end_ && now - end_time_ > kSilence && follower.step < end_step_))
+      return follower.role;
   }
   return "";
 }
@@ -201,7 +202,8 @@ bool StepScheduler::is_over(Clock::time_point now) {
   at_end_ = true;
   if (now - end_time_ > kFollowPatience) return true;
   const std::vector<Follower> followers = find_followers();
-  return std::all_of(followers.begin(), followers.end(), [this](const Follower& follower) { return follower.step >= end_step_; });
+  return std::all_of(followers.begin(), followers.end(),
+                     [this](const Follower& follower) { return follower.step >= end_step_; });
 }
 
 void StepScheduler::update(Clock::time_point now) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who may step how far: readiness, windows, pauses, pacing, resets and ends of a run. No bus; time comes as a parameter.
+// Who may step how far: readiness, windows, pauses, pacing, resets and ends of a run. No bus; time comes as a
+// parameter.
 #pragma once
 
 #include <chrono>
@@ -63,7 +64,8 @@ class StepScheduler {
   void request_reset();
   // At once. Empty reason: a normal end.
   void request_stop(const std::string& reason);
-  // A normal end after the steps that were granted, with all of them in the log; at once when that cannot be, or asked again.
+  // A normal end after the steps that were granted, with all of them in the log; at once when that cannot be, or asked
+  // again.
   void request_end(Clock::time_point now);
 
   // What is granted now, and the state of the run. update() first.
@@ -104,15 +106,15 @@ class StepScheduler {
   std::map<std::string, ServerReport> reports_;
   RunState state_ = RunState::kWaiting;
   Grant grant_;
-  bool started_ = false;     // of this epoch: everybody has been ready
+  bool started_ = false;  // of this epoch: everybody has been ready
   bool paused_ = false;
-  uint64_t paused_at_ = 0;   // while paused: no step beyond this one
+  uint64_t paused_at_ = 0;  // while paused: no step beyond this one
   double speed_ = 0.0;
   bool pace_started_ = false;
   Clock::time_point pace_time_;
   uint64_t pace_step_ = 0;
-  uint64_t step_ = 0;        // last one that dynamics reported
-  bool at_end_ = false;      // of this epoch: that was the last one
+  uint64_t step_ = 0;           // last one that dynamics reported
+  bool at_end_ = false;         // of this epoch: that was the last one
   Clock::time_point end_time_;  // since when
   bool stopping_ = false;       // request_end() was called
   Clock::time_point stop_time_;

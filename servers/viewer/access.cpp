@@ -65,7 +65,8 @@ std::string find_refusal(const AccessRules& rules, const AccessRequest& request)
     return "pages of " + request.origin + " may not connect";
   }
   if (rules.token.empty()) return "";
-  if (equals(find_query_value(request.target, "token"), rules.token) || equals(find_cookie(request.cookie, make_cookie_name(rules)), rules.token)) {
+  if (equals(find_query_value(request.target, "token"), rules.token) ||
+      equals(find_cookie(request.cookie, make_cookie_name(rules)), rules.token)) {
     return "";
   }
   return "the token is missing or wrong: use the address that the viewer printed";
@@ -76,7 +77,8 @@ std::string make_cookie_name(const AccessRules& rules) { return "hrp_viewer_toke
 std::string make_token() {
   unsigned char bytes[16];
   std::ifstream random("/dev/urandom", std::ios::binary);
-  if (!random.read(reinterpret_cast<char*>(bytes), sizeof bytes)) throw std::runtime_error("no random numbers for a token");
+  if (!random.read(reinterpret_cast<char*>(bytes), sizeof bytes))
+    throw std::runtime_error("no random numbers for a token");
   std::string text;
   for (const unsigned char byte : bytes) {
     char digits[3];

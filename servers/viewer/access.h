@@ -8,9 +8,9 @@
 namespace hrp {
 
 struct AccessRules {
-  std::string token;       // empty: none needed
-  bool loopback = true;    // bound to this machine only
-  uint16_t port = 0;       // that the viewer listens at: names its cookie, as all ports of a host share cookies
+  std::string token;     // empty: none needed
+  bool loopback = true;  // bound to this machine only
+  uint16_t port = 0;     // that the viewer listens at: names its cookie, as all ports of a host share cookies
 };
 
 struct AccessRequest {

@@ -63,8 +63,8 @@ CsvTable read_csv_table(const std::string& path) {
       continue;
     }
     if (cells.size() != table.names.size()) {
-      table.notes.push_back("line " + std::to_string(place.line) + " has " + std::to_string(cells.size()) + " cells, not " +
-                            std::to_string(table.names.size()) + ": left out");
+      table.notes.push_back("line " + std::to_string(place.line) + " has " + std::to_string(cells.size()) +
+                            " cells, not " + std::to_string(table.names.size()) + ": left out");
       continue;
     }
     for (size_t i = 0; i < cells.size(); ++i) table.columns[i].push_back(read_number(cells[i], place, i));

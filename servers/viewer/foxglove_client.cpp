@@ -41,9 +41,15 @@ uint32_t get_id(const Json& value) {
 
 // Pictures by the names of ROS 2, or the Image panel and the 3D panel would not know them.
 Json describe(const std::string& topic, const std::string& type, const std::string& schema) {
-  if (!is_of_camera(type)) return {{"topic", topic}, {"encoding", "cdr"}, {"schemaName", type}, {"schema", schema}, {"schemaEncoding", "omgidl"}};
+  if (!is_of_camera(type))
+    return {
+        {"topic", topic}, {"encoding", "cdr"}, {"schemaName", type}, {"schema", schema}, {"schemaEncoding", "omgidl"}};
   const std::string name = find_ros_name(type), ros_topic = topics::find_ros_topic(topic);
-  return {{"topic", ros_topic.empty() ? topic : ros_topic}, {"encoding", "cdr"}, {"schemaName", name}, {"schema", make_ros_schema(name)}, {"schemaEncoding", "ros2msg"}};
+  return {{"topic", ros_topic.empty() ? topic : ros_topic},
+          {"encoding", "cdr"},
+          {"schemaName", name},
+          {"schema", make_ros_schema(name)},
+          {"schemaEncoding", "ros2msg"}};
 }
 
 // [s] -> [ns]. A page may ask for any time: what no clock can show is the first or the last moment of one.
@@ -90,8 +96,11 @@ void FoxgloveClient::advertise() {
   for (const auto& [topic, type] : topics) add(topic, describe(topic, type, viewer_.find_schema(topic)));
   for (const FoxgloveScene::Channel& channel : FoxgloveScene::channels()) {
     if (!topics.count(channel.source)) continue;
-    add(channel.topic, {{"topic", channel.topic}, {"encoding", "json"}, {"schemaName", channel.type},
-                        {"schema", foxglove::find_schema(channel.type)}, {"schemaEncoding", "jsonschema"}});
+    add(channel.topic, {{"topic", channel.topic},
+                        {"encoding", "json"},
+                        {"schemaName", channel.type},
+                        {"schema", foxglove::find_schema(channel.type)},
+                        {"schemaEncoding", "jsonschema"}});
   }
   if (added.empty()) return;
   connection_.send(make_payload(dump({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);
@@ -113,7 +122,8 @@ void FoxgloveClient::on_message(const std::string& message, bool binary) {
 void FoxgloveClient::subscribe(const Json& request) {
   for (const Json& subscription : get_list(request, "subscriptions")) {
     if (!subscription.is_object()) throw ProtocolError("expected subscriptions of id and channelId");
-    const uint32_t id = get_id(subscription.value("id", Json())), channel_id = get_id(subscription.value("channelId", Json()));
+    const uint32_t id = get_id(subscription.value("id", Json())),
+                   channel_id = get_id(subscription.value("channelId", Json()));
     bool found = false;
     for (auto& [topic, channel] : channels_) {
       if (channel.id != channel_id || channel.subscriptions.size() >= kMostSubscriptions) continue;
@@ -145,7 +155,8 @@ void FoxgloveClient::update_pictures() {
 }
 
 void FoxgloveClient::send_status(int level, const std::string& text) {
-  connection_.send(make_payload(dump({{"op", "status"}, {"level", level}, {"message", text}})), false, Urgency::kNeeded);
+  connection_.send(make_payload(dump({{"op", "status"}, {"level", level}, {"message", text}})), false,
+                   Urgency::kNeeded);
 }
 
 bool FoxgloveClient::reads(const std::string& topic) const {

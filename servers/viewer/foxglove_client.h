@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The WebSocket protocol of Foxglove, server side: its specification stands in github.com/foxglove/ws-protocol. Reading only.
+// The WebSocket protocol of Foxglove, server side: its specification stands in github.com/foxglove/ws-protocol. Reading
+// only.
 #pragma once
 
 #include <map>

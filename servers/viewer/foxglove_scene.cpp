@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/foxglove_scene.h"
 
-#include "common/messages/logged_description.h"
 #include "common/messages/convert.h"
 #include "common/messages/convert_robot.h"
+#include "common/messages/logged_description.h"
 #include "common/messages/topics.h"
 #include "common/scene/foxglove.h"
 

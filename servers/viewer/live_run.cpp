@@ -12,7 +12,7 @@ using Clock = std::chrono::steady_clock;
 
 // More points than a chart has columns in the seconds that it shows.
 constexpr auto kChartPeriod = std::chrono::milliseconds(2);
-constexpr size_t kMostThinned = 256;   // between two ticks, so that a stall of this process costs no memory
+constexpr size_t kMostThinned = 256;  // between two ticks, so that a stall of this process costs no memory
 constexpr size_t kMostWhole = 1024;
 // A server that shows a topic at all says something four times a second.
 constexpr auto kViewPatience = std::chrono::seconds(2);
@@ -26,14 +26,14 @@ struct LiveRun::Topic {
   bool has_header = false;
   bool whole = false;
   bool fresh = false;
-  HeaderWords header;               // of `latest`
+  HeaderWords header;  // of `latest`
   Clock::time_point wanted_since = Clock::now();
   Clock::time_point last_kept{};
-  Clock::time_point last_shown{};   // came in a view
+  Clock::time_point last_shown{};  // came in a view
   SampleBytes latest;
   std::deque<SampleBytes> thinned;
   std::deque<SampleBytes> all;
-  std::unique_ptr<Reader> reader;   // none while views have it
+  std::unique_ptr<Reader> reader;  // none while views have it
 };
 
 LiveRun::LiveRun(Bus& bus, bool read_only, JoinedRun run)
@@ -80,7 +80,8 @@ void LiveRun::take_view(const msg::View& view) {
 void LiveRun::read_view(bool wanted) {
   if (wanted == (view_ != nullptr)) return;
   if (!wanted) return view_.reset();
-  view_ = subscribe<msg::View>(bus_, topics::kView, Delivery::kBestEffort, [this](const msg::View& view) { take_view(view); });
+  view_ = subscribe<msg::View>(bus_, topics::kView, Delivery::kBestEffort,
+                               [this](const msg::View& view) { take_view(view); });
 }
 
 bool LiveRun::is_shown(const Topic& topic, Clock::time_point now) const {
@@ -146,8 +147,10 @@ std::map<std::string, std::string> LiveRun::find_topics() {
   for (const TopicSeen& topic : bus_.find_topics()) {
     const TopicSpec* known = topics::find_any_topic(topic.name);
     if (!known || topic.writers == 0) continue;
-    if (known == &topics::kView) has_view = true;  // holds samples of other topics: nothing of its own
-    else found[topic.name] = known->type_name;
+    if (known == &topics::kView)
+      has_view = true;  // holds samples of other topics: nothing of its own
+    else
+      found[topic.name] = known->type_name;
   }
   has_view_ = has_view;
   return found;
@@ -161,7 +164,8 @@ std::map<std::string, Arrivals> LiveRun::take() {
     arrivals.type = topic->type;
     arrivals.fresh = topic->fresh;
     arrivals.latest = topic->latest;
-    arrivals.thinned.assign(std::make_move_iterator(topic->thinned.begin()), std::make_move_iterator(topic->thinned.end()));
+    arrivals.thinned.assign(std::make_move_iterator(topic->thinned.begin()),
+                            std::make_move_iterator(topic->thinned.end()));
     arrivals.all.assign(std::make_move_iterator(topic->all.begin()), std::make_move_iterator(topic->all.end()));
     topic->thinned.clear();
     topic->all.clear();

@@ -27,9 +27,9 @@ using SampleBytes = std::vector<uint8_t>;
 struct Arrivals {
   const StructType* type = nullptr;
   bool fresh = false;
-  SampleBytes latest;               // the newest sample ever, empty when none came yet
-  std::vector<SampleBytes> thinned; // at most some hundred a second of wall clock, for charts
-  std::vector<SampleBytes> all;     // every sample, as far as memory for them goes; only of topics so asked for
+  SampleBytes latest;                // the newest sample ever, empty when none came yet
+  std::vector<SampleBytes> thinned;  // at most some hundred a second of wall clock, for charts
+  std::vector<SampleBytes> all;      // every sample, as far as memory for them goes; only of topics so asked for
 };
 
 class LiveRun {
@@ -37,14 +37,14 @@ class LiveRun {
   LiveRun(Bus& bus, bool read_only, JoinedRun run = {});
   ~LiveRun();
 
-  // Which topics to read from now on; those in `whole` with every sample, the others from the servers' views where these
-  // have them (common/node/view_writer.h): that costs the run nearly nothing. Not under the bus's mutex.
+  // Which topics to read from now on; those in `whole` with every sample, the others from the servers' views where
+  // these have them (common/node/view_writer.h): that costs the run nearly nothing. Not under the bus's mutex.
   void read_topics(const std::set<std::string>& topics, const std::set<std::string>& whole);
   // Topics that somebody offers and whose type is ours: name -> type.
   std::map<std::string, std::string> find_topics();
   std::map<std::string, Arrivals> take();
-  // Signs the request and keeps it until it was sent several times: a scheduler that is being discovered may miss the first
-  // one, and takes each only once. Ignored when run control is switched off.
+  // Signs the request and keeps it until it was sent several times: a scheduler that is being discovered may miss the
+  // first one, and takes each only once. Ignored when run control is switched off.
   void request(const msg::RunControl& control);
   // Sends what is due. True when a request was given up because nobody listens.
   bool send_requests();

@@ -29,12 +29,13 @@ struct Options {
 };
 
 void add_options(CLI::App& app, Options* options) {
-  app.footer("Without files, it joins the live run. Examples:\n"
-             "  hrp-viewer                            a live run\n"
-             "  hrp-viewer run.mcap                   a recorded one\n"
-             "  hrp-viewer run.mcap other.mcap        two, the second as a ghost\n"
-             "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
-             "Foxglove connects to the same address with ws in the place of http, token included.");
+  app.footer(
+      "Without files, it joins the live run. Examples:\n"
+      "  hrp-viewer                            a live run\n"
+      "  hrp-viewer run.mcap                   a recorded one\n"
+      "  hrp-viewer run.mcap other.mcap        two, the second as a ghost\n"
+      "  hrp-viewer experiment/                CSV recordings of an experiment folder\n"
+      "Foxglove connects to the same address with ws in the place of http, token included.");
   app.add_option("FILES", options->files, "logs (MCAP), or experiment folders");
   hrp::add_join_options(app, &options->join);
   app.add_option("--port", options->web.port, "port of the page; 0 = a free port")->capture_default_str();
@@ -42,7 +43,8 @@ void add_options(CLI::App& app, Options* options) {
       ->capture_default_str();
   app.add_option("--token", options->web.access.token, "token that a browser must send; default: a random one");
   app.add_flag("--read-only", options->read_only, "pages cannot steer the run");
-  app.add_option("--page", options->viewer.page_folder, "folder of the page; default: ../share/viewer beside this program");
+  app.add_option("--page", options->viewer.page_folder,
+                 "folder of the page; default: ../share/viewer beside this program");
   app.add_option("--then", options->viewer.log_after, "log of the live run, shown after the run has ended");
 }
 
@@ -76,7 +78,8 @@ int serve(Options options) {
   // On this machine, too: every user of it reaches its ports.
   if (access.token.empty()) access.token = hrp::make_token();
   hrp::WebServer server(options.web, viewer);
-  const std::string host = options.web.address.find(':') == std::string::npos ? options.web.address : "[" + options.web.address + "]";
+  const std::string host =
+      options.web.address.find(':') == std::string::npos ? options.web.address : "[" + options.web.address + "]";
   std::printf("viewer     http://%s:%u/%s%s\n", host.c_str(), server.port(), "?token=", access.token.c_str());
   std::fflush(stdout);
   server.run(kTickMs, [&] {

@@ -37,7 +37,8 @@ std::set<std::string> get_names(const Json& request, const char* key, size_t mos
   }
   std::set<std::string> names;
   for (const Json& name : *list) {
-    if (!name.is_string() || name.get_ref<const std::string&>().size() > kLongestSignal) throw ProtocolError(std::string("expected names of ") + key);
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > kLongestSignal)
+      throw ProtocolError(std::string("expected names of ") + key);
     names.insert(name.get<std::string>());
   }
   return names;
@@ -47,7 +48,9 @@ std::set<std::string> get_names(const Json& request, const char* key, size_t mos
 msg::Vector3 get_vector(const Json& request, const char* key) {
   const auto list = request.find(key);
   const bool good = list != request.end() && list->is_array() && list->size() == 3 &&
-                    std::all_of(list->begin(), list->end(), [](const Json& value) { return value.is_number() && std::isfinite(value.get<double>()); });
+                    std::all_of(list->begin(), list->end(), [](const Json& value) {
+                      return value.is_number() && std::isfinite(value.get<double>());
+                    });
   if (!good) throw ProtocolError(std::string("expected three numbers as ") + key);
   return to_message(Vector3d((*list)[0].get<double>(), (*list)[1].get<double>(), (*list)[2].get<double>()));
 }
@@ -113,7 +116,8 @@ void PageClient::open(const Json& request) {
   const bool possible = source >= 0 && source <= static_cast<double>(viewer_.recordings().size());
   const Scene* scene = possible ? viewer_.find_scene(static_cast<size_t>(source)) : nullptr;
   if (!scene || scene->json.empty()) return answer_error("there is no such recording, or no robot in it", -1);
-  answer("{\"op\":\"scene\",\"source\":" + std::to_string(static_cast<size_t>(source)) + ",\"scene\":" + scene->json + "}");
+  answer("{\"op\":\"scene\",\"source\":" + std::to_string(static_cast<size_t>(source)) + ",\"scene\":" + scene->json +
+         "}");
 }
 
 void PageClient::subscribe(const Json& request) { signals_ = get_names(request, "signals", kMostSignals); }
@@ -136,13 +140,19 @@ void PageClient::update_pictures() {
 void PageClient::control(const Json& request) {
   const std::string word = get_text(request, "request");
   msg::RunControl control;
-  if (word == "run") control.request(msg::REQUEST_RUN);
-  else if (word == "pause") control.request(msg::REQUEST_PAUSE);
-  else if (word == "step") control.request(msg::REQUEST_STEP);
-  else if (word == "reset") control.request(msg::REQUEST_RESET);
-  else throw ProtocolError("unknown request '" + word + "'");
+  if (word == "run")
+    control.request(msg::REQUEST_RUN);
+  else if (word == "pause")
+    control.request(msg::REQUEST_PAUSE);
+  else if (word == "step")
+    control.request(msg::REQUEST_STEP);
+  else if (word == "reset")
+    control.request(msg::REQUEST_RESET);
+  else
+    throw ProtocolError("unknown request '" + word + "'");
   const double steps = get_number(request, "steps", 1), speed = get_number(request, "speed", 0);
-  if (!(steps >= 1 && steps <= kMostSteps) || !(speed >= 0 && std::isfinite(speed))) throw ProtocolError("steps or speed out of range");
+  if (!(steps >= 1 && steps <= kMostSteps) || !(speed >= 0 && std::isfinite(speed)))
+    throw ProtocolError("steps or speed out of range");
   control.steps(static_cast<uint64_t>(steps));
   control.speed(speed);
   control.change_speed(request.find("speed") != request.end());
@@ -176,7 +186,8 @@ void PageClient::go_to(const Json& request) {
   const auto named = request.find("sources");
   if (named != request.end() && named->is_array()) {
     for (const Json& source : *named) {
-      if (source.is_number_unsigned() && source.get<size_t>() < recordings.size() && sources.size() < 2) sources.push_back(source);
+      if (source.is_number_unsigned() && source.get<size_t>() < recordings.size() && sources.size() < 2)
+        sources.push_back(source);
     }
   }
   if (sources.empty()) return answer_error("there is no such recording", -1);

@@ -28,7 +28,8 @@ class PictureFeed {
   // Everything is sent again.
   void forget();
   bool shows(const PictureKey& key) const { return sent_.count(key) > 0; }
-  // Those that may have another picture now, the one that has waited longest first: on a slow connection each has its turn.
+  // Those that may have another picture now, the one that has waited longest first: on a slow connection each has its
+  // turn.
   std::vector<PictureKey> find_due(Clock::time_point now) const;
   bool has(const PictureKey& key, uint64_t number) const;
   void note_sent(const PictureKey& key, uint64_t number, Clock::time_point now);

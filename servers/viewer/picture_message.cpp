@@ -12,7 +12,9 @@ const char* get_name(Picture::Kind kind) {
   return kind == Picture::Kind::kColor ? "color" : kind == Picture::Kind::kDepth ? "depth" : "points";
 }
 
-Json make_head(size_t source, const std::string& topic) { return {{"op", "picture"}, {"source", source}, {"topic", topic}}; }
+Json make_head(size_t source, const std::string& topic) {
+  return {{"op", "picture"}, {"source", source}, {"topic", topic}};
+}
 
 std::string make_message(const Json& head, const std::string& pixels) {
   std::string text = head.dump(-1, ' ', false, Json::error_handler_t::replace);

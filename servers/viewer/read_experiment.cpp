@@ -52,7 +52,8 @@ class RowReader {
     const auto* column = table_.find(name);
     return column ? (*column)[row_] : otherwise;
   }
-  std::vector<double> get_joints(const std::vector<std::string>& joints, const std::string& prefix, const std::string& what) const {
+  std::vector<double> get_joints(const std::vector<std::string>& joints, const std::string& prefix,
+                                 const std::string& what) const {
     std::vector<double> values;
     for (const std::string& joint : joints) values.push_back(get(prefix + joint + what));
     return values;
@@ -100,7 +101,8 @@ class CsvRecorder {
     }
     for (const std::string& note : table_.notes) recording_->add_note(note);
     const bool base = table_.find("/base/pose/position/x") != nullptr;
-    if (scenario_.floating_base && !base) recording_->add_note("no base pose was recorded: the base is shown where it began");
+    if (scenario_.floating_base && !base)
+      recording_->add_note("no base pose was recorded: the base is shown where it began");
     recording_->finish();
     return std::move(recording_);
   }
@@ -114,7 +116,9 @@ class CsvRecorder {
     const std::string text = read_text(scenario_.robot);
     const bool is_urdf = text.find("<robot") != std::string::npos;
     description.urdf(is_urdf ? text : "<robot name=\"none\"><link name=\"base\"/></robot>");
-    if (!is_urdf) recording_->add_note("the page draws URDFs only, and " + scenario_.robot + " is none: its charts are shown without a robot");
+    if (!is_urdf)
+      recording_->add_note("the page draws URDFs only, and " + scenario_.robot +
+                           " is none: its charts are shown without a robot");
     description.scenario(scenario_.text);
     description.scenario_path(scenario_.path);
     description.floating_base(scenario_.floating_base);

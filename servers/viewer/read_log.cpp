@@ -60,7 +60,8 @@ std::unique_ptr<Recording> read_log(const std::string& path) {
   std::map<uint16_t, std::pair<std::string, SampleTime>> known;
   for (const auto& [id, channel] : reader.channels()) {
     const auto topic = recording->topics().find(channel.topic);
-    if (topic != recording->topics().end()) known.emplace(id, std::make_pair(channel.topic, SampleTime(*topic->second.type)));
+    if (topic != recording->topics().end())
+      known.emplace(id, std::make_pair(channel.topic, SampleTime(*topic->second.type)));
   }
   reader.read_messages([&](const mcap::Message& message) {
     const auto found = known.find(message.channel_id);

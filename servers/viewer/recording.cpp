@@ -52,11 +52,12 @@ Series subtract(const Series& first, double begin_first, const Series& second, d
   for (size_t i = 0; i < first.times.size(); ++i) {
     const double time = first.times[i] - begin_first + begin_second;
     while (at + 1 < second.times.size() && second.times[at + 1] < time - kSameTime) ++at;
-    if (at + 1 >= second.times.size() || time < second.times[at] - kSameTime || time > second.times.back() + kSameTime) continue;
+    if (at + 1 >= second.times.size() || time < second.times[at] - kSameTime || time > second.times.back() + kSameTime)
+      continue;
     const double span = second.times[at + 1] - second.times[at];
     const double share = span > 0 ? std::clamp((time - second.times[at]) / span, 0.0, 1.0) : 0.0;
     // At samples that both have the value is the second one's own, to the bit.
-    const double value = share < 1e-6   ? second.values[at]
+    const double value = share < 1e-6       ? second.values[at]
                          : share > 1 - 1e-6 ? second.values[at + 1]
                                             : second.values[at] + share * (second.values[at + 1] - second.values[at]);
     difference.times.push_back(first.times[i]);

@@ -15,7 +15,7 @@
 namespace hrp {
 
 struct Series {
-  std::vector<double> times;   // [s]
+  std::vector<double> times;  // [s]
   std::vector<double> values;
   std::string unit;
 };
@@ -78,8 +78,8 @@ class Recording {
   std::unique_ptr<PictureLog> pictures_;
   std::vector<std::string> notes_;
   size_t bytes_ = 0;
-  int stride_ = 1;                          // one sample of so many is kept
-  std::map<std::string, size_t> counts_;    // samples offered
+  int stride_ = 1;                        // one sample of so many is kept
+  std::map<std::string, size_t> counts_;  // samples offered
   double begin_ = 0.0, end_ = 0.0;
 };
 

@@ -96,7 +96,8 @@ Scenario read_scenario(const msg::RobotDescription& description) {
 // Names as contact forces have them: `prefix` in front of those of another robot.
 Json make_feet(const msg::RobotDescription& description, const Scenario& scenario, const std::string& prefix) {
   Json feet = Json::array();
-  for (const std::string& foot : scenario.feet) feet.push_back({{"name", prefix + foot}, {"link", prefix + find_moving_link(description, foot)}});
+  for (const std::string& foot : scenario.feet)
+    feet.push_back({{"name", prefix + foot}, {"link", prefix + find_moving_link(description, foot)}});
   return feet;
 }
 
@@ -124,7 +125,9 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
   Json wrenches = Json::array();
   for (const WrenchSpec& wrench : scenario.sensors.wrenches) {
     const auto frame = keys.wrench_frame.find(wrench.name);
-    wrenches.push_back({{"name", wrench.name}, {"link", wrench.link}, {"frame", frame == keys.wrench_frame.end() ? "link" : frame->second}});
+    wrenches.push_back({{"name", wrench.name},
+                        {"link", wrench.link},
+                        {"frame", frame == keys.wrench_frame.end() ? "link" : frame->second}});
   }
   (*json)["feet"] = make_feet(description, scenario, "");
   (*json)["wrenches"] = wrenches;
@@ -132,10 +135,14 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
   (*json)["obstacles"] = make_obstacles(description, scenario);
   (*json)["objects"] = Json::array();
   for (const ObjectSpec& object : scenario.objects) {
-    (*json)["objects"].push_back({{"name", object.name}, {"shape", object.shape}, {"size", {object.size.x(), object.size.y(), object.size.z()}}});
+    (*json)["objects"].push_back({{"name", object.name},
+                                  {"shape", object.shape},
+                                  {"size", {object.size.x(), object.size.y(), object.size.z()}}});
   }
-  (*json)["ground"] = {{"present", scenario.ground.present}, {"height", scenario.ground.height},
-                       {"roll", scenario.ground.roll}, {"pitch", scenario.ground.pitch},
+  (*json)["ground"] = {{"present", scenario.ground.present},
+                       {"height", scenario.ground.height},
+                       {"roll", scenario.ground.roll},
+                       {"pitch", scenario.ground.pitch},
                        {"friction", scenario.ground.friction}};
   (*json)["timeStep"] = scenario.time_step;
   scene->ground_height = scenario.ground.present ? scenario.ground.height : std::numeric_limits<double>::quiet_NaN();
@@ -143,7 +150,8 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
 
 bool is_mesh_name(const std::string& name) {
   std::string ending = fs::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return ending == ".stl" || ending == ".dae" || ending == ".obj";
 }
 
@@ -219,7 +227,8 @@ void add_robot(const msg::OtherRobotDescription& other, Json* json, Scene* scene
 
 const Scene* find_robot_scene(const Scene& scene, const std::string& name) {
   if (name.empty()) return &scene;
-  const auto found = std::find_if(scene.robots.begin(), scene.robots.end(), [&](const Scene& robot) { return robot.name == name; });
+  const auto found =
+      std::find_if(scene.robots.begin(), scene.robots.end(), [&](const Scene& robot) { return robot.name == name; });
   return found == scene.robots.end() ? nullptr : &*found;
 }
 
@@ -236,7 +245,8 @@ Scene make_scene(const msg::RobotDescription& description) {
 }
 
 std::optional<WebFile> read_mesh(const Scene& scene, const std::string& name) {
-  if (name.empty() || !is_mesh_name(name) || scene.urdf.find("\"" + name + "\"") == std::string::npos) return std::nullopt;
+  if (name.empty() || !is_mesh_name(name) || scene.urdf.find("\"" + name + "\"") == std::string::npos)
+    return std::nullopt;
   const auto path = find_mesh_file(fs::path(scene.urdf_path).parent_path(), name);
   std::error_code error;
   if (!path || !is_mesh_name(path->string()) || fs::file_size(*path, error) > kLargestMesh) return std::nullopt;

@@ -16,9 +16,9 @@ struct Scene {
   std::vector<std::string> joints;  // order of all arrays with a number per joint
   std::string urdf_path;
   std::string urdf;
-  double ground_height = 0.0;       // [m]; NaN where there is no plane
-  std::string name;                 // of another robot; empty for the first one
-  std::vector<Scene> robots;        // other robots of the scenario: their models, without a world
+  double ground_height = 0.0;  // [m]; NaN where there is no plane
+  std::string name;            // of another robot; empty for the first one
+  std::vector<Scene> robots;   // other robots of the scenario: their models, without a world
 };
 
 Scene make_scene(const msg::RobotDescription& description);

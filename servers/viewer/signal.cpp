@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "common/robot/signals.h"
 #include "common/base/diagnostics.h"
 #include "common/messages/reflection/sample.h"
+#include "common/robot/signals.h"
 #include "hrp_idl/dynamics.h"
 
 namespace hrp {
@@ -27,8 +27,8 @@ std::vector<Signal::Step> split_path(const std::string& path) {
       step.has_index = true;
       step.name = path.substr(at + 1, close - at - 1);
       at = close + 1;
-      const bool number = !step.name.empty() && step.name.size() < 7 &&
-                          step.name.find_first_not_of("0123456789") == std::string::npos;
+      const bool number =
+          !step.name.empty() && step.name.size() < 7 && step.name.find_first_not_of("0123456789") == std::string::npos;
       if (number) step.index = std::stoul(std::exchange(step.name, ""));
     }
     if (at < path.size() && path[at++] != '.') refuse_input({"", path}, "expected a '.' behind ']'");
@@ -75,9 +75,9 @@ class Finder final : public SampleVisitor {
 
  private:
   struct Level {
-    int at = -1;        // steps that lead here; -1: the path does not
+    int at = -1;  // steps that lead here; -1: the path does not
     bool list = false;
-    size_t element = 0; // of a list: the next one
+    size_t element = 0;                   // of a list: the next one
     const std::string* wanted = nullptr;  // name that this struct must have first
   };
 
@@ -129,8 +129,8 @@ double find_mean_height(const msg::ContactForces& forces, const std::string& rob
   return weight > 0 ? sum / weight : 0;
 }
 
-// Where the line of action of the ground's forces crosses z = height: the moment there has no horizontal part. Where there is
-// no plane (NaN), obstacles are the ground (common/scene/ground_contact.h).
+// Where the line of action of the ground's forces crosses z = height: the moment there has no horizontal part. Where
+// there is no plane (NaN), obstacles are the ground (common/scene/ground_contact.h).
 double find_zmp(Bytes sample, const std::string& robot, int axis, double height) {
   msg::ContactForces forces;
   decode(sample, &forces);

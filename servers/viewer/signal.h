@@ -22,10 +22,11 @@ struct SignalName {
 };
 SignalName split_signal(const std::string& text);
 
-// Path as FieldPath has it ("pairs[0].total.force.z"), and beside numbers also names in the brackets: of a joint where a
-// list has one number per joint, else of the elements that have it as their `name` or `name_a` (all of them: the values
-// are added, so "pairs[L_FOOT].total.force.z" is the whole vertical force on L_FOOT). Of contact forces also "zmp.x",
-// "zmp.y" [m], "partner/zmp.x" of robot "partner": the zero-moment point of all forces from the ground, where it crosses the ground plane z = `height`.
+// Path as FieldPath has it ("pairs[0].total.force.z"), and beside numbers also names in the brackets: of a joint where
+// a list has one number per joint, else of the elements that have it as their `name` or `name_a` (all of them: the
+// values are added, so "pairs[L_FOOT].total.force.z" is the whole vertical force on L_FOOT). Of contact forces also
+// "zmp.x", "zmp.y" [m], "partner/zmp.x" of robot "partner": the zero-moment point of all forces from the ground, where
+// it crosses the ground plane z = `height`.
 class Signal {
  public:
   // Throws InputError when the type has no such field or no joint has the name.
@@ -52,8 +53,8 @@ class Signal {
   double height_ = 0.0;
 };
 
-// Simulated time [s] of a sample: its header's (ours or that of ROS 2), else its own field `time`; nothing when the type has
-// none of these.
+// Simulated time [s] of a sample: its header's (ours or that of ROS 2), else its own field `time`; nothing when the
+// type has none of these.
 class SampleTime {
  public:
   explicit SampleTime(const StructType& type);

@@ -26,8 +26,8 @@ using Json = nlohmann::json;
 
 // Which topics there are changes rarely; asking costs a walk through the discovery.
 constexpr auto kRefreshPeriod = std::chrono::milliseconds(500);
-// Real-time factor from which on a run is limited by the machine, not paced for people. Its servers then report a hundred
-// times a second and more, reliably: the one figure of interest, who is late, is in the scheduler's word, too.
+// Real-time factor from which on a run is limited by the machine, not paced for people. Its servers then report a
+// hundred times a second and more, reliably: the one figure of interest, who is late, is in the scheduler's word, too.
 constexpr double kFast = 3.0;
 constexpr auto kPeekTime = std::chrono::seconds(5);
 // A logger that closes a large file takes some time after the end of the run.
@@ -51,7 +51,8 @@ Json make_types() {
   for (const std::string& name : get_schema().find_struct_names()) {
     Json fields = Json::array();
     for (const Field& field : get_schema().find_struct(name)->fields) {
-      fields.push_back({{"name", field.name}, {"type", get_kind(field)}, {"list", field.type.is_list()}, {"unit", field.unit}});
+      fields.push_back(
+          {{"name", field.name}, {"type", get_kind(field)}, {"list", field.type.is_list()}, {"unit", field.unit}});
     }
     types[name] = fields;
   }
@@ -70,7 +71,8 @@ const char* find_content_type(const std::string& path) {
 // "run.mcap" of epoch 2 is "run.2.mcap".
 std::string find_log_of_epoch(const std::string& log, uint64_t epoch) {
   const fs::path path(log);
-  const fs::path later = path.parent_path() / (path.stem().string() + "." + std::to_string(epoch) + path.extension().string());
+  const fs::path later =
+      path.parent_path() / (path.stem().string() + "." + std::to_string(epoch) + path.extension().string());
   return epoch > 0 && fs::exists(later) ? later.string() : log;
 }
 
@@ -112,7 +114,8 @@ std::optional<WebFile> Viewer::find_file(const std::string& target) {
   const std::string path = target.substr(0, target.find('?'));
   if (path == "/mesh") {
     const std::string source = find_query_value(target, "source");
-    const bool number = !source.empty() && source.size() < 6 && source.find_first_not_of("0123456789") == std::string::npos;
+    const bool number =
+        !source.empty() && source.size() < 6 && source.find_first_not_of("0123456789") == std::string::npos;
     const Scene* scene = number ? find_scene(std::stoul(source)) : nullptr;
     const Scene* robot = scene ? find_robot_scene(*scene, find_query_value(target, "robot")) : nullptr;
     return robot ? read_mesh(*robot, find_query_value(target, "file")) : std::nullopt;
@@ -123,8 +126,10 @@ std::optional<WebFile> Viewer::find_file(const std::string& target) {
   std::ifstream file(fs::path(options_.page_folder) / name, std::ios::binary);
   if (!file) {
     if (name != "index.html") return std::nullopt;
-    return WebFile{"<!doctype html><title>openhrp-dds</title><p>The page has not been built. Run <code>scripts/build_page.sh</code>.",
-                   find_content_type(name)};
+    return WebFile{
+        "<!doctype html><title>openhrp-dds</title><p>The page has not been built. Run "
+        "<code>scripts/build_page.sh</code>.",
+        find_content_type(name)};
   }
   std::ostringstream content;
   content << file.rdbuf();
@@ -143,7 +148,8 @@ std::string Viewer::make_hello() const {
                      ",\"topics\":" + Json(find_topics()).dump() + ",\"recordings\":[";
   for (size_t i = 0; i < recordings_.size() && !live_; ++i) {
     const Recording& recording = *recordings_[i];
-    text += (i ? ",{" : "{") + std::string("\"name\":") + Json(recording.name()).dump(-1, ' ', false, Json::error_handler_t::replace) +
+    text += (i ? ",{" : "{") + std::string("\"name\":") +
+            Json(recording.name()).dump(-1, ' ', false, Json::error_handler_t::replace) +
             ",\"begin\":" + Json(recording.begin()).dump() + ",\"end\":" + Json(recording.end()).dump() +
             ",\"notes\":" + Json(recording.notes()).dump(-1, ' ', false, Json::error_handler_t::replace) + "}";
   }
@@ -289,7 +295,8 @@ void Viewer::take_status(const std::map<std::string, Arrivals>& arrivals) {
 void Viewer::send_samples(const std::map<std::string, Arrivals>& arrivals) {
   std::set<std::string> wanted;
   for (PageClient* page : pages_) wanted.insert(page->signals().begin(), page->signals().end());
-  for (auto each = signals_.begin(); each != signals_.end();) each = wanted.count(each->first) ? std::next(each) : signals_.erase(each);
+  for (auto each = signals_.begin(); each != signals_.end();)
+    each = wanted.count(each->first) ? std::next(each) : signals_.erase(each);
   Json json = Json::object();
   for (const std::string& text : wanted) {
     try {
@@ -314,7 +321,8 @@ void Viewer::send_samples(const std::map<std::string, Arrivals>& arrivals) {
     }
   }
   if (json.empty()) return;
-  send_pages(Json({{"op", "samples"}, {"epoch", run_status_.epoch()}, {"signals", json}}).dump(-1, ' ', false, Json::error_handler_t::replace),
+  send_pages(Json({{"op", "samples"}, {"epoch", run_status_.epoch()}, {"signals", json}})
+                 .dump(-1, ' ', false, Json::error_handler_t::replace),
              Urgency::kDroppable);
 }
 
@@ -322,7 +330,8 @@ void Viewer::send_frame(const std::map<std::string, Arrivals>& arrivals) {
   std::string text = "{\"op\":\"frame\",\"topics\":{";
   bool fresh = false, first = true;
   for (const auto& [name, topic] : arrivals) {
-    const bool own = name == topics::kRobotDescription.name || name == topics::kServerStatus.name || name == topics::kRunStatus.name;
+    const bool own =
+        name == topics::kRobotDescription.name || name == topics::kServerStatus.name || name == topics::kRunStatus.name;
     if (own || topic.latest.empty()) continue;
     fresh = fresh || topic.fresh;
     try {

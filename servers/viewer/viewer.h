@@ -89,14 +89,14 @@ class Viewer final : public WebApplication {
   std::map<std::string, std::string> live_topics_;
   std::map<std::string, Clock::time_point> peeks_;  // until when
   Clock::time_point next_refresh_{};
-  Scene scene_;                                      // of the live run
-  FoxgloveScene foxglove_scene_;                     // of the live run, else of the first recording
+  Scene scene_;                   // of the live run
+  FoxgloveScene foxglove_scene_;  // of the live run, else of the first recording
   // Messages for pages, by what is in them: two pages get the same one.
   std::map<PictureKey, std::pair<uint64_t, Payload>> payloads_;
   SampleBytes description_;
-  std::string frame_, status_;                       // last that was sent
-  std::string run_text_ = "null";                    // last status of the run
-  std::map<std::string, std::string> servers_;       // last status of each role
+  std::string frame_, status_;                  // last that was sent
+  std::string run_text_ = "null";               // last status of the run
+  std::map<std::string, std::string> servers_;  // last status of each role
   msg::RunStatus run_status_;
   bool reads_servers_ = true;
   std::map<std::string, std::unique_ptr<Signal>> signals_;

@@ -51,7 +51,8 @@ void Viewer::send_foxglove(const std::map<std::string, Arrivals>& arrivals) {
       }
       // What is kept for late comers comes once, to each who subscribes.
       if (topic.latest.empty()) continue;
-      client->send(name, get_bytes(topic.latest), time.known() ? time.find(get_bytes(topic.latest)) : run_status_.time(), false);
+      client->send(name, get_bytes(topic.latest),
+                   time.known() ? time.find(get_bytes(topic.latest)) : run_status_.time(), false);
     }
   }
 }

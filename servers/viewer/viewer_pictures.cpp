@@ -14,10 +14,13 @@ namespace {
 std::string make_message(const PictureKey& key, PictureSource* source, uint64_t number) {
   if (number == 0) return make_picture_message(key.source, key.topic, std::string("no picture at or before this time"));
   const PictureBytes sample = source->read(key.topic, number);
-  if (!sample) return make_picture_message(key.source, key.topic, std::string("the picture cannot be read from the file"));
+  if (!sample)
+    return make_picture_message(key.source, key.topic, std::string("the picture cannot be read from the file"));
   try {
     const Bytes bytes{sample->data(), sample->size()};
-    return make_picture_message(key.source, key.topic, is_image(source->find_type(key.topic)) ? read_picture(bytes, kMostPagePixels) : read_scan(bytes, kMostPagePoints));
+    return make_picture_message(key.source, key.topic,
+                                is_image(source->find_type(key.topic)) ? read_picture(bytes, kMostPagePixels)
+                                                                       : read_scan(bytes, kMostPagePoints));
   } catch (const PictureError& error) {
     return make_picture_message(key.source, key.topic, std::string(error.what()));
   }
@@ -50,7 +53,8 @@ void Viewer::send_pictures() {
   const auto is_shown = [this](const PictureKey& key) {
     return std::any_of(pages_.begin(), pages_.end(), [&](PageClient* page) { return page->pictures().shows(key); });
   };
-  for (auto each = payloads_.begin(); each != payloads_.end();) each = is_shown(each->first) ? std::next(each) : payloads_.erase(each);
+  for (auto each = payloads_.begin(); each != payloads_.end();)
+    each = is_shown(each->first) ? std::next(each) : payloads_.erase(each);
 }
 
 void Viewer::send_pictures(PageClient* page) {
@@ -61,7 +65,8 @@ void Viewer::send_pictures(PageClient* page) {
     const uint64_t number = source ? source->find(key.topic, time) : 0;
     const bool waits = live_ && number == 0;
     if (waits || page->pictures().has(key, number)) continue;
-    if (page->connection().send(find_payload(key, number), true, Urgency::kPicture)) page->pictures().note_sent(key, number, now);
+    if (page->connection().send(find_payload(key, number), true, Urgency::kPicture))
+      page->pictures().note_sent(key, number, now);
   }
 }
 
@@ -80,7 +85,8 @@ void Viewer::send_pictures(FoxgloveClient* client) {
     const uint64_t number = source->find(key.topic, shown_time_);
     if (number == 0 || client->pictures().has(key, number)) continue;
     const PictureBytes sample = source->read(key.topic, number);
-    if (!sample || client->send_picture(key.topic, {sample->data(), sample->size()})) client->pictures().note_sent(key, number, now);
+    if (!sample || client->send_picture(key.topic, {sample->data(), sample->size()}))
+      client->pictures().note_sent(key, number, now);
   }
 }
 

@@ -60,7 +60,8 @@ struct Shared {
 // Counts a connection for as long as it is there.
 class Counted {
  public:
-  Counted(std::shared_ptr<Shared> shared, std::string address) : shared_(std::move(shared)), address_(std::move(address)) {
+  Counted(std::shared_ptr<Shared> shared, std::string address)
+      : shared_(std::move(shared)), address_(std::move(address)) {
     ++shared_->connections;
     ++shared_->of_address[address_];
   }
@@ -92,7 +93,8 @@ std::string find_foxglove_protocol(const Request& request) {
 
 class SocketSession final : public Connection, public std::enable_shared_from_this<SocketSession> {
  public:
-  SocketSession(beast::tcp_stream&& stream, const Counted& http) : socket_(std::move(stream)), shared_(http.shared(), http.address()) {}
+  SocketSession(beast::tcp_stream&& stream, const Counted& http)
+      : socket_(std::move(stream)), shared_(http.shared(), http.address()) {}
 
   void start(const Request& request, const std::string& protocol) {
     foxglove_ = !protocol.empty();
@@ -132,7 +134,8 @@ class SocketSession final : public Connection, public std::enable_shared_from_th
     if (urgency == Urgency::kNeeded) return queued_needed_ >= kNeededDepth || queued_bytes_ >= kNeededBytes;
     if (urgency == Urgency::kPicture) return queued_bytes_ >= kPictureBytes;
     const bool stream = urgency == Urgency::kStream;
-    return queue_.size() >= (stream ? kStreamDepth : kDroppableDepth) || queued_bytes_ >= (stream ? kStreamBytes : kDroppableBytes);
+    return queue_.size() >= (stream ? kStreamDepth : kDroppableDepth) ||
+           queued_bytes_ >= (stream ? kStreamBytes : kDroppableBytes);
   }
 
   void open() {
@@ -264,7 +267,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                   "connect-src 'self' ws: wss:; frame-ancestors 'none'");
     const std::string& token = shared_->options.access.token;
     if (!token.empty() && status == http::status::ok) {
-      response->set(http::field::set_cookie, make_cookie_name(shared_->options.access) + "=" + token + "; HttpOnly; SameSite=Strict; Path=/");
+      response->set(http::field::set_cookie,
+                    make_cookie_name(shared_->options.access) + "=" + token + "; HttpOnly; SameSite=Strict; Path=/");
     }
     response->keep_alive(request.keep_alive());
     response->body() = std::move(file.content);
@@ -307,7 +311,8 @@ struct WebServer::State {
   // clients have one address, so it tells nothing there.
   bool make_room(const std::string& address) {
     const auto same = shared->of_address.find(address);
-    const bool crowded = !shared->options.access.loopback && same != shared->of_address.end() && same->second >= kMostOfOneAddress;
+    const bool crowded =
+        !shared->options.access.loopback && same != shared->of_address.end() && same->second >= kMostOfOneAddress;
     if (!crowded && shared->connections < kMostConnections) return true;
     for (HttpSession* session : shared->idle) {
       if (crowded && session->address() != address) continue;

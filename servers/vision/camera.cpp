@@ -52,7 +52,8 @@ void take_picture(const CameraSpec& camera, const Transform& X_WO, const Visible
       const auto hit = caster.cast(ray);
       const unsigned long long reading = kReadings * pixel;
       if (camera.color) {
-        const Vector3d color = hit ? calc_color(world.shapes()[hit->shape], world.poses()[hit->shape], ray, *hit) : get_sky_color();
+        const Vector3d color =
+            hit ? calc_color(world.shapes()[hit->shape], world.poses()[hit->shape], ray, *hit) : get_sky_color();
         write_color(color, camera.color_noise, noise, reading, &picture->rgb[3 * pixel]);
       }
       if (!camera.depth) continue;

@@ -36,7 +36,8 @@ void take_scan(const LidarSpec& lidar, const Transform& X_WC, const VisibleWorld
       }
       const double range = hit->t + (lidar.noise > 0.0 ? lidar.noise * noise.calc(reading) : 0.0);
       for (int k = 0; k < 3; ++k) points->push_back(static_cast<float>(range * direction[k]));
-      points->push_back(static_cast<float>(calc_intensity(world.shapes()[hit->shape], world.poses()[hit->shape], ray, *hit)));
+      points->push_back(
+          static_cast<float>(calc_intensity(world.shapes()[hit->shape], world.poses()[hit->shape], ray, *hit)));
     }
   }
 }

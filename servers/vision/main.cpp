@@ -3,6 +3,8 @@
 #include "servers/vision/node.h"
 
 int main(int argc, char** argv) {
-  return hrp::run_server(argc, argv, {"vision", "hrp-vision", "Takes the pictures and scans of the scenario's cameras and lidars, and publishes them."},
+  return hrp::run_server(argc, argv,
+                         {"vision", "hrp-vision",
+                          "Takes the pictures and scans of the scenario's cameras and lidars, and publishes them."},
                          [](const hrp::NodeContext& context) { return std::make_unique<hrp::VisionNode>(context); });
 }

@@ -21,7 +21,8 @@ constexpr uint64_t kMostAhead = 1024;
 }  // namespace
 
 VisionNode::VisionNode(const NodeContext& context) : NodeBase(context) {
-  listen<msg::RobotDescription>(topics::kRobotDescription, [this](const msg::RobotDescription& m) { take_description(m); });
+  listen<msg::RobotDescription>(topics::kRobotDescription,
+                                [this](const msg::RobotDescription& m) { take_description(m); });
 }
 
 void VisionNode::take_description(const msg::RobotDescription& message) {
@@ -34,7 +35,8 @@ void VisionNode::take_description(const msg::RobotDescription& message) {
   std::string notes;
   for (const std::string& note : maker->notes()) notes += "\n  not drawn: " + note;
   if (!notes.empty()) say("some meshes cannot be read" + notes);
-  worker_ = std::make_unique<LookWorker>(std::move(maker), waited_for_ ? LookWorker::Late::kQueue : LookWorker::Late::kDrop);
+  worker_ =
+      std::make_unique<LookWorker>(std::move(maker), waited_for_ ? LookWorker::Late::kQueue : LookWorker::Late::kDrop);
 }
 
 // Of each topic: what can be under way while a run waits, else as few as possible.
@@ -61,7 +63,8 @@ std::vector<VisionNode::SensorViews> VisionNode::make_views() {
     if (camera.color) add(&sensor.color, topics::make_color_image_topic(camera.name));
     if (camera.depth) add(&sensor.depth, topics::make_depth_image_topic(camera.name));
   }
-  for (const LidarSpec& lidar : scenario_.sensors.lidars) add(&views.emplace_back().points, topics::make_points_topic(lidar.name));
+  for (const LidarSpec& lidar : scenario_.sensors.lidars)
+    add(&views.emplace_back().points, topics::make_points_topic(lidar.name));
   return views;
 }
 
@@ -116,11 +119,14 @@ void VisionNode::update_readers() {
 
 std::vector<size_t> VisionNode::find_wanted(const std::vector<size_t>& due) const {
   std::vector<size_t> wanted;
-  const auto any = [](const auto& list) { return std::any_of(list.begin(), list.end(), [](const auto& view) { return view.wanted; }); };
+  const auto any = [](const auto& list) {
+    return std::any_of(list.begin(), list.end(), [](const auto& view) { return view.wanted; });
+  };
   for (const size_t sensor : due) {
     if (!views_made_) break;
     const SensorViews& views = views_[sensor];
-    if (pictures_wanted_ || any(views.info) || any(views.color) || any(views.depth) || any(views.points)) wanted.push_back(sensor);
+    if (pictures_wanted_ || any(views.info) || any(views.color) || any(views.depth) || any(views.points))
+      wanted.push_back(sensor);
   }
   return wanted;
 }
@@ -147,7 +153,8 @@ void VisionNode::look(const msg::RobotState& message) {
   const uint64_t step = message.header().step();
   const SensorsSpec& sensors = scenario_.sensors;
   LookJob job;
-  job.look.sensors = find_wanted(find_looking_sensors(sensors.cameras, sensors.lidars, step, scenario_.time_step, scenario_.control_period));
+  job.look.sensors = find_wanted(
+      find_looking_sensors(sensors.cameras, sensors.lidars, step, scenario_.time_step, scenario_.control_period));
   if (job.look.sensors.empty()) return;
   job.epoch = message.header().epoch();
   job.time = message.header().time();
@@ -157,7 +164,8 @@ void VisionNode::look(const msg::RobotState& message) {
   taken_ += job.look.sensors.size();
   const size_t dropped = worker_->post(std::move(job));
   if (dropped > 0 && dropped_ == 0) {
-    say("pictures are dropped: the run is faster than they can be taken; 'sensors: {every_picture: true}' makes it wait");
+    say("pictures are dropped: the run is faster than they can be taken; 'sensors: {every_picture: true}' makes it "
+        "wait");
   }
   dropped_ += dropped;
 }
@@ -168,7 +176,8 @@ void VisionNode::take_repeat(const msg::RobotState& message) {
   if (worker_->find_oldest_step()) return;  // it is under way
   if (!last_sensors_.empty() && last_.header().step() == step) {
     const SensorsSpec& sensors = scenario_.sensors;
-    const auto wanted = find_wanted(find_looking_sensors(sensors.cameras, sensors.lidars, step, scenario_.time_step, scenario_.control_period));
+    const auto wanted = find_wanted(
+        find_looking_sensors(sensors.cameras, sensors.lidars, step, scenario_.time_step, scenario_.control_period));
     if (std::includes(last_sensors_.begin(), last_sensors_.end(), wanted.begin(), wanted.end())) return repeat_last();
   }
   look(message);
@@ -183,7 +192,8 @@ void VisionNode::repeat_last() {
   if (last_.header().step() != 0) return;
   for (const msg::ViewSample& sample : last_.samples()) {
     for_each_view([&](auto& view) {
-      if (view.wanted && view.topic == sample.topic()) view.publisher.publish_bytes({sample.bytes().data(), sample.bytes().size()});
+      if (view.wanted && view.topic == sample.topic())
+        view.publisher.publish_bytes({sample.bytes().data(), sample.bytes().size()});
     });
   }
 }
@@ -198,7 +208,8 @@ void VisionNode::send(View<Message>* view) {
   sample.bytes().assign(bytes.data, bytes.data + bytes.size);
 }
 
-void VisionNode::publish_camera(const CameraSpec& camera, const CameraPicture& picture, double time, SensorViews* views) {
+void VisionNode::publish_camera(const CameraSpec& camera, const CameraPicture& picture, double time,
+                                SensorViews* views) {
   for (auto& view : views->info) {
     set_camera_info(camera, time, &view.message);
     send(&view);
@@ -270,7 +281,8 @@ bool VisionNode::is_drained() { return !waited_for_ || !worker_ || !worker_->fin
 void VisionNode::handle_run_end() { say_dropped(); }
 
 void VisionNode::say_dropped() {
-  if (dropped_ > 0) say("dropped " + std::to_string(dropped_) + " of " + std::to_string(taken_) + " pictures and scans");
+  if (dropped_ > 0)
+    say("dropped " + std::to_string(dropped_) + " of " + std::to_string(taken_) + " pictures and scans");
 }
 
 }  // namespace hrp

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vision server on a bus. It publishes what cameras and lidars see of the robot's states, while somebody reads that.
-// Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
+// The vision server on a bus. It publishes what cameras and lidars see of the robot's states, while somebody reads
+// that. Nobody waits for it, unless the scenario says so (sensors.every_picture, logging.pictures).
 #pragma once
 
 #include <chrono>
@@ -68,19 +68,19 @@ class VisionNode : public NodeBase {
   void say_dropped();
 
   Scenario scenario_;
-  bool waited_for_ = false;     // the run waits for every picture
+  bool waited_for_ = false;  // the run waits for every picture
   std::unique_ptr<LookWorker> worker_;
   std::vector<SensorViews> views_;  // of each sensor
   bool views_made_ = false;
   Publisher<msg::Pictures> pictures_publisher_;
   bool pictures_wanted_ = false, any_wanted_ = false;
-  bool watches_ = false;        // reads the states
+  bool watches_ = false;  // reads the states
   Clock::time_point readers_asked_;
   QuestionFilter questions_;
   uint64_t epoch_ = 0, newest_step_ = 0, reported_step_ = 0;
-  uint64_t seen_step_ = 0;      // the newest one at the last look at progress
+  uint64_t seen_step_ = 0;  // the newest one at the last look at progress
   bool any_state_ = false;
-  msg::Pictures last_;          // that were sent
+  msg::Pictures last_;  // that were sent
   Clock::time_point last_sent_;
   std::vector<size_t> last_sensors_;  // whose they are; empty: none was sent in this epoch
   uint64_t taken_ = 0, dropped_ = 0;  // pictures

@@ -4,10 +4,7 @@
 namespace hrp {
 
 PictureMaker::PictureMaker(const RobotDescription& robot, const Scenario& scenario)
-    : sensors_(scenario.sensors),
-      seed_(scenario.seed),
-      world_(robot, scenario),
-      caster_(world_.shapes()) {}
+    : sensors_(scenario.sensors), seed_(scenario.seed), world_(robot, scenario), caster_(world_.shapes()) {}
 
 void PictureMaker::look(const Look& look, LookResult* result) {
   result->pictures.resize(cameras().size());
@@ -22,7 +19,8 @@ void PictureMaker::look(const Look& look, LookResult* result) {
       take_picture(camera, X_WO, world_, caster_, noise, &result->pictures[sensor]);
     } else {
       const LidarSpec& lidar = lidars()[sensor - cameras().size()];
-      take_scan(lidar, world_.find_mount_pose(lidar.link, lidar.X_LC), world_, caster_, noise, &result->scans[sensor - cameras().size()]);
+      take_scan(lidar, world_.find_mount_pose(lidar.link, lidar.X_LC), world_, caster_, noise,
+                &result->scans[sensor - cameras().size()]);
     }
   }
 }

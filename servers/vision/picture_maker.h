@@ -21,7 +21,7 @@ struct Look {
 
 struct LookResult {
   std::vector<CameraPicture> pictures;  // of each camera; those that did not look keep what they had
-  std::vector<Points> scans;      // of each lidar
+  std::vector<Points> scans;            // of each lidar
 };
 
 class PictureMaker {

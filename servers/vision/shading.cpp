@@ -10,7 +10,8 @@ constexpr double kAmbient = 0.4;      // of the light comes from all sides: shad
 constexpr double kDarkSquare = 0.82;  // of the colour
 constexpr double kSquare = 0.5;       // [m]
 
-// Towards the sun, world axes: high, behind a robot that looks along x, and askew to the axes, so that the faces of a box differ.
+// Towards the sun, world axes: high, behind a robot that looks along x, and askew to the axes, so that the faces of a
+// box differ.
 const Vector3d kSun_W = Vector3d(-0.36, -0.28, 0.88).normalized();
 
 Vector3d find_surface_color(const VisibleShape& shape, const Transform& X_WG, const Ray& ray_W, const SceneHit& hit) {
@@ -22,7 +23,9 @@ Vector3d find_surface_color(const VisibleShape& shape, const Transform& X_WG, co
 }
 
 // Towards where it is seen from: triangles of a drawing have two sides.
-Vector3d find_facing_normal(const Ray& ray_W, const SceneHit& hit) { return hit.n_W.dot(ray_W.d) > 0.0 ? -hit.n_W : hit.n_W; }
+Vector3d find_facing_normal(const Ray& ray_W, const SceneHit& hit) {
+  return hit.n_W.dot(ray_W.d) > 0.0 ? -hit.n_W : hit.n_W;
+}
 
 }  // namespace
 

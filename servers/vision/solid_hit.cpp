@@ -78,7 +78,9 @@ std::optional<SolidHit> hit_box(const Ray& ray_G, const Vector3d& edges) {
   return span.find_first(ray_G);
 }
 
-std::optional<SolidHit> hit_sphere(const Ray& ray_G, double radius) { return find_round(ray_G, 3, radius).find_first(ray_G); }
+std::optional<SolidHit> hit_sphere(const Ray& ray_G, double radius) {
+  return find_round(ray_G, 3, radius).find_first(ray_G);
+}
 
 std::optional<SolidHit> hit_cylinder(const Ray& ray_G, double radius, double length) {
   Span span = find_round(ray_G, 2, radius);

@@ -11,7 +11,7 @@ namespace hrp {
 
 // Points p + t d, t_min <= t <= t_max. t has the unit of length over that of d, which need not be a unit vector.
 struct Ray {
-  Vector3d p = Vector3d::Zero();   // [m]
+  Vector3d p = Vector3d::Zero();  // [m]
   Vector3d d = Vector3d::UnitX();
   double t_min = 0.0, t_max = 1e9;
 };
@@ -30,7 +30,8 @@ std::optional<SolidHit> hit_sphere(const Ray& ray_G, double radius);
 std::optional<SolidHit> hit_cylinder(const Ray& ray_G, double radius, double length);
 // The plane z = 0.
 std::optional<SolidHit> hit_plane(const Ray& ray_G);
-// The plane of a triangle; whether the ray is between its edges was found out before. Nothing for a ray along the plane.
+// The plane of a triangle; whether the ray is between its edges was found out before. Nothing for a ray along the
+// plane.
 std::optional<SolidHit> hit_triangle_plane(const Ray& ray_G, const std::array<Vector3d, 3>& corners);
 
 }  // namespace hrp

@@ -84,7 +84,8 @@ void VisibleWorld::add_ground(const GroundSpec& ground) {
   const GroundPlane plane = make_ground_plane(ground);
   VisibleShape shape;
   shape.kind = VisibleKind::kPlane;
-  shape.X_BG = {Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), plane.n_W).toRotationMatrix(), plane.offset * plane.n_W};
+  shape.X_BG = {Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), plane.n_W).toRotationMatrix(),
+                plane.offset * plane.n_W};
   shape.color = kFloorColor;
   shape.chequered = true;
   shapes_.push_back(shape);
@@ -122,7 +123,8 @@ void VisibleWorld::update_mover_poses(const ObjectStates& states) {
 
 void VisibleWorld::update(const State& state, const ObjectStates& objects) {
   if (state.q.size() != model_.num_joints()) {
-    throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints, the robot has " + std::to_string(model_.num_joints()));
+    throw std::invalid_argument("a state of " + std::to_string(state.q.size()) + " joints, the robot has " +
+                                std::to_string(model_.num_joints()));
   }
   const std::string wrong = find_wrong_states(movers_, objects);
   if (!wrong.empty()) throw std::invalid_argument("a state with " + wrong);

@@ -17,13 +17,13 @@ namespace hrp {
 enum class VisibleKind { kBox, kSphere, kCylinder, kMesh, kPlane };
 
 struct VisibleShape {
-  int body = kGround;                  // as in ContactPair; kGround: all that is fixed to the world
+  int body = kGround;  // as in ContactPair; kGround: all that is fixed to the world
   VisibleKind kind = VisibleKind::kBox;
-  Transform X_BG;                      // geometry frame G in the body
-  Vector3d size = Vector3d::Zero();    // [m] as CollisionShape::size
-  std::shared_ptr<const Mesh> mesh;    // of kMesh, in G
-  Vector3d color = Vector3d::Ones();   // red, green, blue, 0 to 1
-  bool chequered = false;              // every second square of half a metre is darker, so that a motion over it is seen
+  Transform X_BG;                     // geometry frame G in the body
+  Vector3d size = Vector3d::Zero();   // [m] as CollisionShape::size
+  std::shared_ptr<const Mesh> mesh;   // of kMesh, in G
+  Vector3d color = Vector3d::Ones();  // red, green, blue, 0 to 1
+  bool chequered = false;             // every second square of half a metre is darker, so that a motion over it is seen
 };
 
 class VisibleWorld {

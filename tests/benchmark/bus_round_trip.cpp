@@ -31,7 +31,8 @@ double find_microseconds(Clock::duration time) { return std::chrono::duration<do
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const auto bus = hrp::make_bus(options);
   const auto writer = bus->make_writer(kAnswer);
-  const auto reader = bus->make_reader(kAsk, hrp::Delivery::kReliable, [&](hrp::Bytes sample) { writer->write(sample); });
+  const auto reader =
+      bus->make_reader(kAsk, hrp::Delivery::kReliable, [&](hrp::Bytes sample) { writer->write(sample); });
   while (true) bus->spin(std::chrono::seconds(1));
 }
 
@@ -65,8 +66,8 @@ void measure(const hrp::BusOptions& options, size_t size, size_t count) {
     bus->spin(std::chrono::milliseconds(times.empty() ? 2 : 20));
   }
   std::sort(times.begin(), times.end());
-  std::printf("%-8s %6zu bytes: median %6.1f us, p99 %7.1f us, found each other after %.0f ms\n", options.vendor.c_str(),
-              size, times[count / 2], times[count * 99 / 100], found);
+  std::printf("%-8s %6zu bytes: median %6.1f us, p99 %7.1f us, found each other after %.0f ms\n",
+              options.vendor.c_str(), size, times[count / 2], times[count * 99 / 100], found);
   std::fflush(stdout);
 }
 

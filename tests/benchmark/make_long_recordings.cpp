@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // make_long_recordings FOLDER JOINTS SECONDS RATE COUNT [servo]: an experiment with long recordings, to measure what a
-// diagnosis of them costs. With `servo` commands of a stiff servo are recorded, too. A tree of limbs of six joints; every joint has dry and viscous friction and a rotor that the URDF lacks.
-// It moves for 20 s, rests for 10 s, and so on, as robots do that are recorded for long.
+// diagnosis of them costs. With `servo` commands of a stiff servo are recorded, too. A tree of limbs of six joints;
+// every joint has dry and viscous friction and a rotor that the URDF lacks. It moves for 20 s, rests for 10 s, and so
+// on, as robots do that are recorded for long.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -25,9 +26,10 @@ std::string make_urdf(int joints) {
   for (int j = 0; j < joints; ++j) {
     const std::string name = std::to_string(j), parent = j % kLimb == 0 ? "base" : "l" + std::to_string(j - 1);
     const char* const axes[] = {"0 1 0", "1 0 0", "0 0 1"};
-    urdf += "<link name='l" + name + "'><inertial><origin xyz='0.02 0.03 -0.1'/><mass value='" + std::to_string(3.0 - 0.3 * (j % kLimb)) +
-            "'/><inertia ixx='0.02' ixy='0' ixz='0' iyy='0.02' iyz='0' izz='0.01'/></inertial></link><joint name='j" + name +
-            "' type='revolute'><parent link='" + parent + "'/><child link='l" + name + "'/><origin xyz='0 " +
+    urdf += "<link name='l" + name + "'><inertial><origin xyz='0.02 0.03 -0.1'/><mass value='" +
+            std::to_string(3.0 - 0.3 * (j % kLimb)) +
+            "'/><inertia ixx='0.02' ixy='0' ixz='0' iyy='0.02' iyz='0' izz='0.01'/></inertial></link><joint name='j" +
+            name + "' type='revolute'><parent link='" + parent + "'/><child link='l" + name + "'/><origin xyz='0 " +
             std::to_string(j % kLimb == 0 ? 0.1 * j : 0.0) + " -0.2'/><axis xyz='" + axes[j % 3] +
             "'/><limit lower='-3' upper='3' effort='200' velocity='20'/></joint>";
   }
@@ -42,17 +44,20 @@ Motion move(int joint, int recording, double t) {
   Motion m;
   const double phase = std::fmod(t, 30.0), w = M_PI / 20.0;
   if (phase >= 20.0) return m;
-  const double s = std::sin(w * phase) * std::sin(w * phase), sd = w * std::sin(2 * w * phase), sdd = 2 * w * w * std::cos(2 * w * phase);
+  const double s = std::sin(w * phase) * std::sin(w * phase), sd = w * std::sin(2 * w * phase),
+               sdd = 2 * w * w * std::cos(2 * w * phase);
   double y = 0.0, yd = 0.0, ydd = 0.0;
   for (int i = 0; i < 3; ++i) {
-    const double f = 2 * M_PI * (0.2 + 0.25 * i + 0.013 * joint + 0.02 * recording), p = 1.3 * joint + i, A = 0.3 / (1 + i);
+    const double f = 2 * M_PI * (0.2 + 0.25 * i + 0.013 * joint + 0.02 * recording), p = 1.3 * joint + i,
+                 A = 0.3 / (1 + i);
     y += A * std::sin(f * t + p), yd += A * f * std::cos(f * t + p), ydd -= A * f * f * std::sin(f * t + p);
   }
   m.q = s * y, m.v = sd * y + s * yd, m.a = sdd * y + 2 * sd * yd + s * ydd;
   return m;
 }
 
-void write_recording(const std::filesystem::path& path, const TreeSpec& tree, int recording, double seconds, double rate, bool servo) {
+void write_recording(const std::filesystem::path& path, const TreeSpec& tree, int recording, double seconds,
+                     double rate, bool servo) {
   std::mt19937 random(static_cast<unsigned>(recording) + 1);
   std::normal_distribution<double> normal;
   const Model model(tree, {0, 0, -9.81});
@@ -102,12 +107,14 @@ int main(int argc, char** argv) {
   std::ofstream yaml(folder / "experiment.yaml");
   const bool servo = argc > 6;
   yaml << "robot: robot.urdf\nbase: fixed\n"
-       << (servo ? "servo: {default: {kp: " + std::to_string(kGain) + ", kd: 0}}\n" : "drive: effort\n") << "recordings:\n";
+       << (servo ? "servo: {default: {kp: " + std::to_string(kGain) + ", kd: 0}}\n" : "drive: effort\n")
+       << "recordings:\n";
   for (int r = 0; r < count; ++r)
     yaml << "  - {file: r" << r << ".csv, role: " << (r > 0 && r == count - 1 ? "validate" : "train") << "}\n";
   yaml.close();
   Scenario scenario = load_scenario((folder / "experiment.yaml").string());
   const RobotDescription robot = load_robot(scenario);
   for (int r = 0; r < count; ++r)
-    write_recording(folder / ("r" + std::to_string(r) + ".csv"), robot.tree, r, std::atof(argv[3]), std::atof(argv[4]), servo);
+    write_recording(folder / ("r" + std::to_string(r) + ".csv"), robot.tree, r, std::atof(argv[3]), std::atof(argv[4]),
+                    servo);
 }

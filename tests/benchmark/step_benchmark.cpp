@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One whole step of Unitree G1 standing on eight contact points (contact, servo, integration; no collision search)
-// and that search, against MuJoCo's mj_step on the same robot, and our step against the number of contact points; both on robots
-// of 25 to 200 joints that are made here. No pass or fail.
+// and that search, against MuJoCo's mj_step on the same robot, and our step against the number of contact points; both
+// on robots of 25 to 200 joints that are made here. No pass or fail.
 #include <benchmark/benchmark.h>
 #include <mujoco/mujoco.h>
 
@@ -128,8 +128,9 @@ mjModel* load_mujoco(const std::string& xml, char* error, int size) {
   return model;
 }
 
-// MuJoCo's options: those of servers/mujoco_dynamics (elliptic cones, implicit integrator, nearest to ours); its defaults
-// (pyramids, Newton, semi-implicit Euler); and its defaults with a single iteration of the solver, the fastest of all.
+// MuJoCo's options: those of servers/mujoco_dynamics (elliptic cones, implicit integrator, nearest to ours); its
+// defaults (pyramids, Newton, semi-implicit Euler); and its defaults with a single iteration of the solver, the fastest
+// of all.
 enum MujocoOptions { kAsServer, kDefault, kFewest };
 
 void set_options(MujocoOptions options, mjModel* model) {
@@ -142,7 +143,8 @@ void set_options(MujocoOptions options, mjModel* model) {
 }
 
 // Its soles' spheres on a plane, as servers/mujoco_dynamics writes it.
-mjModel* load_mujoco(benchmark::State& loop, const RobotDescription& robot, const Scenario& scenario, MujocoOptions options) {
+mjModel* load_mujoco(benchmark::State& loop, const RobotDescription& robot, const Scenario& scenario,
+                     MujocoOptions options) {
   char error[1000] = "";
   mjModel* model = load_mujoco(make_mjcf(robot, scenario), error, sizeof error);
   if (!model) loop.SkipWithError(error);
@@ -182,23 +184,25 @@ void mujoco_step(benchmark::State& loop) {
 }
 BENCHMARK(mujoco_step)->Arg(kAsServer)->Arg(kDefault)->Arg(kFewest);
 
-// ---- robots of many joints: a base on two legs of six joints, and all others in limbs that are folded beside it. Every link
-// has a shape that may touch the ground. Both engines search for contacts in every step.
+// ---- robots of many joints: a base on two legs of six joints, and all others in limbs that are folded beside it.
+// Every link has a shape that may touch the ground. Both engines search for contacts in every step.
 
 constexpr int kLegJoints = 6, kLimb = 13;
 
 std::string make_link(const std::string& name, double mass, const char* box) {
   char text[500];
   std::snprintf(text, sizeof text,
-                "<link name='%s'><inertial><mass value='%g'/><inertia ixx='%g' iyy='%g' izz='%g' ixy='0' ixz='0' iyz='0'/></inertial>"
+                "<link name='%s'><inertial><mass value='%g'/><inertia ixx='%g' iyy='%g' izz='%g' ixy='0' ixz='0' "
+                "iyz='0'/></inertial>"
                 "<collision><geometry><box size='%s'/></geometry></collision></link>\n",
                 name.c_str(), mass, 0.004 * mass, 0.004 * mass, 0.004 * mass, box);
   return text;
 }
 
 std::string make_joint(const std::string& name, const std::string& parent, const std::string& xyz, const char* axis) {
-  return "<joint name='" + name + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" + name + "'/><origin xyz='" + xyz +
-         "'/><axis xyz='" + axis + "'/><limit lower='-2' upper='2' effort='1000' velocity='50'/><rotor inertia='0.1'/></joint>\n";
+  return "<joint name='" + name + "_joint' type='revolute'><parent link='" + parent + "'/><child link='" + name +
+         "'/><origin xyz='" + xyz + "'/><axis xyz='" + axis +
+         "'/><limit lower='-2' upper='2' effort='1000' velocity='50'/><rotor inertia='0.1'/></joint>\n";
 }
 
 std::string make_leg(const std::string& side, const char* hip) {
@@ -208,7 +212,8 @@ std::string make_leg(const std::string& side, const char* hip) {
   for (int i = 0; i < kLegJoints; ++i) {
     const bool foot = i + 1 == kLegJoints;
     const std::string name = side + (foot ? "_foot" : std::to_string(i));
-    text += make_link(name, 1.0, foot ? "0.24 0.12 0.06" : "0.06 0.06 0.06") + make_joint(name, parent, places[i], axes[i]);
+    text +=
+        make_link(name, 1.0, foot ? "0.24 0.12 0.06" : "0.06 0.06 0.06") + make_joint(name, parent, places[i], axes[i]);
     parent = name;
   }
   return text;
@@ -216,14 +221,19 @@ std::string make_leg(const std::string& side, const char* hip) {
 
 // `limb`: joints a limb at most.
 std::string make_many_joints(int joints, int limb) {
-  std::string text = "<robot name='many_joints'>\n" + make_link("base", 10.0, "0.2 0.3 0.2") + make_leg("left", "0 0.1 0") + make_leg("right", "0 -0.1 0");
+  std::string text = "<robot name='many_joints'>\n" + make_link("base", 10.0, "0.2 0.3 0.2") +
+                     make_leg("left", "0 0.1 0") + make_leg("right", "0 -0.1 0");
   std::string parent = "base";
   for (int i = 0; i < joints - 2 * kLegJoints; ++i) {
     const std::string name = "limb" + std::to_string(i);
     const bool first = i % limb == 0;
     if (first) parent = "base";
     // Folded, so that it is as wide as one link however many there are.
-    text += make_link(name, 0.1, "0.04 0.04 0.04") + make_joint(name, parent, first ? "0 0 0.1" : i % 2 == 0 ? "0 0 0.06" : "0 0 -0.06", i % 2 == 0 ? "0 1 0" : "1 0 0");
+    text += make_link(name, 0.1, "0.04 0.04 0.04") + make_joint(name, parent,
+                                                                first        ? "0 0 0.1"
+                                                                : i % 2 == 0 ? "0 0 0.06"
+                                                                             : "0 0 -0.06",
+                                                                i % 2 == 0 ? "0 1 0" : "1 0 0");
     parent = name;
   }
   return text + "</robot>\n";
@@ -236,7 +246,8 @@ RobotDescription make_many_joints(const benchmark::State& loop, Scenario* scenar
   scenario->servo_default.kp = 2000.0;
   scenario->servo_default.kd = 20.0;
   scenario->control_period = 5;
-  return parse_robot(make_many_joints(static_cast<int>(loop.range(0)), static_cast<int>(loop.range(1))), scenario->robot, *scenario);
+  return parse_robot(make_many_joints(static_cast<int>(loop.range(0)), static_cast<int>(loop.range(1))),
+                     scenario->robot, *scenario);
 }
 
 void our_joints(benchmark::State& loop) {
@@ -247,7 +258,8 @@ void our_joints(benchmark::State& loop) {
   JointCommand command;
   command.q = simulator.state().q;
   for (int i = 0; i < 500; ++i) {
-    if (simulator.step(world.calc_contacts(simulator.state()), command) != StepStatus::kOk) return loop.SkipWithError("settling");
+    if (simulator.step(world.calc_contacts(simulator.state()), command) != StepStatus::kOk)
+      return loop.SkipWithError("settling");
   }
   long done = 0, solves = 0;
   size_t points = 0;
@@ -275,15 +287,16 @@ constexpr int kOneLimb = 1000;  // all of them in one chain
 BENCHMARK(our_joints)->ArgsProduct({{25, 50, 100, 200}, {kLimb, kOneLimb}});
 BENCHMARK(mujoco_joints)->ArgsProduct({{25, 50, 100, 200}, {kLimb, kOneLimb}, {kAsServer, kDefault}});
 
-// ---- many robots in one process: each stands, with its own state; search and step, a slice of time for one robot after
-// the other, as a rollout does. Figures are per second of processor, so that others on the machine count little.
+// ---- many robots in one process: each stands, with its own state; search and step, a slice of time for one robot
+// after the other, as a rollout does. Figures are per second of processor, so that others on the machine count little.
 
 constexpr int kRobots = 1000, kSlice = 10;
 
 int find_cores() { return static_cast<int>(std::max(1u, std::thread::hardware_concurrency())); }
 
 void count_steps(benchmark::State& loop) {
-  loop.counters["robot_steps"] = benchmark::Counter(static_cast<double>(loop.iterations()) * kRobots * kSlice, benchmark::Counter::kIsRate);
+  loop.counters["robot_steps"] =
+      benchmark::Counter(static_cast<double>(loop.iterations()) * kRobots * kSlice, benchmark::Counter::kIsRate);
   loop.counters["robots"] = kRobots;
   loop.counters["threads"] = find_cores();
 }
@@ -298,7 +311,8 @@ void our_batch(benchmark::State& loop) {
   std::deque<CollisionWorld> worlds;
   for (int i = 0; i < find_cores(); ++i) worlds.emplace_back(robot, scenario);
   for (int i = 0; i < 500; ++i) {
-    if (settled.step(worlds[0].calc_contacts(settled.state()), command) != StepStatus::kOk) return loop.SkipWithError("settling");
+    if (settled.step(worlds[0].calc_contacts(settled.state()), command) != StepStatus::kOk)
+      return loop.SkipWithError("settling");
   }
   std::vector<Simulator> robots(kRobots, settled);
   std::atomic<bool> good{true};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the walking controller costs: one call a control period, fed with the sensor data of a walk of its own. The first
-// call of a walk makes the whole pattern and is timed apart. No pass or fail.
+// What the walking controller costs: one call a control period, fed with the sensor data of a walk of its own. The
+// first call of a walk makes the whole pattern and is timed apart. No pass or fail.
 #include <benchmark/benchmark.h>
 
 #include <time.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "test_places.h"
 #include "tests/conformance/bus_pair.h"
+#include "test_places.h"
 
 #include <chrono>
 #include <csignal>

@@ -24,7 +24,8 @@ struct Vendors {
 // A process that is killed at the end.
 class PeerProcess {
  public:
-  PeerProcess(const std::string& vendor, int domain, const std::string& role, const std::vector<std::string>& types = {});
+  PeerProcess(const std::string& vendor, int domain, const std::string& role,
+              const std::vector<std::string>& types = {});
   ~PeerProcess();
   void kill_now();
 

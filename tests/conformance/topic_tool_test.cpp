@@ -124,7 +124,8 @@ TEST_P(TopicTool, EchoesOneNumberALine) {
   EXPECT_EQ(run("echo hrp/contact_forces --field 'pairs[0].total.force.z' --count 2"), "412.5\n412.5\n");
   EXPECT_EQ(run("echo hrp/contact_forces --field 'pairs[0].total.force.z' --field 'pairs[0].name_a' --count 1"),
             "412.5 \"left_foot\"\n");
-  EXPECT_EQ(run("echo hrp/contact_forces --json --field 'pairs[3].clipped' --count 1"), "{\"pairs[3].clipped\":null}\n");
+  EXPECT_EQ(run("echo hrp/contact_forces --json --field 'pairs[3].clipped' --count 1"),
+            "{\"pairs[3].clipped\":null}\n");
 }
 
 TEST_P(TopicTool, ShowsTheLastSampleOfALatestTopic) {

@@ -69,7 +69,8 @@ std::string make_mjcf(const TreeSpec& spec, const Vector3d& gravity_W, const std
   out << std::setprecision(17) << "<mujoco>\n<compiler angle=\"radian\" inertiafromgeom=\"false\" boundmass=\"0\"/>\n"
       << "<option";
   write_vector(out, "gravity", gravity_W);
-  out << "><flag contact=\"disable\" constraint=\"" << (ties.empty() ? "disable" : "enable") << "\" passive=\"disable\" actuation=\"disable\" "
+  out << "><flag contact=\"disable\" constraint=\"" << (ties.empty() ? "disable" : "enable")
+      << "\" passive=\"disable\" actuation=\"disable\" "
       << "limit=\"disable\" warmstart=\"disable\"/></option>\n<worldbody>\n";
   write_body(out, spec, 0);
   out << "</worldbody>\n";

@@ -31,11 +31,19 @@ void try_type(hrp::Bytes sample) {
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 1) return 0;
   namespace msg = hrp::msg;
-  static void (*const kTypes[])(hrp::Bytes) = {
-      try_type<msg::RobotDescription>, try_type<msg::ModelRefused>,  try_type<msg::RobotState>,   try_type<msg::SensorData>,
-      try_type<msg::ContactSet>,       try_type<msg::ContactForces>, try_type<msg::RobotEvent>,   try_type<msg::JointCommands>,
-      try_type<msg::ServerStatus>,     try_type<msg::StepGrant>,     try_type<msg::RunControl>,   try_type<msg::RunStatus>,
-      try_type<msg::View>};
+  static void (*const kTypes[])(hrp::Bytes) = {try_type<msg::RobotDescription>,
+                                               try_type<msg::ModelRefused>,
+                                               try_type<msg::RobotState>,
+                                               try_type<msg::SensorData>,
+                                               try_type<msg::ContactSet>,
+                                               try_type<msg::ContactForces>,
+                                               try_type<msg::RobotEvent>,
+                                               try_type<msg::JointCommands>,
+                                               try_type<msg::ServerStatus>,
+                                               try_type<msg::StepGrant>,
+                                               try_type<msg::RunControl>,
+                                               try_type<msg::RunStatus>,
+                                               try_type<msg::View>};
   kTypes[data[0] % (sizeof kTypes / sizeof kTypes[0])]({data + 1, size - 1});
   return 0;
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Experiment files: what the recordings are, which topics of a bag or columns of a table hold them, and the scenario that they are, too.
+// Experiment files: what the recordings are, which topics of a bag or columns of a table hold them, and the scenario
+// that they are, too.
 #include "common/base/diagnostics.h"
 #include "common/robot/column_map.h"
 #include "common/robot/experiment_keys.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What all fuzz targets need. A reader may refuse its input with an exception that its header names; anything else that
-// goes wrong (a sanitizer's finding, another exception, more than 2 GB or 25 s) ends the target with the input in a file.
+// goes wrong (a sanitizer's finding, another exception, more than 2 GB or 25 s) ends the target with the input in a
+// file.
 #pragma once
 
 #include <sys/mman.h>
@@ -15,7 +16,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
 namespace hrp::test {
 
-inline std::string make_text(const uint8_t* data, size_t size) { return std::string(reinterpret_cast<const char*>(data), size); }
+inline std::string make_text(const uint8_t* data, size_t size) {
+  return std::string(reinterpret_cast<const char*>(data), size);
+}
 
 // The input as a file, for readers that want a path: it is in memory only.
 class MemoryFile {

@@ -5,7 +5,8 @@
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const hrp::Scenario scenario = hrp::parse_scenario("robot: r.urdf\nbase: fixed\nservo: {default: {kp: 1}}\n", "s.yaml");
+  static const hrp::Scenario scenario =
+      hrp::parse_scenario("robot: r.urdf\nbase: fixed\nservo: {default: {kp: 1}}\n", "s.yaml");
   try {
     hrp::parse_robot(hrp::test::make_text(data, size), "r.mjcf", scenario);
   } catch (const hrp::InputError&) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Motions: Choreonoid's .seq when the first byte is even, our .csv when it is odd.
-#include "common/base/diagnostics.h"
 #include "controller/motion/motion.h"
+#include "common/base/diagnostics.h"
 #include "tests/fuzz/fuzz.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -10,7 +10,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const hrp::Bytes sample{data + 1, size - 1};
   try {
     const hrp::Picture picture = data[0] % 2 == 0 ? hrp::read_picture(sample) : hrp::read_scan(sample);
-    const size_t each = picture.kind == hrp::Picture::Kind::kColor ? 3 : picture.kind == hrp::Picture::Kind::kDepth ? 4 : 12;
+    const size_t each = picture.kind == hrp::Picture::Kind::kColor   ? 3
+                        : picture.kind == hrp::Picture::Kind::kDepth ? 4
+                                                                     : 12;
     // The page reads as many.
     if (picture.pixels.size() != each * picture.width * picture.height) std::abort();
     hrp::make_picture_message(0, "topic", picture);

@@ -22,7 +22,8 @@ constexpr const char* kRobot = R"(<robot name="two"><link name="base"/>
 <link name="b"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
 <joint name="one" type="revolute"><parent link="base"/><child link="a"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
 <joint name="two" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="9"/></joint></robot>)";
-constexpr const char* kScenario = "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 1}}\nrecordings:\n  - {file: r.csv}\n";
+constexpr const char* kScenario =
+    "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 1}}\nrecordings:\n  - {file: r.csv}\n";
 
 // The robot with a sound recording, read once.
 Experiment make_experiment() {
@@ -31,7 +32,8 @@ Experiment make_experiment() {
   std::ofstream(folder / "robot.urdf") << kRobot;
   std::ofstream(folder / "experiment.yaml") << kScenario;
   std::ofstream csv(folder / "r.csv");
-  csv << "time,/joint_commands/one/position,/joint_states/one/position,/joint_commands/two/position,/joint_states/two/position\n";
+  csv << "time,/joint_commands/one/position,/joint_states/one/position,/joint_commands/two/position,/joint_states/two/"
+         "position\n";
   for (int k = 0; k < 100; ++k) csv << 0.01 * k << "," << std::sin(0.1 * k) << "," << std::sin(0.1 * k) << ",0,0\n";
   csv.close();
   Experiment e = load_experiment((folder / "experiment.yaml").string());
@@ -62,7 +64,9 @@ void read_all(const std::string& path, Experiment* e) {
 
 // A file whose header says nothing, or that has none.
 void read_by_numbers(const std::string& path, Experiment* e) {
-  const hrp::ColumnMap map{{{"time", "", 1, 1e-3, 0.0}, {"/joint_states/one/position", "", 2, 1.0, 0.0}, {"a note", "", 3, 1.0, 0.0}}, 100.0};
+  const hrp::ColumnMap map{
+      {{"time", "", 1, 1e-3, 0.0}, {"/joint_states/one/position", "", 2, 1.0, 0.0}, {"a note", "", 3, 1.0, 0.0}},
+      100.0};
   probe_csv(path, map);
   const Table table = read_csv_averaged(path, 2, &e->warnings, map);
   for (const auto& column : table.columns) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bags of ROS: files of sqlite3 (first byte 's') or of ROS 1 ('r'); or the definition of a type and a message of it, apart by a
-// zero byte, as ROS 2 serializes (behind a byte '1': as ROS 1).
+// Bags of ROS: files of sqlite3 (first byte 's') or of ROS 1 ('r'); or the definition of a type and a message of it,
+// apart by a zero byte, as ROS 2 serializes (behind a byte '1': as ROS 1).
 #include <cstring>
 #include <stdexcept>
 
@@ -45,6 +45,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const void* zero = std::memchr(data, 0, size);
   if (zero == nullptr) return 0;
   const size_t length = static_cast<size_t>(static_cast<const uint8_t*>(zero) - data);
-  read_message(ros1 ? "ros1msg" : "ros2msg", hrp::test::make_text(data, length), {data + length + 1, size - length - 1});
+  read_message(ros1 ? "ros1msg" : "ros2msg", hrp::test::make_text(data, length),
+               {data + length + 1, size - length - 1});
   return 0;
 }

@@ -92,7 +92,8 @@ struct World {
       states = Publisher<msg::RobotState>(bus, topics::kRobotState);
       forces = Publisher<msg::ContactForces>(bus, topics::kContactForces);
       eye = Publisher<Image>(bus, topics::make_color_image_topic("eye"));
-      scheduler = subscribe<msg::RunControl>(bus, topics::kRunControl, Delivery::kReliable, [](const msg::RunControl&) {});
+      scheduler =
+          subscribe<msg::RunControl>(bus, topics::kRunControl, Delivery::kReliable, [](const msg::RunControl&) {});
       viewer.show(std::make_unique<LiveRun>(bus, shown == kReadOnly));
     }
   }
@@ -120,7 +121,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   World world(static_cast<Shown>(data[0] / 2 % 4));
   Strict connection;
   world.step();
-  const auto client = data[0] % 2 == 0 ? world.viewer.make_page_client(connection) : world.viewer.make_foxglove_client(connection);
+  const auto client =
+      data[0] % 2 == 0 ? world.viewer.make_page_client(connection) : world.viewer.make_foxglove_client(connection);
   connection.answers = true;
   std::istringstream lines(hrp::test::make_text(data + 1, size - 1));
   for (std::string line; std::getline(lines, line);) {

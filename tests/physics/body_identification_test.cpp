@@ -28,10 +28,12 @@ Found identify_simulated_body() {
   const std::string folder = (std::filesystem::temp_directory_path() / ("body_" + std::to_string(getpid()))).string();
   std::filesystem::create_directories(folder);
   Found found{load_scenario(kScenario), {}};
-  std::vector<Source> sources = {{kHanging, run_in_process(load_scenario(write_hanging(found.scenario, folder))), false}};
+  std::vector<Source> sources = {
+      {kHanging, run_in_process(load_scenario(write_hanging(found.scenario, folder))), false}};
   for (const MotionPlan& plan : make_plans(0.6)) {
     if (plan.name != "swing1" && plan.name != "swing3" && plan.name != "tilt2" && plan.name != "squat") continue;
-    sources.push_back({plan.name, run_in_process(load_scenario(write_motion(plan, found.scenario, folder))), plan.name != "squat"});
+    sources.push_back(
+        {plan.name, run_in_process(load_scenario(write_motion(plan, found.scenario, folder))), plan.name != "squat"});
   }
   std::filesystem::remove_all(folder);
   const BushObserver observer(found.scenario);
@@ -55,7 +57,8 @@ TEST(BodyIdentification, FindsMassesWithoutTorquesAndFrictionWithThem) {
     ++shown;
     near += std::abs(p.estimate.value - truth[static_cast<Eigen::Index>(i)]) < 4.0 * p.estimate.std;
   }
-  std::printf("%d of %zu parameters shown, %d within four standard deviations\n", shown, found.body.parameters.size(), near);
+  std::printf("%d of %zu parameters shown, %d within four standard deviations\n", shown, found.body.parameters.size(),
+              near);
   EXPECT_GE(shown, 2);  // half a minute tells the mass, one moment of mass, and combinations of the others
   EXPECT_EQ(near, shown);
   int joints = 0, knees = 0;
@@ -68,7 +71,8 @@ TEST(BodyIdentification, FindsMassesWithoutTorquesAndFrictionWithThem) {
     }
     if (joint.name.find("WRIST") == std::string::npos) continue;
     ++joints;
-    std::printf("%s: rotor %.4f, viscous %.3f, Coulomb %.3f\n", joint.name.c_str(), joint.values[0].value, joint.values[1].value, joint.values[2].value);
+    std::printf("%s: rotor %.4f, viscous %.3f, Coulomb %.3f\n", joint.name.c_str(), joint.values[0].value,
+                joint.values[1].value, joint.values[2].value);
     const double rotor = make_joint_parameters(rig.model)[kJointParameters * joint.joint];
     // A tenth of noise on 0.4 N m of friction, some hundred independent samples a joint.
     EXPECT_NEAR(joint.values[0].value / rotor, 1.0, 0.15) << joint.name;
@@ -99,7 +103,9 @@ TEST(BodyIdentification, BodiesStayBodiesWhenDataPullThemOut) {
   EXPECT_GT(nearest[0], 0.0);
   EXPECT_LT(nearest[0], 0.1 * truth[0]);
   // Where nothing is said they stay.
-  EXPECT_NEAR((nearest.tail(kInertialParameters) - truth.tail(kInertialParameters)).norm() / truth.tail(kInertialParameters).norm(), 0.0, 1e-3);
+  EXPECT_NEAR((nearest.tail(kInertialParameters) - truth.tail(kInertialParameters)).norm() /
+                  truth.tail(kInertialParameters).norm(),
+              0.0, 1e-3);
 }
 
 }  // namespace

@@ -10,13 +10,13 @@
 namespace hrp {
 namespace {
 
-constexpr double kCrank = 0.3, kBase = 0.5;                  // [m]
-constexpr double kCrankMass = 0.8, kCouplerMass = 2.0;       // [kg]
-constexpr double kCentre = 0.12, kCrankInertia = 0.01;       // [m], [kg m^2] about the crank's centre of mass
-constexpr double kStart = 0.6;                               // [rad]
+constexpr double kCrank = 0.3, kBase = 0.5;             // [m]
+constexpr double kCrankMass = 0.8, kCouplerMass = 2.0;  // [kg]
+constexpr double kCentre = 0.12, kCrankInertia = 0.01;  // [m], [kg m^2] about the crank's centre of mass
+constexpr double kStart = 0.6;                          // [rad]
 
-// Two equal cranks on the ground, joined by a coupler as long as the distance of their pivots: the coupler does not turn,
-// so the linkage is one pendulum with J = 2 (I + m_c c^2) + m a^2 and weight lever 2 m_c c + m a.
+// Two equal cranks on the ground, joined by a coupler as long as the distance of their pivots: the coupler does not
+// turn, so the linkage is one pendulum with J = 2 (I + m_c c^2) + m a^2 and weight lever 2 m_c c + m a.
 RobotDescription make_parallelogram() {
   LinkInertia crank, coupler;
   crank.mass = kCrankMass;
@@ -99,8 +99,9 @@ TEST(ClosedChain, RestsOnAFloorWithEveryContactModel) {
     finder.friction = 0.0;
     double opening = 0.0;
     for (int k = 0; k < 6000; ++k) {
-      ASSERT_EQ(simulator.step(finder.find(model, simulator.state()), rigs::make_command(simulator.state())), StepStatus::kOk) << model_name << ", step " << k
-          << ": " << simulator.fault_text();
+      ASSERT_EQ(simulator.step(finder.find(model, simulator.state()), rigs::make_command(simulator.state())),
+                StepStatus::kOk)
+          << model_name << ", step " << k << ": " << simulator.fault_text();
       opening = std::max(opening, calc_opening(simulator));
     }
     EXPECT_LT(opening, 2e-4) << model_name;  // [m]; an impulse stops 0.5 m/s within a step

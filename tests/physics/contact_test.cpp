@@ -117,7 +117,8 @@ TEST(TiltingBlock, IsDampedByItsProjectedTwistAndAlongTheFloor) {
   state.V_WB << 0, 1.0, 0, 0, 0, -0.02;
   ASSERT_TRUE(simulator.reset(state));
   block.run(&simulator, 1);
-  // By hand: x = (w l, vz) with l = 0.1 m, cone -vz >= 0.1 m abs(w). (1, -0.2) / 10 goes to its edge: w = 0.6, vz = -0.06.
+  // By hand: x = (w l, vz) with l = 0.1 m, cone -vz >= 0.1 m abs(w). (1, -0.2) / 10 goes to its edge: w = 0.6, vz =
+  // -0.06.
   const double w = 0.6, vz = -0.06, lambda = 1.5 * block.scenario.contact.alpha * block.scenario.contact.stiffness / 4;
   for (const PointForce& point : simulator.contact_forces().at(0).points) {
     const double pressing = -(vz - w * point.p_WC.x());

@@ -35,7 +35,8 @@ std::ostream& operator<<(std::ostream& out, const Named& named) { return out << 
 
 const Named kEffects[] = {
     {"viscous_friction", "{joint: R_KNEE}", "{coefficient: 20}"},
-    {"coulomb_friction", "{joint: R_KNEE}", "{level: {value: 5, std: 0.1, ci95: [4.8, 5.2], unit: N m}, asymmetry: 0.1}"},
+    {"coulomb_friction", "{joint: R_KNEE}",
+     "{level: {value: 5, std: 0.1, ci95: [4.8, 5.2], unit: N m}, asymmetry: 0.1}"},
     {"stribeck_friction", "{joint: R_KNEE}", "{coulomb: 5, static: 8, stribeck_velocity: 0.1}"},
     {"load_dependent_friction", "{joint: R_KNEE}", "{ratio: 0.2}"},
     {"backdriving_friction", "{joint: R_KNEE}", "{ratio: 0.4}"},
@@ -59,7 +60,8 @@ const Named kEffects[] = {
     {"com_error", "{link: WAIST_P_LINK}", "{offset: [0.02, 0, 0]}"},
     {"inertia_error", "{link: WAIST_P_LINK}", "{scale: 3.0}"},
     {"external_force", "{link: WAIST_P_LINK}", "{force: [20, 0, 0]}"},
-    {"foot_compliance", "{foot: L_ANKLE_R_LINK}", "{kz: 3e5, cz: 800, k_roll: 700, c_roll: 15, k_pitch: 900, c_pitch: 15}"},
+    {"foot_compliance", "{foot: L_ANKLE_R_LINK}",
+     "{kz: 3e5, cz: 800, k_roll: 700, c_roll: 15, k_pitch: 900, c_pitch: 15}"},
     {"foot_hardening", "{foot: L_ANKLE_R_LINK}",
      "{kz: 3e5, cz: 800, k_roll: 700, c_roll: 15, k_pitch: 900, c_pitch: 15, hardening_angle: 0.01}"},
     {"ground_slope", "{}", "{roll: 0.01, pitch: 0.02}"},
@@ -124,15 +126,18 @@ TEST(NamedEffects, AreAllThatAScenarioMayState) {
 
 TEST(NamedEffects, ADelayOfWrenchIsThatOfEveryForceSensor) {
   const std::string delay = ", parameters: {delay: 0.012}}\n", begin = "effects:\n";
-  const auto late = [&](const char* path) { return std::string("  - {effect: sensor_delay, where: {sensor: ") + path + "}" + delay; };
-  EXPECT_EQ(record(read_stand() + begin + late("/wrench")), record(read_stand() + begin + late("/wrench/left_foot") + late("/wrench/right_foot")));
+  const auto late = [&](const char* path) {
+    return std::string("  - {effect: sensor_delay, where: {sensor: ") + path + "}" + delay;
+  };
+  EXPECT_EQ(record(read_stand() + begin + late("/wrench")),
+            record(read_stand() + begin + late("/wrench/left_foot") + late("/wrench/right_foot")));
 }
 
 // ---- links ----------------------------------------------------------------------------------------------------------
 
 struct Stood {
-  double force = 0.0;     // [N] on both feet
-  double lever_x = 0.0;   // [m] centre of pressure
+  double force = 0.0;    // [N] on both feet
+  double lever_x = 0.0;  // [m] centre of pressure
   double friction_x = 0.0;
 };
 
@@ -179,13 +184,15 @@ TEST(LinkEffects, AMassErrorWeighs) {
 }
 
 TEST(LinkEffects, ACentreOfMassErrorMovesTheCentreOfPressureByItsShareOfTheMass) {
-  const Stood nominal = stand_with("", {}), moved = stand_with("body", {"com_error", {{"offset_x", 0.03}, {"offset_y", 0}, {"offset_z", 0}}});
+  const Stood nominal = stand_with("", {}),
+              moved = stand_with("body", {"com_error", {{"offset_x", 0.03}, {"offset_y", 0}, {"offset_z", 0}}});
   EXPECT_NEAR(moved.force, kWeight, 1e-3 * kWeight);
   EXPECT_NEAR(moved.lever_x - nominal.lever_x, 42.0 / 58.0 * 0.03, kLeverTolerance);
 }
 
 TEST(LinkEffects, AnExternalForceIsHeldByFrictionAndMovesTheCentreOfPressure) {
-  const Stood nominal = stand_with("", {}), pulled = stand_with("body", {"external_force", {{"force_x", 10}, {"force_y", 0}, {"force_z", 0}}});
+  const Stood nominal = stand_with("", {}),
+              pulled = stand_with("body", {"external_force", {{"force_x", 10}, {"force_y", 0}, {"force_z", 0}}});
   EXPECT_NEAR(pulled.friction_x, -10.0, 0.05);
   const double height = 0.8 + 0.25;  // [m] of the trunk's centre of mass above the soles
   EXPECT_NEAR(pulled.lever_x - nominal.lever_x, 10.0 * height / kWeight, kLeverTolerance);
@@ -201,10 +208,11 @@ TEST(LinkEffects, OfALinkWithoutAMassOfItsOwnAreRefused) {
   EXPECT_THROW(Simulator(biped.robot, scenario), InputError);
 }
 
-// ---- a bush from the scenario -----------------------------------------------------------------------------------------
+// ---- a bush from the scenario
+// -----------------------------------------------------------------------------------------
 
 struct Rocking {
-  double period = 0.0;  // [s]
+  double period = 0.0;        // [s]
   double force_sensor = 0.0;  // [N] z of both sensors, mean
 };
 
@@ -234,8 +242,9 @@ Rocking rock(ScenarioRobot* run) {
 }
 
 TEST(FootBushOfAScenario, RocksAtTheFrequencyComputedByHandWithTheForceSensorAbove) {
-  ScenarioRobot run(read_stand() + "perfect_joints: true\nfoot_bush: {default: {kz: 3e5, cz: 2000, k_roll: 900, c_roll: 5, "
-                                   "k_pitch: 900, c_pitch: 5}}\n");
+  ScenarioRobot run(read_stand() +
+                    "perfect_joints: true\nfoot_bush: {default: {kz: 3e5, cz: 2000, k_roll: 900, c_roll: 5, "
+                    "k_pitch: 900, c_pitch: 5}}\n");
   const TreeSpec& tree = run.simulator.tree();
   double soles = 0.0;
   Vector3d centre = Vector3d::Zero();
@@ -263,7 +272,8 @@ TEST(FootBushOfAScenario, RocksAtTheFrequencyComputedByHandWithTheForceSensorAbo
 
 TEST(FootBushOfAScenario, HardensByTheLaw) {
   RobotDescription robot = rigs::make_body(rigs::make_box_inertia(1e6, {1, 1, 1}));
-  rigs::add_link(&robot, "f_bush_roll", 0, Vector3d::Zero(), Vector3d::UnitX(), rigs::make_box_inertia(0.1, {0.1, 0.1, 0.1}));
+  rigs::add_link(&robot, "f_bush_roll", 0, Vector3d::Zero(), Vector3d::UnitX(),
+                 rigs::make_box_inertia(0.1, {0.1, 0.1, 0.1}));
   JointSpec& joint = robot.tree.joint(0);
   joint.name = "f_bush_roll";
   joint.actuated = false;
@@ -280,9 +290,11 @@ TEST(FootBushOfAScenario, HardensByTheLaw) {
   EXPECT_NEAR(simulator.joint_efforts()[0], -50.0, 0.5);
 }
 
-// ---- clocks -----------------------------------------------------------------------------------------------------------
+// ---- clocks
+// -----------------------------------------------------------------------------------------------------------
 
-// A sensor whose clock runs behind by 1 % reads at 1 s what was true at 0.99 s; one that runs ahead is right at the end.
+// A sensor whose clock runs behind by 1 % reads at 1 s what was true at 0.99 s; one that runs ahead is right at the
+// end.
 TEST(ClockSkew, ReadsTheTruthOfAnotherTime) {
   for (double skew : {-0.01, 0.01}) {
     RobotDescription robot = rigs::make_body(rigs::make_box_inertia(1.0, {0.1, 0.1, 0.1}));

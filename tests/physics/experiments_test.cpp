@@ -18,7 +18,8 @@ Scenario load(const std::string& name) {
 TEST(Experiments, StairsOfThreeCentimetresAreClimbed) {
   const TrialResult r = Trial(load("beyond_stairs")).run();
   EXPECT_FALSE(r.fallen);
-  EXPECT_NEAR(r.travelled.z(), 0.12, 0.01) << "four steps of 3 cm; the rubber gives by 1 mm, the pattern keeps the height";
+  EXPECT_NEAR(r.travelled.z(), 0.12, 0.01)
+      << "four steps of 3 cm; the rubber gives by 1 mm, the pattern keeps the height";
   EXPECT_NEAR(r.travelled.x(), 1.44, 0.15) << "four treads of 0.36 m; settling moves the base by some centimetres";
 }
 

@@ -32,8 +32,8 @@ Simulator make_simulator(const RobotDescription& robot, const std::string& integ
 
 TEST(FreeFall, FallsByHalfGravityTimesTimeSquared) {
   for (const char* integrator : kIntegrators) {
-    Simulator simulator = make_simulator(rigs::make_body(rigs::make_box_inertia(2.0, {0.1, 0.2, 0.3})), integrator,
-                                         0.001, true, 9.81);
+    Simulator simulator =
+        make_simulator(rigs::make_body(rigs::make_box_inertia(2.0, {0.1, 0.2, 0.3})), integrator, 0.001, true, 9.81);
     run(&simulator, 1.0);
     // Euler's sum is g dt^2 n (n + 1) / 2, known to rounding; Runge-Kutta is exact for parabolas.
     const double euler = 9.81 * 0.5 * 1.0 * (1.0 + 0.001);
@@ -129,7 +129,8 @@ TEST(AsymmetricBody, KeepsEnergyAndMomentumToTheOrderOfTheIntegrator) {
 
 TEST(SpringMass, OscillatesAsTheClosedFormSays) {
   RobotDescription robot = rigs::make_body(rigs::make_box_inertia(1.0, {0.1, 0.1, 0.1}));
-  rigs::add_link(&robot, "slider", 0, Vector3d::Zero(), Vector3d::UnitX(), rigs::make_box_inertia(2.0, {0.1, 0.1, 0.1}));
+  rigs::add_link(&robot, "slider", 0, Vector3d::Zero(), Vector3d::UnitX(),
+                 rigs::make_box_inertia(2.0, {0.1, 0.1, 0.1}));
   robot.tree.joint(0).kind = JointKind::kPrismatic;
   robot.tree.joint(0).actuated = false;
   robot.tree.joint(0).spring = {200.0, 3.0, 0.0};

@@ -94,8 +94,9 @@ TEST_P(HostileValue, InAnyKeyIsRefusedOrSimulatedWithAStatus) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Values, HostileValue, ::testing::Values("-1", "0", ".nan", ".inf", "-.inf", "1e300", "-1e300",
-                                                                 "1e12", "-1e12", "1e-300", "0.5"),
+INSTANTIATE_TEST_SUITE_P(Values, HostileValue,
+                         ::testing::Values("-1", "0", ".nan", ".inf", "-.inf", "1e300", "-1e300", "1e12", "-1e12",
+                                           "1e-300", "0.5"),
                          [](const auto& info) { return "Value" + std::to_string(info.index); });
 
 }  // namespace

@@ -228,8 +228,7 @@ TEST(ParallelSpring, HasTheFrequencyOfItsStiffness) {
   bar.scenario.time_step = 1e-4;
   Simulator simulator = bar.start(0.2, 0.0);
   bar.run(&simulator, 3000);
-  EXPECT_NEAR(simulator.state().q[0] - 0.1,
-              solutions::calc_damped_oscillation(kInertia, 0.0, 50.0, 0.1, 0.3), 3e-4);
+  EXPECT_NEAR(simulator.state().q[0] - 0.1, solutions::calc_damped_oscillation(kInertia, 0.0, 50.0, 0.1, 0.3), 3e-4);
 }
 
 TEST(Cogging, AddsItsSineOfPosition) {
@@ -328,7 +327,7 @@ TEST(JointStop, KeepsTheJointWithinItsLimits) {
     bar.run(&simulator, 1);
     largest = std::max(largest, std::abs(simulator.state().q[0]));
   }
-  EXPECT_GT(largest, 0.1);          // the stop gives: v / w = 1 / (2 pi 10 Hz) = 16 mrad
+  EXPECT_GT(largest, 0.1);  // the stop gives: v / w = 1 / (2 pi 10 Hz) = 16 mrad
   EXPECT_LT(largest, 0.1 + 0.016);
 }
 

@@ -15,8 +15,11 @@ constexpr double kGravity = 9.81;
 
 // Beside a pendulum that hangs far away.
 Trial make_trial(const std::string& yaml) {
-  return Trial(parse_scenario("robot: " + kModels + "test_robots/pendulum.urdf\nbase: fixed\ncontroller: {type: hold}\n"
-                              "initial: {position: [0, 50, 50]}\nservo: {default: {kp: 10, kd: 1}}\n" + yaml, kModels + "scenarios/s.yaml"));
+  return Trial(parse_scenario("robot: " + kModels +
+                                  "test_robots/pendulum.urdf\nbase: fixed\ncontroller: {type: hold}\n"
+                                  "initial: {position: [0, 50, 50]}\nservo: {default: {kp: 10, kd: 1}}\n" +
+                                  yaml,
+                              kModels + "scenarios/s.yaml"));
 }
 
 // [N] vertical, of all that touches the ground.
@@ -30,8 +33,11 @@ double sum_on_ground(const Trial& trial) {
 
 TEST(Objects, ABoxSlidesDownASlopeWithCoulombsAcceleration) {
   constexpr double kSlope = 0.3, kFriction = 0.2;
-  Trial trial = make_trial("ground: {pitch: 0.3, friction: 0.9}\nobjects: {box: {size: [0.3, 0.2, 0.1], mass: 4, friction: 0.2, "
-                           "position: [" + std::to_string(0.05 * std::sin(kSlope)) + ", 0, " + std::to_string(0.05 * std::cos(kSlope)) + "], rpy: [0, 0.3, 0]}}\n");
+  Trial trial = make_trial(
+      "ground: {pitch: 0.3, friction: 0.9}\nobjects: {box: {size: [0.3, 0.2, 0.1], mass: 4, friction: 0.2, "
+      "position: [" +
+      std::to_string(0.05 * std::sin(kSlope)) + ", 0, " + std::to_string(0.05 * std::cos(kSlope)) +
+      "], rpy: [0, 0.3, 0]}}\n");
   const Vector3d down(std::cos(kSlope), 0, -std::sin(kSlope));
   run(&trial, 0.5);
   const double v = down.dot(trial.engine().objects()[0].V_WB.tail<3>());
@@ -42,7 +48,9 @@ TEST(Objects, ABoxSlidesDownASlopeWithCoulombsAcceleration) {
 }
 
 TEST(Objects, ABoxSticksBelowTheAngleOfFriction) {
-  Trial trial = make_trial("ground: {pitch: 0.3, friction: 0.5}\nobjects: {box: {size: [0.3, 0.2, 0.1], mass: 4, position: [0.0148, 0, 0.0478], rpy: [0, 0.3, 0]}}\n");
+  Trial trial = make_trial(
+      "ground: {pitch: 0.3, friction: 0.5}\nobjects: {box: {size: [0.3, 0.2, 0.1], mass: 4, position: [0.0148, 0, "
+      "0.0478], rpy: [0, 0.3, 0]}}\n");
   run(&trial, 0.5);
   const Vector3d p = trial.engine().objects()[0].p_WB;
   run(&trial, 1.0);
@@ -50,9 +58,10 @@ TEST(Objects, ABoxSticksBelowTheAngleOfFriction) {
 }
 
 TEST(Objects, TwoBoxesThatCollideKeepTheirMomentum) {
-  Trial trial = make_trial("gravity: [0, 0, 0]\nground: {type: none}\nobjects:\n"
-                           "  a: {size: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0], velocity: [1, 0, 0], angular_velocity: [0, 0, 0.4]}\n"
-                           "  b: {size: [0.2, 0.2, 0.2], mass: 3, position: [0.4, 0.05, 0]}\n");
+  Trial trial = make_trial(
+      "gravity: [0, 0, 0]\nground: {type: none}\nobjects:\n"
+      "  a: {size: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0], velocity: [1, 0, 0], angular_velocity: [0, 0, 0.4]}\n"
+      "  b: {size: [0.2, 0.2, 0.2], mass: 3, position: [0.4, 0.05, 0]}\n");
   const auto find_momentum = [&] {
     const ObjectStates& o = trial.engine().objects();
     return Vector3d(2.0 * o[0].V_WB.tail<3>() + 3.0 * o[1].V_WB.tail<3>());
@@ -63,8 +72,10 @@ TEST(Objects, TwoBoxesThatCollideKeepTheirMomentum) {
   EXPECT_LT(trial.engine().objects()[0].V_WB[3], trial.engine().objects()[1].V_WB[3]) << "and they part";
 }
 
-const std::string kFreeBoxes = "gravity: [0, 0, 0]\nground: {type: none}\nobjects:\n"
-                               "  a: {size: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0]}\n  b: {size: [0.2, 0.2, 0.2], mass: 3, position: [5, 0, 0]}\n";
+const std::string kFreeBoxes =
+    "gravity: [0, 0, 0]\nground: {type: none}\nobjects:\n"
+    "  a: {size: [0.2, 0.2, 0.2], mass: 2, position: [0, 0, 0]}\n  b: {size: [0.2, 0.2, 0.2], mass: 3, position: [5, "
+    "0, 0]}\n";
 
 TEST(Objects, APushedObjectGainsForceTimesTime) {
   Trial trial = make_trial(kFreeBoxes);
@@ -82,7 +93,8 @@ TEST(Objects, APushedObjectGainsForceTimesTime) {
 }
 
 TEST(Objects, APushOfTheScenarioOnAnObjectIsTheSameToTheBit) {
-  Trial live = make_trial(kFreeBoxes), written = make_trial(kFreeBoxes + "pushes: {shove: {link: b, force: [0, 6, 0], start: 0, duration: 0.25}}\n");
+  Trial live = make_trial(kFreeBoxes),
+        written = make_trial(kFreeBoxes + "pushes: {shove: {link: b, force: [0, 6, 0], start: 0, duration: 0.25}}\n");
   live.push("b", Vector3d::Zero(), {0, 6, 0}, 250);
   run(&live, 0.5);
   run(&written, 0.5);
@@ -96,9 +108,10 @@ TEST(Objects, APushOnNothingIsRefused) {
 }
 
 TEST(Objects, AStackStandsAndTheLowestCarriesAll) {
-  Trial trial = make_trial("objects:\n  low: {size: [0.4, 0.4, 0.2], mass: 8, position: [0, 0, 0.1]}\n"
-                           "  middle: {size: [0.3, 0.3, 0.2], mass: 4, position: [0, 0.02, 0.3]}\n"
-                           "  top: {size: [0.2, 0.1, 0.2], mass: 2, position: [0.03, 0, 0.5]}\n");
+  Trial trial = make_trial(
+      "objects:\n  low: {size: [0.4, 0.4, 0.2], mass: 8, position: [0, 0, 0.1]}\n"
+      "  middle: {size: [0.3, 0.3, 0.2], mass: 4, position: [0, 0.02, 0.3]}\n"
+      "  top: {size: [0.2, 0.1, 0.2], mass: 2, position: [0.03, 0, 0.5]}\n");
   run(&trial, 2.0);
   const ObjectStates& objects = trial.engine().objects();
   for (size_t k = 0; k < 3; ++k) {
@@ -111,9 +124,10 @@ TEST(Objects, AStackStandsAndTheLowestCarriesAll) {
 
 // Two cylinders on a box: until 2026-11-29 each touched in one point, and chattered.
 TEST(Objects, CylindersStandOnABoxAndOnEachOther) {
-  Trial trial = make_trial("objects:\n  table: {size: [0.6, 0.6, 0.2], mass: 20, position: [0, 0, 0.1]}\n"
-                           "  can: {shape: cylinder, radius: 0.05, length: 0.2, mass: 2, position: [0.1, 0, 0.3]}\n"
-                           "  cup: {shape: cylinder, radius: 0.04, length: 0.1, mass: 0.5, position: [0.1, 0, 0.45]}\n");
+  Trial trial = make_trial(
+      "objects:\n  table: {size: [0.6, 0.6, 0.2], mass: 20, position: [0, 0, 0.1]}\n"
+      "  can: {shape: cylinder, radius: 0.05, length: 0.2, mass: 2, position: [0.1, 0, 0.3]}\n"
+      "  cup: {shape: cylinder, radius: 0.04, length: 0.1, mass: 0.5, position: [0.1, 0, 0.45]}\n");
   run(&trial, 2.0);
   const ObjectStates& objects = trial.engine().objects();
   EXPECT_NEAR(objects[1].p_WB.z(), 0.3, 2e-3) << "contacts between objects are soft, as in a stack of boxes";
@@ -146,9 +160,11 @@ TEST(Objects, ARunThatIsRestoredGoesOnWithTheSameBits) {
 }
 
 TEST(Objects, NoContactLeavesObjectsAlone) {
-  Trial trial = make_trial("no_contact: {ghost: [all]}\nobjects: {ghost: {shape: sphere, radius: 0.1, mass: 1, position: [0, 0, 0.2]}}\n");
+  Trial trial = make_trial(
+      "no_contact: {ghost: [all]}\nobjects: {ghost: {shape: sphere, radius: 0.1, mass: 1, position: [0, 0, 0.2]}}\n");
   run(&trial, 0.5);
-  EXPECT_NEAR(trial.engine().objects()[0].p_WB.z(), 0.2 - 0.5 * kGravity * 0.25, 0.005) << "it falls through the ground";
+  EXPECT_NEAR(trial.engine().objects()[0].p_WB.z(), 0.2 - 0.5 * kGravity * 0.25, 0.005)
+      << "it falls through the ground";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Short claims of paper A [H03], without bus: shorter walks than the experiments (scripts/experiments.sh), same scenarios.
+// Short claims of paper A [H03], without bus: shorter walks than the experiments (scripts/experiments.sh), same
+// scenarios.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +34,8 @@ Scenario load(const std::string& name, const std::string& plan = "{count: 4, len
               const std::string& push = "force: [60, 60, 0], start: 3.2") {
   std::string text = std::regex_replace(read(name), std::regex("plan: .*"), "plan: " + plan);
   text = std::regex_replace(text, std::regex("force: \\[.*start: [0-9.]+"), push);
-  text = std::regex_replace(text, std::regex("duration: [0-9.]+\\}\ninter"), "duration: " + std::to_string(duration) + "}\ninter");
+  text = std::regex_replace(text, std::regex("duration: [0-9.]+\\}\ninter"),
+                            "duration: " + std::to_string(duration) + "}\ninter");
   return parse_scenario(text, std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/test.yaml");
 }
 
@@ -46,14 +48,16 @@ TEST(PaperA, RigidFeetWalkWithoutAStabilizer) {
 
 TEST(PaperA, TheRunThatUsersSeeFirstWalks) {
   std::vector<double> standing;  // [N] vertical force on the left foot in the last half second
-  const TrialResult r = Trial(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/default.yaml")).run([&](const Trial& trial) {
-    if (trial.time() > 11.5) standing.push_back(trial.engine().foot_forces()[0]);
-  });
+  const TrialResult r =
+      Trial(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/default.yaml")).run([&](const Trial& trial) {
+        if (trial.time() > 11.5) standing.push_back(trial.engine().foot_forces()[0]);
+      });
   EXPECT_FALSE(r.fallen);
   EXPECT_NEAR(r.travelled.x(), 1.65, 0.1) << "eight steps of 0.2 m, and the settling over the soles' middle";
   const auto [least, most] = std::minmax_element(standing.begin(), standing.end());
   ASSERT_GT(standing.size(), 400u);
-  EXPECT_LT(*most - *least, 10.0) << "[N] it stands still: a floor ten times stiffer shakes it by 500 N, this one by 2 N";
+  EXPECT_LT(*most - *least, 10.0)
+      << "[N] it stands still: a floor ten times stiffer shakes it by 500 N, this one by 2 N";
 }
 
 TEST(PaperA, SoftFeetFallWithoutTheStabilizer) {
@@ -88,7 +92,8 @@ TEST(PaperA, ThePairsWrenchCarriesTheSameWalks) {
   }
 }
 
-// Figure 4 and its control: the start-up is over before the hand lets go, and a hand that holds on leaves nothing to see.
+// Figure 4 and its control: the start-up is over before the hand lets go, and a hand that holds on leaves nothing to
+// see.
 TEST(PaperA, ATiltedRobotSwingsWhenTheHandLetsGoAndNotBefore) {
   const auto run = [](bool release) {
     Scenario scenario = load("fig4", "", 8.0);

@@ -97,7 +97,8 @@ TEST_F(PaperB, IntervalsHoldStiffnessDampingAndOffset) {
   int inside = 0;
   for (const Coverage::Row& row : coverage.rows) {
     inside += row.inside;
-    const bool small_offset = row.parameter == 2 && row.axis == 0;  // 0.5 N m of 15: three times 2 % from so few motions
+    const bool small_offset =
+        row.parameter == 2 && row.axis == 0;  // 0.5 N m of 15: three times 2 % from so few motions
     EXPECT_LT(row.worst / std::abs(row.truth), small_offset ? 0.06 : 0.02);
     const double paper[3] = {0.003, 0.042, 1.0};  // [M14] table 1: K 0.2 to 0.3 %, C 1.6 to 4.2 %
     EXPECT_LT(row.stated / std::abs(row.truth), paper[row.parameter]);
@@ -106,12 +107,15 @@ TEST_F(PaperB, IntervalsHoldStiffnessDampingAndOffset) {
   EXPECT_GE(inside, 58);
 }
 
-// A joint without readings would stand still for the observer, and the sole would seem to turn instead. Arms say nothing of it.
+// A joint without readings would stand still for the observer, and the sole would seem to turn instead. Arms say
+// nothing of it.
 TEST_F(PaperB, ALogWithoutAJointBetweenImuAndFeetIsRefused) {
   base_ = load_scenario(kScenario);
   RobotLog log = run_in_process(load_scenario(write_hanging(base_, folder_)));
   const BushObserver observer(base_);
-  const auto forget = [&log](const std::string& joint) { std::replace(log.joints.begin(), log.joints.end(), joint, std::string("another")); };
+  const auto forget = [&log](const std::string& joint) {
+    std::replace(log.joints.begin(), log.joints.end(), joint, std::string("another"));
+  };
   forget("R_ELBOW");
   EXPECT_NO_THROW(observer.calc_zeros(log));
   forget("R_KNEE");
@@ -125,7 +129,8 @@ TEST_F(PaperB, FindsTheVerticalStiffnessFromTheAccelerometer) {
   ASSERT_EQ(fit.stiffness.size(), 2u);
   for (size_t f = 0; f < 2; ++f) {
     const FootBushSpec& bush = base_.foot_bush.at(base_.feet[f]);
-    std::printf("kz %.4g (%.2g), cz %.4g (%.2g)\n", fit.stiffness[f].value, fit.stiffness[f].std, fit.damping[f].value, fit.damping[f].std);
+    std::printf("kz %.4g (%.2g), cz %.4g (%.2g)\n", fit.stiffness[f].value, fit.stiffness[f].std, fit.damping[f].value,
+                fit.damping[f].std);
     EXPECT_NEAR(fit.stiffness[f].value, bush.kz, 3.0 * fit.stiffness[f].std);
     EXPECT_LT(fit.stiffness[f].relative_std(), 0.05);
     EXPECT_NEAR(fit.damping[f].value, bush.cz, 3.0 * fit.damping[f].std);
@@ -149,7 +154,8 @@ TEST_F(PaperB, ChoosesTheLinearLawForALinearBush) {
   const Observation o = observe(observer, with_noise(3));
   const LawChoice choice = choose_law(o.fitted, o.zeros, observer.bush_centres(), o.options);
   EXPECT_EQ(choice.law, BushLaw::kLinear) << choice.error[0] << ", " << choice.error[1] << ", " << choice.error[2];
-  // [M14 eq. 4] predicts motions left out: sensors' noise, 0.02 N m of torques up to 25; without C q' or O it is 0.3 and more.
+  // [M14 eq. 4] predicts motions left out: sensors' noise, 0.02 N m of torques up to 25; without C q' or O it is 0.3
+  // and more.
   EXPECT_LT(choice.error[0], 0.06);
 }
 
@@ -224,7 +230,8 @@ TEST_F(PaperB, LeavesOutSolesThatSlip) {
   const Observation o = observe(observer, with_noise(1));
   ASSERT_EQ(o.fitted.size(), 3u);
   for (const MotionTrack& track : o.fitted) {
-    EXPECT_EQ(has_slipped(track), track.name == "ice") << track.name << ": " << track.slip << " m, " << track.turn << " rad";
+    EXPECT_EQ(has_slipped(track), track.name == "ice")
+        << track.name << ": " << track.slip << " m, " << track.turn << " rad";
   }
   const BushFit fit = fit_bush(o.fitted, o.zeros, observer.bush_centres(), o.options);
   EXPECT_NEAR(fit.feet[0][1].K.value / base_.foot_bush.at(base_.feet[0]).k_pitch, 1.0, 0.02);
@@ -240,8 +247,9 @@ TEST_F(PaperB, ReadsAnExperimentFolder) {
   const char* const axes[] = {"x", "y", "z"};
   file << "time";
   for (const std::string& joint : log.joints) file << ",/joint_states/" << joint << "/position";
-  for (const char* group : {"/imu/chest/angular_velocity/", "/imu/chest/linear_acceleration/", "/wrench/right_foot/force/", "/wrench/right_foot/torque/",
-                            "/wrench/left_foot/force/", "/wrench/left_foot/torque/"}) {
+  for (const char* group :
+       {"/imu/chest/angular_velocity/", "/imu/chest/linear_acceleration/", "/wrench/right_foot/force/",
+        "/wrench/right_foot/torque/", "/wrench/left_foot/force/", "/wrench/left_foot/torque/"}) {
     for (const char* axis : axes) file << "," << group << axis;
   }
   for (Eigen::Index k = 0; k < log.size(); ++k) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The biped with parallel ankles: its loops, from <loop> in the URDF, against MuJoCo, against virtual work, and under load.
+// The biped with parallel ankles: its loops, from <loop> in the URDF, against MuJoCo, against virtual work, and under
+// load.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,19 +27,23 @@ constexpr double kArm = 0.05, kHalfWidth = 0.04, kThigh = 0.36;  // [m] README.m
 
 Scenario load() { return load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/parallel_ankles.yaml"); }
 
-double get_q(const State& state, const TreeSpec& tree, const std::string& joint) { return state.q[tree.find_joint(joint)]; }
+double get_q(const State& state, const TreeSpec& tree, const std::string& joint) {
+  return state.q[tree.find_joint(joint)];
+}
 
 class Contact : public ::testing::TestWithParam<const char*> {};
 
 // Largest gap of any loop [m], tried every 5 ms, how far the ankle was from its
 // parallelogram, and how far it rolled [rad].
 struct Watch {
-  explicit Watch(const Trial& trial) : model(trial.robot().tree), loops(find_loops(trial.robot().tree, trial.scenario())) {}
+  explicit Watch(const Trial& trial)
+      : model(trial.robot().tree), loops(find_loops(trial.robot().tree, trial.scenario())) {}
   void look(const State& state) {
     for (const LoopGap& gap : calc_gaps(model, loops, state)) opening = std::max(opening, gap.length);
     const TreeSpec& tree = model.spec();
     for (const std::string side : {"L", "R"}) {
-      const double cranks = 0.5 * (get_q(state, tree, side + "_OUTER_MOTOR") + get_q(state, tree, side + "_INNER_MOTOR"));
+      const double cranks =
+          0.5 * (get_q(state, tree, side + "_OUTER_MOTOR") + get_q(state, tree, side + "_INNER_MOTOR"));
       skew = std::max(skew, std::abs(get_q(state, tree, side + "_ANKLE_P") - cranks));
     }
     roll = std::max(roll, std::abs(get_q(state, tree, "L_ANKLE_R")));
@@ -88,7 +93,8 @@ TEST(ParallelAnkles, AFootsForceSensorReadsJointAndRodsTogether) {
   const TreeSpec& tree = trial.robot().tree;
   const SensorSample& read = trial.engine().sensors();
   const double cranks = read.effort[tree.find_joint("L_OUTER_MOTOR")] + read.effort[tree.find_joint("L_INNER_MOTOR")];
-  const double weight = 9.81 * (2.0 * 0.12 * 0.5 * kArm + 2.0 * 0.11 * kArm);  // [N m] of cranks and rods; cranks are level
+  // [N m] of cranks and rods; cranks are level
+  const double weight = 9.81 * (2.0 * 0.12 * 0.5 * kArm + 2.0 * 0.11 * kArm);
   EXPECT_NEAR(cranks, -wrenches[0].torque.y() + weight, 0.01) << "[N m]; levers change by 0.1 % as servos give";
 }
 
@@ -109,7 +115,8 @@ TEST(ParallelAnkles, WithoutItsRodsTheBipedFalls) {
 TEST(ParallelAnkles, StartClosedFromAVariedPose) {
   Scenario scenario = load();
   scenario.controller.type = "hold";
-  scenario.initial_joints = {{"L_OUTER_MOTOR", -0.1}, {"L_INNER_MOTOR", -0.1}, {"R_OUTER_MOTOR", -0.1}, {"R_INNER_MOTOR", -0.1}};
+  scenario.initial_joints = {
+      {"L_OUTER_MOTOR", -0.1}, {"L_INNER_MOTOR", -0.1}, {"R_OUTER_MOTOR", -0.1}, {"R_INNER_MOTOR", -0.1}};
   scenario.variation.pose = 0.02;
   const Trial trial(scenario);
   Watch watch(trial);
@@ -133,22 +140,26 @@ Eigen::Vector2d push_foot(const Vector3d& couple) {
   ExternalWrench wrench;
   wrench.link = simulator.tree().find_link("L_FOOT");
   wrench.F_W << couple, Vector3d::Zero();
-  for (int k = 0; k < 4000; ++k) EXPECT_EQ(simulator.step({}, command, {wrench}), StepStatus::kOk) << simulator.fault_text();
+  for (int k = 0; k < 4000; ++k)
+    EXPECT_EQ(simulator.step({}, command, {wrench}), StepStatus::kOk) << simulator.fault_text();
   const TreeSpec& tree = simulator.tree();
-  return {simulator.joint_efforts()[tree.find_joint("L_OUTER_MOTOR")], simulator.joint_efforts()[tree.find_joint("L_INNER_MOTOR")]};
+  return {simulator.joint_efforts()[tree.find_joint("L_OUTER_MOTOR")],
+          simulator.joint_efforts()[tree.find_joint("L_INNER_MOTOR")]};
 }
 
-// Pitch turns both cranks as far as the foot. Roll by r lifts the rods' ends by +-half width r, which turns the cranks by
-// half width / arm r, one up and one down. Efforts do no work with the couple.
+// Pitch turns both cranks as far as the foot. Roll by r lifts the rods' ends by +-half width r, which turns the cranks
+// by half width / arm r, one up and one down. Efforts do no work with the couple.
 TEST(ParallelAnkles, CouplesOnTheFootAreCarriedByTheCranksAsVirtualWorkSays) {
   const Eigen::Vector2d pitch = push_foot({0, 12, 0});
   EXPECT_NEAR(pitch.sum(), -12.0, 1e-3) << "at rest up to the servos' last micrometres";
   EXPECT_NEAR(pitch[0], pitch[1], 1e-3);
   const Eigen::Vector2d roll = push_foot({8, 0, 0});
   const double each = 0.5 * 8.0 * kArm / kHalfWidth;
-  EXPECT_NEAR(std::abs(roll[0] - roll[1]), 2.0 * each, 0.01 * each) << "[N m]; the ankle gives by 4 mrad, the arms' cosines by less";
+  EXPECT_NEAR(std::abs(roll[0] - roll[1]), 2.0 * each, 0.01 * each)
+      << "[N m]; the ankle gives by 4 mrad, the arms' cosines by less";
   EXPECT_NEAR(roll.sum(), 0.0, 0.01 * each);
-  EXPECT_LT(roll[0], 0.0) << "the outer rod lies to the left: rolling to the right lifts it and draws its crank's end up";
+  EXPECT_LT(roll[0], 0.0)
+      << "the outer rod lies to the left: rolling to the right lifts it and draws its crank's end up";
 }
 
 // In poses with bent legs and turned cranks, at rest, with random efforts of the motors.
@@ -181,7 +192,8 @@ TEST(ParallelAnkles, AccelerateAsInMujocoWithConnectConstraints) {
     engine.set_state(state);
     engine.set_effort(effort);
     engine.run_full_forward();
-    EXPECT_LT(testing::relative_error(engine.get_acceleration(), vdot), 2e-3) << "pose " << i << "; MuJoCo's constraints are soft by 1e-4";
+    EXPECT_LT(testing::relative_error(engine.get_acceleration(), vdot), 2e-3)
+        << "pose " << i << "; MuJoCo's constraints are soft by 1e-4";
     EXPECT_GT(testing::relative_error(open, vdot), 0.1) << "and the loops matter";
   }
 }

@@ -24,14 +24,17 @@ namespace {
 class Rollout {
  public:
   explicit Rollout(const std::string& yaml)
-      : robot_(load_robot(parse_scenario(yaml, "/test.yaml"))), scenario_(parse_scenario(robot_.scenario, "/test.yaml")),
-        world_(robot_, scenario_), simulator_(robot_, scenario_) {
+      : robot_(load_robot(parse_scenario(yaml, "/test.yaml"))),
+        scenario_(parse_scenario(robot_.scenario, "/test.yaml")),
+        world_(robot_, scenario_),
+        simulator_(robot_, scenario_) {
     command_.q = simulator_.state().q;
     if (scenario_.controller.motion.empty()) return;
     std::vector<std::string> joints;
     for (int i = 0; i < robot_.tree.num_joints(); ++i) joints.push_back(robot_.tree.joint(i).name);
     const std::string& path = scenario_.controller.motion;
-    player_ = std::make_unique<MotionPlayer>(load_motion(path, scenario_.controller.joint_order), joints, command_.q, path);
+    player_ =
+        std::make_unique<MotionPlayer>(load_motion(path, scenario_.controller.joint_order), joints, command_.q, path);
   }
   // False when the simulator gives up.
   bool step() {
@@ -41,9 +44,7 @@ class Rollout {
     return simulator_.step(world_.calc_contacts(simulator_.state()), command_) == StepStatus::kOk;
   }
   const Simulator& simulator() const { return simulator_; }
-  double weight() const {
-    return calc_mass(robot_.tree) * kGravity;
-  }
+  double weight() const { return calc_mass(robot_.tree) * kGravity; }
 
  private:
   RobotDescription robot_;
@@ -55,9 +56,7 @@ class Rollout {
 };
 
 // Angle between the base's z axis and the vertical [rad].
-double calc_lean(const State& state) {
-  return std::acos(std::min(1.0, (state.R_WB * Vector3d::UnitZ()).z()));
-}
+double calc_lean(const State& state) { return std::acos(std::min(1.0, (state.R_WB * Vector3d::UnitZ()).z())); }
 
 struct Standing {
   const char* file;
@@ -72,7 +71,7 @@ TEST_P(RealRobotStands, ForFiveSecondsOnItsOwnWeight) {
   const std::string path = find_shared(std::string("robots/") + c.file);
   if (path.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/" << c.file << " is not there";
   Rollout run("robot: " + path + "\nfeet: [" + c.feet + "]\nservo: {default: {kp: " + std::to_string(c.kp) +
-          ", kd: " + std::to_string(c.kd) + "}}\n");
+              ", kd: " + std::to_string(c.kd) + "}}\n");
   const double start_height = run.simulator().state().p_WB.z();
   for (int k = 0; k < 5000; ++k) ASSERT_TRUE(run.step()) << run.simulator().fault_text();
   const State& state = run.simulator().state();
@@ -83,19 +82,24 @@ TEST_P(RealRobotStands, ForFiveSecondsOnItsOwnWeight) {
   EXPECT_NEAR(carried, run.weight(), 0.02 * run.weight()) << "still swaying slightly after five seconds";
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealRobotStands, ::testing::Values(
-    Standing{"unitree_g1/g1_29dof_rev_1_0.urdf", "left_ankle_roll_link, right_ankle_roll_link", 500, 10},
-    Standing{"unitree_h1/h1.urdf", "left_ankle_link, right_ankle_link", 1500, 30},
-    Standing{"atlas/atlas_minimal_contact.urdf", "l_foot, r_foot", 8000, 80},
-    Standing{"jvrc1/jvrc1.urdf", "L_ANKLE_P_S, R_ANKLE_P_S", 5000, 30},
-    Standing{"ergocub/ergoCubGazeboV1_3_minContacts.urdf", "l_foot_front, l_foot_rear, r_foot_front, r_foot_rear", 2000, 20},
-    Standing{"robotis_op3/robotis_op3.urdf", "l_ank_roll_link, r_ank_roll_link", 100, 1}));
+INSTANTIATE_TEST_SUITE_P(
+    Shared, RealRobotStands,
+    ::testing::Values(Standing{"unitree_g1/g1_29dof_rev_1_0.urdf", "left_ankle_roll_link, right_ankle_roll_link", 500,
+                               10},
+                      Standing{"unitree_h1/h1.urdf", "left_ankle_link, right_ankle_link", 1500, 30},
+                      Standing{"atlas/atlas_minimal_contact.urdf", "l_foot, r_foot", 8000, 80},
+                      Standing{"jvrc1/jvrc1.urdf", "L_ANKLE_P_S, R_ANKLE_P_S", 5000, 30},
+                      Standing{"ergocub/ergoCubGazeboV1_3_minContacts.urdf",
+                               "l_foot_front, l_foot_rear, r_foot_front, r_foot_rear", 2000, 20},
+                      Standing{"robotis_op3/robotis_op3.urdf", "l_ank_roll_link, r_ank_roll_link", 100, 1}));
 
 // Joints by Choreonoid's joint id.
 const char kSr1Order[] =
     "RLEG_HIP_R, RLEG_HIP_P, RLEG_HIP_Y, RLEG_KNEE, RLEG_ANKLE_P, RLEG_ANKLE_R, RARM_SHOULDER_P, RARM_SHOULDER_R, "
-    "RARM_SHOULDER_Y, RARM_ELBOW, RARM_WRIST_Y, RARM_WRIST_P, RARM_WRIST_R, LLEG_HIP_R, LLEG_HIP_P, LLEG_HIP_Y, LLEG_KNEE, "
-    "LLEG_ANKLE_P, LLEG_ANKLE_R, LARM_SHOULDER_P, LARM_SHOULDER_R, LARM_SHOULDER_Y, LARM_ELBOW, LARM_WRIST_Y, LARM_WRIST_P, "
+    "RARM_SHOULDER_Y, RARM_ELBOW, RARM_WRIST_Y, RARM_WRIST_P, RARM_WRIST_R, LLEG_HIP_R, LLEG_HIP_P, LLEG_HIP_Y, "
+    "LLEG_KNEE, "
+    "LLEG_ANKLE_P, LLEG_ANKLE_R, LARM_SHOULDER_P, LARM_SHOULDER_R, LARM_SHOULDER_Y, LARM_ELBOW, LARM_WRIST_Y, "
+    "LARM_WRIST_P, "
     "LARM_WRIST_R, WAIST_P, WAIST_R, CHEST";
 
 class Sr1Walks : public ::testing::TestWithParam<const char*> {};
@@ -103,11 +107,14 @@ class Sr1Walks : public ::testing::TestWithParam<const char*> {};
 // On one foot the contact must be stiffer in roll than m g h, about 1 kN m/rad for 130.8 kg: 2e5 N/m gives this sole
 // 2e5 x (0.07 m)^2 = 0.98 kN m/rad, and the robot falls (so it does with 5e5). Contact and start pose are the defaults.
 TEST_P(Sr1Walks, ItsPublishedPatternToTheEndUprightAndForward) {
-  const std::string urdf = find_shared("robots/sr1/SR1.urdf"), motion = find_shared(std::string("robots/sr1/") + GetParam());
+  const std::string urdf = find_shared("robots/sr1/SR1.urdf"),
+                    motion = find_shared(std::string("robots/sr1/") + GetParam());
   if (urdf.empty() || motion.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/sr1 is not there";
-  Rollout run("robot: " + urdf + "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\nground: {friction: 1.0}\n"
-          "servo: {default: {kp: 8000, kd: 100}}\nsteps: {time_step: 0.001, control_period: 0.002}\n"
-          "controller: {motion: " + motion + ", joint_order: [" + kSr1Order + "]}\n");
+  Rollout run("robot: " + urdf +
+              "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\nground: {friction: 1.0}\n"
+              "servo: {default: {kp: 8000, kd: 100}}\nsteps: {time_step: 0.001, control_period: 0.002}\n"
+              "controller: {motion: " +
+              motion + ", joint_order: [" + kSr1Order + "]}\n");
   std::vector<double> swung = {0.0, 0.0}, carried = {0.0, 0.0};  // [s] each foot in the air, and alone under the weight
   double lean = 0.0;
   for (int k = 0; k < 14300; ++k) {

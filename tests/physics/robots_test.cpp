@@ -37,7 +37,9 @@ class Robots : public ::testing::Test {
     return folder_ + "/" + name;
   }
   Scenario load(const std::string& yaml) { return load_scenario(write("world.yaml", yaml)); }
-  std::string find_refusal(const std::string& yaml) { return catch_complaint([&] { Trial trial(load(yaml)); }); }
+  std::string find_refusal(const std::string& yaml) {
+    return catch_complaint([&] { Trial trial(load(yaml)); });
+  }
   std::string folder_;
 };
 
@@ -47,8 +49,10 @@ bool are_equal(const State& a, const State& b) {
 
 TEST_F(Robots, ThatDoNotTouchMoveToTheBitAsEachDoesAlone) {
   Trial alone(load_scenario(kModels + "scenarios/squat.yaml"));
-  Trial together(load(kBox + "initial: {position: [5, 0, 1]}\nground: {friction: 0.8}\ncontroller: {type: hold}\n"
-                      "robots: {partner: {scenario: " + kModels + "scenarios/squat.yaml}}\n"));
+  Trial together(load(kBox +
+                      "initial: {position: [5, 0, 1]}\nground: {friction: 0.8}\ncontroller: {type: hold}\n"
+                      "robots: {partner: {scenario: " +
+                      kModels + "scenarios/squat.yaml}}\n"));
   Trial box(load(kBox + "initial: {position: [5, 0, 1]}\nground: {friction: 0.8}\ncontroller: {type: hold}\n"));
   for (Trial* trial : {&alone, &together, &box}) run(trial, 1.5);
   ASSERT_EQ(together.engine().objects().size(), 1u);
@@ -59,8 +63,10 @@ TEST_F(Robots, ThatDoNotTouchMoveToTheBitAsEachDoesAlone) {
 
 TEST_F(Robots, ThatCollideKeepTheirMomentum) {
   const std::string other = write("other.yaml", kBox + kFree);
-  Trial trial(load(kBox + kFree + "pushes: {hand: {link: box, force: [40, 0, 0], start: 0, duration: 0.1}}\n"
-                   "robots: {partner: {scenario: " + other + ", position: [0.3, 0.05, 0.02]}}\n"));
+  Trial trial(load(kBox + kFree +
+                   "pushes: {hand: {link: box, force: [40, 0, 0], start: 0, duration: 0.1}}\n"
+                   "robots: {partner: {scenario: " +
+                   other + ", position: [0.3, 0.05, 0.02]}}\n"));
   run(&trial, 2.0);
   const double mass = trial.robot().tree.links[0].inertia.mass;
   const State &first = trial.engine().state(), &second = trial.engine().objects()[0];
@@ -119,26 +125,39 @@ TEST_F(Robots, ARunThatIsRestoredGoesOnWithTheSameBits) {
 
 TEST_F(Robots, NoContactKeepsThemApart) {
   const std::string other = write("other.yaml", kBox + kFree);
-  Trial trial(load(kBox + kFree + "no_contact: {partner: [all]}\nrobots: {partner: {scenario: " + other + ", position: [0.05, 0, 0]}}\n"));
+  Trial trial(load(kBox + kFree + "no_contact: {partner: [all]}\nrobots: {partner: {scenario: " + other +
+                   ", position: [0.05, 0, 0]}}\n"));
   EXPECT_TRUE(trial.calc_contacts().empty());
   run(&trial, 0.1);
   EXPECT_EQ(trial.engine().objects()[0].V_WB, Vector6d(Vector6d::Zero()));
 }
 
 TEST_F(Robots, ThatDoNotGoTogetherAreRefusedWithFileAndLine) {
-  const auto with = [&](const std::string& yaml) { return kBox + kFree + "robots: {partner: {scenario: " + write("other.yaml", yaml) + "}}\n"; };
+  const auto with = [&](const std::string& yaml) {
+    return kBox + kFree + "robots: {partner: {scenario: " + write("other.yaml", yaml) + "}}\n";
+  };
   EXPECT_THAT(find_refusal(with(kBox + kFree + "steps: {time_step: 0.0005}\n")),
-              AllOf(HasSubstr("world.yaml:6"), HasSubstr("robots.partner.scenario"), HasSubstr("time_step 0.0005 s, expected 0.001 s")));
-  EXPECT_THAT(find_refusal(with(kBox + kFree + "steps: {control_period: 0.01}\n")), HasSubstr("control_period 0.01 s, expected 0.005 s"));
-  EXPECT_THAT(find_refusal(with(kBox + kFree + "robots: {third: {scenario: world.yaml}}\n")), HasSubstr("has robots of its own"));
-  EXPECT_THAT(find_refusal(with(kBox + kFree + "sensors: {camera: {eye: {link: box}}}\n")), HasSubstr("cameras or lidars"));
+              AllOf(HasSubstr("world.yaml:6"), HasSubstr("robots.partner.scenario"),
+                    HasSubstr("time_step 0.0005 s, expected 0.001 s")));
+  EXPECT_THAT(find_refusal(with(kBox + kFree + "steps: {control_period: 0.01}\n")),
+              HasSubstr("control_period 0.01 s, expected 0.005 s"));
+  EXPECT_THAT(find_refusal(with(kBox + kFree + "robots: {third: {scenario: world.yaml}}\n")),
+              HasSubstr("has robots of its own"));
+  EXPECT_THAT(find_refusal(with(kBox + kFree + "sensors: {camera: {eye: {link: box}}}\n")),
+              HasSubstr("cameras or lidars"));
   EXPECT_THAT(find_refusal(with("robot: nowhere.urdf\n")), AllOf(HasSubstr("other.yaml:1"), HasSubstr("nowhere.urdf")));
-  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {scenario: nowhere.yaml}}\n"), HasSubstr("there is no file"));
-  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {position: [0, 0, 0]}}\n"), HasSubstr("the scenario file of this robot"));
-  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {a/b: {scenario: world.yaml}}\n"), HasSubstr("'a/b' is no name of a robot"));
-  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {imu: {scenario: world.yaml}}\n"), HasSubstr("'imu' begins the topics of sensors"));
-  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {box: {scenario: " + write("other.yaml", kBox + kFree) + "}}\n"), HasSubstr("has this name, too"));
-  EXPECT_THAT(find_refusal(kBox + kFree + "contact: {model: impulse}\nrobots: {a: {scenario: world.yaml}}\n"), HasSubstr("do not go with"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {scenario: nowhere.yaml}}\n"),
+              HasSubstr("there is no file"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {partner: {position: [0, 0, 0]}}\n"),
+              HasSubstr("the scenario file of this robot"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {a/b: {scenario: world.yaml}}\n"),
+              HasSubstr("'a/b' is no name of a robot"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {imu: {scenario: world.yaml}}\n"),
+              HasSubstr("'imu' begins the topics of sensors"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "robots: {box: {scenario: " + write("other.yaml", kBox + kFree) + "}}\n"),
+              HasSubstr("has this name, too"));
+  EXPECT_THAT(find_refusal(kBox + kFree + "contact: {model: impulse}\nrobots: {a: {scenario: world.yaml}}\n"),
+              HasSubstr("do not go with"));
 }
 
 }  // namespace

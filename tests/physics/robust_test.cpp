@@ -36,7 +36,8 @@ TEST(Step, AllocatesNothing) {
     scenario.contact.model = model_name;
     scenario.sensors.wrenches.push_back({"ft", "l_foot", {}, {}});
     scenario.sensors.imus.push_back({"imu", "body", Vector3d::Zero(), {}, {}});
-    scenario.joint_laws["l_knee_joint"] = {{"coulomb_friction", {{"level", 5.0}}}, {"command_delay", {{"delay", 0.01}}}};
+    scenario.joint_laws["l_knee_joint"] = {{"coulomb_friction", {{"level", 5.0}}},
+                                           {"command_delay", {{"delay", 0.01}}}};
     Simulator simulator(biped.robot, scenario);
     const rigs::CornerFinder finder = rigs::make_finder(biped);
     const JointCommand command = rigs::make_command(simulator.state());
@@ -87,8 +88,18 @@ TEST(Step, NamesTheJointOfABadCommand) {
 struct Palette {
   std::mt19937_64 random{12345};
   double pick() {
-    static const double kOdd[] = {0.0, -0.0, 1e-300, 1e300, -1e300, 1e30, -1e30, 1e10, -1e10, kNan,
-                                  std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    static const double kOdd[] = {0.0,
+                                  -0.0,
+                                  1e-300,
+                                  1e300,
+                                  -1e300,
+                                  1e30,
+                                  -1e30,
+                                  1e10,
+                                  -1e10,
+                                  kNan,
+                                  std::numeric_limits<double>::infinity(),
+                                  -std::numeric_limits<double>::infinity()};
     if (random() % 4 == 0) return kOdd[random() % 12];
     return std::uniform_real_distribution<double>(-3.0, 3.0)(random);
   }

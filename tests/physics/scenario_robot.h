@@ -15,7 +15,8 @@ class ScenarioRobot {
  public:
   explicit ScenarioRobot(const std::string& yaml)
       : robot(load_robot(parse_scenario(yaml, std::string(HRP_SOURCE_DIR) + "/models/scenarios/test.yaml"))),
-        scenario(parse_scenario(robot.scenario, robot.scenario_path)), world(robot, scenario),
+        scenario(parse_scenario(robot.scenario, robot.scenario_path)),
+        world(robot, scenario),
         simulator(robot, scenario) {
     command.q = simulator.state().q;
   }

@@ -80,8 +80,10 @@ struct RockingBiped : Stand {
   // Moves the references; returns the pitch rate of the left bush.
   double step(const Model& model, int i, Simulator* simulator) {
     JointCommand moved = command;
-    for (int j = 0; j < 8; ++j) moved.q[j] += 0.05 * std::sin(2.0 * M_PI * 0.7 * 1e-3 * i) * (j % 4 == 1 ? -2.0 : (j % 4 == 3 ? 0.2 : 1.0));
-    EXPECT_EQ(simulator->step(finder.find(model, simulator->state()), moved), StepStatus::kOk) << simulator->fault_text();
+    for (int j = 0; j < 8; ++j)
+      moved.q[j] += 0.05 * std::sin(2.0 * M_PI * 0.7 * 1e-3 * i) * (j % 4 == 1 ? -2.0 : (j % 4 == 3 ? 0.2 : 1.0));
+    EXPECT_EQ(simulator->step(finder.find(model, simulator->state()), moved), StepStatus::kOk)
+        << simulator->fault_text();
     return simulator->state().qd[model.spec().find_joint("l_foot_bush_pitch")];
   }
 };
@@ -102,7 +104,8 @@ TEST(RockingBiped, FeelsExactlyWhatItsBushesExert) {
     const WrenchSample& w = simulator.sensors().wrenches[0];
     // 0.1 kg above the bush: its weight and inertia (up to 1 m/s^2 at 0.05 m) stay out.
     const double moment = (w.torque - (centre + Vector3d(0, 0, s.q[z])).cross(w.force)).x();
-    largest[0] = std::max(largest[0], std::abs(moment - biped.bush.k_roll * s.q[roll] - biped.bush.c_roll * s.qd[roll]));
+    largest[0] =
+        std::max(largest[0], std::abs(moment - biped.bush.k_roll * s.q[roll] - biped.bush.c_roll * s.qd[roll]));
     const double force = w.force.z() + 0.1 * 9.81;
     largest[1] = std::max(largest[1], std::abs(force - biped.bush.kz * s.q[z] - biped.bush.cz * s.qd[z]));
   }
@@ -121,7 +124,8 @@ TEST(RockingBiped, DoesNotChatterWhenCornersAreSeenBeforeTheyTouch) {
       if (i > 500) fastest[seen] = std::max(fastest[seen], std::abs(rate));
     }
   }
-  std::printf("fastest turn of a sole against its foot: %.3f rad/s, %.3f rad/s with a margin\n", fastest[0], fastest[1]);
+  std::printf("fastest turn of a sole against its foot: %.3f rad/s, %.3f rad/s with a margin\n", fastest[0],
+              fastest[1]);
   EXPECT_LT(fastest[1], 0.5);               // feet turn by 0.2 rad/s
   EXPECT_LT(fastest[1], 0.7 * fastest[0]);  // without it they do chatter on this floor
 }
@@ -132,7 +136,7 @@ TEST(TiltedBiped, OscillatesAtTheFrequencyAndDecayComputedByHand) {
   const FootBushSpec bush = make_bush();
   rigs::add_bushes(bush, &stand.biped);
   stand.scenario.perfect_joints = true;
-  stand.scenario.contact.stiffness = 2e7;           // as good as rigid beside the bush
+  stand.scenario.contact.stiffness = 2e7;  // as good as rigid beside the bush
   stand.scenario.contact.tangential_stiffness = 2e7;
   stand.scenario.contact.tangential_damping = 2e4;
   stand.scenario.time_step = 2e-4;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Terrain: bodies on tilted boxes, held against Coulomb's law on an incline; on meshes and height fields, held against the plane.
+// Terrain: bodies on tilted boxes, held against Coulomb's law on an incline; on meshes and height fields, held against
+// the plane.
 #include <unistd.h>
 
 #include <cmath>
@@ -17,7 +18,7 @@
 namespace hrp {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
+constexpr double kGravity = 9.81;           // [m/s^2]
 constexpr double kHalfHeight = 0.1 + 0.05;  // [m] half of the body's height and of the ramp's
 
 // The box of test_robots on a ramp that descends along x by `slope` [rad].
@@ -25,9 +26,12 @@ std::string make_ramp(double slope, double friction) {
   const Vector3d p = kHalfHeight * Vector3d(std::sin(slope), 0.0, std::cos(slope));
   const auto text = [](double x) { return std::to_string(x); };
   return "robot: ../test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n"
-         "initial: {position: [" + text(p.x()) + ", 0, " + text(p.z()) + "], rpy: [0, " + text(slope) + ", 0]}\n"
+         "initial: {position: [" +
+         text(p.x()) + ", 0, " + text(p.z()) + "], rpy: [0, " + text(slope) +
+         ", 0]}\n"
          "contact: {stiffness: 1.0e6, tangential_stiffness: 1.0e6}\n"
-         "obstacles: {ramp: {size: [20, 4, 0.1], rpy: [0, " + text(slope) + ", 0], friction: " + text(friction) + "}}\n";
+         "obstacles: {ramp: {size: [20, 4, 0.1], rpy: [0, " +
+         text(slope) + ", 0], friction: " + text(friction) + "}}\n";
 }
 
 struct Slide {
@@ -76,15 +80,19 @@ std::string write_field(const std::string& name, const std::function<double(doub
 }
 
 // A level square of 8 m as two triangles.
-std::string write_plane() { return write_file("plane.obj", "v -4 -4 0\nv 4 -4 0\nv -4 4 0\nv 4 4 0\nf 1 2 3\nf 2 4 3\n"); }
+std::string write_plane() {
+  return write_file("plane.obj", "v -4 -4 0\nv 4 -4 0\nv -4 4 0\nv 4 4 0\nf 1 2 3\nf 2 4 3\n");
+}
 
 // Three steps of 0.5 m x 2 m, 0.2 m high, up along x from x = 0, as triangles: treads and risers.
 std::string write_stairs() {
   std::string text, faces;
   int vertices = 0;
   const auto add = [&](double x0, double z0, double x1, double z1) {
-    for (const double y : {-1.0, 1.0}) text += "v " + std::to_string(x0) + " " + std::to_string(y) + " " + std::to_string(z0) + "\n";
-    for (const double y : {-1.0, 1.0}) text += "v " + std::to_string(x1) + " " + std::to_string(y) + " " + std::to_string(z1) + "\n";
+    for (const double y : {-1.0, 1.0})
+      text += "v " + std::to_string(x0) + " " + std::to_string(y) + " " + std::to_string(z0) + "\n";
+    for (const double y : {-1.0, 1.0})
+      text += "v " + std::to_string(x1) + " " + std::to_string(y) + " " + std::to_string(z1) + "\n";
     const auto v = [&](int k) { return " " + std::to_string(vertices + k); };
     faces += "f" + v(1) + v(3) + v(2) + "\nf" + v(3) + v(4) + v(2) + "\n";
     vertices += 4;
@@ -98,12 +106,13 @@ std::string write_stairs() {
 
 std::string make_land(const std::string& file, const std::string& more = "") {
   const bool mesh = file.find(".obj") != std::string::npos;
-  return "obstacles: {land: {" + std::string(mesh ? "shape: mesh" : "shape: height_field, spacing: 0.05") + ", file: '" + file + "'" + more + "}}\n";
+  return "obstacles: {land: {" + std::string(mesh ? "shape: mesh" : "shape: height_field, spacing: 0.05") +
+         ", file: '" + file + "'" + more + "}}\n";
 }
 
 std::string make_box(const std::string& position, const std::string& rpy, const std::string& land) {
-  return "robot: ../test_robots/box.urdf\nfeet: [box]\nground: {type: none}\ninitial: {position: " + position + ", rpy: " + rpy +
-         "}\ncontact: {stiffness: 1.0e6, tangential_stiffness: 1.0e6}\n" + land;
+  return "robot: ../test_robots/box.urdf\nfeet: [box]\nground: {type: none}\ninitial: {position: " + position +
+         ", rpy: " + rpy + "}\ncontact: {stiffness: 1.0e6, tangential_stiffness: 1.0e6}\n" + land;
 }
 
 struct Rest {
@@ -134,8 +143,8 @@ std::string make_plates() {
   std::string text = "obstacles:\n";
   const double heights[] = {0.003, 0.005, 0.002, 0.004};  // [m]
   for (int k = 0; k < 12; ++k) {
-    text += "  plate" + std::to_string(k) + ": {size: [0.6, 1.5, 0.02], position: [" + std::to_string(0.6 + 0.6 * k) + ", 0, " +
-            std::to_string(heights[k % 4] - 0.01) + "]}\n";
+    text += "  plate" + std::to_string(k) + ": {size: [0.6, 1.5, 0.02], position: [" + std::to_string(0.6 + 0.6 * k) +
+            ", 0, " + std::to_string(heights[k % 4] - 0.01) + "]}\n";
   }
   return text;
 }
@@ -204,7 +213,8 @@ TEST(Surface, ABoxOnTheSlopeOfAFieldIsCarriedAcrossTheSlope) {
   const std::string at = "[" + std::to_string(0.1 * n.x()) + ", 0, " + std::to_string(0.1 * n.z()) + "]";
   const Rest rest = rest_for_a_second(make_box(at, "[0, 0.2, 0]", land));
   EXPECT_NEAR(rest.force.dot(n), kWeight * std::cos(slope), 1e-3 * kWeight);
-  EXPECT_NEAR((rest.force - n * rest.force.dot(n)).norm(), kWeight * std::sin(slope), 1e-3 * kWeight) << "friction holds the rest";
+  EXPECT_NEAR((rest.force - n * rest.force.dot(n)).norm(), kWeight * std::sin(slope), 1e-3 * kWeight)
+      << "friction holds the rest";
   ScenarioRobot robot(make_box(at, "[0, 0.2, 0]", land));
   for (int i = 0; i < 100; ++i) ASSERT_EQ(robot.step(), StepStatus::kOk);
   ASSERT_FALSE(robot.simulator.contact_forces().empty());
@@ -216,7 +226,9 @@ TEST(Surface, ABoxOnTheSlopeOfAFieldIsCarriedAcrossTheSlope) {
 // Rolls out the box dropped askew, so that corners, edges and friction take part; largest differences of the whole run.
 TEST(Surface, APlaneOfTrianglesGivesTheForcesOfThePlane) {
   const std::string plane = write_plane(), field = write_field("level.csv", [](double, double) { return 0.0; });
-  const std::string askew = "{position: [0.03, -0.02, 0.2], rpy: [0.2, -0.3, 0.4]}\ncontact: {stiffness: 1.0e6, tangential_stiffness: 1.0e6}\n";
+  const std::string askew =
+      "{position: [0.03, -0.02, 0.2], rpy: [0.2, -0.3, 0.4]}\ncontact: {stiffness: 1.0e6, tangential_stiffness: "
+      "1.0e6}\n";
   const std::string head = "robot: ../test_robots/box.urdf\nfeet: [box]\ninitial: " + askew;
   ScenarioRobot truth(head + "ground: {friction: 0.8}\n");
   for (const std::string& file : {plane, field}) {
@@ -233,7 +245,8 @@ TEST(Surface, APlaneOfTrianglesGivesTheForcesOfThePlane) {
       largest = std::max(largest, a.norm());
       place = std::max(place, (truth.simulator.state().p_WB - robot.simulator.state().p_WB).norm());
     }
-    std::printf("%s: forces up to %.0f N differ by up to %.1e N, places by %.1e m\n", file.c_str(), largest, force, place);
+    std::printf("%s: forces up to %.0f N differ by up to %.1e N, places by %.1e m\n", file.c_str(), largest, force,
+                place);
     // Rounding of 1e-16 m on 1e6 N/m is 1e-10 N; the tumbling of a second makes it up to ten thousand times as large.
     EXPECT_LT(force, 1e-6 * largest) << file;
     EXPECT_LT(place, 1e-9) << file;
@@ -241,9 +254,11 @@ TEST(Surface, APlaneOfTrianglesGivesTheForcesOfThePlane) {
 }
 
 TEST(Surface, ARobotStartsOnTheFieldUnderIt) {
-  const std::string land = make_land(write_field("high.csv", [](double x, double) { return 1.0 + 0.1 * x; }), ", position: [0, 0, 0.5]");
+  const std::string land =
+      make_land(write_field("high.csv", [](double x, double) { return 1.0 + 0.1 * x; }), ", position: [0, 0, 0.5]");
   const ScenarioRobot robot("robot: ../test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n" + land);
-  EXPECT_NEAR(robot.simulator.state().p_WB.z(), 1.5 + 0.1 * 0.2 + 0.1, 1e-9) << "its front corners, 0.2 m ahead, are the first to touch";
+  EXPECT_NEAR(robot.simulator.state().p_WB.z(), 1.5 + 0.1 * 0.2 + 0.1, 1e-9)
+      << "its front corners, 0.2 m ahead, are the first to touch";
   EXPECT_EQ(robot.simulator.state().p_WB.z(), robot.world.start_state().p_WB.z());
 }
 
@@ -264,13 +279,15 @@ TEST(Surface, AWalkerThatIsPushedOverOnWavesHasFallen) {
 }
 
 TEST(Surface, ARunOnAFieldRepeatsToTheBit) {
-  const std::string land = make_land(write_field("hills.csv", [](double x, double y) { return 0.1 * std::sin(3.0 * x) * std::cos(2.0 * y); }));
+  const std::string land = make_land(
+      write_field("hills.csv", [](double x, double y) { return 0.1 * std::sin(3.0 * x) * std::cos(2.0 * y); }));
   const std::string yaml = make_box("[0.3, 0.1, 0.5]", "[0.3, 0.2, 0.1]", land);
   EXPECT_EQ(rest_for_a_second(yaml).hash, rest_for_a_second(yaml).hash);
 }
 
 TEST(Surface, ABoxComesToRestInHills) {
-  const std::string land = make_land(write_field("hills.csv", [](double x, double y) { return 0.05 * std::sin(3.0 * x) * std::cos(2.0 * y); }));
+  const std::string land = make_land(
+      write_field("hills.csv", [](double x, double y) { return 0.05 * std::sin(3.0 * x) * std::cos(2.0 * y); }));
   const Rest rest = rest_for_a_second(make_box("[0.3, 0.1, 0.3]", "[0, 0, 0.1]", land), 4000);
   EXPECT_NEAR(rest.force.z(), kWeight, 1e-3 * kWeight);
   EXPECT_LT(rest.speed, 1e-3);
@@ -285,15 +302,18 @@ TEST(Terrain, TheWalkOfTheDefaultScenarioStaysUprightOverPlatesOfMillimetres) {
   // The last step ends on the edge from 5 mm down to 2 mm.
   EXPECT_GT(r.travelled.z(), flat.travelled.z() + 0.001) << "it stands on plates in the end";
   EXPECT_LT(r.travelled.z(), flat.travelled.z() + 0.006) << "and the highest is 5 mm";
-  std::printf("plane: %.3f m forward, %.4f m up, lean %.4f rad\n", flat.travelled.x(), flat.travelled.z(), flat.largest_lean);
+  std::printf("plane: %.3f m forward, %.4f m up, lean %.4f rad\n", flat.travelled.x(), flat.travelled.z(),
+              flat.largest_lean);
   std::printf("plates: %.3f m forward, %.4f m up, lean %.4f rad\n", r.travelled.x(), r.travelled.z(), r.largest_lean);
 }
 
 TEST(Terrain, TheWalkOfTheDefaultScenarioClimbsARampOfTwoDegrees) {
   // Rises from x = 0.2 m on: its upper side there is at height 0.
-  const TrialResult r = walk_over("obstacles: {ramp: {size: [8, 2, 0.02], position: [4.2, 0, 0.1296], rpy: [0, -0.0349, 0]}}\n");
+  const TrialResult r =
+      walk_over("obstacles: {ramp: {size: [8, 2, 0.02], position: [4.2, 0, 0.1296], rpy: [0, -0.0349, 0]}}\n");
   EXPECT_FALSE(r.fallen) << r.fault;
-  EXPECT_NEAR(r.travelled.z(), 0.0349 * (1.6 - 0.2), 0.005) << "1.6 m of steps, 1.4 m of them on the ramp; feet may stop 0.14 m off";
+  EXPECT_NEAR(r.travelled.z(), 0.0349 * (1.6 - 0.2), 0.005)
+      << "1.6 m of steps, 1.4 m of them on the ramp; feet may stop 0.14 m off";
   std::printf("ramp: %.3f m forward, %.4f m up, lean %.4f rad\n", r.travelled.x(), r.travelled.z(), r.largest_lean);
 }
 

@@ -45,8 +45,10 @@ PairDisplacement find(const WrenchLaw& law, const std::vector<PairPoint>& points
 }
 
 TEST(PairDisplacement, IsThatOfASoleSunkInAndTiltedAlsoWhereACornerIsAboveTheFloor) {
-  for (const Vector6d& D : {make6(0, 0, 0, 0, 0, -1e-3), make6(2e-3, -1e-3, 0, 0, 0, -1e-3), make6(0, 20e-3, 0, 0, 0, -1e-3)}) {
-    EXPECT_LT((find(make_law(), make_points(D)).D - D).norm(), 1e-9) << D.transpose();  // Hildreth's rest: 1e-12 of 2 mm
+  for (const Vector6d& D :
+       {make6(0, 0, 0, 0, 0, -1e-3), make6(2e-3, -1e-3, 0, 0, 0, -1e-3), make6(0, 20e-3, 0, 0, 0, -1e-3)}) {
+    EXPECT_LT((find(make_law(), make_points(D)).D - D).norm(), 1e-9)
+        << D.transpose();  // Hildreth's rest: 1e-12 of 2 mm
   }
 }
 
@@ -71,7 +73,8 @@ TEST(PairDisplacement, MakesASpringWrenchOfForcesThatPushAtThePoints) {
 
 TEST(PairDisplacement, HasTheSlopeOfItsSpringWrench) {
   const WrenchLaw law = make_law();
-  for (const Vector6d& D : {make6(0, 0, 0, 0, 0, -1e-3), make6(0, 0.15, 0, 0, 0, -1e-3)}) {  // on four corners, on an edge
+  for (const Vector6d& D :
+       {make6(0, 0, 0, 0, 0, -1e-3), make6(0, 0.15, 0, 0, 0, -1e-3)}) {  // on four corners, on an edge
     const PairDisplacement found = find(law, make_points(D));
     for (int i = 0; i < 6; ++i) {
       const Vector6d step = 1e-7 * Vector6d::Unit(i);
@@ -103,7 +106,8 @@ TEST(PairLaw, TangentialDamperLeavesOutWhatIsAlongTheNormalWrench) {
   const WrenchLaw law = make_law();
   // A pure force along z: the other five are damped by C, z is not.
   const Vector6d V = make6(0.1, 0.2, 0.3, 0.4, 0.5, 0.6);
-  EXPECT_LT((calc_tangential_wrench(law, make6(0, 0, 0, 0, 0, 500), V) - make6(-1, -4, -9, -400, -1000, 0)).norm(), 1e-9);
+  EXPECT_LT((calc_tangential_wrench(law, make6(0, 0, 0, 0, 0, 500), V) - make6(-1, -4, -9, -400, -1000, 0)).norm(),
+            1e-9);
   // A force beside Q: orthogonal in six dimensions, moments over the length; never feeds energy in.
   const Vector6d normal = make6(20, -30, 0, 5, 0, 500), F = calc_tangential_wrench(law, normal, V);
   const auto scale = [&](Vector6d x) { return x.head<3>() /= law.length, x; };
@@ -147,7 +151,8 @@ struct Block {
   void run(Simulator* simulator, int steps, const ExternalWrenches& pushes = {}) {
     const Model model(simulator->tree());
     for (int i = 0; i < steps; ++i) {
-      ASSERT_EQ(simulator->step(finder.find(model, simulator->state()), JointCommand{}, pushes), StepStatus::kOk) << simulator->fault_text();
+      ASSERT_EQ(simulator->step(finder.find(model, simulator->state()), JointCommand{}, pushes), StepStatus::kOk)
+          << simulator->fault_text();
     }
   }
 };

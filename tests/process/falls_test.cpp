@@ -50,9 +50,11 @@ TEST(Fall, IsSaidLoggedAndEndsOnTheGroundAlikeInOneProcessAndSix) {
     EXPECT_THAT(set->output(), HasSubstr("\nfall       t = 0."));
     EXPECT_THAT(set->output(), HasSubstr("the robot has fallen: base tilted by"));
     EXPECT_THAT(set->output(), HasSubstr("on the ground: "));
-    EXPECT_GT(read_last_state(set->log()).X_WB().translation().z(), 0.0) << "a base 0.1 m thick lies on the ground, not under it";
+    EXPECT_GT(read_last_state(set->log()).X_WB().translation().z(), 0.0)
+        << "a base 0.1 m thick lies on the ground, not under it";
   }
-  EXPECT_THAT(read_log(six.log())->notes(), ::testing::Contains(HasSubstr("fell at t = 0."))) << "what the page lists of a recording";
+  EXPECT_THAT(read_log(six.log())->notes(), ::testing::Contains(HasSubstr("fell at t = 0.")))
+      << "what the page lists of a recording";
   const auto events = digest_log(one.log());
   ASSERT_GT(events.at(topics::kEvents.name).count, 0u);
   EXPECT_EQ(events, digest_log(six.log()));
@@ -68,7 +70,8 @@ TEST(Fall, OfARobotThatStandsNothingIsSaidOrLogged) {
 
 TEST(BlowUp, IsSaidOnceWithJointTimeAndLikelyReason) {
   const std::string path = write_scenario("kicked");
-  std::ofstream(path, std::ios::app) << "\npushes: {kick: {link: R_HAND_LINK, force: [1.0e12, 0, 1.0e12], start: 0.1, duration: 1}}\n";
+  std::ofstream(path, std::ios::app)
+      << "\npushes: {kick: {link: R_HAND_LINK, force: [1.0e12, 0, 1.0e12], start: 0.1, duration: 1}}\n";
   ServerSet set("kicked", {path, "--quiet"});
   EXPECT_EQ(set.wait(), 1) << set.output();
   EXPECT_EQ(count(set.output(), "the state blows up at t = 0.10"), 1) << set.output();

@@ -15,7 +15,7 @@
 
 enum { kMost = 64, kKept = 4096, kBatch = 64 };
 
-struct Kept {  // of a SensorData sample
+struct Kept {      // of a SensorData sample
   long long time;  // [ns]
   double q[kMost], force[3], torque[3], acceleration[3];
 };
@@ -155,12 +155,14 @@ static void compare_views(dds_entity_t joints, dds_entity_t imu, dds_entity_t wr
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   signal(SIGTERM, note_stop);
-  const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  const dds_entity_t participant =
+      check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
   const dds_entity_t sensors = make_reader(participant, &hrp_msg_SensorData_desc, "hrp/sensor_data");
   const dds_entity_t forces = make_reader(participant, &hrp_msg_ContactForces_desc, "hrp/contact_forces");
   const dds_entity_t joints = make_reader(participant, &sensor_msgs_msg_dds__JointState__desc, "rt/joint_states");
   const dds_entity_t imu = make_reader(participant, &sensor_msgs_msg_dds__Imu__desc, "rt/imu/chest");
-  const dds_entity_t wrench = make_reader(participant, &geometry_msgs_msg_dds__WrenchStamped__desc, "rt/wrench/left_foot");
+  const dds_entity_t wrench =
+      make_reader(participant, &geometry_msgs_msg_dds__WrenchStamped__desc, "rt/wrench/left_foot");
   const dds_entity_t topic =
       check(dds_create_topic(participant, &hrp_msg_JointCommands_desc, "hrp/joint_commands", NULL, NULL), "topic");
   dds_qos_t* qos = dds_create_qos();

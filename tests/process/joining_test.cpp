@@ -49,7 +49,8 @@ TEST_P(Vendor, AControllerThatWaitsForARunJoinsTheOneThatStarts) {
   Program controller({"my-controller"});
   ASSERT_TRUE(says(controller, "no run on this machine")) << controller.output();
   EXPECT_THAT(controller.output(), HasSubstr("--without controller"));
-  ServerSet set(std::string("joined-") + GetParam(), {write_scenario("joined"), "--without", "controller", "--dds", GetParam()});
+  ServerSet set(std::string("joined-") + GetParam(),
+                {write_scenario("joined"), "--without", "controller", "--dds", GetParam()});
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
   EXPECT_EQ(controller.wait(), 0) << controller.output();
   EXPECT_THAT(controller.output(), HasSubstr(std::string("(") + GetParam() + ")"));
@@ -72,7 +73,8 @@ TEST_P(FreePlace, TheCommandThatAWaitingRunPrintsFillsIt) {
   EXPECT_EQ(other.wait(), 0) << other.output();
 }
 INSTANTIATE_TEST_SUITE_P(Each, FreePlace,
-                         ::testing::Values("model_parser", "scheduler", "logger", "dynamics", "collision_checker", "controller"),
+                         ::testing::Values("model_parser", "scheduler", "logger", "dynamics", "collision_checker",
+                                           "controller"),
                          name_of);
 
 TEST(NoRun, ToolsSayItAndEnd) {
@@ -189,7 +191,8 @@ TEST(Waiting, IsSaidWithWhatAndWhereAndWhichRunsThereAre) {
   for (const auto& waiter : waiters) {
     std::string command = HRP_BIN_DIR;
     for (const std::string& word : waiter.words) command += (&word == &waiter.words[0] ? "/" : " ") + word;
-    Program program({"/bin/sh", "-c", "trap 'kill $child' TERM; " + command + " & child=$!; wait"});  // no child of the holder
+    Program program(
+        {"/bin/sh", "-c", "trap 'kill $child' TERM; " + command + " & child=$!; wait"});  // no child of the holder
     EXPECT_TRUE(says(program, "an empty domain")) << waiter.words[0];
     EXPECT_THAT(program.output(), HasSubstr(std::string("waits for ") + waiter.what));
     EXPECT_THAT(program.output(), HasSubstr("domain " + domain + " (fast)"));
@@ -198,7 +201,8 @@ TEST(Waiting, IsSaidWithWhatAndWhereAndWhichRunsThereAre) {
 }
 
 TEST(Waiting, EndsWithARunThatWasKilledWithoutAWord) {
-  ServerSet set("killed-launcher", {write_endless("killed_launcher"), "--without", "controller", "--quiet", "--realtime"});
+  ServerSet set("killed-launcher",
+                {write_endless("killed_launcher"), "--without", "controller", "--quiet", "--realtime"});
   Program controller({"my-controller"});
   ASSERT_TRUE(set.wait_for_step(100)) << set.output() << controller.output();
   set.send_signal(SIGSTOP);  // so that it tells nobody
@@ -223,7 +227,8 @@ TEST(ByHand, AnEntireSetOfServersIsARunThatToolsFind) {
   ASSERT_TRUE(wait_until([&] { return find_runs().size() == 1 || scheduler.has_ended(); })) << scheduler.output();
   Program dynamics({"hrp-dynamics"}), checker({"hrp-collision-checker"}), controller({"my-controller"});
   Program parser({"hrp-model-parser", write_scenario("by_hand")});
-  for (Program* program : {&scheduler, &dynamics, &checker, &controller, &parser}) EXPECT_EQ(program->wait(), 0) << program->output();
+  for (Program* program : {&scheduler, &dynamics, &checker, &controller, &parser})
+    EXPECT_EQ(program->wait(), 0) << program->output();
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Somebody who writes junk: junk_writer VENDOR DOMAIN SEED TOPIC ... Each sample that others write there comes again with
-// bits of it changed, cut off or grown; and bytes drawn at random come all the time. Ends with SIGTERM.
+// Somebody who writes junk: junk_writer VENDOR DOMAIN SEED TOPIC ... Each sample that others write there comes again
+// with bits of it changed, cut off or grown; and bytes drawn at random come all the time. Ends with SIGTERM.
 #include <sys/prctl.h>
 
 #include <chrono>

@@ -60,7 +60,8 @@ TEST(Logs, AForcedRunThatIsRefusedCostsNoLogAndTellsNothingOfIt) {
   EXPECT_EQ(ServerSet("old", {write_steps("old", kShort), "--in-process"}).wait(), 0);
   const auto before = digest_log(get_test_folder() + "/old.mcap");
   const std::string urdf = get_test_folder() + "/no_mass.urdf";
-  std::ofstream(urdf) << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";
+  std::ofstream(urdf)
+      << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";
   const std::string scenario = get_test_folder() + "/no_mass.yaml";
   std::ofstream(scenario) << "robot: " << urdf << "\nservo: {default: {kp: 1, kd: 0}}\n";
   ServerSet failed("old", {scenario, "--force"});
@@ -81,7 +82,8 @@ TEST(Logs, AResetRunNamesBothFilesAndAddsTheirTimes) {
   const std::string second = get_test_folder() + "/parts.1.mcap";
   EXPECT_THAT(set.output(), HasSubstr("in 2 parts"));
   for (const std::string& log : {set.log(), second}) {
-    EXPECT_THAT(set.output(), HasSubstr("log        " + log + "\n           complete up to step " + std::to_string(find_last_step(log)) + ","));
+    EXPECT_THAT(set.output(), HasSubstr("log        " + log + "\n           complete up to step " +
+                                        std::to_string(find_last_step(log)) + ","));
   }
   const double simulated = std::stod(set.output().substr(set.output().find("simulated  ") + 11));
   EXPECT_NEAR(simulated, 0.001 * static_cast<double>(find_last_step(set.log()) + find_last_step(second)), 0.2)
@@ -165,7 +167,8 @@ TEST_P(PowerCut, LosesNoStepOfADurableLogThatIsSaidToBeOnDisk) {
   EXPECT_EQ(set.wait(), 1) << set.output();
   cut_power(set.log(), synced);
   const long said = find_named_step(set.output());
-  EXPECT_GE(said, 1000) << "the scheduler lets nobody run more than some windows of 64 steps ahead of the disk\n" << set.output();
+  EXPECT_GE(said, 1000) << "the scheduler lets nobody run more than some windows of 64 steps ahead of the disk\n"
+                        << set.output();
   EXPECT_GE(find_last_step(set.log()), said) << set.output();
 }
 INSTANTIATE_TEST_SUITE_P(Vendors, PowerCut, ::testing::Values("cyclone", "fast"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A controller that needs pictures: it answers a sample only when it has the picture of the same step, where one is due. It
-// moves one joint by what it sees, so that the run has other bits when a picture is late, or missing.
+// A controller that needs pictures: it answers a sample only when it has the picture of the same step, where one is
+// due. It moves one joint by what it sees, so that the run has other bits when a picture is late, or missing.
 #include <map>
 
 #include "common/messages/topics.h"
@@ -17,7 +17,8 @@ namespace {
 
 class LookingController : public NodeBase {
  public:
-  explicit LookingController(const NodeContext& context) : NodeBase(context), publisher_(bus(), topics::kJointCommands) {
+  explicit LookingController(const NodeContext& context)
+      : NodeBase(context), publisher_(bus(), topics::kJointCommands) {
     listen<msg::Pictures>(topics::kPictures, [this](const msg::Pictures& m) {
       pictures_ = m;
       answer();
@@ -36,11 +37,14 @@ class LookingController : public NodeBase {
  private:
   bool is_picture_due() const {
     const SensorsSpec& sensors = scenario_.sensors;
-    return !find_looking_sensors(sensors.cameras, sensors.lidars, sensors_.header().step(), scenario_.time_step, scenario_.control_period).empty();
+    return !find_looking_sensors(sensors.cameras, sensors.lidars, sensors_.header().step(), scenario_.time_step,
+                                 scenario_.control_period)
+                .empty();
   }
   void answer() {
     if (!has_sensors_ || !has_scenario_) return;
-    if (is_picture_due() && (pictures_.samples().empty() || pictures_.header().step() != sensors_.header().step())) return;
+    if (is_picture_due() && (pictures_.samples().empty() || pictures_.header().step() != sensors_.header().step()))
+      return;
     if (sensors_.header().step() == 0) rest_ = sensors_.positions();
     msg::JointCommands commands;
     commands.header(sensors_.header());
@@ -70,6 +74,7 @@ class LookingController : public NodeBase {
 }  // namespace hrp
 
 int main(int argc, char** argv) {
-  return hrp::run_server(argc, argv, {"controller", "hrp-odd-looking-controller", "For tests."},
-                         [](const hrp::NodeContext& context) { return std::make_unique<hrp::LookingController>(context); });
+  return hrp::run_server(
+      argc, argv, {"controller", "hrp-odd-looking-controller", "For tests."},
+      [](const hrp::NodeContext& context) { return std::make_unique<hrp::LookingController>(context); });
 }

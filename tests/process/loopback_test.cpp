@@ -103,7 +103,8 @@ TEST_P(Sockets, OfEveryProcessAreBoundToLoopbackOnly) {
   const std::string vendor = GetParam();
   ScenarioChange change;
   change.steps = "{time_step: 0.001, control_period: 0.005, duration: 0}";
-  ServerSet set("sockets-" + vendor, {write_scenario("sockets", change), "--dds", vendor, "--realtime", "--view", "--quiet"});
+  ServerSet set("sockets-" + vendor,
+                {write_scenario("sockets", change), "--dds", vendor, "--realtime", "--view", "--quiet"});
   const std::string domain = std::to_string(set.find_domain());
   Program echo({"hrp-topic", "--domain", domain, "--dds", vendor, "echo", "hrp/robot_state"});
   ASSERT_TRUE(set.wait_for_step(100)) << set.output();

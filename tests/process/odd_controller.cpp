@@ -17,8 +17,12 @@ namespace {
 class OddController : public NodeBase {
  public:
   OddController(const NodeContext& context, const std::string& mode, uint64_t from)
-      : NodeBase(context), mode_(mode), from_(from), publisher_(bus(), topics::of_robot(topics::kJointCommands, context.robot)) {
-    listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot), [this](const msg::SensorData& m) { take(m); });
+      : NodeBase(context),
+        mode_(mode),
+        from_(from),
+        publisher_(bus(), topics::of_robot(topics::kJointCommands, context.robot)) {
+    listen<msg::SensorData>(topics::of_robot(topics::kSensorData, context.robot),
+                            [this](const msg::SensorData& m) { take(m); });
   }
 
  private:
@@ -51,8 +55,7 @@ class OddController : public NodeBase {
 int main(int argc, char** argv) {
   const std::string name = argv[0];
   const std::string mode = name.substr(name.rfind('-') + 1);
-  return hrp::run_server(argc, argv, {"controller", "hrp-odd-controller-" + mode, "For tests."},
-                         [&](const hrp::NodeContext& context) {
-                           return std::make_unique<hrp::OddController>(context, mode, 100);
-                         });
+  return hrp::run_server(
+      argc, argv, {"controller", "hrp-odd-controller-" + mode, "For tests."},
+      [&](const hrp::NodeContext& context) { return std::make_unique<hrp::OddController>(context, mode, 100); });
 }

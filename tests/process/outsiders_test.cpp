@@ -45,7 +45,8 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
   ServerSet reference(std::string("foreign-reference-") + GetParam(), {scenario, "--in-process"});
   EXPECT_EQ(reference.wait(), 0) << reference.output();
 
-  ServerSet set(std::string("foreign-") + GetParam(), {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  ServerSet set(std::string("foreign-") + GetParam(),
+                {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
   setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   Program controller({HRP_BIN_DIR "/../tests/foreign_controller", std::to_string(set.find_domain())});
   unsetenv("CYCLONEDDS_URI");
@@ -79,7 +80,8 @@ TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
   const std::string scenario = write_scenario("example");
   ServerSet reference(std::string("example-reference-") + GetParam(), {scenario, "--in-process"});
   EXPECT_EQ(reference.wait(), 0) << reference.output();
-  ServerSet set(std::string("example-") + GetParam(), {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
+  ServerSet set(std::string("example-") + GetParam(),
+                {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
   setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
   const std::string domain = std::to_string(set.find_domain());
   ASSERT_TRUE(wait_until([&] { return count_readers(set, "hrp/contact_forces") == 1; })) << "the logger";
@@ -165,8 +167,10 @@ TEST_P(Foreign, WhoeverDoesNotKnowTheTokenNeitherSteersNorEndsARun) {
   shout(set.bus(), topics::kServerStatus, words);
   const std::string domain = std::to_string(set.find_domain());
   // Without the folder of the run's user: as somebody else.
-  Program other({"/bin/sh", "-c", "mkdir -m 700 " + get_test_folder() + "/nobody-" + GetParam() + " && XDG_RUNTIME_DIR=" +
-                 get_test_folder() + "/nobody-" + GetParam() + " exec " HRP_BIN_DIR "/hrp-run --domain " + domain + " stop"});
+  Program other({"/bin/sh", "-c",
+                 "mkdir -m 700 " + get_test_folder() + "/nobody-" + GetParam() +
+                     " && XDG_RUNTIME_DIR=" + get_test_folder() + "/nobody-" + GetParam() +
+                     " exec " HRP_BIN_DIR "/hrp-run --domain " + domain + " stop"});
   EXPECT_EQ(other.wait(), 2) << other.output();
   EXPECT_THAT(other.output(), HasSubstr("only the user who started this run may steer it"));
   Program go({"hrp-run", "--domain", domain, "run"});
@@ -191,7 +195,8 @@ TEST(Replay, ARequestThatWasRecordedIsNotTakenTwice) {
     if (recorded.empty()) recorded.assign(sample.data, sample.data + sample.size);
   });
   const std::string domain = std::to_string(set.find_domain());
-  // hrp-run waits for the scheduler, not for this reader: a request may be over before discovery has brought the two together.
+  // hrp-run waits for the scheduler, not for this reader: a request may be over before discovery has brought the two
+  // together.
   ASSERT_TRUE(wait_until([&] {
     Program pause({"hrp-run", "--domain", domain, "pause"});
     EXPECT_EQ(pause.wait(), 0) << pause.output();
@@ -247,10 +252,11 @@ TEST_P(Network, OptionsThatCannotBeUsedAreRefused) {
 }
 INSTANTIATE_TEST_SUITE_P(
     Each, Network,
-    ::testing::Values(BadNetwork{"cyclone_file", {"--dds", "cyclone", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
-                      BadNetwork{"fast_file", {"--dds", "fast", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
-                      BadNetwork{"cyclone_interface", {"--dds", "cyclone", "--network-interface", "203.0.113.7"}, "203.0.113.7"},
-                      BadNetwork{"fast_interface", {"--dds", "fast", "--network-interface", "203.0.113.7"}, "203.0.113.7"}),
+    ::testing::Values(
+        BadNetwork{"cyclone_file", {"--dds", "cyclone", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
+        BadNetwork{"fast_file", {"--dds", "fast", "--dds-config", "/no/such/secure.xml"}, "/no/such/secure.xml"},
+        BadNetwork{"cyclone_interface", {"--dds", "cyclone", "--network-interface", "203.0.113.7"}, "203.0.113.7"},
+        BadNetwork{"fast_interface", {"--dds", "fast", "--network-interface", "203.0.113.7"}, "203.0.113.7"}),
     [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Preloaded into a run: fdatasync() writes into the file HRP_TEST_SYNCED how many bytes of a log are on the disk now. */
+/* Preloaded into a run: fdatasync() writes into the file HRP_TEST_SYNCED how many bytes of a log are on the disk now.
+ */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <stdio.h>

@@ -49,7 +49,8 @@ TEST_P(LivePush, IsLoggedAndAScenarioWithItRepeatsTheRunToTheBit) {
   const auto during = [&](ServerSet& set) {
     log = set.log();
     ASSERT_TRUE(set.wait_for_step(50)) << set.output();
-    Answer answer = push(set, {"WAIST_P_LINK", "--force", "30", "-12.5", "0", "--at", "0", "0.1", "0.2", "--steps", "200"});
+    Answer answer =
+        push(set, {"WAIST_P_LINK", "--force", "30", "-12.5", "0", "--at", "0", "0.1", "0.2", "--steps", "200"});
     EXPECT_EQ(answer.status, 0) << answer.text;
     answer = push(set, {"R_ELBOW_LINK", "--force", "0", "0", "9.1", "--steps", "40"});
     EXPECT_EQ(answer.status, 0) << answer.text;
@@ -74,8 +75,9 @@ TEST_P(LivePush, IsLoggedAndAScenarioWithItRepeatsTheRunToTheBit) {
 INSTANTIATE_TEST_SUITE_P(Vendors, LivePush, ::testing::Values("cyclone", "fast"));
 
 TEST(LivePush, OnAnObjectRepeatsToTheBit) {
-  const std::string scenario = write_scenario("others", {"{type: hold}", kSlow}) ;
-  std::ofstream(scenario, std::ios::app) << "objects: {crate: {size: [0.2, 0.2, 0.2], mass: 3, position: [1.5, 0, 0.1]}}\n";
+  const std::string scenario = write_scenario("others", {"{type: hold}", kSlow});
+  std::ofstream(scenario, std::ios::app)
+      << "objects: {crate: {size: [0.2, 0.2, 0.2], mass: 3, position: [1.5, 0, 0.1]}}\n";
   std::string log;
   auto live = run_and_digest("others", scenario, {"--dds", "cyclone", "--speed", "0.3"}, [&](ServerSet& set) {
     log = set.log();

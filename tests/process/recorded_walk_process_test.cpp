@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// SR1 walks its published pattern through the six processes, with nothing given but the robot, its gains and the motion.
+// SR1 walks its published pattern through the six processes, with nothing given but the robot, its gains and the
+// motion.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,17 +20,21 @@ namespace {
 // Joints by Choreonoid's joint id.
 const char kOrder[] =
     "RLEG_HIP_R, RLEG_HIP_P, RLEG_HIP_Y, RLEG_KNEE, RLEG_ANKLE_P, RLEG_ANKLE_R, RARM_SHOULDER_P, RARM_SHOULDER_R, "
-    "RARM_SHOULDER_Y, RARM_ELBOW, RARM_WRIST_Y, RARM_WRIST_P, RARM_WRIST_R, LLEG_HIP_R, LLEG_HIP_P, LLEG_HIP_Y, LLEG_KNEE, "
-    "LLEG_ANKLE_P, LLEG_ANKLE_R, LARM_SHOULDER_P, LARM_SHOULDER_R, LARM_SHOULDER_Y, LARM_ELBOW, LARM_WRIST_Y, LARM_WRIST_P, "
+    "RARM_SHOULDER_Y, RARM_ELBOW, RARM_WRIST_Y, RARM_WRIST_P, RARM_WRIST_R, LLEG_HIP_R, LLEG_HIP_P, LLEG_HIP_Y, "
+    "LLEG_KNEE, "
+    "LLEG_ANKLE_P, LLEG_ANKLE_R, LARM_SHOULDER_P, LARM_SHOULDER_R, LARM_SHOULDER_Y, LARM_ELBOW, LARM_WRIST_Y, "
+    "LARM_WRIST_P, "
     "LARM_WRIST_R, WAIST_P, WAIST_R, CHEST";
 
 struct Walked {
-  double x = 0.0, lowest = 1e9;            // [m] of the base
-  double lean = 0.0;                       // [rad] largest
-  std::map<int, std::pair<int, int>> feet; // by body: steps without force, steps with 0.9 of the weight
+  double x = 0.0, lowest = 1e9;             // [m] of the base
+  double lean = 0.0;                        // [rad] largest
+  std::map<int, std::pair<int, int>> feet;  // by body: steps without force, steps with 0.9 of the weight
 };
 
-double calc_lean(const msg::Quaternion& q) { return 2.0 * std::atan2(std::hypot(q.x(), q.y()), std::hypot(q.w(), q.z())); }
+double calc_lean(const msg::Quaternion& q) {
+  return 2.0 * std::atan2(std::hypot(q.x(), q.y()), std::hypot(q.w(), q.z()));
+}
 
 void take_forces(const msg::ContactForces& forces, double weight, Walked* walked) {
   std::map<int, double> carried;
@@ -70,8 +75,8 @@ TEST(Sr1, WalksItsPublishedPatternThroughSixProcesses) {
   std::ofstream(scenario) << "robot: " << (folder / "SR1.urdf").string() << "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\n"
                           << "ground: {friction: 1.0}\nservo: {default: {kp: 8000, kd: 100}}\n"
                           << "steps: {time_step: 0.001, control_period: 0.002, duration: 14.3}\n"
-                          << "controller: {motion: " << (folder / "SR1WalkPattern1.seq").string() << ", joint_order: [" << kOrder
-                          << "]}\n";
+                          << "controller: {motion: " << (folder / "SR1WalkPattern1.seq").string() << ", joint_order: ["
+                          << kOrder << "]}\n";
   ServerSet set("sr1", {scenario, "--no-plot"});
   ASSERT_EQ(set.wait(), 0) << set.output();
   const double weight = 130.8 * 9.81;  // [N]

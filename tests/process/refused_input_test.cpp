@@ -25,8 +25,9 @@ TEST(BadInput, AScenarioIsRefusedWithFileLineKeyAndValue) {
 
 TEST(BadInput, ARobotIsRefusedWithFileAndElement) {
   const std::string urdf = get_test_folder() + "/bad.urdf";
-  std::ofstream(urdf) << "<robot name=\"bad\">\n  <link name=\"base\">\n    <inertial><mass value=\"-1\"/>"
-                         "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n  </link>\n</robot>\n";
+  std::ofstream(urdf)
+      << "<robot name=\"bad\">\n  <link name=\"base\">\n    <inertial><mass value=\"-1\"/>"
+         "<inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>\n  </link>\n</robot>\n";
   const std::string scenario = get_test_folder() + "/bad_robot.yaml";
   std::ofstream(scenario) << "robot: " << urdf << "\nservo: {default: {kp: 1, kd: 0}}\n";
   ServerSet set("bad-robot", {scenario});
@@ -37,7 +38,8 @@ TEST(BadInput, ARobotIsRefusedWithFileAndElement) {
 
 TEST(BadInput, ARefusalIsSaidOnceHoweverManyServersHearOfIt) {
   const std::string urdf = get_test_folder() + "/twice.urdf";
-  std::ofstream(urdf) << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";
+  std::ofstream(urdf)
+      << "<robot name=\"bad\"><link name=\"base\"><inertial><mass value=\"-1\"/></inertial></link></robot>\n";
   const std::string scenario = get_test_folder() + "/twice.yaml";
   std::ofstream(scenario) << "robot: " << urdf << "\nservo: {default: {kp: 1, kd: 0}}\n";
   ServerSet set("twice", {scenario});
@@ -61,16 +63,17 @@ TEST_P(CommandLine, ThatNobodyCanMeanIsRefusedAtOnce) {
   EXPECT_THAT(program.output(), ::testing::Not(HasSubstr("state hash")));
 }
 
-INSTANTIATE_TEST_SUITE_P(Words, CommandLine,
-                         ::testing::Values(BadWords{{"hrp-simulate", "--duration", "-1"}, "duration is -1 s, expected"},
-                                           BadWords{{"hrp-simulate", "--duration", "nan"}, "duration is nan s, expected"},
-                                           BadWords{{"hrp-simulate", "--in-process", "--dds", "fast"}, "excludes --dds"},
-                                           BadWords{{"hrp-simulate", "--speed", "nan"}, "speed is nan, expected"},
-                                           BadWords{{"hrp-simulate", "--speed", "-1"}, "speed is -1, expected"},
-                                           BadWords{{"hrp-scheduler", "--speed", "1e-9"}, "speed is 1e-09, expected"},
-                                           BadWords{{"hrp-scheduler", "--duration", "-1"}, "duration is -1 s, expected"},
-                                           BadWords{{"hrp-run", "step", "-5"}, "5"},
-                                           BadWords{{"hrp-run", "step", "0"}, "N: Value 0 not in range"}));
+INSTANTIATE_TEST_SUITE_P(
+    Words, CommandLine,
+    ::testing::Values(BadWords{{"hrp-simulate", "--duration", "-1"}, "duration is -1 s, expected"},
+                      BadWords{{"hrp-simulate", "--duration", "nan"}, "duration is nan s, expected"},
+                      BadWords{{"hrp-simulate", "--in-process", "--dds", "fast"}, "excludes --dds"},
+                      BadWords{{"hrp-simulate", "--speed", "nan"}, "speed is nan, expected"},
+                      BadWords{{"hrp-simulate", "--speed", "-1"}, "speed is -1, expected"},
+                      BadWords{{"hrp-scheduler", "--speed", "1e-9"}, "speed is 1e-09, expected"},
+                      BadWords{{"hrp-scheduler", "--duration", "-1"}, "duration is -1 s, expected"},
+                      BadWords{{"hrp-run", "step", "-5"}, "5"},
+                      BadWords{{"hrp-run", "step", "0"}, "N: Value 0 not in range"}));
 
 TEST(BadInput, AnUnknownServerIsRefused) {
   ServerSet set("unknown", {write_scenario("unknown"), "--dds-for", "dynamo=fast"});

@@ -53,7 +53,8 @@ TEST(FootstepPlans, CrossingLegsAreRefusedWithTheStepAndTheReason) {
 }
 
 TEST(FootstepPlans, UnknownFramesAreRefusedWithTheStepAndTheName) {
-  EXPECT_THAT(get_refusal("frame", "{footsteps: [{frame: map, x: 0.2, y: -0.19}]}"), HasSubstr("step 1 (right): unknown frame 'map'"));
+  EXPECT_THAT(get_refusal("frame", "{footsteps: [{frame: map, x: 0.2, y: -0.19}]}"),
+              HasSubstr("step 1 (right): unknown frame 'map'"));
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause
- * ros_caller DOMAIN GUID CALL: calls a service of a run as rmw_cyclonedds does, with idlc's types and nothing of ours. GUID is what
- * the client puts into its requests; replies to others are passed over. CALL: pause, go, resume, step or reset. Prints
- *   end TOPIC TYPE USER_DATA      of both ends of the server
- *   reply SUCCESS MESSAGE         or "silence" after two seconds without a reply */
+ * ros_caller DOMAIN GUID CALL: calls a service of a run as rmw_cyclonedds does, with idlc's types and nothing of ours.
+ * GUID is what the client puts into its requests; replies to others are passed over. CALL: pause, go, resume, step or
+ * reset. Prints end TOPIC TYPE USER_DATA      of both ends of the server reply SUCCESS MESSAGE         or "silence"
+ * after two seconds without a reply */
 #include <dds/dds.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -62,17 +62,27 @@ int main(int argc, char** argv) {
   char asked[64], answered[64];
   snprintf(asked, sizeof asked, "rq/run/%sRequest", go ? "pause" : argv[3]);
   snprintf(answered, sizeof answered, "rr/run/%sReply", go ? "pause" : argv[3]);
-  const dds_topic_descriptor_t* request_type = sets ? &std_srvs_srv_dds__SetBool_Request__desc : &std_srvs_srv_dds__Trigger_Request__desc;
-  const dds_topic_descriptor_t* reply_type = sets ? &std_srvs_srv_dds__SetBool_Response__desc : &std_srvs_srv_dds__Trigger_Response__desc;
-  const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  const dds_topic_descriptor_t* request_type =
+      sets ? &std_srvs_srv_dds__SetBool_Request__desc : &std_srvs_srv_dds__Trigger_Request__desc;
+  const dds_topic_descriptor_t* reply_type =
+      sets ? &std_srvs_srv_dds__SetBool_Response__desc : &std_srvs_srv_dds__Trigger_Response__desc;
+  const dds_entity_t participant =
+      check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
   dds_qos_t* qos = dds_create_qos(); /* rmw_qos_profile_services_default */
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 10);
-  const dds_entity_t writer = check(dds_create_writer(participant, check(dds_create_topic(participant, request_type, asked, NULL, NULL), asked), qos, NULL), asked);
-  const dds_entity_t reader = check(dds_create_reader(participant, check(dds_create_topic(participant, reply_type, answered, NULL, NULL), answered), qos, NULL), answered);
+  const dds_entity_t writer =
+      check(dds_create_writer(participant, check(dds_create_topic(participant, request_type, asked, NULL, NULL), asked),
+                              qos, NULL),
+            asked);
+  const dds_entity_t reader = check(
+      dds_create_reader(participant, check(dds_create_topic(participant, reply_type, answered, NULL, NULL), answered),
+                        qos, NULL),
+      answered);
   dds_delete_qos(qos);
   wait_for_server(writer, reader);
-  const std_srvs_srv_dds__SetBool_Request_ request = {strtoull(argv[2], NULL, 10), 7, !go}; /* a Trigger's byte may be anything */
+  const std_srvs_srv_dds__SetBool_Request_ request = {strtoull(argv[2], NULL, 10), 7,
+                                                      !go}; /* a Trigger's byte may be anything */
   check(dds_write(writer, &request), "write");
   await_reply(reader, request.guid, request.seq);
   dds_delete(participant);

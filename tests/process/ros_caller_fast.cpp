@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ros_caller_fast DOMAIN CALL: as ros_caller.c, but as rmw_fastrtps does: the request names the reader of its reply beside the sample,
-// and the reply names the request. Prints "reply SUCCESS MESSAGE", or "silence" after two seconds without one.
+// ros_caller_fast DOMAIN CALL: as ros_caller.c, but as rmw_fastrtps does: the request names the reader of its reply
+// beside the sample, and the reply names the request. Prints "reply SUCCESS MESSAGE", or "silence" after two seconds
+// without one.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
@@ -17,8 +20,6 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
 
 namespace {
 
@@ -78,7 +79,8 @@ dds::Topic* make_topic(dds::DomainParticipant* participant, const std::string& n
 void print_reply(const Sample& sample) {
   uint32_t length = 0;
   std::memcpy(&length, sample.data() + 8, 4);
-  std::printf("reply %d %.*s\n", sample[4], static_cast<int>(length) - 1, reinterpret_cast<const char*>(sample.data() + 12));
+  std::printf("reply %d %.*s\n", sample[4], static_cast<int>(length) - 1,
+              reinterpret_cast<const char*>(sample.data() + 12));
 }
 
 void await_reply(dds::DataReader* reader, const rtps::SampleIdentity& request) {
@@ -102,10 +104,12 @@ int call_service(unsigned domain, const std::string& call) {
   writing.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
   dds::DataReaderQos reading;
   reading.reliability().kind = dds::RELIABLE_RELIABILITY_QOS;
-  dds::DataWriter* writer = participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT)
-                                ->create_datawriter(make_topic(participant, "rq/" + service + "Request", type + "_Request_"), writing);
-  dds::DataReader* reader = participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT)
-                                ->create_datareader(make_topic(participant, "rr/" + service + "Reply", type + "_Response_"), reading);
+  dds::DataWriter* writer =
+      participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT)
+          ->create_datawriter(make_topic(participant, "rq/" + service + "Request", type + "_Request_"), writing);
+  dds::DataReader* reader =
+      participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT)
+          ->create_datareader(make_topic(participant, "rr/" + service + "Reply", type + "_Response_"), reading);
   dds::PublicationMatchedStatus written;
   dds::SubscriptionMatchedStatus read;
   while (written.current_count == 0 || read.current_count == 0) {
@@ -128,4 +132,6 @@ int call_service(unsigned domain, const std::string& call) {
 
 }  // namespace
 
-int main(int argc, char** argv) { return argc == 3 ? call_service(static_cast<unsigned>(std::atoi(argv[1])), argv[2]) : 2; }
+int main(int argc, char** argv) {
+  return argc == 3 ? call_service(static_cast<unsigned>(std::atoi(argv[1])), argv[2]) : 2;
+}

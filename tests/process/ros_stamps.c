@@ -29,10 +29,11 @@ int main(int argc, char** argv) {
   if (argc != 2) return 2;
   setvbuf(stdout, NULL, _IOLBF, 0);
   const char* names[kTopics] = {"rt/clock", "rt/tf", "rt/joint_states", "rt/imu/chest", "rt/wrench/left_foot"};
-  const dds_topic_descriptor_t* types[kTopics] = {&rosgraph_msgs_msg_dds__Clock__desc, &tf2_msgs_msg_dds__TFMessage__desc,
-                                                  &sensor_msgs_msg_dds__JointState__desc, &sensor_msgs_msg_dds__Imu__desc,
-                                                  &geometry_msgs_msg_dds__WrenchStamped__desc};
-  const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
+  const dds_topic_descriptor_t* types[kTopics] = {
+      &rosgraph_msgs_msg_dds__Clock__desc, &tf2_msgs_msg_dds__TFMessage__desc, &sensor_msgs_msg_dds__JointState__desc,
+      &sensor_msgs_msg_dds__Imu__desc, &geometry_msgs_msg_dds__WrenchStamped__desc};
+  const dds_entity_t participant =
+      check(dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL), "participant");
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);

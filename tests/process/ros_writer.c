@@ -30,7 +30,8 @@ static void print_reader(dds_entity_t writer) {
   dds_builtintopic_free_endpoint(end);
 }
 
-/* Once a reader is there, as `ros2 topic pub --once` does; the time on both sides is for what discovery and UDP need. */
+/* Once a reader is there, as `ros2 topic pub --once` does; the time on both sides is for what discovery and UDP need.
+ */
 static void send(int domain, const dds_topic_descriptor_t* type, const char* name, const void* message) {
   const dds_entity_t participant = check(dds_create_participant((dds_domainid_t)domain, NULL, NULL), "participant");
   const dds_entity_t topic = check(dds_create_topic(participant, type, name, NULL, NULL), "topic");

@@ -13,8 +13,10 @@
 
 namespace hrp::test {
 
-// `during`: while it runs; may be empty. Overwrites the log of an earlier run of this name: they come again in other suites.
-inline std::map<std::string, TopicDigest> run_and_digest(const std::string& name, const std::string& scenario, std::vector<std::string> options,
+// `during`: while it runs; may be empty. Overwrites the log of an earlier run of this name: they come again in other
+// suites.
+inline std::map<std::string, TopicDigest> run_and_digest(const std::string& name, const std::string& scenario,
+                                                         std::vector<std::string> options,
                                                          const std::function<void(ServerSet&)>& during = nullptr) {
   options.insert(options.begin(), {scenario, "--force"});
   ServerSet set(name, options);

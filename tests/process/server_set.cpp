@@ -228,7 +228,8 @@ std::vector<ProcessSeen> find_servers(int domain) {
   std::vector<ProcessSeen> servers;
   for (const ProcessSeen& process : find_processes()) {
     const bool ours = process.command.find(HRP_BIN_DIR) == 0;
-    if (ours && process.command.find("--domain " + std::to_string(domain) + " ") != std::string::npos) servers.push_back(process);
+    if (ours && process.command.find("--domain " + std::to_string(domain) + " ") != std::string::npos)
+      servers.push_back(process);
   }
   return servers;
 }

@@ -30,7 +30,9 @@ std::string make_odd_controller(const std::string& mode) {
 
 class SameBits : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() { reference_ = run_and_digest("reference", write_scenario("same"), {"--in-process", "--force"}); }
+  static void SetUpTestSuite() {
+    reference_ = run_and_digest("reference", write_scenario("same"), {"--in-process", "--force"});
+  }
   static std::map<std::string, TopicDigest> reference_;
 };
 std::map<std::string, TopicDigest> SameBits::reference_;
@@ -40,11 +42,18 @@ TEST_F(SameBits, TheReferenceHoldsEveryStep) {
   EXPECT_EQ(reference_["hrp/contact_set"].count, 500u);
   EXPECT_EQ(reference_["hrp/joint_commands"].count, 100u);
 }
-TEST_F(SameBits, InOneProcessAgain) { EXPECT_EQ(run_and_digest("again", write_scenario("same"), {"--in-process"}), reference_); }
-TEST_F(SameBits, InSixProcessesOnCyclone) { EXPECT_EQ(run_and_digest("cyclone", write_scenario("same"), {"--dds", "cyclone"}), reference_); }
-TEST_F(SameBits, InSixProcessesOnFast) { EXPECT_EQ(run_and_digest("fast", write_scenario("same"), {"--dds", "fast"}), reference_); }
+TEST_F(SameBits, InOneProcessAgain) {
+  EXPECT_EQ(run_and_digest("again", write_scenario("same"), {"--in-process"}), reference_);
+}
+TEST_F(SameBits, InSixProcessesOnCyclone) {
+  EXPECT_EQ(run_and_digest("cyclone", write_scenario("same"), {"--dds", "cyclone"}), reference_);
+}
+TEST_F(SameBits, InSixProcessesOnFast) {
+  EXPECT_EQ(run_and_digest("fast", write_scenario("same"), {"--dds", "fast"}), reference_);
+}
 TEST_F(SameBits, OnAMixOfBoth) {
-  EXPECT_EQ(run_and_digest("mix", write_scenario("same"), {"--dds-for", "dynamics=fast", "--dds-for", "logger=fast"}), reference_);
+  EXPECT_EQ(run_and_digest("mix", write_scenario("same"), {"--dds-for", "dynamics=fast", "--dds-for", "logger=fast"}),
+            reference_);
 }
 TEST_F(SameBits, WithAControllerThatSleepsAtRandom) {
   EXPECT_EQ(run_and_digest("sleepy", write_scenario("same"), {"--program", make_odd_controller("sleepy")}), reference_);
@@ -77,7 +86,8 @@ TEST_P(StalledLogger, TheRunWaitsForItAndItsLogHoldsEveryStep) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));  // others that did not wait for it would be gone
     ASSERT_EQ(kill(set.find_server("hrp-logger"), SIGCONT), 0);
   };
-  EXPECT_EQ(run_and_digest(std::string("stalled-") + GetParam(), write_scenario("same"), {"--dds", GetParam()}, stall), reference_);
+  EXPECT_EQ(run_and_digest(std::string("stalled-") + GetParam(), write_scenario("same"), {"--dds", GetParam()}, stall),
+            reference_);
 }
 INSTANTIATE_TEST_SUITE_P(Vendors, StalledLogger, ::testing::Values("cyclone", "fast"));
 
@@ -120,8 +130,9 @@ TEST_P(Killed, TheSetStopsWithNameAndStepAndLeavesAGoodLog) {
 }
 
 INSTANTIATE_TEST_SUITE_P(EachServer, Killed,
-                         ::testing::Values(Victim{"model_parser", "hrp-model-parser"}, Victim{"scheduler", "hrp-scheduler"},
-                                           Victim{"logger", "hrp-logger"}, Victim{"dynamics", "hrp-dynamics"},
+                         ::testing::Values(Victim{"model_parser", "hrp-model-parser"},
+                                           Victim{"scheduler", "hrp-scheduler"}, Victim{"logger", "hrp-logger"},
+                                           Victim{"dynamics", "hrp-dynamics"},
                                            Victim{"collision_checker", "hrp-collision-checker"},
                                            Victim{"controller", "hrp-controller"}),
                          [](const auto& info) { return std::string(info.param.role); });
@@ -141,7 +152,8 @@ TEST(End, ServersDoNotOutliveALauncherThatIsKilledWhileItStartsThem) {
   ScenarioChange change;
   change.steps = kEndless;
   const std::string scenario = write_scenario("early-orphans", change);
-  for (int delay = 0; delay <= 60; delay += 5) {  // [ms]; the last server is there after some 10 ms, the first step after 100
+  for (int delay = 0; delay <= 60;
+       delay += 5) {  // [ms]; the last server is there after some 10 ms, the first step after 100
     ServerSet set("early-orphans-" + std::to_string(delay), {scenario, "--dds", delay % 2 == 0 ? "cyclone" : "fast"});
     std::this_thread::sleep_for(std::chrono::milliseconds(delay));
     set.send_signal(SIGSTOP);  // its children are counted before it goes
@@ -153,7 +165,8 @@ TEST(End, ServersDoNotOutliveALauncherThatIsKilledWhileItStartsThem) {
     EXPECT_EQ(set.wait(), -SIGKILL);
     EXPECT_TRUE(wait_until([&] {
       return std::all_of(servers.begin(), servers.end(), [](pid_t server) { return kill(server, 0) != 0; });
-    })) << servers.size() << " servers, killed after " << delay << " ms";
+    })) << servers.size()
+        << " servers, killed after " << delay << " ms";
   }
 }
 
@@ -170,7 +183,8 @@ TEST_P(SleepingLauncher, KnowsFromTheSchedulerThatTheRunEndedWell) {
   EXPECT_EQ(set.wait(), 0) << set.output();
   EXPECT_THAT(set.output(), HasSubstr("complete up to step 500"));
 }
-INSTANTIATE_TEST_SUITE_P(Vendors, SleepingLauncher, testing::Values("cyclone", "fast"), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Vendors, SleepingLauncher, testing::Values("cyclone", "fast"),
+                         [](const auto& info) { return info.param; });
 
 TEST(End, CtrlCEndsCleanly) {
   ScenarioChange change;
@@ -187,7 +201,8 @@ TEST(End, CtrlCEndsCleanly) {
 TEST(Scheduling, NoThreadOfAServerPushesAnotherOneOffItsCore) {
   ServerSet set("scheduling", {write_scenario("scheduling", {"{type: hold}", "{duration: 0}"}), "--quiet"});
   ASSERT_TRUE(set.wait_for_step(100)) << set.output();
-  for (const char* program : {"hrp-dynamics", "hrp-collision-checker", "hrp-controller", "hrp-logger", "hrp-scheduler"}) {
+  for (const char* program :
+       {"hrp-dynamics", "hrp-collision-checker", "hrp-controller", "hrp-logger", "hrp-scheduler"}) {
     const std::string threads = "/proc/" + std::to_string(set.find_server(program)) + "/task";
     size_t count = 0;
     for (const auto& thread : std::filesystem::directory_iterator(threads)) {
@@ -290,7 +305,8 @@ TEST(Steering, AResumedRunKeepsItsPaceAndBadSpeedsAreRefused) {
   };
   ASSERT_TRUE(set.wait_for_step(10)) << set.output();
   steer({"pause"}, 0);
-  for (const char* speed : {"nan", "-1", "1e-9", "inf"}) EXPECT_THAT(steer({"run", "--speed", speed}, 2), HasSubstr("refused: speed is"));
+  for (const char* speed : {"nan", "-1", "1e-9", "inf"})
+    EXPECT_THAT(steer({"run", "--speed", speed}, 2), HasSubstr("refused: speed is"));
   EXPECT_EQ(set.run_status().phase(), msg::RUN_PAUSED);
   steer({"run"}, 0);
   EXPECT_EQ(set.run_status().speed(), 1.0);
@@ -329,7 +345,8 @@ TEST(Rejoining, ARestartedDynamicsServerBeginsANewEpoch) {
   ServerSet set("restarted", {write_scenario("restarted", change), "--keep-going"});
   ASSERT_TRUE(set.wait_for_step(200)) << set.output();
   ASSERT_EQ(kill(set.find_server("hrp-dynamics"), SIGKILL), 0);
-  EXPECT_TRUE(wait_until([&] { return set.run_status().epoch() == 1 && set.run_status().step() > 100; })) << set.output();
+  EXPECT_TRUE(wait_until([&] { return set.run_status().epoch() == 1 && set.run_status().step() > 100; }))
+      << set.output();
   set.send_signal(SIGINT);
   EXPECT_EQ(set.wait(), 0) << set.output();
 }

@@ -20,7 +20,8 @@ const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models";
 // The box of test_robots beside a robot that does squats.
 std::string write_world(const std::string& name, const std::string& duration = "0.5") {
   const std::string path = get_test_folder() + "/" + name + ".yaml";
-  std::ofstream(path) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
+  std::ofstream(path) << "robot: " << kModels
+                      << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
                       << "robots:\n  partner: {scenario: " << kModels << "/scenarios/squat.yaml, yaw: 0.5}\n"
                       << "controller: {type: hold}\nsteps: {duration: " << duration << "}\n";
   return path;
@@ -51,7 +52,8 @@ TEST(Robots, AControllerOfOnesOwnDrivesOneOfThem) {
 
 TEST(Robots, TheirPlacesAreFilledByTheCommandThatTheRunPrints) {
   ServerSet set("robots-place", {write_world("place"), "--without", "controller.partner"});
-  ASSERT_TRUE(wait_until([&] { return set.output().find("--robot partner") != std::string::npos || set.has_ended(); })) << set.output();
+  ASSERT_TRUE(wait_until([&] { return set.output().find("--robot partner") != std::string::npos || set.has_ended(); }))
+      << set.output();
   EXPECT_THAT(set.output(), HasSubstr("hrp/partner/sensor_data"));
   Program controller({"my-controller", "--run", std::to_string(set.process_id()), "--robot", "partner"});
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
@@ -77,9 +79,13 @@ TEST(Robots, ARobotThatIsNotThereIsSaid) {
 // A robot without servos collapses beside the box.
 TEST(Robots, TheFallOfOneIsSaidWithItsNameAndLoggedAlikeInOneProcessAndInSeven) {
   const std::string limp = get_test_folder() + "/limp_partner.yaml", world = get_test_folder() + "/fall.yaml";
-  std::ofstream(limp) << "robot: " << kModels << "/hrp2p_like/hrp2p_like.urdf\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\ncontroller: {type: hold}\n";
-  std::ofstream(world) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
-                       << "robots: {partner: {scenario: " << limp << "}}\ncontroller: {type: hold}\nsteps: {duration: 1.5}\n";
+  std::ofstream(limp)
+      << "robot: " << kModels
+      << "/hrp2p_like/hrp2p_like.urdf\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\ncontroller: {type: hold}\n";
+  std::ofstream(world) << "robot: " << kModels
+                       << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
+                       << "robots: {partner: {scenario: " << limp
+                       << "}}\ncontroller: {type: hold}\nsteps: {duration: 1.5}\n";
   ServerSet one("fall-one", {world, "--in-process"}), seven("fall-seven", {world});
   for (ServerSet* set : {&one, &seven}) {
     EXPECT_EQ(set->wait(), 0) << set->output();
@@ -95,16 +101,19 @@ TEST(Robots, TheFallOfOneIsSaidWithItsNameAndLoggedAlikeInOneProcessAndInSeven) 
 TEST(Robots, OneFollowsTheRos2CommandsOfItsNamespace) {
   ServerSet set("robots-ros", {write_world("ros", "0"), "--realtime", "--controller-of", "partner=hrp-controller-ros"});
   ASSERT_TRUE(set.wait_for_step(50)) << set.output();
-  const std::string message = "{joint_names: [R_ELBOW], points: [{positions: [-1.2], time_from_start: {nanosec: 200000000}}]}";
+  const std::string message =
+      "{joint_names: [R_ELBOW], points: [{positions: [-1.2], time_from_start: {nanosec: 200000000}}]}";
   Program pub({"hrp-topic", "pub", "partner/joint_trajectory", message, "--run", std::to_string(set.process_id())});
   EXPECT_EQ(pub.wait(), 0) << pub.output();
   std::string echoed;
   EXPECT_TRUE(wait_until([&] {
-    Program echo({"hrp-topic", "echo", "hrp/partner/joint_commands", "--count", "1", "--json", "--run", std::to_string(set.process_id())});
+    Program echo({"hrp-topic", "echo", "hrp/partner/joint_commands", "--count", "1", "--json", "--run",
+                  std::to_string(set.process_id())});
     echo.wait();
     echoed = echo.output();
     return echoed.find("-1.2,") != std::string::npos;
-  })) << echoed << set.output();
+  })) << echoed
+      << set.output();
   set.send_signal(SIGINT);
   set.wait();
 }

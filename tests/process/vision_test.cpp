@@ -22,9 +22,12 @@ using ::testing::HasSubstr;
 using Image = ::sensor_msgs::msg::dds_::Image_;
 
 constexpr char kEyes[] =
-    "  camera:\n    head: {link: NECK_P_LINK, xyz: [0.1, 0, 0.1], rpy: [0, 0.4, 0], width: 80, height: 60, near: 0.1, rate: 30}\n"
-    "    beside: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 160, height: 120, depth: false, rate: 10, color_noise: 0.01}\n"
-    "  lidar:\n    scan: {link: WAIST_P_LINK, xyz: [0.2, 0, 0.2], columns: 90, rows: 4, elevation: [-0.5, 0.1], rate: 20, noise: 0.01}\n";
+    "  camera:\n    head: {link: NECK_P_LINK, xyz: [0.1, 0, 0.1], rpy: [0, 0.4, 0], width: 80, height: 60, near: 0.1, "
+    "rate: 30}\n"
+    "    beside: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 160, height: 120, depth: false, rate: 10, color_noise: "
+    "0.01}\n"
+    "  lidar:\n    scan: {link: WAIST_P_LINK, xyz: [0.2, 0, 0.2], columns: 90, rows: 4, elevation: [-0.5, 0.1], rate: "
+    "20, noise: 0.01}\n";
 
 // hrp2p_stand.yaml with these lines under `sensors`, and more lines at the end.
 std::string write_looking_scenario(const std::string& name, const std::string& sensors, const std::string& more = "") {
@@ -92,9 +95,12 @@ TEST_P(EachVendor, AReaderOfRosSeesTheCamera) {
   const std::string scenario = write_looking_scenario("live", kEyes);
   ServerSet set(std::string("live-") + GetParam(), {scenario, "--realtime", "--duration", "0", "--dds", GetParam()});
   std::atomic<bool> whole{true};
-  Watcher watcher(&set, topics::make_color_image_topic("head"), [&](const Image& image) {
-    if (image.encoding() != "rgb8" || image.width() != 80 || image.data().size() != 80u * 60 * 3) whole = false;
-  }, static_cast<const Image*>(nullptr));
+  Watcher watcher(
+      &set, topics::make_color_image_topic("head"),
+      [&](const Image& image) {
+        if (image.encoding() != "rgb8" || image.width() != 80 || image.data().size() != 80u * 60 * 3) whole = false;
+      },
+      static_cast<const Image*>(nullptr));
   EXPECT_TRUE(wait_until([&] { return watcher.count() >= 5; })) << set.output();
   EXPECT_TRUE(whole);
   set.send_signal(SIGINT);
@@ -104,18 +110,24 @@ TEST_P(EachVendor, AReaderOfRosSeesTheCamera) {
 TEST_P(EachVendor, AControllerThatWaitsForPicturesGetsThemInLockstep) {
   const std::string scenario = write_looking_scenario("lockstep", kEyes);
   const std::string controller = "controller=" + std::string(HRP_BIN_DIR) + "/hrp-odd-looking-controller";
-  const auto one = run_and_digest(std::string("lockstep-") + GetParam(), scenario, {"--program", controller, "--dds", GetParam()});
+  const auto one =
+      run_and_digest(std::string("lockstep-") + GetParam(), scenario, {"--program", controller, "--dds", GetParam()});
   EXPECT_EQ(one.at("hrp/robot_state").count, 501u);
-  EXPECT_EQ(run_and_digest("lockstep-reference", scenario, {"--program", controller}), one) << "what it saw moved the robot";
+  EXPECT_EQ(run_and_digest("lockstep-reference", scenario, {"--program", controller}), one)
+      << "what it saw moved the robot";
 }
 
 TEST_P(EachVendor, NothingIsDroppedWhereTheScenarioSaysSo) {
   // Large enough that the run would leave the camera behind.
-  const std::string eye = "  every_picture: true\n  camera: {wide: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 640, height: 480, rate: 20}}\n";
+  const std::string eye =
+      "  every_picture: true\n  camera: {wide: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 640, height: 480, rate: "
+      "20}}\n";
   const std::string scenario = write_looking_scenario("every", eye);
   ServerSet set(std::string("every-") + GetParam(), {scenario, "--paused", "--dds", GetParam()});
   std::set<uint64_t> steps;  // under the mutex of the bus
-  Watcher watcher(&set, topics::kPictures, [&](const msg::Pictures& m) { steps.insert(m.header().step()); }, static_cast<const msg::Pictures*>(nullptr));
+  Watcher watcher(
+      &set, topics::kPictures, [&](const msg::Pictures& m) { steps.insert(m.header().step()); },
+      static_cast<const msg::Pictures*>(nullptr));
   ASSERT_TRUE(wait_until([&] { return set.run_status().phase() == msg::RUN_PAUSED; })) << set.output();
   Program tool({"hrp-run", "--domain", std::to_string(set.find_domain()), "run"});
   EXPECT_EQ(tool.wait(), 0) << tool.output();
@@ -125,17 +137,23 @@ TEST_P(EachVendor, NothingIsDroppedWhereTheScenarioSaysSo) {
   for (uint64_t step = 50; step <= 500; step += 50) EXPECT_EQ(steps.count(step), 1u) << "the picture of step " << step;
 }
 
-INSTANTIATE_TEST_SUITE_P(Dds, EachVendor, ::testing::Values("cyclone", "fast"), [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Dds, EachVendor, ::testing::Values("cyclone", "fast"),
+                         [](const auto& info) { return info.param; });
 
 TEST(Pictures, OfARunThatIsFasterAreDroppedWholeAndThatIsSaid) {
-  const std::string eye = "  camera: {wide: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 1280, height: 960, rate: 200}}\n";
+  const std::string eye =
+      "  camera: {wide: {xyz: [0, -2, 1], rpy: [0, 0.1, 1.57], width: 1280, height: 960, rate: 200}}\n";
   ServerSet set("late", {write_looking_scenario("late", eye), "--duration", "0"});
   std::atomic<bool> whole{true};
-  Watcher watcher(&set, topics::make_color_image_topic("wide"), [&](const Image& image) {
-    if (image.data().size() != 1280u * 960 * 3) whole = false;
-  }, static_cast<const Image*>(nullptr));
+  Watcher watcher(
+      &set, topics::make_color_image_topic("wide"),
+      [&](const Image& image) {
+        if (image.data().size() != 1280u * 960 * 3) whole = false;
+      },
+      static_cast<const Image*>(nullptr));
   EXPECT_TRUE(wait_until([&] { return watcher.count() >= 2; })) << set.output();
-  EXPECT_TRUE(wait_until([&] { return set.output().find("pictures are dropped") != std::string::npos; })) << set.output();
+  EXPECT_TRUE(wait_until([&] { return set.output().find("pictures are dropped") != std::string::npos; }))
+      << set.output();
   EXPECT_TRUE(whole);
   set.send_signal(SIGINT);
   EXPECT_EQ(set.wait(), 0) << set.output();
@@ -145,7 +163,8 @@ TEST(BadCamera, OnAnUnknownLinkIsRefusedWithFileAndLine) {
   ServerSet set("bad-camera", {write_looking_scenario("bad-camera", "  camera:\n    head: {link: NECK_LINK}\n")});
   EXPECT_EQ(set.wait(), 2);
   EXPECT_THAT(set.output(), HasSubstr("bad-camera.yaml:"));
-  EXPECT_THAT(set.output(), HasSubstr("sensors.camera.head.link: the robot has no link 'NECK_LINK'; did you mean 'NECK_"));
+  EXPECT_THAT(set.output(),
+              HasSubstr("sensors.camera.head.link: the robot has no link 'NECK_LINK'; did you mean 'NECK_"));
 }
 
 }  // namespace

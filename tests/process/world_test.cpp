@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The world of a scenario in the server set: surfaces reach every server over DDS, and the run has the bits of one process.
+// The world of a scenario in the server set: surfaces reach every server over DDS, and the run has the bits of one
+// process.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +22,8 @@ std::string write_world() {
   std::ofstream(path) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n"
                       << "initial: {position: [0.5, 0.1, 0.7], rpy: [0.2, 0.1, 0.3]}\n"
                       << "obstacles:\n  stairs: {shape: mesh, file: " << kModels << "/terrain/stairs.obj}\n"
-                      << "  hills: {shape: height_field, file: " << kModels << "/terrain/hills.png, spacing: 0.05, low: -0.1, high: 0.2}\n"
+                      << "  hills: {shape: height_field, file: " << kModels
+                      << "/terrain/hills.png, spacing: 0.05, low: -0.1, high: 0.2}\n"
                       << "controller: {type: hold}\nsteps: {duration: 0.5}\n";
   return path;
 }
@@ -51,7 +53,8 @@ TEST(World, AFieldOfTheLargestSizeReachesEveryServer) {
 
 TEST(World, AMissingFileIsSaidWithItsLine) {
   const std::string path = get_test_folder() + "/missing.yaml";
-  std::ofstream(path) << "robot: " << kModels << "/test_robots/box.urdf\nobstacles:\n  land: {shape: mesh, file: nowhere.obj}\n";
+  std::ofstream(path) << "robot: " << kModels
+                      << "/test_robots/box.urdf\nobstacles:\n  land: {shape: mesh, file: nowhere.obj}\n";
   ServerSet set("missing", {path});
   EXPECT_NE(set.wait(), 0);
   EXPECT_THAT(set.output(), HasSubstr("missing.yaml:3:"));

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "common/effects/effect_target.h"
 #include "common/effects/effect_info.h"
+#include "common/effects/effect_target.h"
 
 namespace hrp {
 namespace {
@@ -81,7 +81,8 @@ TEST(EffectTable, GivesParametersFromTheCoefficientsOfItsTorqueColumns) {
   for (const EffectInfo& effect : list_effects()) {
     const TorqueRegressor& torque = effect.torque;
     if (torque.num_columns == 0) continue;
-    const std::vector<double> shape = torque.shapes.empty() ? std::vector<double>{20.0} : torque.shapes[0];  // periods [1/rad]
+    const std::vector<double> shape =
+        torque.shapes.empty() ? std::vector<double>{20.0} : torque.shapes[0];  // periods [1/rad]
     std::vector<double> x(static_cast<size_t>(torque.num_columns), 0.5), p(effect.parameters.size(), -1.0), c(x.size());
     const JointSample sample{0.3, 0.2, 1.0, 1.0, 4.0, 2.0};
     torque.calc_columns(sample, shape.data(), c.data());

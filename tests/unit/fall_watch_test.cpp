@@ -44,7 +44,8 @@ class FallWatchTest : public ::testing::Test {
     return watch_.update(touch(links));
   }
   // As look(), without a plane: the lowest point that is touched is at this height.
-  std::optional<FallEvent> look_at(FallWatch* watch, double tilt, double height, const std::vector<int>& links, double foothold) {
+  std::optional<FallEvent> look_at(FallWatch* watch, double tilt, double height, const std::vector<int>& links,
+                                   double foothold) {
     const Eigen::Quaterniond R(Eigen::AngleAxisd(tilt * M_PI / 180, Vector3d::UnitY()));
     ContactForces forces = touch(links);
     for (PairForce& pair : forces) {
@@ -67,7 +68,8 @@ class FallWatchTest : public ::testing::Test {
 
 TEST_F(FallWatchTest, WalkingDownstairsIsNoFallButTheEdgeIs) {
   FallWatch watch = make_on_terrain();
-  for (const double foothold : {5.0, 4.0, 3.0}) EXPECT_FALSE(look_at(&watch, 5, foothold + 0.8, {1}, foothold)) << foothold;
+  for (const double foothold : {5.0, 4.0, 3.0})
+    EXPECT_FALSE(look_at(&watch, 5, foothold + 0.8, {1}, foothold)) << foothold;
   EXPECT_FALSE(look_at(&watch, 5, 3.7, {}, 0)) << "in the air";
   const auto event = look_at(&watch, 5, 3.1, {}, 0);
   ASSERT_TRUE(event && event->fall) << "0.1 m above where it stood last";

@@ -20,7 +20,12 @@ TEST(ParallelFor, DoesEveryPieceOnceWhateverTheThreads) {
 
 // A piece that runs out of memory ended the program before: an exception must not leave a thread.
 TEST(ParallelFor, AFailureOfOnePieceReachesTheCaller) {
-  for (int jobs : {1, 4}) EXPECT_THROW(parallel_for(jobs, 50, [](int i) { if (i == 20) throw std::bad_alloc(); }), std::bad_alloc);
+  for (int jobs : {1, 4})
+    EXPECT_THROW(parallel_for(jobs, 50,
+                              [](int i) {
+                                if (i == 20) throw std::bad_alloc();
+                              }),
+                 std::bad_alloc);
 }
 
 }  // namespace

@@ -53,7 +53,9 @@ seed: 7
 )";
 
 // What parse_scenario() says about `text`, empty when it accepts it.
-std::string find_complaint(const std::string& text) { return catch_complaint([&] { parse_scenario(text, "dir/test.yaml"); }); }
+std::string find_complaint(const std::string& text) {
+  return catch_complaint([&] { parse_scenario(text, "dir/test.yaml"); });
+}
 
 TEST(Scenario, ReadsEveryKindOfKey) {
   const Scenario s = parse_scenario(kGood, "/dir/test.yaml");
@@ -89,7 +91,8 @@ const BadScenario kBadScenarios[] = {
     {"[1, 2]", "expected a mapping"},
     {"robot: a.urdf\nfeets: [a]", "dir/test.yaml:2:1: error: feets: unknown key; did you mean 'feet'?"},
     {"robot: a.urdf\nbase: flying", "dir/test.yaml:2:7: error: base: is 'flying', expected one of fixed, floating"},
-    {"robot: a.urdf\nservo:\n  default: {kp: -3}", "3:17: error: servo.default.kp: is '-3', expected a finite number >= 0"},
+    {"robot: a.urdf\nservo:\n  default: {kp: -3}",
+     "3:17: error: servo.default.kp: is '-3', expected a finite number >= 0"},
     {"robot: a.urdf\nservo: {default: {kp: .nan}}", "servo.default.kp: is '.nan'"},
     {"robot: a.urdf\nservo: {default: {kp: ten}}", "is 'ten', expected a finite number >= 0 [N m/rad or N/m]"},
     {"robot: a.urdf\ngravity: [0, 0]", "gravity: is a list of 2, expected a list of 3 numbers"},
@@ -98,14 +101,17 @@ const BadScenario kBadScenarios[] = {
     {"robot: a.urdf\nfeet: [a, a]", "feet[1]: is 'a', which stands in the list already"},
     {"robot: a.urdf\nrobot: b.urdf", "robot: is given twice"},
     {"robot: [", "not valid YAML"},
-    {"robot: a.urdf\nsteps: {control_period: 0.0033}", "expected a multiple of steps.time_step 0.001 s, such as 0.003 or 0.004"},
-    {"robot: a.urdf\nsteps: {time_step: 0.002}", "is 0.005 s (the default), expected a multiple of steps.time_step 0.002"},
+    {"robot: a.urdf\nsteps: {control_period: 0.0033}",
+     "expected a multiple of steps.time_step 0.001 s, such as 0.003 or 0.004"},
+    {"robot: a.urdf\nsteps: {time_step: 0.002}",
+     "is 0.005 s (the default), expected a multiple of steps.time_step 0.002"},
     {"robot: a.urdf\nsteps: {time_step: 0}", "steps.time_step: is '0', expected a finite number > 0"},
     {"robot: a.urdf\nseed: -1", "seed: is '-1', expected a whole number"},
     {"robot: a.urdf\njoint_laws: {knee: {coulomb: {level: 1}}}", "joint_laws.knee.coulomb: unknown key"},
     {"robot: a.urdf\njoint_laws: {knee: {backlash: {}}}", "joint_laws.knee.backlash.gap: is missing"},
     {"robot: a.urdf\ndrive: voltage", "drive: is voltage, but 'servo.joints' names no joint"},
-    {"robot: a.urdf\ndrive: voltage\nservo: {joints: {e: {kp: 5, supply: 12}}}", "servo.joints.e.resistance: is missing"},
+    {"robot: a.urdf\ndrive: voltage\nservo: {joints: {e: {kp: 5, supply: 12}}}",
+     "servo.joints.e.resistance: is missing"},
     {"robot: a.urdf\nself_collision: perhaps", "expected true or false"},
     {"robot: a.urdf\nsensors: {imu: {chest: {xyz: [0, 0, 0]}}}", "sensors.imu.chest.link: is missing"},
     {"robot: a.urdf\nobstacles: {b: {shape: box}}", "obstacles.b.size: is missing"},
@@ -113,24 +119,41 @@ const BadScenario kBadScenarios[] = {
     {"robot: a.urdf\nobstacles: {b: {shape: height_field, file: a.csv}}", "obstacles.b.spacing: is missing"},
     {"robot: a.urdf\nobstacles: {b: {shape: height_field, file: a.csv, spacing: 0}}", "obstacles.b.spacing: is '0'"},
     {"robot: a.urdf\nobstacles: {b: {shape: mesh, file: a.obj, spacing: 1}}", "obstacles.b.spacing: unknown key"},
-    {"robot: a.urdf\nobstacles: {b: {shape: sphere, radius: 1, mass: 2}}", "2:49: error: obstacles.b.mass: obstacles are fixed"},
+    {"robot: a.urdf\nobstacles: {b: {shape: sphere, radius: 1, mass: 2}}",
+     "2:49: error: obstacles.b.mass: obstacles are fixed"},
     {"robot: a.urdf\nrobots: [b.urdf, c.urdf]", "robots: is a list of 2, expected a mapping"},
-    {"robot: a.urdf\nobjects: {ball: {shape: sphere, radius: 1, position: [0, 0, 1]}}", "objects.ball.mass: is missing"},
-    {"robot: a.urdf\ncontact: {model: impulse}\nobjects: {ball: {shape: sphere, radius: 1, mass: 1, position: [0, 0, 1]}}", "objects: do not go with"},
-    {"robot: a.urdf\nground: {type: mesh}", "ground.type: is 'mesh', expected plane or none; give an obstacle of shape mesh"},
-    {"robot: a.urdf\nsensors:\n  camera:\n    eye: {fov: 60}", "4:16: error: sensors.camera.eye.fov: is 60 rad, expected 0.01 to 3 rad"},
+    {"robot: a.urdf\nobjects: {ball: {shape: sphere, radius: 1, position: [0, 0, 1]}}",
+     "objects.ball.mass: is missing"},
+    {"robot: a.urdf\ncontact: {model: impulse}\nobjects: {ball: {shape: sphere, radius: 1, mass: 1, position: [0, 0, "
+     "1]}}",
+     "objects: do not go with"},
+    {"robot: a.urdf\nground: {type: mesh}",
+     "ground.type: is 'mesh', expected plane or none; give an obstacle of shape mesh"},
+    {"robot: a.urdf\nsensors:\n  camera:\n    eye: {fov: 60}",
+     "4:16: error: sensors.camera.eye.fov: is 60 rad, expected 0.01 to 3 rad"},
     {"robot: a.urdf\nsensors: {camera: {eye: {width: 0}}}", "sensors.camera.eye.width: is 0, expected 1 to 4096"},
-    {"robot: a.urdf\nsensors: {camera: {eye: {heigth: 9}}}", "sensors.camera.eye.heigth: unknown key; did you mean 'height'?"},
-    {"robot: a.urdf\nsensors: {camera: {eye: {near: 2, far: 1}}}", "sensors.camera.eye.far: is 1 m, expected more than near, 2 m"},
-    {"robot: a.urdf\nsensors: {camera: {eye: {color: false, depth: false}}}", "sensors.camera.eye: takes neither color nor depth"},
-    {"robot: a.urdf\nsensors: {camera: {my-eye: {}}}", "sensors.camera.my-eye: is the name of topics, expected letters, digits and _"},
-    {"robot: a.urdf\nsensors: {camera: {eye: {rate: 500}}}", "2:32: error: sensors.camera.eye.rate: is 500 1/s, expected at most 200 1/s: once in a control period"},
-    {"robot: a.urdf\nsensors: {depth: {eye: {link: head}}}", "sensors.depth: a depth camera is a 'camera' with 'depth: true'"},
-    {"robot: a.urdf\nsensors: {lidar: {scan: {range: [5, 1]}}}", "sensors.lidar.scan.range: falls, expected the smaller number first"},
-    {"robot: a.urdf\nsensors: {lidar: {scan: {range: 5}}}", "sensors.lidar.scan.range: is '5', expected a list of 2 numbers [m]"},
-    {"robot: a.urdf\nsensors: {lidar: {scan: {azimuth: [-180, 180]}}}", "sensors.lidar.scan.azimuth: is more than a turn; are these degrees?"},
-    {"robot: a.urdf\nsensors: {lidar: {scan: {rows: 1000, columns: 2000}}}", "sensors.lidar.scan.rows: is 1000, expected 1 to 500"},
-    {"robot: a.urdf\nobstacles: {b: {shape: sphere, radius: 1, color: [2, 0, 0]}}", "obstacles.b.color[0]: is '2', expected a number from 0 to 1"},
+    {"robot: a.urdf\nsensors: {camera: {eye: {heigth: 9}}}",
+     "sensors.camera.eye.heigth: unknown key; did you mean 'height'?"},
+    {"robot: a.urdf\nsensors: {camera: {eye: {near: 2, far: 1}}}",
+     "sensors.camera.eye.far: is 1 m, expected more than near, 2 m"},
+    {"robot: a.urdf\nsensors: {camera: {eye: {color: false, depth: false}}}",
+     "sensors.camera.eye: takes neither color nor depth"},
+    {"robot: a.urdf\nsensors: {camera: {my-eye: {}}}",
+     "sensors.camera.my-eye: is the name of topics, expected letters, digits and _"},
+    {"robot: a.urdf\nsensors: {camera: {eye: {rate: 500}}}",
+     "2:32: error: sensors.camera.eye.rate: is 500 1/s, expected at most 200 1/s: once in a control period"},
+    {"robot: a.urdf\nsensors: {depth: {eye: {link: head}}}",
+     "sensors.depth: a depth camera is a 'camera' with 'depth: true'"},
+    {"robot: a.urdf\nsensors: {lidar: {scan: {range: [5, 1]}}}",
+     "sensors.lidar.scan.range: falls, expected the smaller number first"},
+    {"robot: a.urdf\nsensors: {lidar: {scan: {range: 5}}}",
+     "sensors.lidar.scan.range: is '5', expected a list of 2 numbers [m]"},
+    {"robot: a.urdf\nsensors: {lidar: {scan: {azimuth: [-180, 180]}}}",
+     "sensors.lidar.scan.azimuth: is more than a turn; are these degrees?"},
+    {"robot: a.urdf\nsensors: {lidar: {scan: {rows: 1000, columns: 2000}}}",
+     "sensors.lidar.scan.rows: is 1000, expected 1 to 500"},
+    {"robot: a.urdf\nobstacles: {b: {shape: sphere, radius: 1, color: [2, 0, 0]}}",
+     "obstacles.b.color[0]: is '2', expected a number from 0 to 1"},
     {"robot: a.urdf\ncontroller: {type: motion}", "controller.motion: is missing"},
     {"robot: a.urdf\nmax_sole_points: 2", "max_sole_points: is 2, expected 3 to 16"},
     {"robot: a.urdf\nfeet: [a]\nfoot_bush: {b: {kz: 1}}", "'b' is not in the list of feet"},
@@ -140,7 +163,8 @@ const BadScenario kBadScenarios[] = {
     {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, stifness: 2}}", "did you mean 'stiffness'?"},
     {"robot: a.urdf\nservo: {default: {kP: 2}}", "servo.default.kP: unknown key; did you mean 'kp'?"},
     {"robot: a.urdf\nservo: {default: {KD: 2}}", "did you mean 'kd'?"},
-    {"robot: a.urdf\nsteps: {control_period: 5}", "dir/test.yaml:2:25: error: steps.control_period: is 5 s, expected at most 1 s"},
+    {"robot: a.urdf\nsteps: {control_period: 5}",
+     "dir/test.yaml:2:25: error: steps.control_period: is 5 s, expected at most 1 s"},
     {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, path: [{time: 1, xyz: [0, 0, 0]}, {time: 1, xyz: [0, 0, 1]}]}}",
      "hands.h.path[1].time: is not later than the point before"},
     {"robot: a.urdf\nhands: {h: {link: b, stiffness: 1, waves: [{amplitude: [0, 0, 1]}]}}",
@@ -148,7 +172,8 @@ const BadScenario kBadScenarios[] = {
 };
 
 TEST(Scenario, BadInputIsNamedWithLineKeyValueAndExpectation) {
-  for (const BadScenario& c : kBadScenarios) EXPECT_THAT(find_complaint(c.text), HasSubstr(c.expected)) << "text:\n" << c.text;
+  for (const BadScenario& c : kBadScenarios)
+    EXPECT_THAT(find_complaint(c.text), HasSubstr(c.expected)) << "text:\n" << c.text;
 }
 
 TEST(Scenario, AllErrorsAreSaidAtOnce) {
@@ -174,7 +199,9 @@ TEST(Scenario, MissingFilesAreNamedWithTheirLine) {
 
 // What parse_experiment_keys() says about an experiment of one recording, empty when it accepts it.
 std::string find_complaint_of_keys(const std::string& file, const std::string& more = "") {
-  return catch_complaint([&] { parse_experiment_keys("recordings:\n  - {file: " + file + "}\n" + more, ::testing::TempDir() + "/experiment.yaml"); });
+  return catch_complaint([&] {
+    parse_experiment_keys("recordings:\n  - {file: " + file + "}\n" + more, ::testing::TempDir() + "/experiment.yaml");
+  });
 }
 
 TEST(ExperimentKeys, ARecordingThatTheSystemCannotLookForIsNotThere) {
@@ -182,7 +209,8 @@ TEST(ExperimentKeys, ARecordingThatTheSystemCannotLookForIsNotThere) {
   std::filesystem::remove(circle);
   std::filesystem::create_symlink(circle, circle);
   for (const std::string& name : {std::string("nowhere.csv"), std::string(300, 'a'), circle}) {
-    EXPECT_THAT(find_complaint_of_keys(name), HasSubstr(":2:12: error: recordings[0].file: there is no file or bag folder"));
+    EXPECT_THAT(find_complaint_of_keys(name),
+                HasSubstr(":2:12: error: recordings[0].file: there is no file or bag folder"));
   }
   EXPECT_EQ(find_complaint_of_keys("."), "");
 }
@@ -190,26 +218,32 @@ TEST(ExperimentKeys, ARecordingThatTheSystemCannotLookForIsNotThere) {
 TEST(ExperimentKeys, NoiseIsANumberWhoseSquareIsOne) {
   EXPECT_EQ(find_complaint_of_keys(".", "noise: {position: 1e-15, velocity: 1e12}\n"), "");
   for (const std::string noise : {"0", "-1e-5", ".inf", ".nan", "1e-320", "1e-200", "1e200", "much", "[1]"}) {
-    EXPECT_THAT(find_complaint_of_keys(".", "noise: {position: " + noise + "}\n"), HasSubstr(":3:19: error: noise.position: expected a standard deviation"));
+    EXPECT_THAT(find_complaint_of_keys(".", "noise: {position: " + noise + "}\n"),
+                HasSubstr(":3:19: error: noise.position: expected a standard deviation"));
   }
 }
 
 TEST(ExperimentKeys, NoiseIsOfAQuantityOrOfASensor) {
-  EXPECT_EQ(find_complaint_of_keys(".", "noise: {effort: 1, /imu/waist: 1e-3, /joint_states/knee/position: 1e-4}\n"), "");
-  EXPECT_THAT(find_complaint_of_keys(".", "noise: {postion: 1e-3}\n"), HasSubstr(":3:9: error: noise.postion: expected position, velocity, effort, or"));
+  EXPECT_EQ(find_complaint_of_keys(".", "noise: {effort: 1, /imu/waist: 1e-3, /joint_states/knee/position: 1e-4}\n"),
+            "");
+  EXPECT_THAT(find_complaint_of_keys(".", "noise: {postion: 1e-3}\n"),
+              HasSubstr(":3:9: error: noise.postion: expected position, velocity, effort, or"));
 }
 
 TEST(ExperimentKeys, ARateIsMoreThanZero) {
   EXPECT_EQ(find_complaint_of_keys(".", "sample_rate: 250\n"), "");
   for (const std::string rate : {"0", "-5", ".nan", ".inf", "1e300", "often", "[1]"}) {
-    EXPECT_THAT(find_complaint_of_keys(".", "sample_rate: " + rate + "\n"), HasSubstr(":3:14: error: sample_rate: expected a rate of more than 0 Hz"));
+    EXPECT_THAT(find_complaint_of_keys(".", "sample_rate: " + rate + "\n"),
+                HasSubstr(":3:14: error: sample_rate: expected a rate of more than 0 Hz"));
   }
 }
 
 TEST(Scenario, TextThatIsNotUtf8IsNamedWithItsPlace) {
   const std::string text = "name: x\nnotes: caf";
-  EXPECT_EQ(parse_scenario(std::string(kGood) + "notes: caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x99\x82\n", "s.yaml").path, "s.yaml");
-  for (const std::string bad : {"\xe9", "\xc3", "\xff", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80"}) {
+  EXPECT_EQ(parse_scenario(std::string(kGood) + "notes: caf\xc3\xa9 \xe2\x82\xac \xf0\x9f\x99\x82\n", "s.yaml").path,
+            "s.yaml");
+  for (const std::string bad :
+       {"\xe9", "\xc3", "\xff", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82", "\x80"}) {
     try {
       parse_scenario(text + bad + "\n", "s.yaml");
       ADD_FAILURE() << "accepted";
@@ -234,7 +268,8 @@ TEST(Scenario, DamagedTextIsRefusedOrReadButNeverCrashes) {
     std::string text = good;
     if (i % 4 == 0) text.resize(random() % text.size());
     const int edits = 1 + static_cast<int>(random() % 4);
-    for (int k = 0; k < edits && !text.empty(); ++k) text[random() % text.size()] = alphabet[random() % alphabet.size()];
+    for (int k = 0; k < edits && !text.empty(); ++k)
+      text[random() % text.size()] = alphabet[random() % alphabet.size()];
     if (!find_complaint(text).empty()) ++refused;
   }
   EXPECT_GT(refused, 1000) << "the mutations should break most texts";

@@ -47,7 +47,9 @@ ObstacleSpec make_mesh(const std::string& file, double scale = 1.0) {
   return obstacle;
 }
 
-std::string find_complaint(const ObstacleSpec& obstacle) { return catch_complaint([&] { load_surface(obstacle); }); }
+std::string find_complaint(const ObstacleSpec& obstacle) {
+  return catch_complaint([&] { load_surface(obstacle); });
+}
 
 TEST(HeightText, LinesAreRowsAndCommentsAreLeftOut) {
   const HeightTable table = parse_height_text("# heights\n1, 2;3\n\n4 5\t-6.5e-1 # the last row\n", "a.csv");
@@ -57,8 +59,10 @@ TEST(HeightText, LinesAreRowsAndCommentsAreLeftOut) {
 }
 
 TEST(HeightText, OddLinesAreNamed) {
-  EXPECT_THAT(find_complaint(make_field(write_file("a.csv", "1,2\n3,4,5\n"))), HasSubstr("a.csv:2: error: has 3 heights, the lines above have 2"));
-  EXPECT_THAT(find_complaint(make_field(write_file("b.csv", "1,2\n3,x\n"))), HasSubstr("b.csv:2: error: 'x' is no number"));
+  EXPECT_THAT(find_complaint(make_field(write_file("a.csv", "1,2\n3,4,5\n"))),
+              HasSubstr("a.csv:2: error: has 3 heights, the lines above have 2"));
+  EXPECT_THAT(find_complaint(make_field(write_file("b.csv", "1,2\n3,x\n"))),
+              HasSubstr("b.csv:2: error: 'x' is no number"));
   EXPECT_THAT(find_complaint(make_field(write_file("c.csv", "1,2\n3,nan\n"))), HasSubstr("not finite"));
   EXPECT_THAT(find_complaint(make_field(write_file("d.csv", "1,2\n"))), HasSubstr("two rows"));
   EXPECT_THAT(find_complaint(make_field(write_file("e.csv", ""))), HasSubstr("two rows"));
@@ -71,7 +75,9 @@ TEST(Pgm, PlainAndBinaryOfOneAndTwoBytesAreRead) {
 }
 
 TEST(Pgm, DamagedFilesAreRefused) {
-  const auto complain = [](const std::string& text) { return find_complaint(make_field(write_file("d.pgm", text), 0, 1)); };
+  const auto complain = [](const std::string& text) {
+    return find_complaint(make_field(write_file("d.pgm", text), 0, 1));
+  };
   EXPECT_THAT(complain("P6\n2 2\n255\n"), HasSubstr("expected P2 or P5"));
   EXPECT_THAT(complain("P5\n2 2\n255\nabc"), HasSubstr("ends within its pixels"));
   EXPECT_THAT(complain("P2\n2 2\n255\n1 2 3"), HasSubstr("where a number should be"));
@@ -92,7 +98,8 @@ TEST(Png, TheHillsHaveTheirHeights) {
 TEST(Png, DamagedFilesAreRefused) {
   std::ifstream file(kTerrain + "hills.png", std::ios::binary);
   const std::string good{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_THAT(find_complaint(make_field(write_file("cut.png", good.substr(0, good.size() / 2)), 0, 1)), HasSubstr("damaged"));
+  EXPECT_THAT(find_complaint(make_field(write_file("cut.png", good.substr(0, good.size() / 2)), 0, 1)),
+              HasSubstr("damaged"));
   EXPECT_THAT(find_complaint(make_field(write_file("none.png", "hello"), 0, 1)), HasSubstr("is no PNG"));
 }
 
@@ -128,7 +135,8 @@ TEST(MeshFile, StairsAreReadScaledAndWelded) {
 TEST(MeshFile, ABodyThatFacesInwardIsRefused) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
   EXPECT_EQ(find_complaint(make_mesh(write_file("out.obj", corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"))), "");
-  EXPECT_THAT(find_complaint(make_mesh(write_file("in.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"))), HasSubstr("faces inward"));
+  EXPECT_THAT(find_complaint(make_mesh(write_file("in.obj", corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n"))),
+              HasSubstr("faces inward"));
 }
 
 TEST(SurfaceMessage, ComesBackAsItWas) {

@@ -24,7 +24,9 @@ class WriteFile : public testing::Test {
   void SetUp() override { fs::remove_all(folder_), fs::create_directories(folder_); }
   void TearDown() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  size_t count_files() const { return static_cast<size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator())); }
+  size_t count_files() const {
+    return static_cast<size_t>(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
 
  private:
   fs::path folder_ = fs::temp_directory_path() / ("hrp_write_file_" + std::to_string(getpid()));
@@ -72,7 +74,8 @@ TEST_F(WriteFile, OnAFullDiskKeepsTheFileThatWasThereAndSaysTheReason) {
 }
 
 TEST_F(WriteFile, NamesAFolderThatIsNotThere) {
-  EXPECT_THAT(catch_complaint<std::exception>([&] { write_file(path("none/report.json"), "x"); }), HasSubstr("No such file or directory"));
+  EXPECT_THAT(catch_complaint<std::exception>([&] { write_file(path("none/report.json"), "x"); }),
+              HasSubstr("No such file or directory"));
 }
 
 TEST_F(WriteFile, AFolderForResultsIsMadeAndLeftEmpty) {
@@ -94,11 +97,13 @@ TEST_F(WriteFile, AFolderOnAFullDiskIsBadInput) {
 
 TEST_F(WriteFile, AFolderThatIsAFileOrCannotBeMadeIsBadInput) {
   write_file(path("file"), "x");
-  EXPECT_THAT(catch_complaint<std::exception>([&] { prepare_folder(path("file")); }), HasSubstr("file: error: cannot be made: Not a directory"));
+  EXPECT_THAT(catch_complaint<std::exception>([&] { prepare_folder(path("file")); }),
+              HasSubstr("file: error: cannot be made: Not a directory"));
   EXPECT_THROW(prepare_folder("/proc/none"), InputError);
   EXPECT_THROW(prepare_folder(path(std::string(300, 'y'))), InputError);
   // A folder in which even root can make no file.
-  EXPECT_THAT(catch_complaint<std::exception>([] { prepare_folder("/proc/self"); }), HasSubstr("/proc/self: error: nothing can be written in it"));
+  EXPECT_THAT(catch_complaint<std::exception>([] { prepare_folder("/proc/self"); }),
+              HasSubstr("/proc/self: error: nothing can be written in it"));
 }
 
 }  // namespace

@@ -191,7 +191,7 @@ class CycloneReader : public Reader, public DeferredReader {
 struct CycloneBus::Impl {
   std::shared_ptr<CycloneDomain> domain;
   dds_entity_t participant = 0;
-  dds_entity_t publications = 0;   // built-in readers: what discovery knows
+  dds_entity_t publications = 0;  // built-in readers: what discovery knows
   dds_entity_t subscriptions = 0;
   TopicTypes types;
   std::map<std::string, TopicUse> uses;
@@ -200,12 +200,15 @@ struct CycloneBus::Impl {
 
 CycloneBus::CycloneBus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   impl_->domain = CycloneDomain::find_or_make(options);
-  impl_->participant = check_entity(dds_create_participant(static_cast<dds_domainid_t>(options.domain), nullptr, nullptr),
-                                    "participant in domain", std::to_string(options.domain));
-  impl_->publications = check_entity(
-      dds_create_reader(impl_->participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr), "reader of", "publications");
-  impl_->subscriptions = check_entity(
-      dds_create_reader(impl_->participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr), "reader of", "subscriptions");
+  impl_->participant =
+      check_entity(dds_create_participant(static_cast<dds_domainid_t>(options.domain), nullptr, nullptr),
+                   "participant in domain", std::to_string(options.domain));
+  impl_->publications =
+      check_entity(dds_create_reader(impl_->participant, DDS_BUILTIN_TOPIC_DCPSPUBLICATION, nullptr, nullptr),
+                   "reader of", "publications");
+  impl_->subscriptions =
+      check_entity(dds_create_reader(impl_->participant, DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr),
+                   "reader of", "subscriptions");
 }
 
 CycloneBus::~CycloneBus() {

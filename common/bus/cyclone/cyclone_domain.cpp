@@ -36,17 +36,22 @@ std::string find_unicast_config(const std::string& interface, const std::string&
                                 const std::string& security) {
   return "<CycloneDDS><Domain>" + security + R"(
   <General>
-    <Interfaces><NetworkInterface )" + interface + R"( multicast="false"/></Interfaces>
-    <AllowMulticast>false</AllowMulticast>)" + general + R"(
+    <Interfaces><NetworkInterface )" +
+         interface + R"( multicast="false"/></Interfaces>
+    <AllowMulticast>false</AllowMulticast>)" +
+         general + R"(
   </General>
   <Discovery>
-    <Peers>)" + peers + R"(</Peers>
+    <Peers>)" +
+         peers + R"(</Peers>
     <ParticipantIndex>auto</ParticipantIndex>
-    <MaxAutoParticipantIndex>)" + std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
+    <MaxAutoParticipantIndex>)" +
+         std::to_string(kMostParticipants - 1) + R"(</MaxAutoParticipantIndex>
     <SPDPInterval>200ms</SPDPInterval>
     <LeaseDuration>20s</LeaseDuration>
   </Discovery>
-  <Internal>)" + kBuffers + R"(
+  <Internal>)" +
+         kBuffers + R"(
     <WriterLingerDuration>100ms</WriterLingerDuration>
     <GenerateKeyhash>true</GenerateKeyhash>
     <NackDelay>1ms</NackDelay>
@@ -56,14 +61,17 @@ std::string find_unicast_config(const std::string& interface, const std::string&
 }
 
 std::string find_loopback_config(const std::string& security) {
-  return find_unicast_config("name=\"lo\"", "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>",
+  return find_unicast_config("name=\"lo\"",
+                             "<MaxMessageSize>65500B</MaxMessageSize><FragmentSize>65000B</FragmentSize>",
                              "<Peer Address=\"127.0.0.1\"/>", security);
 }
 
 std::string find_interface_config(const std::string& address, const std::string& security) {
   return "<CycloneDDS><Domain>" + security + R"(
-  <General><Interfaces><NetworkInterface address=")" + address + R"("/></Interfaces></General>
-  <Internal>)" + kBuffers + R"(
+  <General><Interfaces><NetworkInterface address=")" +
+         address + R"("/></Interfaces></General>
+  <Internal>)" +
+         kBuffers + R"(
   </Internal>
 </Domain></CycloneDDS>)";
 }
@@ -77,16 +85,17 @@ std::string find_peers_config(const NetworkChoice& network, const std::string& s
 
 std::string find_config(const BusOptions& options) {
   if (!options.config_file.empty()) return "file://" + options.config_file;
-  const std::string security = options.secure.empty() ? "" : find_cyclone_security(find_secure_files(options.secure, options.only_looks));
+  const std::string security =
+      options.secure.empty() ? "" : find_cyclone_security(find_secure_files(options.secure, options.only_looks));
   const NetworkChoice network = split_network(options.network_interface);
   if (!network.peers.empty()) return find_peers_config(network, security);
   if (!options.network_interface.empty()) return find_interface_config(options.network_interface, security);
   return find_loopback_config(security);
 }
 
-// Cyclone DDS warns of every participant it hears before its own one is there, half of a millisecond after the domain, and
-// greets them all the same when they speak again. Where the way to another machine is broken it warns of every packet,
-// hundreds a second: once is enough. What it says else goes to standard error, as ever.
+// Cyclone DDS warns of every participant it hears before its own one is there, half of a millisecond after the domain,
+// and greets them all the same when they speak again. Where the way to another machine is broken it warns of every
+// packet, hundreds a second: once is enough. What it says else goes to standard error, as ever.
 void drop_needless_warnings(void*, const dds_log_data_t* said) {
   static std::atomic<bool> is_broken{false};
   if (std::strstr(said->message, "Remote secure participant") != nullptr) return;
@@ -116,8 +125,8 @@ CycloneDomain::CycloneDomain(const BusOptions& options) {
   if (!options.secure.empty() || !network.peers.empty()) dds_set_log_sink(drop_needless_warnings, nullptr);
   entity_ = dds_create_domain(static_cast<dds_domainid_t>(options.domain), find_config(options).c_str());
   if (entity_ < 0) {
-    throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " +
-                   dds_strretcode(entity_) + " (its own words are on standard error)");
+    throw BusError("Cyclone DDS cannot open domain " + std::to_string(options.domain) + ": " + dds_strretcode(entity_) +
+                   " (its own words are on standard error)");
   }
 }
 

@@ -57,12 +57,13 @@ EndSeen describe(const dds_builtintopic_endpoint_t& end, bool writer) {
 }
 
 void add_ends(dds_entity_t participant, bool writers, const dds_guid_t& self, std::vector<EndSeen>* ends) {
-  const Entity reader(dds_create_reader(participant, writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION,
-                                        nullptr, nullptr));
+  const Entity reader(dds_create_reader(
+      participant, writers ? DDS_BUILTIN_TOPIC_DCPSPUBLICATION : DDS_BUILTIN_TOPIC_DCPSSUBSCRIPTION, nullptr, nullptr));
   constexpr size_t kMost = 1024;
   std::vector<void*> samples(kMost, nullptr);
   std::vector<dds_sample_info_t> infos(kMost);
-  const dds_return_t count = dds_read_mask(reader.get(), samples.data(), infos.data(), kMost, kMost, DDS_ALIVE_INSTANCE_STATE);
+  const dds_return_t count =
+      dds_read_mask(reader.get(), samples.data(), infos.data(), kMost, kMost, DDS_ALIVE_INSTANCE_STATE);
   for (dds_return_t i = 0; i < count; ++i) {
     if (!infos[i].valid_data) continue;
     const auto& end = *static_cast<const dds_builtintopic_endpoint_t*>(samples[i]);

@@ -23,8 +23,8 @@ BindFunction find_system_bind() {
 
 }  // namespace
 
-// Takes the place of the C library's bind() in programs that link this file; the linker exports it because libddsc needs
-// one. Everybody else's calls go through as they are.
+// Takes the place of the C library's bind() in programs that link this file; the linker exports it because libddsc
+// needs one. Everybody else's calls go through as they are.
 extern "C" int bind(int file, const sockaddr* address, socklen_t size) noexcept {
   const BindFunction system_bind = find_system_bind();
   if (!system_bind) {
@@ -32,7 +32,8 @@ extern "C" int bind(int file, const sockaddr* address, socklen_t size) noexcept 
     return -1;
   }
   sockaddr_in narrowed{};
-  if (loopback_depth == 0 || size < sizeof narrowed || address->sa_family != AF_INET) return system_bind(file, address, size);
+  if (loopback_depth == 0 || size < sizeof narrowed || address->sa_family != AF_INET)
+    return system_bind(file, address, size);
   std::memcpy(&narrowed, address, sizeof narrowed);
   if (narrowed.sin_addr.s_addr == htonl(INADDR_ANY)) narrowed.sin_addr = narrow_address;
   return system_bind(file, reinterpret_cast<const sockaddr*>(&narrowed), sizeof narrowed);

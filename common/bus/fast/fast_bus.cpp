@@ -7,6 +7,7 @@
 #include <thread>
 #include <utility>
 
+#include <fastrtps/xmlparser/XMLProfileManager.h>
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>
@@ -18,7 +19,6 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/Topic.hpp>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
 
 #include "common/bus/callback_gate.h"
 #include "common/bus/fast/fast_qos.h"
@@ -92,8 +92,9 @@ class FastWriter : public Writer, dds::DataWriterListener {
  public:
   FastWriter(dds::Publisher* publisher, dds::Topic* topic, const TopicSpec& spec, EndList* ends)
       : publisher_(publisher), ends_(ends), name_(spec.name) {
-    writer_ = check_made(publisher->create_datawriter(topic, make_fast_writer_qos(spec), this,
-                                                      dds::StatusMask::publication_matched()), "writer of", spec.name);
+    writer_ = check_made(
+        publisher->create_datawriter(topic, make_fast_writer_qos(spec), this, dds::StatusMask::publication_matched()),
+        "writer of", spec.name);
     ends_->add(writer_->guid(), spec.name, spec.type_name, true);
   }
 
@@ -141,7 +142,8 @@ class FastReader : public Reader, dds::DataReaderListener {
              InfoCallback callback, std::recursive_mutex* mutex, EndList* ends)
       : subscriber_(subscriber), ends_(ends), gate_(mutex), callback_(std::move(callback)) {
     reader_ = check_made(subscriber->create_datareader(topic, make_fast_reader_qos(spec, delivery), this,
-                                                       dds::StatusMask::data_available()), "reader of", spec.name);
+                                                       dds::StatusMask::data_available()),
+                         "reader of", spec.name);
     ends_->add(reader_->guid(), spec.name, spec.type_name, false);
   }
 
@@ -226,15 +228,16 @@ struct FastBus::Impl {
     if (topic) return topic;
     dds::TypeSupport type(new RawType(spec.type_name));
     if (participant->find_type(spec.type_name).empty()) participant->register_type(type);
-    topic = check_made(participant->create_topic(spec.name, spec.type_name, dds::TOPIC_QOS_DEFAULT), "topic", spec.name);
+    topic =
+        check_made(participant->create_topic(spec.name, spec.type_name, dds::TOPIC_QOS_DEFAULT), "topic", spec.name);
     return topic;
   }
 };
 
 // A Cyclone DDS participant that has not heard of this one drops the heartbeat of our discovery, and our answer to its
-// own question waits for the next one, a whole second later (a constant of Fast DDS). Endpoints that are announced again
-// bring a heartbeat with them: so they are, a few times while a run starts. The announced change is group data that
-// nobody reads.
+// own question waits for the next one, a whole second later (a constant of Fast DDS). Endpoints that are announced
+// again bring a heartbeat with them: so they are, a few times while a run starts. The announced change is group data
+// that nobody reads.
 void FastBus::Impl::nudge_discovery() {
   constexpr std::chrono::milliseconds kTimes[] = {std::chrono::milliseconds(60), std::chrono::milliseconds(150),
                                                   std::chrono::milliseconds(300), std::chrono::milliseconds(500),
@@ -253,9 +256,10 @@ void FastBus::Impl::nudge_discovery() {
 FastBus::FastBus(const BusOptions& options) : impl_(std::make_unique<Impl>()) {
   switch_off_intraprocess();
   auto* factory = dds::DomainParticipantFactory::get_instance();
-  impl_->participant = check_made(
-      factory->create_participant(static_cast<uint32_t>(options.domain), make_participant_qos(options), &impl_->ends,
-                                  dds::StatusMask::none()), "participant in domain", std::to_string(options.domain));
+  impl_->participant =
+      check_made(factory->create_participant(static_cast<uint32_t>(options.domain), make_participant_qos(options),
+                                             &impl_->ends, dds::StatusMask::none()),
+                 "participant in domain", std::to_string(options.domain));
   impl_->publisher = check_made(impl_->participant->create_publisher(dds::PUBLISHER_QOS_DEFAULT), "publisher", "");
   impl_->subscriber = check_made(impl_->participant->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT), "subscriber", "");
 }
@@ -267,21 +271,24 @@ std::unique_ptr<Writer> FastBus::make_writer(const TopicSpec& topic) {
 }
 
 std::unique_ptr<Reader> FastBus::make_reader(const TopicSpec& topic, Delivery delivery, SampleCallback callback) {
-  return std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(topic), topic, delivery,
-                                      [callback = std::move(callback)](Bytes sample, const dds::SampleInfo&) { callback(sample); },
-                                      &mutex(), &impl_->ends);
+  return std::make_unique<FastReader>(
+      impl_->subscriber, impl_->find_or_make_topic(topic), topic, delivery,
+      [callback = std::move(callback)](Bytes sample, const dds::SampleInfo&) { callback(sample); }, &mutex(),
+      &impl_->ends);
 }
 
 std::unique_ptr<Service> FastBus::make_service(const ServiceSpec& service, ServiceCallback callback) {
   const TopicSpec asked = find_request_topic(service), answered = find_reply_topic(service);
   auto made = std::make_unique<FastService>();
-  made->replies = std::make_unique<FastWriter>(impl_->publisher, impl_->find_or_make_topic(answered), answered, &impl_->ends);
-  const auto take = [callback = std::move(callback), replies = made->replies.get()](Bytes request, const dds::SampleInfo& info) {
+  made->replies =
+      std::make_unique<FastWriter>(impl_->publisher, impl_->find_or_make_topic(answered), answered, &impl_->ends);
+  const auto take = [callback = std::move(callback), replies = made->replies.get()](Bytes request,
+                                                                                    const dds::SampleInfo& info) {
     const Bytes reply = callback(request);
     if (reply.size > 0) replies->write_reply(reply, find_identity(info));
   };
-  made->requests = std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(asked), asked, Delivery::kReliable, take,
-                                                &mutex(), &impl_->ends);
+  made->requests = std::make_unique<FastReader>(impl_->subscriber, impl_->find_or_make_topic(asked), asked,
+                                                Delivery::kReliable, take, &mutex(), &impl_->ends);
   return made;
 }
 

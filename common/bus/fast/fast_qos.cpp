@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <set>
 
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
 #include "common/base/diagnostics.h"
 #include "common/base/ros_definitions.h"
@@ -61,8 +61,8 @@ eprosima::fastrtps::Duration_t find_milliseconds(int milliseconds) {
 // What both ends share.
 template <typename Qos>
 void set_common(const TopicSpec& topic, Qos* qos) {
-  qos->durability().kind = topic.retention == Retention::kLatest ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
-                                                                 : dds::VOLATILE_DURABILITY_QOS;
+  qos->durability().kind =
+      topic.retention == Retention::kLatest ? dds::TRANSIENT_LOCAL_DURABILITY_QOS : dds::VOLATILE_DURABILITY_QOS;
   const std::string user_data = make_ros_user_data(topic.type_name);
   qos->user_data().assign(user_data.begin(), user_data.end());
   qos->data_sharing().off();

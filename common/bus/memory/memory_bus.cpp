@@ -205,8 +205,8 @@ std::vector<TopicSeen> MemoryBus::find_topics() {
   std::vector<TopicSeen> seen;
   for (const auto& [name, topic] : state_->topics) {
     if (topic.writers.empty() && topic.readers.empty()) continue;
-    seen.push_back({name, topic.type_name, static_cast<int>(topic.writers.size()),
-                    static_cast<int>(topic.readers.size())});
+    seen.push_back(
+        {name, topic.type_name, static_cast<int>(topic.writers.size()), static_cast<int>(topic.readers.size())});
   }
   return seen;
 }

@@ -204,11 +204,13 @@ class IdlParser {
 
   FieldType parse_single_type(std::vector<std::string>* needs) {
     static const std::map<std::string, ValueKind> kBasic{
-        {"boolean", ValueKind::kBool},   {"octet", ValueKind::kUint8},        {"uint8", ValueKind::kUint8},
-        {"int8", ValueKind::kInt8},      {"short", ValueKind::kInt16},        {"unsigned short", ValueKind::kUint16},
-        {"long", ValueKind::kInt32},     {"unsigned long", ValueKind::kUint32}, {"long long", ValueKind::kInt64},
-        {"unsigned long long", ValueKind::kUint64}, {"float", ValueKind::kFloat32},
-        {"double", ValueKind::kFloat64}, {"string", ValueKind::kString}};
+        {"boolean", ValueKind::kBool},    {"octet", ValueKind::kUint8},
+        {"uint8", ValueKind::kUint8},     {"int8", ValueKind::kInt8},
+        {"short", ValueKind::kInt16},     {"unsigned short", ValueKind::kUint16},
+        {"long", ValueKind::kInt32},      {"unsigned long", ValueKind::kUint32},
+        {"long long", ValueKind::kInt64}, {"unsigned long long", ValueKind::kUint64},
+        {"float", ValueKind::kFloat32},   {"double", ValueKind::kFloat64},
+        {"string", ValueKind::kString}};
     FieldType type;
     std::string name = take_name();
     while ((name == "unsigned" || name == "long" || name == "unsigned long") &&

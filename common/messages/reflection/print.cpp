@@ -10,9 +10,7 @@
 namespace hrp {
 namespace {
 
-std::string find_special(double value) {
-  return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
-}
+std::string find_special(double value) { return std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf"; }
 
 // The code of a control character, which must not reach a terminal: C0, DEL, or C1 as UTF-8 has it (0xc2 and one more
 // byte); 0 where there is none at this place.

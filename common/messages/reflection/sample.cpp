@@ -14,7 +14,8 @@ namespace {
 // Reads plain CDR (XCDR1): values aligned to their size, counted from behind the 4-byte header. Or what ROS 1 writes.
 class CdrReader {
  public:
-  explicit CdrReader(Bytes sample, Wire wire = Wire::kCdr) : data_(sample.data), size_(sample.size), is_cdr_(wire == Wire::kCdr) {
+  explicit CdrReader(Bytes sample, Wire wire = Wire::kCdr)
+      : data_(sample.data), size_(sample.size), is_cdr_(wire == Wire::kCdr) {
     if (!is_cdr_) return;
     if (size_ < 4 || data_[0] != 0 || data_[1] > 1) throw DecodeError("no header of plain CDR in front of the sample");
     swap_ = data_[1] == 0;
@@ -163,7 +164,8 @@ const Field& find_path_field(const StructType& type, const std::string& name, co
     if (field.name == name) return field;
     names.push_back(field.name);
   }
-  refuse_input({"", path}, type.name + " has no field '" + name + "'" + suggest(name, names, "; it has " + join_words(names)));
+  refuse_input({"", path},
+               type.name + " has no field '" + name + "'" + suggest(name, names, "; it has " + join_words(names)));
 }
 
 // "pairs[2]" -> field pairs, index 2

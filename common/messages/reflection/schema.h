@@ -36,10 +36,10 @@ struct EnumType {
 
 struct FieldType {
   ValueKind kind = ValueKind::kInt32;
-  const StructType* structure = nullptr;   // kStruct
-  const EnumType* enumeration = nullptr;   // kEnum
+  const StructType* structure = nullptr;  // kStruct
+  const EnumType* enumeration = nullptr;  // kEnum
   bool is_sequence = false;
-  size_t array_size = 0;                   // 0: no array
+  size_t array_size = 0;  // 0: no array
   bool is_list() const { return is_sequence || array_size > 0; }
 };
 
@@ -87,7 +87,8 @@ struct IdlFile {
 };
 
 // Parses the part of IDL that idl/ uses: modules, @final structs of basic types, strings, sequences, arrays, enums and
-// structs, comments. Definitions stand before their use. Include lines are skipped. Throws InputError with file and line.
+// structs, comments. Definitions stand before their use. Include lines are skipped. Throws InputError with file and
+// line.
 Schema parse_idl(const std::vector<IdlFile>& files);
 
 // The files of idl/, as they were when this program was built.

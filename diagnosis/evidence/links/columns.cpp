@@ -15,7 +15,8 @@ namespace {
 // term are taken at `near`.
 Vector3d calc_turn_column(const Vector3d& x, const Vector3d& near, int axis) {
   const double angle = near.norm();
-  const double a = angle > 1e-6 ? std::sin(angle) / angle : 1.0, b = angle > 1e-6 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
+  const double a = angle > 1e-6 ? std::sin(angle) / angle : 1.0,
+               b = angle > 1e-6 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
   const Vector3d first = x.cross(Vector3d::Unit(axis));
   return a * first - b * near.cross(first);
 }
@@ -44,8 +45,10 @@ class Lister {
     term.row = &row, term.index = index, term.group = group, term.first = width_;
     term.columns = row.each_axis ? axes : row.columns;
     const LinkPoint* point = find_point(points_, row, index);
-    if (point) term.near = point->near;
-    else if (row.find_start) term.near = row.find_start(e_, index);
+    if (point)
+      term.near = point->near;
+    else if (row.find_start)
+      term.near = row.find_start(e_, index);
     term.of_link_encoder = row.of_encoder && sensors_.has_encoder(index);
     terms_.push_back(term);
     width_ += term.columns;
@@ -94,7 +97,8 @@ Vector3d turn_gravity(const Experiment& e, int axis, double angle) {
 
 }  // namespace
 
-LinkColumns::LinkColumns(const LinkRecording& r, const std::vector<LinkTerm>& terms, const Experiment& e, LinkReadings* readings)
+LinkColumns::LinkColumns(const LinkRecording& r, const std::vector<LinkTerm>& terms, const Experiment& e,
+                         LinkReadings* readings)
     : r_(r), terms_(terms), readings_(*readings) {
   for (int axis = 0; axis < 2; ++axis) {
     for (double sign : {1.0, -1.0}) turned_.push_back(readings->turn(turn_gravity(e, axis, sign * kAngleStep)));
@@ -120,7 +124,8 @@ Eigen::MatrixXd LinkColumns::make(long moment) {
 // Mean rate of the predicted readings over the `delay` [s] before the sample, or after it if the delay is negative.
 Eigen::VectorXd LinkColumns::calc_change(double delay) const {
   if (std::abs(delay) < r_.step) return rate_.row(moment_).transpose();
-  const double at = std::clamp(static_cast<double>(moment_) - delay / r_.step, 0.0, static_cast<double>(rate_.rows() - 1));
+  const double at =
+      std::clamp(static_cast<double>(moment_) - delay / r_.step, 0.0, static_cast<double>(rate_.rows() - 1));
   const long low = std::min(static_cast<long>(at), rate_.rows() - 2);
   const double part = at - static_cast<double>(low);
   const Eigen::VectorXd then = ((1.0 - part) * r_.predicted.row(low) + part * r_.predicted.row(low + 1)).transpose();
@@ -131,7 +136,8 @@ std::vector<const ReadingGroup*> LinkColumns::list_groups(const LinkTerm& term) 
   std::vector<const ReadingGroup*> list;
   for (size_t g = 0; g < readings_.groups().size(); ++g) {
     const ReadingGroup& group = readings_.groups()[g];
-    if (group.sensor == static_cast<size_t>(term.index) && (term.group < 0 || term.group == static_cast<int>(g))) list.push_back(&group);
+    if (group.sensor == static_cast<size_t>(term.index) && (term.group < 0 || term.group == static_cast<int>(g)))
+      list.push_back(&group);
   }
   return list;
 }
@@ -140,7 +146,9 @@ void LinkColumns::fill_load(const LinkTerm& term, Eigen::MatrixXd* out) {
   out->middleCols(term.first, term.columns) = readings_.calc_load_columns({term.index, term.near});
 }
 
-void LinkColumns::fill_mass(const LinkTerm& term, Eigen::MatrixXd* out) { out->col(term.first) = readings_.calc_mass_column(term.index); }
+void LinkColumns::fill_mass(const LinkTerm& term, Eigen::MatrixXd* out) {
+  out->col(term.first) = readings_.calc_mass_column(term.index);
+}
 
 void LinkColumns::fill_com(const LinkTerm& term, Eigen::MatrixXd* out) {
   out->middleCols(term.first, term.columns) = readings_.calc_com_columns(term.index);
@@ -174,10 +182,13 @@ void LinkColumns::fill_spring(const LinkTerm& term, Eigen::MatrixXd* out) {
 void LinkColumns::fill_tilt(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (LinkReadings& turned : turned_) turned.move(q_, v_, a_);
   for (size_t axis = 0; axis < 2; ++axis)
-    out->col(term.first + static_cast<long>(axis)) = (turned_[2 * axis].calc() - turned_[2 * axis + 1].calc()) / (2.0 * kAngleStep);
+    out->col(term.first + static_cast<long>(axis)) =
+        (turned_[2 * axis].calc() - turned_[2 * axis + 1].calc()) / (2.0 * kAngleStep);
 }
 
-void LinkColumns::fill_late_positions(const LinkTerm& term, Eigen::MatrixXd* out) { out->col(term.first) = calc_change(-term.near.x()); }
+void LinkColumns::fill_late_positions(const LinkTerm& term, Eigen::MatrixXd* out) {
+  out->col(term.first) = calc_change(-term.near.x());
+}
 
 void LinkColumns::fill_bias(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (const ReadingGroup* g : list_groups(term)) out->block(g->first, term.first, g->size, term.columns).setIdentity();
@@ -197,7 +208,8 @@ void LinkColumns::fill_late_sensor(const LinkTerm& term, Eigen::MatrixXd* out) {
 void LinkColumns::fill_turn(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (const ReadingGroup* g : list_groups(term)) {
     const Vector3d x = r_.predicted.row(moment_).segment(g->first, 3);
-    for (int axis = 0; axis < 3; ++axis) out->block<3, 1>(g->first, term.first + axis) = calc_turn_column(x, term.near, axis);
+    for (int axis = 0; axis < 3; ++axis)
+      out->block<3, 1>(g->first, term.first + axis) = calc_turn_column(x, term.near, axis);
   }
 }
 

@@ -17,7 +17,8 @@ std::vector<Eigen::MatrixXd> calc_link_columns(const LinkRecording& recording, c
 // Columns of one recording, sample by sample. The rows of links/rows.h refer to the `fill_...` functions.
 class LinkColumns {
  public:
-  LinkColumns(const LinkRecording& recording, const std::vector<LinkTerm>& terms, const Experiment& experiment, LinkReadings* readings);
+  LinkColumns(const LinkRecording& recording, const std::vector<LinkTerm>& terms, const Experiment& experiment,
+              LinkReadings* readings);
 
   Eigen::MatrixXd make(long moment);
 

@@ -19,7 +19,7 @@ namespace {
 constexpr double kTwoEngines = 4e-3;  // share of a value: systematic difference of laws and filters
 
 struct Graded {
-  size_t term = 0;             // of the design
+  size_t term = 0;  // of the design
   Eigen::VectorXd theta, std;
   double share = 0.0, gain = 0.0;
   bool significant = false, stable = true, helps = false, whole = false;
@@ -37,7 +37,8 @@ Where make_place(const LinkDesign& d, const LinkTerm& term) {
   return {{"sensor", name}};
 }
 
-std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
+std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term, const Eigen::VectorXd& p,
+                                      const Eigen::VectorXd& s) {
   std::vector<double> value, std;
   find_link_values(term, p, s, &value, &std);
   const std::vector<EffectParameter>& row = term.effect().parameters;
@@ -58,13 +59,16 @@ std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term,
 class Judge {
  public:
   Judge(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors, const std::vector<Effect>& known)
-      : e_(e), sensors_(sensors), readings_(std::make_shared<LinkReadings>(make_link_readings(e, sensors, known))),
+      : e_(e),
+        sensors_(sensors),
+        readings_(std::make_shared<LinkReadings>(make_link_readings(e, sensors, known))),
         data_(make_link_data(e, motion, sensors, known, readings_.get())) {}
 
   // Held-out mean squares of read - predicted, by group; of all recordings if none is held out.
   std::vector<double> calc_nominal() {
     std::vector<double> out(readings_->groups().size(), 0.0), n(out);
-    const bool has_held = std::any_of(data_.recordings.begin(), data_.recordings.end(), [](const LinkRecording& r) { return !r.train; });
+    const bool has_held =
+        std::any_of(data_.recordings.begin(), data_.recordings.end(), [](const LinkRecording& r) { return !r.train; });
     for (const LinkRecording& r : data_.recordings) {
       if (has_held && r.train) continue;
       for (size_t g = 0; g < out.size(); ++g) {
@@ -120,8 +124,10 @@ class Judge {
       Vector3d near = term.near;
       moved = term.row->move(out_.fit.theta[i], &near) || moved;
       const LinkPoint* known = find_point(*points, *term.row, term.index);
-      if (known) (*points)[static_cast<size_t>(known - points->data())].near = near;
-      else points->push_back({term.row, term.index, near});
+      if (known)
+        (*points)[static_cast<size_t>(known - points->data())].near = near;
+      else
+        points->push_back({term.row, term.index, near});
     }
     return moved;
   }
@@ -181,7 +187,8 @@ class Judge {
       const LinkFit others = fit_links(*design_, without), alone = fit_links(*design_, {g.term});
       g.gain = out_.fit.evidence - others.evidence;
       g.helps = sum_held(others) > all;
-      g.share = std::clamp(0.5 * ((sum_held(others) - all) + (nominal - sum_held(alone))) / std::max(1e-300, nominal), 0.0, 1.0);
+      g.share = std::clamp(0.5 * ((sum_held(others) - all) + (nominal - sum_held(alone))) / std::max(1e-300, nominal),
+                           0.0, 1.0);
       judge_whole(others, &g);
       find_rivals(i, &g);
       graded_.push_back(std::move(g));
@@ -209,7 +216,8 @@ class Judge {
     }
     const double limit = columns > 1 ? kSignificantVector : kSignificantInJoint;
     double distance = 0.0;
-    for (long c = 0; c < columns; ++c) distance = std::max(distance, std::abs(g->theta[c]) / std::max(1e-300, g->std[c]));
+    for (long c = 0; c < columns; ++c)
+      distance = std::max(distance, std::abs(g->theta[c]) / std::max(1e-300, g->std[c]));
     g->significant = distance > limit;
   }
 
@@ -254,19 +262,21 @@ class Judge {
   Finding make_finding(const Graded& g) const {
     const LinkTerm& term = design_->terms[g.term];
     const EffectInfo& row = term.effect();
-    Finding f = diagnosis::make_finding(row, make_place(*design_, term), make_parameters(*design_, term, g.theta, g.std));
+    Finding f =
+        diagnosis::make_finding(row, make_place(*design_, term), make_parameters(*design_, term, g.theta, g.std));
     const bool sure = g.significant && g.stable && g.helps && g.whole && g.rivals.empty();
     f.grade = sure ? Grade::kSupported : Grade::kAmbiguous;
     f.probability = std::min(kSurest, 1.0 / (1.0 + std::exp(-g.gain)));
     f.share = f.weight = g.share;
     for (const auto& [other, theta] : g.rivals) {
       const LinkTerm& rival = design_->terms[other];
-      f.alternatives.push_back(make_alternative(rival.effect(), make_place(*design_, rival), make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()),
+      f.alternatives.push_back(make_alternative(rival.effect(), make_place(*design_, rival),
+                                                make_parameters(*design_, rival, theta, 0.5 * theta.cwiseAbs()),
                                                 term.row->motion));
     }
-    f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) + " (" +
-                  get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " + number(100.0 * g.share, 2) +
-                  " % of what they read beyond the prediction on held-out data.";
+    f.statement = f.where.begin().value().get<std::string>() + ": " + row.phrase + ", " + describe(f.parameters) +
+                  " (" + get_grade_name(f.grade) + "), by the sensors behind the gears. It takes away " +
+                  number(100.0 * g.share, 2) + " % of what they read beyond the prediction on held-out data.";
     return f;
   }
 
@@ -294,9 +304,11 @@ class Judge {
       const double axes = group.reading.size;
       r.where = {{"sensor", group.reading.name}}, r.unit = group.reading.unit;
       r.before = std::sqrt(before_[g]), r.after = std::sqrt(out_.fit.held[g]);
-      r.statement = group.reading.name + ": of " + number(r.before, 3) + " " + r.unit + " beyond the prediction (root mean square" +
-                    (axes > 1.0 ? " of its axes), " : "), ") + number(r.after, 3) + " " + r.unit + " remain" +
-                    (is_off(g, out_.fit.held[g], kBlur) ? "." : ", which is noise or what fast motions leave uncertain.");
+      r.statement =
+          group.reading.name + ": of " + number(r.before, 3) + " " + r.unit +
+          " beyond the prediction (root mean square" + (axes > 1.0 ? " of its axes), " : "), ") + number(r.after, 3) +
+          " " + r.unit + " remain" +
+          (is_off(g, out_.fit.held[g], kBlur) ? "." : ", which is noise or what fast motions leave uncertain.");
       out_.evidence.fit.signals.push_back({group.reading.name, r.unit, r.before, r.after, group.spread});
       out_.evidence.remaining.push_back(r);
       if (!is_off(g, before_[g])) continue;
@@ -346,7 +358,8 @@ LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const Lin
 }
 
 bool LinkVerdict::excludes(const std::string& effect, const Where& where, double value) const {
-  constexpr double kResolves = 6.0;  // standard errors: twice those of a finding, so that one of half the size would show
+  // Standard errors: twice those of a finding, so that one of half the size would show
+  constexpr double kResolves = 6.0;
   if (!design) return false;
   for (size_t t = 0; t < design->terms.size(); ++t) {
     const LinkTerm& term = design->terms[t];
@@ -368,7 +381,9 @@ std::pair<double, double> LinkVerdict::find_torque_fault(int joint) const {
   std::pair<double, double> fault{0.0, 1.0};
   for (size_t i = 0; i < model.size(); ++i) {
     const LinkTerm& term = design->terms[model[i]];
-    if (term.row->place != PlaceKind::kSensor || design->readings->sensors()[static_cast<size_t>(term.index)].joint != joint) continue;
+    if (term.row->place != PlaceKind::kSensor ||
+        design->readings->sensors()[static_cast<size_t>(term.index)].joint != joint)
+      continue;
     if (term.row->effect->change.constant != 0.0) fault.first = fit.theta[i][0];
     if (term.row->effect->change.of_reading != 0.0) fault.second = 1.0 + fit.theta[i][0];
   }

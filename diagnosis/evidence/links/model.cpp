@@ -16,7 +16,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kMostSamples = 8000;   // samples of all recordings together
+constexpr double kMostSamples = 8000;  // samples of all recordings together
 constexpr size_t kMostTerms = 8;
 
 Columns list_columns(const LinkDesign& design, const LinkTerms& model) {
@@ -39,13 +39,15 @@ std::vector<Eigen::VectorXd> split(const LinkDesign& design, const LinkTerms& mo
 
 // Sum of the groups' normal equations. Weights: independent samples over all samples, divided by the group's mean
 // square.
-Gram weigh(const LinkDesign& design, const std::vector<double>& square, const std::function<const Gram*(const LinkGroup&)>& pick) {
+Gram weigh(const LinkDesign& design, const std::vector<double>& square,
+           const std::function<const Gram*(const LinkGroup&)>& pick) {
   Gram out(design.width);
   for (size_t g = 0; g < design.groups.size(); ++g) {
     const LinkGroup& group = design.groups[g];
     double n = 0.0;
     for (const Gram& fold : group.train) n += fold.n;
-    if (const Gram* gram = pick(group); gram && n > 0.0) out.add(*gram, group.effective / (n * std::max(square[g], group.floor)));
+    if (const Gram* gram = pick(group); gram && n > 0.0)
+      out.add(*gram, group.effective / (n * std::max(square[g], group.floor)));
   }
   return out;
 }
@@ -234,8 +236,10 @@ class DesignMaker {
         part.b += x.transpose() * y, part.c += y.squaredNorm(), part.n += static_cast<double>(y.size());
       }
       group.alone.push_back(sum(parts, design_.width));
-      if (r.train) group.train.insert(group.train.end(), parts.begin(), parts.end());
-      else group.held.push_back(group.alone.back());
+      if (r.train)
+        group.train.insert(group.train.end(), parts.begin(), parts.end());
+      else
+        group.held.push_back(group.alone.back());
     }
     rows_.push_back(columns);
     used_.push_back(r);
@@ -250,7 +254,8 @@ class DesignMaker {
     for (int i = 0; i < group.reading.size; ++i) {
       const std::string column = group.reading.name + (group.reading.size == 1 ? "" : std::string("/") + "xyz"[i]);
       const auto it = data_.experiment->other_noise.find(column);
-      noise += it == data_.experiment->other_noise.end() ? 0.0 : it->second.sigma * it->second.sigma / group.reading.size;
+      noise +=
+          it == data_.experiment->other_noise.end() ? 0.0 : it->second.sigma * it->second.sigma / group.reading.size;
     }
     for (const LinkRecording& r : used_) {
       const Eigen::MatrixXd read = r.read.middleCols(group.reading.first, group.reading.size);
@@ -272,7 +277,10 @@ class DesignMaker {
     Columns all;
     for (long c = 0; c < design_.width; ++c) {
       for (const Gram& fold : group.train) {
-        if (fold.get(c, c) > 0.0) { all.push_back(c); break; }
+        if (fold.get(c, c) > 0.0) {
+          all.push_back(c);
+          break;
+        }
       }
     }
     const Eigen::VectorXd theta = solve(sum(group.train, design_.width), all);
@@ -283,7 +291,8 @@ class DesignMaker {
         for (long k = 0; k < left.size(); ++k) {
           const long row = used_[r].trim + k * used_[r].stride, at = group.reading.first + axis;
           left[k] = used_[r].read(row, at) - used_[r].predicted(row, at);
-          for (size_t c = 0; c < all.size(); ++c) left[k] -= rows_[r][static_cast<size_t>(k)](at, all[c]) * theta[static_cast<long>(c)];
+          for (size_t c = 0; c < all.size(); ++c)
+            left[k] -= rows_[r][static_cast<size_t>(k)](at, all[c]) * theta[static_cast<long>(c)];
         }
         if (left.size() > 8) time += calc_correlation_time(left), n += 1.0;
       }
@@ -315,7 +324,8 @@ class DesignMaker {
 
 }  // namespace
 
-LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points) {
+LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings,
+                            const LinkPoints& points) {
   return DesignMaker(data, sensors, readings, points).make();
 }
 
@@ -342,7 +352,8 @@ LinkFit fit_links(const LinkDesign& design, const LinkTerms& model, bool with_co
   }
   const Eigen::VectorXd theta = solve(w.total, columns);
   fit.theta = split(design, model, theta);
-  for (size_t i = 0; i < model.size(); ++i) fit.physical = fit.physical && is_physical(design, design.terms[model[i]], fit.theta[i]);
+  for (size_t i = 0; i < model.size(); ++i)
+    fit.physical = fit.physical && is_physical(design, design.terms[model[i]], fit.theta[i]);
   fit.cross = square;
   fit.evidence = calc_evidence(design, model, square);
   for (const LinkGroup& group : design.groups) {
@@ -371,7 +382,8 @@ LinkAlone fit_alone(const LinkDesign& design, const LinkTerms& model, const Link
   const long p = static_cast<long>(columns.size());
   Eigen::MatrixXd G = own.pick(columns).G;
   G.diagonal() *= 1.0 + 1e-9;
-  out.variance = split(design, model, Eigen::VectorXd(G.ldlt().solve(Eigen::MatrixXd::Identity(p, p)).diagonal().cwiseAbs()));
+  out.variance =
+      split(design, model, Eigen::VectorXd(G.ldlt().solve(Eigen::MatrixXd::Identity(p, p)).diagonal().cwiseAbs()));
   return out;
 }
 

@@ -48,13 +48,14 @@ const LinkPoint* find_point(const LinkPoints& points, const LinkTermRow& row, in
 
 // Computes the columns of all terms at the linearisation points `points`, and their sums. Terms that no reading shows
 // are left out. `readings` must outlive the design.
-LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points);
+LinkDesign make_link_design(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings,
+                            const LinkPoints& points);
 
 struct LinkFit {
-  std::vector<Eigen::VectorXd> theta;   // by term of the model
-  Eigen::MatrixXd covariance;           // of all parameters in sequence; empty unless requested
-  std::vector<double> cross, held;      // mean squares by group: cross-validated; held out
-  double evidence = 0.0;                // [nats] log evidence minus the costs of the terms
+  std::vector<Eigen::VectorXd> theta;  // by term of the model
+  Eigen::MatrixXd covariance;          // of all parameters in sequence; empty unless requested
+  std::vector<double> cross, held;     // mean squares by group: cross-validated; held out
+  double evidence = 0.0;               // [nats] log evidence minus the costs of the terms
   bool physical = true;
 };
 

@@ -18,7 +18,8 @@ constexpr double kNear = 1e-3;      // [m], [rad] smaller moves of the linearisa
 
 const char* const kPostures = "many postures of the links beyond the sensor, held still";
 
-LinkTermRow make_row(const EffectInfo& effect, PlaceKind place, int columns, void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
+LinkTermRow make_row(const EffectInfo& effect, PlaceKind place, int columns,
+                     void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
   LinkTermRow row;
   row.effect = &effect, row.place = place, row.columns = columns, row.fill = fill;
   return row;
@@ -28,17 +29,20 @@ LinkTermRow make_load() {
   LinkTermRow row = make_row(get_effect(EffectId::kPayload), PlaceKind::kLink, 4, &LinkColumns::fill_load);
   row.cost = 9.0;  // four parameters
   row.load = true;
-  row.find_start = [](const Experiment& e, int link) { return Vector3d(e.robot.tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L); };
+  row.find_start = [](const Experiment& e, int link) {
+    return Vector3d(e.robot.tree.links[static_cast<size_t>(link)].inertia.p_LLcm_L);
+  };
   row.move = [](const Eigen::VectorXd& p, Vector3d* near) {
     if (p[0] <= 0.0) return false;
     const Vector3d step = p.tail<3>() / p[0];
     *near += step;
     return step.norm() > kNear;
   };
-  row.make_values = [](const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
-                       std::vector<double>* std) {
+  row.make_values = [](const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s,
+                       std::vector<double>* value, std::vector<double>* std) {
     const double mass = std::max(1e-12, p[0]);
-    for (long i = 1; i < 4; ++i) (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
+    for (long i = 1; i < 4; ++i)
+      (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
   };
   return row;
 }
@@ -81,7 +85,8 @@ LinkTermRow make_spring() {
   row.cost = 6.0;
   row.needs_torque = true;
   row.low = 0.0;
-  row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value, std::vector<double>* std) {
+  row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
+                       std::vector<double>* std) {
     const double k = std::max(1e-12, p[0]);
     (*value)[1] = -p[1] / k, (*std)[1] = std::hypot(s[1], (*value)[1] * s[0]) / k;
   };
@@ -117,7 +122,8 @@ LinkTermRow make_bias() {
 }
 
 LinkTermRow make_scale() {
-  LinkTermRow row = as_factor(make_row(get_effect(EffectId::kSensorScale), PlaceKind::kSensor, 1, &LinkColumns::fill_scale));
+  LinkTermRow row =
+      as_factor(make_row(get_effect(EffectId::kSensorScale), PlaceKind::kSensor, 1, &LinkColumns::fill_scale));
   row.by_group = true;
   return row;
 }
@@ -132,7 +138,8 @@ LinkTermRow make_misalignment() {
     *near = p;
     return moved;
   };
-  row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd&, std::vector<double>* value, std::vector<double>*) {
+  row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd&, std::vector<double>* value,
+                       std::vector<double>*) {
     const Vector3d rpy = calc_rpy(make_turn(Vector3d(p)).toRotationMatrix());
     *value = {rpy.x(), rpy.y(), rpy.z()};
   };
@@ -141,7 +148,9 @@ LinkTermRow make_misalignment() {
 
 }  // namespace
 
-const EffectInfo& LinkTerm::effect() const { return of_link_encoder ? get_effect(EffectId::kSensorBias) : *row->effect; }
+const EffectInfo& LinkTerm::effect() const {
+  return of_link_encoder ? get_effect(EffectId::kSensorBias) : *row->effect;
+}
 
 bool LinkTermRow::allows(const LinkTerm& term, const Eigen::VectorXd& p, double reach) const {
   if (load) return p[0] > 0.0 && (term.near + p.tail<3>() / p[0]).norm() < reach;
@@ -150,15 +159,23 @@ bool LinkTermRow::allows(const LinkTerm& term, const Eigen::VectorXd& p, double 
 }
 
 const std::vector<LinkTermRow>& list_link_rows() {
-  static const std::vector<LinkTermRow> rows = {
-      make_load(), make_mass(), make_com(), make_force(), make_offset(), make_spring(), make_tilt(),
-      make_delay(PlaceKind::kNone, &LinkColumns::fill_late_positions), make_bias(), make_scale(),
-      make_delay(PlaceKind::kSensor, &LinkColumns::fill_late_sensor), make_misalignment()};
+  static const std::vector<LinkTermRow> rows = {make_load(),
+                                                make_mass(),
+                                                make_com(),
+                                                make_force(),
+                                                make_offset(),
+                                                make_spring(),
+                                                make_tilt(),
+                                                make_delay(PlaceKind::kNone, &LinkColumns::fill_late_positions),
+                                                make_bias(),
+                                                make_scale(),
+                                                make_delay(PlaceKind::kSensor, &LinkColumns::fill_late_sensor),
+                                                make_misalignment()};
   return rows;
 }
 
-void find_link_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
-                      std::vector<double>* std) {
+void find_link_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s,
+                      std::vector<double>* value, std::vector<double>* std) {
   value->assign(p.data(), p.data() + p.size()), std->assign(s.data(), s.data() + s.size());
   if (term.row->factor) (*value)[0] = 1.0 + p[0];
   if (term.row->make_values) term.row->make_values(term, p, s, value, std);

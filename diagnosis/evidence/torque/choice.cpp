@@ -16,7 +16,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr size_t kMostWhole = 4;  // terms of the whole robot in one model: more trade off against each other
-constexpr size_t kTried = 6;         // terms of the whole robot that are tried with newly chosen subsets
+constexpr size_t kTried = 6;      // terms of the whole robot that are tried with newly chosen subsets
 
 using Terms = std::vector<size_t>;
 
@@ -59,8 +59,8 @@ class Chooser {
   // Such a second term would only fit inertia that differs from a point mass.
   bool is_twice(const Terms& whole, size_t load) const {
     return design_.whole[load].row->load && std::any_of(whole.begin(), whole.end(), [&](size_t term) {
-      return is_link_mass(design_.whole[term]) && design_.whole[term].place == design_.whole[load].place;
-    });
+             return is_link_mass(design_.whole[term]) && design_.whole[term].place == design_.whole[load].place;
+           });
   }
   bool is_twice(const Terms& whole) const {
     return std::any_of(whole.begin(), whole.end(), [&](size_t term) { return is_twice(whole, term); });
@@ -85,8 +85,8 @@ class Chooser {
     }
   }
 
-  // Tries one zero of the whole robot in place of those at several joints: a tilted base is a constant torque at each joint, or
-  // the constant part of a spring.
+  // Tries one zero of the whole robot in place of those at several joints: a tilted base is a constant torque at each
+  // joint, or the constant part of a spring.
   void share_zeros(Choice* choice) const {
     for (size_t term = 0; term < design_.whole.size(); ++term) {
       if (design_.whole[term].effect().family != EffectFamily::kZero || has(choice->model.whole, term)) continue;
@@ -228,7 +228,8 @@ class Chooser {
     // Beside a rotor at every joint, a bus delay gains little, but it replaces a delay at each joint. It is always
     // tried.
     std::vector<size_t> ranked;
-    bool delay = timing_ == Timing::kAsRecorded || std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].row->is_of_bus(); });
+    bool delay = timing_ == Timing::kAsRecorded ||
+                 std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].row->is_of_bus(); });
     for (size_t i = 0; i < gains.size(); ++i) {
       const bool of_bus = design_.whole[gains[i].second].row->is_of_bus();
       if (of_bus ? !delay : i < kTried && gains[i].first > 0.0) ranked.push_back(gains[i].second);
@@ -264,9 +265,7 @@ class Chooser {
   bool is_choice_physical(const Choice& choice) const { return is_model_physical(design_, choice.model, choice.fit); }
 
   // A bus delay replaces delays of joints and makes the model smaller, so it needs no additional gain.
-  double get_margin(size_t whole_term) const {
-    return design_.whole[whole_term].row->is_of_bus() ? 0.0 : kWholeGain;
-  }
+  double get_margin(size_t whole_term) const { return design_.whole[whole_term].row->is_of_bus() ? 0.0 : kWholeGain; }
 
   bool add_whole(Choice* choice) const {
     Choice best;
@@ -289,15 +288,17 @@ class Chooser {
 };
 
 bool has_late_terms(const TorqueDesign& design, const TorqueModel& model) {
-  const auto is_late_in = [](const std::vector<Term>& terms) { return [&terms](size_t t) { return terms[t].row->late; }; };
+  const auto is_late_in = [](const std::vector<Term>& terms) {
+    return [&terms](size_t t) { return terms[t].row->late; };
+  };
   for (size_t i = 0; i < model.own.size(); ++i) {
     if (std::any_of(model.own[i].begin(), model.own[i].end(), is_late_in(design.joints[i].terms))) return true;
   }
   return std::any_of(model.whole.begin(), model.whole.end(), is_late_in(design.whole));
 }
 
-// True if the term alone is so much more than all of the missing torque that other terms take it back but for less than a
-// detail: a constant and dry friction of a joint that turns one way. Their sum shows, neither of them does.
+// True if the term alone is so much more than all of the missing torque that other terms take it back but for less than
+// a detail: a constant and dry friction of a joint that turns one way. Their sum shows, neither of them does.
 bool is_taken_back(const JointDesign& joint, size_t term, const Eigen::VectorXd& p) {
   return kDetail * kDetail * calc_square(joint.total, list_columns(joint, term), p) > joint.total.c;
 }
@@ -350,7 +351,8 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(p.size());
   for (const JointDesign& joint : design.joints) {
     const Columns columns = list_whole_columns(design, joint, static_cast<size_t>(at - design.whole.begin()));
-    for (long c = 0; c < p.size(); ++c) squares[c] += joint.total.get(columns[static_cast<size_t>(c)], columns[static_cast<size_t>(c)]);
+    for (long c = 0; c < p.size(); ++c)
+      squares[c] += joint.total.get(columns[static_cast<size_t>(c)], columns[static_cast<size_t>(c)]);
   }
   for (long c = 0; c < p.size(); ++c) {
     const bool mass = term.row->load && c == 0;  // its position is moment over mass
@@ -364,7 +366,9 @@ bool is_whole_physical(const TorqueDesign& design, const Term& term, const Eigen
   return term.row->allows(p, find_reach(*design.data, term));
 }
 
-Choice choose_joint_terms(const TorqueDesign& design, int jobs) { return Chooser(design, jobs, Timing::kFree).run_joints(); }
+Choice choose_joint_terms(const TorqueDesign& design, int jobs) {
+  return Chooser(design, jobs, Timing::kFree).run_joints();
+}
 
 std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueModel& model, size_t at, int jobs) {
   const Chooser chooser(design, jobs, has_late_terms(design, model) ? Timing::kFree : Timing::kAsRecorded);
@@ -379,6 +383,8 @@ std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueM
   return list;
 }
 
-Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) { return Chooser(design, jobs, timing).run(); }
+Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing) {
+  return Chooser(design, jobs, timing).run();
+}
 
 }  // namespace hrp::diagnosis

@@ -67,8 +67,8 @@ class Search {
     return rivals;
   }
 
-  // Takes the gain by the model's torque, in place of that by the effort: what is left is then in the unit of the log, as without
-  // a gain. Which of friction and rotor show beside a mass depends on the mass.
+  // Takes the gain by the model's torque, in place of that by the effort: what is left is then in the unit of the log,
+  // as without a gain. Which of friction and rotor show beside a mass depends on the mass.
   std::optional<size_t> exchange_gain(size_t i, const Terms& usual, Terms* own) const {
     const std::vector<Term>& terms = design_.joints[i].terms;
     const auto is_gain = [&](size_t t) { return terms[t].row->scales_effort || terms[t].row->scales_model; };
@@ -91,15 +91,17 @@ class Search {
     });
   }
 
-  // A load that is no point has more inertia than one: that of its link's centre of mass, moved, is the rest. Both together are
-  // one load, with the sum of both moments.
+  // A load that is no point has more inertia than one: that of its link's centre of mass, moved, is the rest. Both
+  // together are one load, with the sum of both moments.
   std::optional<Rival> try_load(size_t load, TorqueModel model) const {
     const Term& term = design_.whole[load];
     model.whole.push_back(load);
     for (size_t t = 0; t < design_.whole.size(); ++t) {
-      if (design_.whole[t].row->effect->id == EffectId::kComError && design_.whole[t].place == term.place) model.whole.push_back(t);
+      if (design_.whole[t].row->effect->id == EffectId::kComError && design_.whole[t].place == term.place)
+        model.whole.push_back(t);
     }
-    const size_t at = static_cast<size_t>(std::find(model.whole.begin(), model.whole.end(), load) - model.whole.begin());
+    const size_t at =
+        static_cast<size_t>(std::find(model.whole.begin(), model.whole.end(), load) - model.whole.begin());
     const TorqueFit fit = fit_torque(design_, model, true);
     const Slots slots = list_slots(design_, model);
     const Eigen::VectorXd known = calc_considered_std(design_, model, fit);
@@ -107,11 +109,14 @@ class Search {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(4, slots.size);
     sum.middleCols(slots.whole[at], 4).setIdentity();
     double more = 0.0;  // [nats] prior cost of what is counted as a part of the load
-    if (at + 1 < model.whole.size()) sum.block(1, slots.whole[at + 1], 3, 3) = link * Matrix3d::Identity(), more = design_.whole[model.whole[at + 1]].row->cost;
+    if (at + 1 < model.whole.size())
+      sum.block(1, slots.whole[at + 1], 3, 3) = link * Matrix3d::Identity(),
+                                           more = design_.whole[model.whole[at + 1]].row->cost;
     const Eigen::VectorXd p = drop_unseen(design_, term, sum * fit.theta);
     const double gain = calc_blurred_evidence(design_, fit) + more - calc_blurred_evidence(design_, gap_.fit);
     if (gain < -kSame || !is_whole_physical(design_, term, p)) return std::nullopt;
-    const Eigen::VectorXd variance = (sum * fit.covariance * sum.transpose()).diagonal().cwiseMax(0.0) + known.segment(slots.whole[at], 4).cwiseAbs2();
+    const Eigen::VectorXd variance = (sum * fit.covariance * sum.transpose()).diagonal().cwiseMax(0.0) +
+                                     known.segment(slots.whole[at], 4).cwiseAbs2();
     return Rival{term, p, (p.array() != 0.0).select(variance.cwiseSqrt(), 0.0), model, {-1, at}};
   }
 
@@ -122,7 +127,9 @@ class Search {
 
 }  // namespace
 
-std::vector<Rival> list_common_causes(const TorqueDesign& design, const Gap& gap, const GradedTerm& g) { return Search(design, gap, g).run(); }
+std::vector<Rival> list_common_causes(const TorqueDesign& design, const Gap& gap, const GradedTerm& g) {
+  return Search(design, gap, g).run();
+}
 
 bool is_shown(const TorqueDesign& design, const Term& whole, const JointDesign& joint) {
   for (size_t t = 0; t < design.whole.size(); ++t) {

@@ -15,12 +15,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFoldTime = 2.5;   // [s] approximate length; long compared with the correlation of residuals
+constexpr double kFoldTime = 2.5;  // [s] approximate length; long compared with the correlation of residuals
 constexpr int kFewestFolds = 6, kMostFolds = 16;
 constexpr long kFewestSamples = 20;  // least number of training samples of a joint
-constexpr double kOutlier = 10.0;  // times the median absolute residual: 6.7 standard deviations if normal
+constexpr double kOutlier = 10.0;    // times the median absolute residual: 6.7 standard deviations if normal
 constexpr int kOutlierPasses = 3;
-constexpr double kLoaded = 0.85;   // correlation of effort and nominal torque above which friction is the smaller part
+constexpr double kLoaded = 0.85;  // correlation of effort and nominal torque above which friction is the smaller part
 
 // By recording and kept sample: index of the fold; -1 in held-out recordings.
 std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
@@ -35,7 +35,8 @@ std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
     if (!r.train) continue;
     const double own = static_cast<double>(r.kept() * r.stride) * r.step;
     const long pieces = std::max(1L, std::lround(own / piece));
-    for (long k = 0; k < r.kept(); ++k) folds.back()[static_cast<size_t>(k)] = *count + static_cast<int>(k * pieces / r.kept());
+    for (long k = 0; k < r.kept(); ++k)
+      folds.back()[static_cast<size_t>(k)] = *count + static_cast<int>(k * pieces / r.kept());
     *count += static_cast<int>(pieces);
   }
   return folds;
@@ -93,7 +94,8 @@ Columns list_common_columns(const JointDesign& joint, long whole_width) {
 
 // Residual [N m] of these columns with parameters from the sums `fitted`: by recording and kept sample; NaN where a row
 // is not used.
-std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows, const Gram& fitted, const Columns& columns) {
+std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDesign& joint, const Rows& rows,
+                                           const Gram& fitted, const Columns& columns) {
   Eigen::VectorXd theta = Eigen::VectorXd::Zero(joint.own_width + rows.whole[0].cols());
   const Eigen::VectorXd found = solve(fitted, columns);
   for (size_t c = 0; c < columns.size(); ++c) theta[columns[c]] = found[static_cast<long>(c)];
@@ -103,7 +105,8 @@ std::vector<std::vector<double>> calc_left(const TorqueData& data, const JointDe
     left.emplace_back();
     for (long k = 0; k < data.recordings[r].kept(); ++k)
       left.back().push_back(data.recordings[r].use(k, joint.joint)
-                                ? data.recordings[r].missing(k, joint.joint) - rows.own[r].row(k).dot(own) - rows.whole[r].row(k).dot(whole)
+                                ? data.recordings[r].missing(k, joint.joint) - rows.own[r].row(k).dot(own) -
+                                      rows.whole[r].row(k).dot(whole)
                                 : std::numeric_limits<double>::quiet_NaN());
   }
   return left;
@@ -134,7 +137,8 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
   const long width = joint.own_width + rows.whole[0].cols();
   Gram everything = sum(joint.held, width);
   everything.add(joint.total, 1.0);
-  const std::vector<std::vector<double>> left = calc_left(*data, joint, rows, everything, list_common_columns(joint, rows.whole[0].cols()));
+  const std::vector<std::vector<double>> left =
+      calc_left(*data, joint, rows, everything, list_common_columns(joint, rows.whole[0].cols()));
   std::vector<double> size;
   for (const std::vector<double>& recording : left) {
     for (double x : recording) {
@@ -163,7 +167,9 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
 std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint, std::vector<std::vector<int>> folds) {
   std::set<int> used;
   long samples = 0, at = 0;
-  const auto is_fitted = [&](size_t r, long k) { return folds[r][static_cast<size_t>(k)] >= 0 && data.recordings[r].use(k, joint); };
+  const auto is_fitted = [&](size_t r, long k) {
+    return folds[r][static_cast<size_t>(k)] >= 0 && data.recordings[r].use(k, joint);
+  };
   for (size_t r = 0; r < folds.size(); ++r) {
     for (long k = 0; k < data.recordings[r].kept(); ++k) {
       if (is_fitted(r, k)) used.insert(folds[r][static_cast<size_t>(k)]), ++samples;
@@ -221,9 +227,9 @@ double correlate_load(const TorqueData& data, int joint) {
   return S(0, 1) / std::sqrt(std::max(1e-300, S(0, 0) * S(1, 1)));
 }
 
-// The same beside friction, rotor and a constant, of a joint whose torque these do not explain and whose effort was logged, in
-// volts perhaps. Back-EMF of a motor that drives a pendulum is four times the pendulum's torque: the effort hardly follows
-// the torque, and tells its gain to 1 %.
+// The same beside friction, rotor and a constant, of a joint whose torque these do not explain and whose effort was
+// logged, in volts perhaps. Back-EMF of a motor that drives a pendulum is four times the pendulum's torque: the effort
+// hardly follows the torque, and tells its gain to 1 %.
 double correlate_load_beside_drive(const TorqueData& data, int joint) {
   if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return 0.0;
   const UnitRows rows = collect_efforts(data, joint);
@@ -290,7 +296,8 @@ TorqueDesign make_torque_design(TorqueData&& given) {
       joint.spread = std::sqrt(passive[static_cast<size_t>(j)]);
     }
     joint.loaded = std::max(correlate_load(data, j), correlate_load_beside_drive(data, j)) > kLoaded;
-    joint.effective = count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
+    joint.effective =
+        count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
     design.joints.push_back(std::move(joint));
   }
   for (JointDesign& joint : design.joints) {

@@ -15,15 +15,16 @@ namespace hrp::diagnosis {
 struct JointDesign {
   int joint = 0;
   std::vector<Term> terms;
-  Columns first;        // by term: its first column
-  long own_width = 0;   // columns of the joint's terms
+  Columns first;                       // by term: its first column
+  long own_width = 0;                  // columns of the joint's terms
   std::vector<const TermRow*> barred;  // rows whose terms may not be in any model of this joint
-  std::vector<Gram> train, held;  // by fold; by held-out recording
-  Gram total;                     // of `train`
-  bool has_held = false;          // held-out recordings contain this joint; else `held` is a copy of `train`
-  double spread = 0.0;            // [N m] standard deviation of the effort, held-out recordings
-  bool loaded = false;            // effort and nominal torque are correlated (> 0.85), alone or beside friction and rotor: a wrong gain shows
-  double effective = 0.0;         // independent training samples, from the residual of the joint's terms without memory
+  std::vector<Gram> train, held;       // by fold; by held-out recording
+  Gram total;                          // of `train`
+  bool has_held = false;               // held-out recordings contain this joint; else `held` is a copy of `train`
+  double spread = 0.0;                 // [N m] standard deviation of the effort, held-out recordings
+  bool loaded = false;     // effort and nominal torque are correlated (> 0.85), alone or beside friction and rotor: a
+                           // wrong gain shows
+  double effective = 0.0;  // independent training samples, from the residual of the joint's terms without memory
 
   double weigh_squares() const { return 1.0 / std::max(1e-300, spread * spread); }  // [1/(N m)^2] to compare joints
 };
@@ -32,9 +33,9 @@ struct JointDesign {
 struct TorqueDesign {
   std::shared_ptr<TorqueData> data;  // outliers and other rows that no term explains are marked as unused
   std::vector<Term> whole;
-  Columns whole_first;               // by term: its first column after the joint's own columns
-  std::vector<JointDesign> joints;   // that are judged and have enough samples
-  bool has_held = false;             // of any joint
+  Columns whole_first;              // by term: its first column after the joint's own columns
+  std::vector<JointDesign> joints;  // that are judged and have enough samples
+  bool has_held = false;            // of any joint
 };
 
 // Requires `data` with at least one recording.

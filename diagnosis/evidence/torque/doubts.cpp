@@ -11,7 +11,8 @@ const char* find_doubt(const GradedTerm& term, const TermDoubts& doubts) {
   if (doubts.of_sampling) return "a log that holds its values is late by up to a period, too";
   if (term.harms_one) return "one held-out recording is predicted worse with it";
   if (doubts.stated) return "the stated gains of the servo may be wrong instead";
-  return doubts.confirmed ? "other sets of effects do nearly as well" : "it takes away too little of the held-out mismatch";
+  return doubts.confirmed ? "other sets of effects do nearly as well"
+                          : "it takes away too little of the held-out mismatch";
 }
 
 }  // namespace hrp::diagnosis

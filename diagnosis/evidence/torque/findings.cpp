@@ -41,8 +41,7 @@ constexpr int kSeveral = 3;  // least number of joints; with fewer, it may be th
 
 class Judge {
  public:
-  Judge(const Experiment& e, TorqueDesign&& design, int jobs)
-      : e_(e), jobs_(jobs), design_(std::move(design)) {
+  Judge(const Experiment& e, TorqueDesign&& design, int jobs) : e_(e), jobs_(jobs), design_(std::move(design)) {
     choice_ = choose_with_placed_loads(jobs, &design_);
     drop_misleading_terms(jobs, Timing::kFree, &design_, &choice_);
     exchange_misleading_zeros(design_, jobs, &choice_);
@@ -65,14 +64,17 @@ class Judge {
     explain_by_gears(design_, &graded_);
     doubt_balancers(design_, &graded_);
     add_findings(&out);
-    for (const SoftGear& gear : design_.data->soft) add_soft_gear(e_, gear, design_.data->source[static_cast<size_t>(gear.joint)], &out.evidence.findings, &out.model);
+    for (const SoftGear& gear : design_.data->soft)
+      add_soft_gear(e_, gear, design_.data->source[static_cast<size_t>(gear.joint)], &out.evidence.findings,
+                    &out.model);
     for (const ServoDelay& delay : design_.data->delays) add_delay(delay, &out);
     for (size_t j = 0; j < design_.data->servo.size(); ++j) add_log(static_cast<int>(j), &out);
     for (size_t j = 0; j < design_.data->velocity.size(); ++j) add_velocity(static_cast<int>(j), &out);
     add_remaining(&out);
     add_resting(&out);
     // In an exact world, an effect that the model does not need does not exist.
-    if (out.exact == 0 && !out.evidence.findings.empty()) join_bristles(*design_.data, &out.evidence.findings), add_possible(&out);
+    if (out.exact == 0 && !out.evidence.findings.empty())
+      join_bristles(*design_.data, &out.evidence.findings), add_possible(&out);
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
     out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
@@ -82,11 +84,13 @@ class Judge {
 
  private:
   // A servo with damping kd gives a late command (delay T0) the signature of a rotor kd T0, and of friction. One delay
-  // in place of a rotor at each joint makes the model smaller. So do delays at several joints. Therefore they stay only if
-  // they predict clearly better than friction and rotors; that of a bus must also be supported.
+  // in place of a rotor at each joint makes the model smaller. So do delays at several joints. Therefore they stay only
+  // if they predict clearly better than friction and rotors; that of a bus must also be supported.
   void drop_untold_delay(int jobs) {
-    const auto delay = std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
-    const auto late = std::count_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->late; });
+    const auto delay =
+        std::find_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->is_of_bus(); });
+    const auto late =
+        std::count_if(graded_.begin(), graded_.end(), [](const GradedTerm& g) { return g.term.row->late; });
     if (delay == graded_.end() && late < 2) return;
     // rows that misled beside the delay may be right without it
     for (JointDesign& joint : design_.joints) joint.barred.clear();
@@ -103,7 +107,9 @@ class Judge {
   // The model without lags and delays of joints, which have the same signature as a bus delay.
   TorqueModel drop_timing(TorqueModel model) const {
     for (size_t i = 0; i < model.own.size(); ++i) {
-      const auto is_timing = [&](size_t t) { return design_.joints[i].terms[t].effect().family == EffectFamily::kTiming; };
+      const auto is_timing = [&](size_t t) {
+        return design_.joints[i].terms[t].effect().family == EffectFamily::kTiming;
+      };
       model.own[i].erase(std::remove_if(model.own[i].begin(), model.own[i].end(), is_timing), model.own[i].end());
     }
     return model;
@@ -114,7 +120,8 @@ class Judge {
     bool any = false;
     for (const GradedTerm& g : graded_) {
       if (g.place.joint < 0 || std::abs(g.parameters[0]) > kNinetyFive * g.width[0]) continue;
-      const auto simpler = std::find_if(g.rivals.begin(), g.rivals.end(), [&](const Rival& r) { return g.term.row->contains(*r.term.row); });
+      const auto simpler = std::find_if(g.rivals.begin(), g.rivals.end(),
+                                        [&](const Rival& r) { return g.term.row->contains(*r.term.row); });
       if (simpler == g.rivals.end()) continue;
       // a joint has one spring, so its list in the rival's model is the same but for this term
       const auto joint = static_cast<size_t>(g.place.joint);
@@ -157,7 +164,8 @@ class Judge {
       if (g.term.row->excess) continue;  // reported with its level
       const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
       std::vector<Alternative> alternatives = list_indistinguishable(*design_.data, g, excess, find_level(g));
-      if (const GradedTerm* gear = find_gear(design_, g, &graded_)) alternatives.insert(alternatives.begin(), make_gear_alternative(*design_.data, g, *gear));
+      if (const GradedTerm* gear = find_gear(design_, g, &graded_))
+        alternatives.insert(alternatives.begin(), make_gear_alternative(*design_.data, g, *gear));
       out->evidence.findings.push_back(make_finding(e_, g, excess, alternatives));
       const bool of_drive = g.term.row->of_motor_and_gear;
       if (of_drive) any_drives.insert(g.place.joint);
@@ -172,19 +180,24 @@ class Judge {
       const auto is_its = [&](const JointDesign& joint) { return joint.joint == j; };
       if (!design_.data->is_judged(j) || std::any_of(design_.joints.begin(), design_.joints.end(), is_its)) continue;
       const JointSpec& joint = e_.robot.tree.joint(j);
-      out->evidence.not_identifiable.push_back({get_effect(joint.actuated ? EffectId::kRotorInertia : EffectId::kViscous).name, {{"joint", joint.name}},
-                                                "the joint hardly moves: this motion cannot tell its friction and its inertia", kReversals});
+      out->evidence.not_identifiable.push_back(
+          {get_effect(joint.actuated ? EffectId::kRotorInertia : EffectId::kViscous).name,
+           {{"joint", joint.name}},
+           "the joint hardly moves: this motion cannot tell its friction and its inertia",
+           kReversals});
     }
   }
 
   void add_possible(TorqueVerdict* out) const {
     for (const GradedTerm& g : list_possible_terms(design_, choice_, graded_, jobs_))
-      out->evidence.findings.push_back(make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr, find_level(g))));
+      out->evidence.findings.push_back(
+          make_finding(e_, g, nullptr, list_indistinguishable(*design_.data, g, nullptr, find_level(g))));
   }
 
   // The servo's own law determines this delay, whatever else acts on the joint.
   void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
-    Finding f = make_finding(get_effect(EffectId::kDelay), {{"joint", e_.robot.tree.joint(d.joint).name}}, {make_one("delay", "s", d.delay, d.std)});
+    Finding f = make_finding(get_effect(EffectId::kDelay), {{"joint", e_.robot.tree.joint(d.joint).name}},
+                             {make_one("delay", "s", d.delay, d.std)});
     f.grade = Grade::kSupported, f.probability = kSurest;
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
@@ -209,9 +222,12 @@ class Judge {
   // Faults of a joint's position or velocity column, from the comparison of the two.
   void add_velocity(int joint, TorqueVerdict* out) const {
     const VelocityReading& log = design_.data->velocity[static_cast<size_t>(joint)];
-    for (Finding& f : make_velocity_findings(e_, joint, design_.data->velocity)) out->evidence.findings.push_back(std::move(f));
-    if (log.is_scaled()) out->model.push_back({EffectId::kSensorScale, at_sensor(joint, Reading::kVelocity), {log.scale}});
-    if (log.is_biased()) out->model.push_back({EffectId::kSensorBias, at_sensor(joint, Reading::kVelocity), {log.bias}});
+    for (Finding& f : make_velocity_findings(e_, joint, design_.data->velocity))
+      out->evidence.findings.push_back(std::move(f));
+    if (log.is_scaled())
+      out->model.push_back({EffectId::kSensorScale, at_sensor(joint, Reading::kVelocity), {log.scale}});
+    if (log.is_biased())
+      out->model.push_back({EffectId::kSensorBias, at_sensor(joint, Reading::kVelocity), {log.bias}});
     if (log.late == 0.0) return;
     const Reading late = log.is_late() ? Reading::kVelocity : Reading::kPosition;
     out->model.push_back({EffectId::kSensorDelay, at_sensor(joint, late), {std::abs(log.late)}});
@@ -222,14 +238,17 @@ class Judge {
     const GradedTerm* excess = g.term.row->level ? find_excess(g) : nullptr;
     const std::optional<Effect> effect = make_effect(g, excess);
     if (!effect) return;
-    if (!g.term.row->is_of_bus()) model->push_back(*effect);
-    else for (int joint : list_servo_joints()) model->push_back({effect->id, joint, effect->p});
+    if (!g.term.row->is_of_bus())
+      model->push_back(*effect);
+    else
+      for (int joint : list_servo_joints()) model->push_back({effect->id, joint, effect->p});
   }
 
   std::vector<int> list_servo_joints() const {
     std::vector<int> list;
     for (const JointDesign& joint : design_.joints) {
-      if (design_.data->source[static_cast<size_t>(joint.joint)] == EffortSource::kServoLaw) list.push_back(joint.joint);
+      if (design_.data->source[static_cast<size_t>(joint.joint)] == EffortSource::kServoLaw)
+        list.push_back(joint.joint);
     }
     return list;
   }
@@ -265,7 +284,8 @@ class Judge {
         for (size_t c = 0; c < 5; ++c) o.x[c].push_back(values[c]);
         o.time.push_back(r.time(k)), o.y.push_back(r.missing(k, j) - predicted[k]);
         rows.push_back((Eigen::VectorXd(6) << r.q(row, j), r.v(row, j), direction[k], r.a(row, j), r.tau(row, j),
-                        std::abs(r.tau(row, j)) * direction[k]).finished());
+                        std::abs(r.tau(row, j)) * direction[k])
+                           .finished());
         missing.push_back(r.missing(k, j));
         free->fold.push_back(static_cast<int>(list.size() * 4 + static_cast<size_t>(4 * k / std::max(1L, r.kept()))));
       }
@@ -277,7 +297,9 @@ class Judge {
     return list;
   }
 
-  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const { return list_law_columns(design_, choice_.model, i, r) * list_values(i); }
+  Eigen::VectorXd calc_prediction(size_t i, const TorqueRecording& r) const {
+    return list_law_columns(design_, choice_.model, i, r) * list_values(i);
+  }
 
   // Coefficients of the model's columns in a joint's rows.
   Eigen::VectorXd list_values(size_t i) const {
@@ -286,8 +308,10 @@ class Judge {
     const auto add = [&](long slot, long count) {
       for (long c = 0; c < count; ++c) values.push_back(choice_.fit.theta[slot + c]);
     };
-    for (size_t t = 0; t < choice_.model.own[i].size(); ++t) add(slots.own[i][t], design_.joints[i].terms[choice_.model.own[i][t]].columns());
-    for (size_t t = 0; t < choice_.model.whole.size(); ++t) add(slots.whole[t], design_.whole[choice_.model.whole[t]].columns());
+    for (size_t t = 0; t < choice_.model.own[i].size(); ++t)
+      add(slots.own[i][t], design_.joints[i].terms[choice_.model.own[i][t]].columns());
+    for (size_t t = 0; t < choice_.model.whole.size(); ++t)
+      add(slots.whole[t], design_.whole[choice_.model.whole[t]].columns());
     return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));
   }
 
@@ -309,11 +333,15 @@ class Judge {
       const int judge = design_.joints[static_cast<size_t>(most)].joint;
       const auto is_judge = [&](const CoupledDrive& d) { return d.other == judge; };
       if (judge != joint && std::none_of(coupled.drives.begin(), coupled.drives.end(), is_judge)) continue;
-      doubt_law({{"link", e_.robot.tree.links[static_cast<size_t>(g.term.place)].name}}, "A drive turns with two joints that carry it, so their efforts are not the torques that they bear.", out);
+      doubt_law({{"link", e_.robot.tree.links[static_cast<size_t>(g.term.place)].name}},
+                "A drive turns with two joints that carry it, so their efforts are not the torques that they bear.",
+                out);
     }
   }
 
-  CoupledDrives find_coupled(size_t i) const { return find_coupled_drives(*design_.data, list_laws(design_, choice_.model, i)); }
+  CoupledDrives find_coupled(size_t i) const {
+    return find_coupled_drives(*design_.data, list_laws(design_, choice_.model, i));
+  }
 
   void add_remaining(TorqueVerdict* out) const {
     static const std::vector<Regressor> quantities{{"position", "its position", "rad"},
@@ -337,10 +365,12 @@ class Judge {
       if (!coupled.drives.empty()) {
         r.depends_on = {"other joint"};
         r.statement = make_remaining_words(e_, joint.joint, r, make_coupled_words(e_, joint.joint, coupled));
-        const std::string why = "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
+        const std::string why =
+            "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
         doubt_law(r.where, why, out);
         // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
-        for (const CoupledDrive& d : coupled.drives) doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
+        for (const CoupledDrive& d : coupled.drives)
+          doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
         doubt_carried(joint.joint, coupled, out);
       } else if (r.after > kKnown * joint.spread && !held.empty()) {
         const Relation relation = find_relation(quantities, train, held);
@@ -349,20 +379,25 @@ class Judge {
       } else {
         r.statement = make_remaining_words(e_, joint.joint, r, "");
       }
-      if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty()) r.statement += " " + why, doubt_law(r.where, why, out);
+      if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty())
+        r.statement += " " + why, doubt_law(r.where, why, out);
       const double scale = joint.weigh_squares();
       before += r.before * r.before * scale, after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      const double free = std::max(find_free_share(learn, test), coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));
-      // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all the
-      // same, more than the laws can be predicted.
+      const double free = std::max(find_free_share(learn, test),
+                                   coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));
+      // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all
+      // the same, more than the laws can be predicted.
       const bool more = free < kHalf * own && !r.depends_on.empty();
       reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, free));
       // A supported law must explain this share of what a model without physics predicts.
-      if (own < kLargely * free) doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
-      // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn freely.
+      if (own < kLargely * free)
+        doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
+      // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn
+      // freely.
       const bool driven = e_.robot.tree.joint(joint.joint).actuated;
-      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn) ++out->exact;
+      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn)
+        ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
     }

@@ -15,11 +15,13 @@ bool scales_effort(const Term& term) { return term.row->scales_effort; }
 // Place of the gain among the joint's terms in the model; none if it is not fitted.
 std::optional<size_t> find_fitted_gain(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
   const std::vector<size_t>& own = model.own[joint];
-  const auto at = std::find_if(own.begin(), own.end(), [&](size_t t) { return scales_effort(design.joints[joint].terms[t]); });
+  const auto at =
+      std::find_if(own.begin(), own.end(), [&](size_t t) { return scales_effort(design.joints[joint].terms[t]); });
   return at == own.end() ? std::nullopt : std::optional<size_t>(static_cast<size_t>(at - own.begin()));
 }
 
-// Standard deviation [1] of the joint's gain if it were fitted beside the model; infinite if its motion does not show one.
+// Standard deviation [1] of the joint's gain if it were fitted beside the model; infinite if its motion does not show
+// one.
 double calc_std_if_fitted(const TorqueDesign& design, const TorqueModel& model, size_t joint) {
   const std::vector<Term>& terms = design.joints[joint].terms;
   const auto gain = std::find_if(terms.begin(), terms.end(), &scales_effort);
@@ -40,8 +42,10 @@ std::vector<double> calc_gain_std(const TorqueDesign& design, const TorqueModel&
   double square = 0.0, fitted = 0.0;
   for (size_t i = 0; i < n; ++i) {
     const std::optional<size_t> at = find_fitted_gain(design, model, i);
-    if (at) square += std::pow(fit.theta[slots.own[i][*at]], 2), fitted += 1.0;  // the column's coefficient is 1 - gain
-    else others.push_back(i);
+    if (at)
+      square += std::pow(fit.theta[slots.own[i][*at]], 2), fitted += 1.0;  // the column's coefficient is 1 - gain
+    else
+      others.push_back(i);
   }
   if (fitted == 0.0) return known;
   // A joint whose gain would show at two standard errors and is not in the model counts as one that is right.

@@ -9,7 +9,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// The regressor of kLoadOfBodies contains the load of the nominal mass, so its coefficient is mass_factor times too large.
+// The regressor of kLoadOfBodies contains the load of the nominal mass, so its coefficient is mass_factor times too
+// large.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
   if (friction->term.shape != kLoadOfBodies) return;
   friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
@@ -24,14 +25,17 @@ double calc_lift(const GradedTerm& friction) {
 // Compares prior costs [nats]; the recordings fit both explanations equally.
 bool is_likelier(const GradedTerm& mass, const GradedTerm& friction) {
   const double mu = friction.parameters[0];
-  const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost + calc_factor_cost(calc_gear_gain(mass, friction));
+  const double as_gear = find_term_row(&TermRow::backwards).cost + find_term_row(&TermRow::scales_effort).cost +
+                         calc_factor_cost(calc_gear_gain(mass, friction));
   const double as_mass = find_term_row(&TermRow::by_load).cost + calc_term_cost(*mass.term.row, mass.parameters);
   return mu > 0.0 && mu < 1.0 && as_gear + kOdds < as_mass;  // the mass needs odds against it, else it stays
 }
 
 void replace(GradedTerm* mass, GradedTerm* friction) {
-  const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)), k = calc_gear_gain(*mass, *friction);
-  const double own = friction->width[0] / (friction->term.shape == kLoadOfBodies ? 1.0 + mu : 1.0 - mu), of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
+  const double mu = friction->parameters[0], slope = 2.0 / ((1.0 + mu) * (1.0 + mu)),
+               k = calc_gear_gain(*mass, *friction);
+  const double own = friction->width[0] / (friction->term.shape == kLoadOfBodies ? 1.0 + mu : 1.0 - mu),
+               of_mass = mass->width[0] / (1.0 + mass->parameters[0]);
   const Rival rival{mass->term, mass->parameters, mass->width, {}, {}};
   friction->rivals = {{friction->term, friction->parameters, friction->width, {}, {}}, rival};
   friction->term.row = &find_term_row(&TermRow::backwards);
@@ -48,7 +52,9 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
 
 }  // namespace
 
-double calc_gear_gain(const GradedTerm& mass, const GradedTerm& friction) { return 1.0 / ((1.0 + mass.parameters[0]) * calc_lift(friction)); }
+double calc_gear_gain(const GradedTerm& mass, const GradedTerm& friction) {
+  return 1.0 / ((1.0 + mass.parameters[0]) * calc_lift(friction));
+}
 
 double calc_backward_loss(double mu) { return 2.0 * mu / (1.0 + mu); }
 double calc_loaded_friction(double loss) { return loss / (2.0 - loss); }

@@ -8,9 +8,9 @@
 //   share mu of the bodies' torque       s (1 + mu)    s (1 - mu)      kLoadOfBodies
 //   share mu of the drive's effort       s / (1 - mu)  s / (1 + mu)    kLoadOfDrive
 //
-// The nominal link needs 1 / k to lift and (1 - r) / k to lower behind a gear that loses the share r only while the load
-// drives it; k is the torque constant's factor. In both rows r = 2 mu / (1 + mu) gives the same torques. Slow motions cannot
-// distinguish the explanations. The prior can: masses are weighed, so they are seldom wrong.
+// The nominal link needs 1 / k to lift and (1 - r) / k to lower behind a gear that loses the share r only while the
+// load drives it; k is the torque constant's factor. In both rows r = 2 mu / (1 + mu) gives the same torques. Slow
+// motions cannot distinguish the explanations. The prior can: masses are weighed, so they are seldom wrong.
 #pragma once
 
 #include "diagnosis/evidence/torque/grade.h"

@@ -17,8 +17,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kOverwhelming = 20.0;    // [nats] with this gain, a term is named even if its share is small
-constexpr double kShrink = 0.3;           // weight of all data beside a stretch's own data, in average stretches
+constexpr double kOverwhelming = 20.0;  // [nats] with this gain, a term is named even if its share is small
+constexpr double kShrink = 0.3;         // weight of all data beside a stretch's own data, in average stretches
 
 class Grader {
  public:
@@ -134,22 +134,24 @@ class Grader {
     return columns;
   }
 
-  // Sums without what masses of links predict. The rows of all joints tell these. A stretch of one joint's rows cannot: beside a
-  // free mass, a gain of 6 % would have either sign. A common delay stays: every joint takes it for its own friction.
+  // Sums without what masses of links predict. The rows of all joints tell these. A stretch of one joint's rows cannot:
+  // beside a free mass, a gain of 6 % would have either sign. A common delay stays: every joint takes it for its own
+  // friction.
   Gram take_masses_out(size_t i, Gram gram) const {
     for (size_t t = 0; t < choice_.model.whole.size(); ++t) {
       if (!design_.whole[choice_.model.whole[t]].row->is_of_mass()) continue;
       const Columns columns = list_whole_columns(design_, design_.joints[i], choice_.model.whole[t]);
       for (size_t k = 0; k < columns.size(); ++k) {
-        for (long c = 0; c < gram.b.size(); ++c) gram.b[c] -= gram.get(c, columns[k]) * fit_.theta[slots_.whole[t] + static_cast<long>(k)];
+        for (long c = 0; c < gram.b.size(); ++c)
+          gram.b[c] -= gram.get(c, columns[k]) * fit_.theta[slots_.whole[t] + static_cast<long>(k)];
       }
     }
     return gram;
   }
 
   // Estimates each term from each stretch, with a weak prior from all data, at the joint that shows most of it. Its
-  // parameters keep their proportion, because a stretch alone may not tell a load's mass from its place. The differences
-  // between stretches in the first parameter widen the interval (random effects).
+  // parameters keep their proportion, because a stretch alone may not tell a load's mass from its place. The
+  // differences between stretches in the first parameter widen the interval (random effects).
   void find_agreement() {
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
@@ -186,10 +188,12 @@ class Grader {
     for (const GradedTerm& g : graded_) judges[find_judge(g)] = 1;
     parallel_for(jobs_, static_cast<int>(between.size()), [&](int i) {
       if (!judges[static_cast<size_t>(i)]) return;
-      between[static_cast<size_t>(i)] = calc_spread_between(design_, choice_.model, fit_, static_cast<size_t>(i), gain_std[static_cast<size_t>(i)]);
+      between[static_cast<size_t>(i)] =
+          calc_spread_between(design_, choice_.model, fit_, static_cast<size_t>(i), gain_std[static_cast<size_t>(i)]);
       curves[static_cast<size_t>(i)] = profile_dry_curve(design_, choice_.model, static_cast<size_t>(i));
     });
-    const Eigen::VectorXd considered = choice_.model.whole.empty() ? Eigen::VectorXd() : calc_considered_std(design_, choice_.model, fit_);
+    const Eigen::VectorXd considered =
+        choice_.model.whole.empty() ? Eigen::VectorXd() : calc_considered_std(design_, choice_.model, fit_);
     const Eigen::VectorXd of_masses = calc_unsure_mass_std(design_, choice_.model, fit_);
     for (GradedTerm& g : graded_) {
       const size_t i = find_judge(g);
@@ -201,14 +205,17 @@ class Grader {
         // Not further for terms of the whole robot: parts of one joint say little.
         const double most = g.term.whole() ? kUnlikely * g.std[c] : std::numeric_limits<double>::infinity();
         g.width[c] = std::hypot(g.std[c], std::min(most, between[i][first + c]));
-        if (g.term.whole() || !is_loss(g.term.effect())) g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
+        if (g.term.whole() || !is_loss(g.term.effect()))
+          g.width[c] = std::hypot(g.width[c], (g.term.whole() ? considered : of_masses)[find_slot(g.place) + c]);
       }
       const long slot = find_slot(g.place);
       if (g.term.row->load) g.width = take_place_widths(g.parameters, fit_.covariance.block<4, 4>(slot, slot), g.width);
     }
   }
 
-  long find_slot(const TermPlace& place) const { return place.joint >= 0 ? slots_.own[static_cast<size_t>(place.joint)][place.at] : slots_.whole[place.at]; }
+  long find_slot(const TermPlace& place) const {
+    return place.joint >= 0 ? slots_.own[static_cast<size_t>(place.joint)][place.at] : slots_.whole[place.at];
+  }
 
   // The joint whose rows contain most of the term's signal.
   size_t find_judge(const GradedTerm& g) const {
@@ -302,18 +309,18 @@ class Grader {
   bool is_visible(const GradedTerm& g) const {
     const JointDesign& joint = design_.joints[find_judge(g)];
     const long c = list_columns(joint, choice_.model.own[static_cast<size_t>(g.place.joint)][g.place.at])[0];
-    return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) > kKnown * joint.spread;
+    return std::sqrt(joint.total.get(c, c) / std::max(1.0, joint.total.n)) * std::abs(g.parameters[0]) >
+           kKnown * joint.spread;
   }
 
   // False for deviations of gains and zeros that every real drive or encoder has.
-  bool is_material(const GradedTerm& g) const {
-    return g.parameters.norm() >= g.term.row->material;
-  }
+  bool is_material(const GradedTerm& g) const { return g.parameters.norm() >= g.term.row->material; }
 
   // True if the delay may be an artefact of sampling. A log that holds values between samples, or writes them one cycle
   // early or late, shifts them by up to a period.
   bool is_of_sampling(const GradedTerm& g) const {
-    return (g.term.row->late || g.term.row->of_log) && g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
+    return (g.term.row->late || g.term.row->of_log) &&
+           g.parameters[0] - kNinetyFive * g.width[0] < design_.data->experiment->sample_time;
   }
 
   void decide(GradedTerm* g) const {
@@ -323,14 +330,17 @@ class Grader {
     // the recordings. For a load, only its mass counts, not its position.
     const long counted = g->term.row->load ? 1 : g->parameters.size();
     const Eigen::VectorXd value = g->parameters.head(counted);
-    const auto over = [&](const Eigen::VectorXd& std) { return (value.array() != 0.0).select(std.head(counted), 0.0).norm(); };
+    const auto over = [&](const Eigen::VectorXd& std) {
+      return (value.array() != 0.0).select(std.head(counted), 0.0).norm();
+    };
     const double size = value.norm();
     const bool told = size > kUnlikely * over(g->std), clear = told && size > kNinetyFive * over(g->width);
     // A small share needs confirmation by held-out recordings, except for terms that every drive has.
     // Every drive has viscous and dry friction and a rotor.
     const double enough = g->term.row->usual ? kWholeGain : kOverwhelming;
     // A gain explains little alone where friction is most of the effort. Beside the others it decides all their values.
-    const bool overwhelming = g->gain > enough && (g->share > kAgreement || g->rescales) && (design_.has_held || g->term.row->usual);
+    const bool overwhelming =
+        g->gain > enough && (g->share > kAgreement || g->rescales) && (design_.has_held || g->term.row->usual);
     const bool matters = (g->share >= kMinor || overwhelming) && is_material(*g);
     const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
     // Friction and rotors that are clear in the model, though not on held-out data, are listed as ambiguous.
@@ -340,21 +350,24 @@ class Grader {
     const bool sized = size >= over(g->width), much = told && g->share > kMuch;
     // A common term that explains much of the held-out mismatch is listed, even if few independent samples make its
     // size uncertain.
-    const bool likely = g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
+    const bool likely =
+        g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
     g->disagrees = g->agreement < kAgree, g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, remove more than details of friction do, and have higher odds.
     const double odds = g->term.row->usual ? kOdds : kWholeGain;
-    const bool confirmed = g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kMinor);
-    const bool sure = confirmed && g->probability >= kNearlyAll && g->gain > odds && clear && !other_family && !is_of_sampling(*g);
+    const bool confirmed =
+        g->term.row->usual || (design_.joints[find_judge(*g)].has_held && !g->harms_one && g->share >= kMinor);
+    const bool sure =
+        confirmed && g->probability >= kNearlyAll && g->gain > odds && clear && !other_family && !is_of_sampling(*g);
     const bool stated = g->term.row->scales_effort && g->place.joint >= 0 && !is_measured(g->place.joint);
     g->grade = holds && sure && !stated ? Grade::kSupported : Grade::kAmbiguous;
     g->doubt = find_doubt(*g, {told, clear, is_of_sampling(*g), stated, confirmed && matters});
   }
 
-  // True if the scale of the effort was recorded. Otherwise it follows from stated servo gains, also if they rescaled the
-  // log, and the wrong gain may be the servo's or the drive's.
+  // True if the scale of the effort was recorded. Otherwise it follows from stated servo gains, also if they rescaled
+  // the log, and the wrong gain may be the servo's or the drive's.
   bool is_measured(int i) const {
     const size_t joint = static_cast<size_t>(design_.joints[static_cast<size_t>(i)].joint);
     return design_.data->source[joint] == EffortSource::kRecorded && !design_.data->servo[joint].is_scaled();

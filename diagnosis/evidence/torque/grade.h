@@ -36,12 +36,12 @@ struct GradedTerm {
   Term term;
   TermPlace place;
   Eigen::VectorXd parameters, std;  // by column; std of the value common to all recordings
-  Eigen::VectorXd width;  // standard deviation for intervals: contains differences between parts of the recordings
-  DryCurve curve;                   // for a level of dry friction: profile of its excess at rest
-  double probability = 1.0;         // that its family is in the best model
-  double gain = 0.0;    // [nats] that the model loses without it
-  double share = 0.0;   // of its joint's held-out mismatch (Shapley); whole robot: the largest share of a joint
-  double weight = 0.0;  // of the mismatch of all joints
+  Eigen::VectorXd width;     // standard deviation for intervals: contains differences between parts of the recordings
+  DryCurve curve;            // for a level of dry friction: profile of its excess at rest
+  double probability = 1.0;  // that its family is in the best model
+  double gain = 0.0;         // [nats] that the model loses without it
+  double share = 0.0;        // of its joint's held-out mismatch (Shapley); whole robot: the largest share of a joint
+  double weight = 0.0;       // of the mismatch of all joints
   std::vector<double> joint_share, joint_weight;  // for terms of the whole robot: the same by joint of the design
   double agreement = 0.0;  // share of stretches that give it the same sign, with its parameters in proportion
   bool helps_held = true;  // without it, the held-out prediction of all recordings is worse

@@ -13,10 +13,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kInstant = 0.5;         // [samples] uncertain offset between effort and position
-constexpr size_t kParts = 4;             // parts by each quantity except recordings
-// Dry friction of two real drives that swing through half a turn, the hip of an exoskeleton and the second joint of a double
-// pendulum: it differs between windows of 30 degrees by 0.18 and 0.23 of its mean (standard deviation, without the noise).
+constexpr double kInstant = 0.5;  // [samples] uncertain offset between effort and position
+constexpr size_t kParts = 4;      // parts by each quantity except recordings
+// Dry friction of two real drives that swing through half a turn, the hip of an exoskeleton and the second joint of a
+// double pendulum: it differs between windows of 30 degrees by 0.18 and 0.23 of its mean (standard deviation, without
+// the noise).
 constexpr double kTexture = 0.2;
 constexpr double kTextureWindow = M_PI / 6.0;  // [rad]
 
@@ -28,7 +29,8 @@ std::vector<Rows> divide(const TorqueSamples& all, long by) {
   std::sort(values.begin(), values.end());
   std::vector<double> limits;  // a part ends where the quantity exceeds it
   for (size_t part = 1; part < kParts && by > 0; ++part) limits.push_back(values[part * values.size() / kParts]);
-  if (by == 0) values.erase(std::unique(values.begin(), values.end()), values.end()), limits = values, limits.pop_back();
+  if (by == 0)
+    values.erase(std::unique(values.begin(), values.end()), values.end()), limits = values, limits.pop_back();
   std::vector<Rows> parts(limits.size() + 1);
   for (long k = 0; k < all.of.rows(); ++k) {
     size_t part = 0;
@@ -40,8 +42,8 @@ std::vector<Rows> divide(const TorqueSamples& all, long by) {
 
 // Fits each parameter alone to each part, with the others fixed, because a part of the speeds or positions hardly
 // determines several at once. `left`: residual of the model. `most`: largest variance so far, by column.
-void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const std::vector<Rows>& parts, double correlated,
-                 Eigen::VectorXd* most) {
+void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const std::vector<Rows>& parts,
+                 double correlated, Eigen::VectorXd* most) {
   for (long c = 0; c < most->size(); ++c) {
     std::vector<double> values, variances;
     for (const Rows& part : parts) {
@@ -63,7 +65,8 @@ struct Drift {
   Eigen::VectorXd left;  // residual of the model with this change
 };
 
-Drift find_drift(const TorqueSamples& all, const Eigen::VectorXd& theta, const Eigen::VectorXd& left, double correlated) {
+Drift find_drift(const TorqueSamples& all, const Eigen::VectorXd& theta, const Eigen::VectorXd& left,
+                 double correlated) {
   const long width = all.x.cols(), n = all.x.rows();
   Eigen::MatrixXd x(n, 2 * width);
   x << all.x, (all.of.col(1).array() - 0.5).matrix().asDiagonal() * all.x;
@@ -82,8 +85,8 @@ Drift find_drift(const TorqueSamples& all, const Eigen::VectorXd& theta, const E
 
 // Variance by column from the unseen part of a turn. Gears, seals and brushes have uneven friction over a turn. Zero if
 // the joint made a whole turn or is prismatic.
-Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t>& own, size_t i, const TorqueSamples& all,
-                            const Eigen::VectorXd& theta) {
+Eigen::VectorXd calc_unseen(const TorqueDesign& design, const std::vector<size_t>& own, size_t i,
+                            const TorqueSamples& all, const Eigen::VectorXd& theta) {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(theta.size());
   const JointDesign& joint = design.joints[i];
   if (design.data->experiment->robot.tree.joint(joint.joint).kind != JointKind::kRevolute) return out;
@@ -107,8 +110,8 @@ bool is_known_mass(const TorqueDesign& design, const TorqueModel& model, size_t 
   return design.whole[term].row->factor && !is_fitted(design, model, term);
 }
 
-// Standard deviation [1, m] to which the model knows the mass of a link, or its centre of mass in each direction, if it does not
-// fit them; 0: the term is neither.
+// Standard deviation [1, m] to which the model knows the mass of a link, or its centre of mass in each direction, if it
+// does not fit them; 0: the term is neither.
 double get_known_to(const TorqueDesign& design, const TorqueModel& model, size_t term) {
   if (is_known_mass(design, model, term)) return kKnown;
   const Term& centre = design.whole[term];
@@ -117,7 +120,8 @@ double get_known_to(const TorqueDesign& design, const TorqueModel& model, size_t
 }
 
 // Of all columns in `all`, fitted to these rows alone.
-Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t>& own, size_t joint, const TorqueSamples& all, double gain_std) {
+Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t>& own, size_t joint,
+                            const TorqueSamples& all, double gain_std) {
   Eigen::VectorXd between = Eigen::VectorXd::Zero(all.x.cols());
   const Eigen::VectorXd theta = invert_gram(all.x) * (all.x.transpose() * all.y), left = all.y - all.x * theta;
   const double correlated = calc_correlation_time(left);
@@ -125,14 +129,16 @@ Eigen::VectorXd calc_spread(const TorqueDesign& design, const std::vector<size_t
   // differences between parts must not contain it as well.
   const Drift drift = find_drift(all, theta, left, correlated);
   for (long by = 0; by < kQuantitiesOfParts; ++by) add_between(all, drift.left, divide(all, by), correlated, &between);
-  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate), design.data->experiment->sample_time, gain_std);
+  between += calc_considered_variance(sum_considered(all.x, all.effort, all.effort_rate),
+                                      design.data->experiment->sample_time, gain_std);
   between += calc_unseen(design, own, joint, all, theta);
   return between.cwiseSqrt() + drift.size / kNinetyFive;
 }
 
 }  // namespace
 
-ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& effort_rate) {
+ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort,
+                              const Eigen::VectorXd& effort_rate) {
   Eigen::MatrixXd moved(x.rows(), 2);
   moved << effort, effort_rate;
   return {x.transpose() * x, x.transpose() * moved};
@@ -155,12 +161,16 @@ Eigen::VectorXd calc_considered_std(const TorqueDesign& design, const TorqueMode
     const UsedColumns use = list_used_columns(design, model, slots, i);
     const double weight = calc_row_weight(joint, fit.cross[i]);
     for (size_t a = 0; a < use.columns.size(); ++a) {
-      for (size_t b = 0; b < use.columns.size(); ++b) sums(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
+      for (size_t b = 0; b < use.columns.size(); ++b)
+        sums(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
       for (size_t t = 0; t < joint.terms.size(); ++t) {
-        if (joint.terms[t].row->scales_effort) moved(use.slots[a], static_cast<long>(i)) += weight * joint.total.get(use.columns[a], joint.first[t]);
+        if (joint.terms[t].row->scales_effort)
+          moved(use.slots[a], static_cast<long>(i)) += weight * joint.total.get(use.columns[a], joint.first[t]);
       }
       for (size_t t = 0; t < design.whole.size(); ++t) {
-        if (is_known_mass(design, model, t)) moved(use.slots[a], static_cast<long>(joints + t)) += weight * joint.total.get(use.columns[a], list_whole_columns(design, joint, t)[0]);
+        if (is_known_mass(design, model, t))
+          moved(use.slots[a], static_cast<long>(joints + t)) +=
+              weight * joint.total.get(use.columns[a], list_whole_columns(design, joint, t)[0]);
       }
     }
   }
@@ -186,7 +196,8 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
     }
     const double weight = calc_row_weight(joint, fit.cross[i]) * joint.effective / std::max(1.0, joint.total.n);
     for (size_t a = 0; a < use.columns.size(); ++a) {
-      for (size_t b = 0; b < use.columns.size(); ++b) precision(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
+      for (size_t b = 0; b < use.columns.size(); ++b)
+        precision(use.slots[a], use.slots[b]) += weight * joint.total.get(use.columns[a], use.columns[b]);
     }
   }
   const Eigen::VectorXd exact = invert_sums(precision.topLeftCorner(slots.size, slots.size)).diagonal();
@@ -197,14 +208,19 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
   return (invert_sums(precision).diagonal().head(slots.size) - exact).cwiseMax(0.0).cwiseSqrt();
 }
 
-bool is_loss(const EffectInfo& effect) { return effect.family == EffectFamily::kDryFriction || effect.family == EffectFamily::kSpeedLoss; }
+bool is_loss(const EffectInfo& effect) {
+  return effect.family == EffectFamily::kDryFriction || effect.family == EffectFamily::kSpeedLoss;
+}
 
-Eigen::Vector4d take_place_widths(const Eigen::Vector4d& x, const Eigen::Matrix4d& covariance, const Eigen::Vector4d& width) {
+Eigen::Vector4d take_place_widths(const Eigen::Vector4d& x, const Eigen::Matrix4d& covariance,
+                                  const Eigen::Vector4d& width) {
   Eigen::Vector4d out = width;
   for (long k = 1; k < 4 && x[0] != 0.0; ++k) {
     const double place = x[k] / x[0], both = std::sqrt(covariance(0, 0) * covariance(k, k));
     const double together = both > 0.0 ? std::clamp(covariance(0, k) / both, -1.0, 1.0) * width[0] * width[k] : 0.0;
-    if (width[k] > 0.0) out[k] = std::sqrt(std::max(0.0, width[k] * width[k] + place * place * width[0] * width[0] - 2.0 * place * together));
+    if (width[k] > 0.0)
+      out[k] =
+          std::sqrt(std::max(0.0, width[k] * width[k] + place * place * width[0] * width[0] - 2.0 * place * together));
   }
   return out;
 }
@@ -214,7 +230,8 @@ double calc_unseen_std(double level, double travel) {
   return std::sqrt(kTextureWindow / seen * (1.0 - std::min(travel / turn, 1.0))) * kTexture * std::abs(level);
 }
 
-Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint, double gain_std) {
+Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit,
+                                    size_t joint, double gain_std) {
   TorqueSamples all = list_torque_samples(design, model, joint);
   if (all.x.rows() == 0 || all.x.cols() == 0) return Eigen::VectorXd::Zero(all.x.cols());
   Eigen::VectorXd spread = calc_spread(design, model.own[joint], joint, all, gain_std);
@@ -224,8 +241,10 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   long at = own, kept = own;  // columns of masses go, the others close up
   for (size_t t = 0; t < model.whole.size(); ++t) {
     const long count = design.whole[model.whole[t]].columns();
-    if (design.whole[model.whole[t]].row->is_of_mass()) all.y -= all.x.middleCols(at, count) * fit.theta.segment(slots.whole[t], count);
-    else all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval(), kept += count;
+    if (design.whole[model.whole[t]].row->is_of_mass())
+      all.y -= all.x.middleCols(at, count) * fit.theta.segment(slots.whole[t], count);
+    else
+      all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval(), kept += count;
     at += count;
   }
   if (kept == at || own == 0) return spread;

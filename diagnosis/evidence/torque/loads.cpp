@@ -14,15 +14,14 @@ constexpr int kPlacings = 2;     // refits of the positions
 constexpr double kMoved = 0.01;  // [m] smallest move: 10 % of the inertia of a load at 0.2 m
 
 // The usual terms of all drives and one load.
-TorqueModel make_load_model(const TorqueDesign& design, size_t load) {
-  return {list_usual_terms(design), {load}};
-}
+TorqueModel make_load_model(const TorqueDesign& design, size_t load) { return {list_usual_terms(design), {load}}; }
 
 // The model with a load in place of all terms for the mass of that link.
 TorqueModel exchange_masses(const TorqueDesign& design, const TorqueModel& model, size_t load) {
   TorqueModel with{model.own, {}};
   for (size_t term : model.whole) {
-    if (!design.whole[term].row->is_of_mass() || design.whole[term].place != design.whole[load].place) with.whole.push_back(term);
+    if (!design.whole[term].row->is_of_mass() || design.whole[term].place != design.whole[load].place)
+      with.whole.push_back(term);
   }
   with.whole.push_back(load);
   return with;

@@ -13,7 +13,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostRows = 3;        // most barred rows of a joint
+constexpr int kMostRows = 3;  // most barred rows of a joint
 
 struct Suspect {
   const TermRow* row = nullptr;  // null: no term misleads
@@ -91,8 +91,8 @@ std::vector<TorqueModel> list_exchanges(const TorqueDesign& design, const Torque
   return models;
 }
 
-// The best exchange of one zero of joint i that held-out recordings do not want. All recordings together make it as likely, up
-// to odds of 20 to 1; it predicts held-out recordings clearly better, and better than no term.
+// The best exchange of one zero of joint i that held-out recordings do not want. All recordings together make it as
+// likely, up to odds of 20 to 1; it predicts held-out recordings clearly better, and better than no term.
 bool exchange_zero(const TorqueDesign& design, int jobs, size_t i, Choice* choice) {
   for (size_t at = 0; at < choice->model.own[i].size(); ++at) {
     const size_t term = choice->model.own[i][at];
@@ -103,8 +103,10 @@ bool exchange_zero(const TorqueDesign& design, int jobs, size_t i, Choice* choic
     if (held > choice->fit.held[i]) continue;
     const std::vector<TorqueModel> models = list_exchanges(design, without, i, term);
     std::vector<TorqueFit> fits(models.size());
-    parallel_for(jobs, static_cast<int>(models.size()), [&](int m) { fits[static_cast<size_t>(m)] = fit_torque(design, models[static_cast<size_t>(m)]); });
-    const double least = calc_score(design, choice->fit) - kOdds, most_held = std::min(held, (1.0 - kMinor) * choice->fit.held[i]);
+    parallel_for(jobs, static_cast<int>(models.size()),
+                 [&](int m) { fits[static_cast<size_t>(m)] = fit_torque(design, models[static_cast<size_t>(m)]); });
+    const double least = calc_score(design, choice->fit) - kOdds,
+                 most_held = std::min(held, (1.0 - kMinor) * choice->fit.held[i]);
     size_t best = models.size();
     double most = 0.0;  // its score
     for (size_t m = 0; m < models.size(); ++m) {
@@ -134,8 +136,10 @@ void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice
     Choice with = choose_torque_model(*design, jobs, timing);
     const bool undone = allow_again(*choice, with, barred, design);
     if (undone) with = choose_torque_model(*design, jobs, timing);
-    if (calc_score(*design, with.fit) > calc_score(*design, choice->fit)) *choice = with;
-    else for (size_t i = 0; i < barred.size(); ++i) design->joints[i].barred.resize(barred[i]);
+    if (calc_score(*design, with.fit) > calc_score(*design, choice->fit))
+      *choice = with;
+    else
+      for (size_t i = 0; i < barred.size(); ++i) design->joints[i].barred.resize(barred[i]);
     if (undone) return;
   }
 }

@@ -157,7 +157,9 @@ double calc_evidence(const JointDesign& joint, double cross) {
   return -0.5 * joint.effective * std::log(std::max({cross, floor, 1e-300}));
 }
 
-double calc_blurred_evidence(const JointDesign& joint, double cross) { return calc_evidence(joint, cross + std::pow(kKnown * joint.spread, 2)); }
+double calc_blurred_evidence(const JointDesign& joint, double cross) {
+  return calc_evidence(joint, cross + std::pow(kKnown * joint.spread, 2));
+}
 
 double calc_blurred_evidence(const TorqueDesign& design, const TorqueFit& fit) {
   double evidence = fit.evidence;
@@ -188,8 +190,7 @@ double calc_direction_cost(const Vector3d& force_W, const Vector3d& gravity_W) {
 
 double calc_held_left(const TorqueDesign& design, const TorqueFit& fit) {
   double left = 0.0;
-  for (size_t i = 0; i < design.joints.size(); ++i)
-    left += fit.held[i] * design.joints[i].weigh_squares();
+  for (size_t i = 0; i < design.joints.size(); ++i) left += fit.held[i] * design.joints[i].weigh_squares();
   return left;
 }
 
@@ -228,12 +229,15 @@ UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& mod
   }
   for (size_t t = 0; t < model.whole.size(); ++t) {
     long slot = slots.whole[t];
-    for (long c : list_whole_columns(design, joint, model.whole[t])) use.columns.push_back(c), use.slots.push_back(slot++);
+    for (long c : list_whole_columns(design, joint, model.whole[t]))
+      use.columns.push_back(c), use.slots.push_back(slot++);
   }
   return use;
 }
 
-double calc_row_weight(const JointDesign& joint, double left) { return 1.0 / std::max({left, kFloor * joint.spread * joint.spread, 1e-300}); }
+double calc_row_weight(const JointDesign& joint, double left) {
+  return 1.0 / std::max({left, kFloor * joint.spread * joint.spread, 1e-300});
+}
 
 TorqueFit fit_torque(const TorqueDesign& design, const TorqueModel& model, bool with_covariance) {
   return Fitter(design, model).fit(with_covariance);

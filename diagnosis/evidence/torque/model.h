@@ -21,10 +21,10 @@ struct TorqueModel {
 size_t add_own_term(size_t joint, size_t term, TorqueModel* model);
 
 struct TorqueFit {
-  Eigen::VectorXd theta;        // by column of `list_slots`: joints' own columns, then those of the whole robot
-  Eigen::MatrixXd covariance;   // robust, of theta; empty unless asked for
-  std::vector<double> cross;    // by joint: cross-validated mean square [(N m)^2]
-  std::vector<double> held;     // by joint: mean square on held-out recordings
+  Eigen::VectorXd theta;       // by column of `list_slots`: joints' own columns, then those of the whole robot
+  Eigen::MatrixXd covariance;  // robust, of theta; empty unless asked for
+  std::vector<double> cross;   // by joint: cross-validated mean square [(N m)^2]
+  std::vector<double> held;    // by joint: mean square on held-out recordings
   std::vector<std::vector<double>> each_held;  // by joint, by held-out recording
   double evidence = 0.0;
 };
@@ -43,7 +43,8 @@ struct UsedColumns {
 };
 UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& model, const Slots& slots, size_t joint);
 
-// Weight of a joint's rows where all joints are fitted together: the inverse of what a model leaves, but for what nobody fits.
+// Weight of a joint's rows where all joints are fitted together: the inverse of what a model leaves, but for what
+// nobody fits.
 double calc_row_weight(const JointDesign& joint, double left);
 
 // Fits a model by least squares: each joint alone, or all joints together if the model has terms of the whole robot.
@@ -64,7 +65,8 @@ double calc_gain_cost(const JointDesign& joint, const std::vector<size_t>& terms
 // Terms that every drive has (friction, rotor), by joint of the design.
 std::vector<std::vector<size_t>> list_usual_terms(const TorqueDesign& design);
 
-constexpr double kWholeGain = 6.0;  // [nats] least gain of a term of the whole robot, or one that every drive has: odds of 400
+// [nats] least gain of a term of the whole robot, or one that every drive has: odds of 400
+constexpr double kWholeGain = 6.0;
 
 // Log-likelihood [nats] of a joint's cross-validated mean square [(N m)^2], but for a constant.
 double calc_evidence(const JointDesign& joint, double cross);
@@ -83,8 +85,9 @@ double calc_factor_cost(double factor);
 double calc_mass_cost(double factor);
 // Prior cost [nats] of a term with these parameters: of its presence, and of its size if it is a factor.
 double calc_term_cost(const TermRow& row, const Eigen::VectorXd& parameters);
-// Prior cost [nats] of a force [N] that points down like a weight: a force that may have any direction lies within the angle
-// theta of the vertical with probability (1 - cos theta) / 2. No angle counts below 0.02 rad, to which bases are level.
+// Prior cost [nats] of a force [N] that points down like a weight: a force that may have any direction lies within the
+// angle theta of the vertical with probability (1 - cos theta) / 2. No angle counts below 0.02 rad, to which bases are
+// level.
 double calc_direction_cost(const Vector3d& force_W, const Vector3d& gravity_W);
 
 // True if the parameters of a joint's terms are physical: friction opposes motion, inertias are positive, delays are
@@ -115,8 +118,8 @@ struct Choice {
 // kFree: commands may be late. kAsRecorded: the models contain no delays of commands.
 enum class Timing { kFree, kAsRecorded };
 Choice choose_torque_model(const TorqueDesign& design, int jobs, Timing timing = Timing::kFree);
-// Each load in the place of the term `at` of the whole robot, as the last one, with newly chosen terms of the joints: those beside
-// a force were chosen for the force. Only physical ones.
+// Each load in the place of the term `at` of the whole robot, as the last one, with newly chosen terms of the joints:
+// those beside a force were chosen for the force. Only physical ones.
 std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueModel& model, size_t at, int jobs);
 // Chooses terms of the joints only, without terms of the whole robot.
 Choice choose_joint_terms(const TorqueDesign& design, int jobs);

@@ -31,9 +31,7 @@ class Lister {
  private:
   // True if the family at this joint is in the model or a rival of a named term.
   bool is_listed(EffectFamily family, int joint) const {
-    const auto is_it = [&](const Term& t) {
-      return t.effect().family == family && (t.whole() || t.place == joint);
-    };
+    const auto is_it = [&](const Term& t) { return t.effect().family == family && (t.whole() || t.place == joint); };
     return std::any_of(graded_.begin(), graded_.end(), [&](const GradedTerm& g) {
       const bool rival = std::any_of(g.rivals.begin(), g.rivals.end(), [&](const Rival& r) { return is_it(r.term); });
       return is_it(g.term) || (g.named && rival);
@@ -79,8 +77,8 @@ bool is_worth_listing(const TorqueDesign& design, const Candidate& c, const Grad
   // parts of the recordings agree about the sign
   const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);
   const auto joint = static_cast<size_t>(c.place.joint);
-  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree && size >= g.term.row->material && !g.term.row->excess &&
-         is_physical(design, joint, {c.choice.model.own[joint][c.place.at]}, g.parameters);
+  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree && size >= g.term.row->material &&
+         !g.term.row->excess && is_physical(design, joint, {c.choice.model.own[joint][c.place.at]}, g.parameters);
 }
 
 }  // namespace

@@ -42,10 +42,12 @@ Json list_torque_model(const Experiment& e, const Hypothesis& model, const Json&
     const std::string family = get_family_name(get_effect(effect.id).family);
     std::string grade = "not named: it helps to predict";
     for (const Json& f : findings) {
-      if (f["where"] == where && f.value("family", "") == family) grade = f["grade"].get<std::string>() + " as " + f["effect"].get<std::string>();
+      if (f["where"] == where && f.value("family", "") == family)
+        grade = f["grade"].get<std::string>() + " as " + f["effect"].get<std::string>();
     }
     for (const Json& f : findings) {
-      if (f["effect"] == name && f["where"] == where) grade = f["grade"].get<std::string>() + describe_difference(effect.p, f);
+      if (f["effect"] == name && f["where"] == where)
+        grade = f["grade"].get<std::string>() + describe_difference(effect.p, f);
     }
     Json parameters = make_estimates(list_estimates(e, effect, {}));
     for (Json& p : parameters) p = Json(p["value"]);  // the search's own, which have no intervals

@@ -17,7 +17,14 @@ namespace {
 class RivalSearch {
  public:
   RivalSearch(const TorqueDesign& design, const Gap& gap, size_t judge, const GradedTerm& g)
-      : design_(design), model_(gap.model), fit_(gap.fit), rest_(gap.rest), alone_(gap.alone), slots_(list_slots(design, gap.model)), i_(judge), g_(g) {}
+      : design_(design),
+        model_(gap.model),
+        fit_(gap.fit),
+        rest_(gap.rest),
+        alone_(gap.alone),
+        slots_(list_slots(design, gap.model)),
+        i_(judge),
+        g_(g) {}
 
   std::vector<Rival> run() {
     compare_own();
@@ -32,8 +39,9 @@ class RivalSearch {
   }
 
  private:
-  // A spring's rest is a constant torque, and its stiffness another torque over position. What else has that stiffness, such as
-  // less inertia in a free swing, has its place only beside a constant: that is added to the rest. False if there is none to add.
+  // A spring's rest is a constant torque, and its stiffness another torque over position. What else has that stiffness,
+  // such as less inertia in a free swing, has its place only beside a constant: that is added to the rest. False if
+  // there is none to add.
   bool add_constant() {
     if (g_.term.whole() || g_.term.row->constant < 0 || g_.term.row->is_constant()) return false;
     const std::vector<Term>& terms = design_.joints[i_].terms;
@@ -46,8 +54,8 @@ class RivalSearch {
     return true;
   }
 
-  // A link that swings freely swings faster with a spring and with less inertia alike: its acceleration is in proportion to its
-  // angle. Less inertia is a rotor below zero.
+  // A link that swings freely swings faster with a spring and with less inertia alike: its acceleration is in
+  // proportion to its angle. Less inertia is a rotor below zero.
   void add_less_inertia() {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const int joint = g_.term.place;
@@ -63,18 +71,19 @@ class RivalSearch {
       add_moved_mass(joint, less.value[0]);
   }
 
-  // A link that swings freely shows its inertia over its moment alone. What turns with it may be a released drive, but as well the
-  // link itself has more inertia, or its mass is farther from the axis.
+  // A link that swings freely shows its inertia over its moment alone. What turns with it may be a released drive, but
+  // as well the link itself has more inertia, or its mass is farther from the axis.
   void add_own_inertia() {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const int joint = g_.term.place;
-    if (tree.joint(joint).kind != JointKind::kRevolute || tree.joint(joint).actuated || !is_last(tree, joint + 1)) return;
+    if (tree.joint(joint).kind != JointKind::kRevolute || tree.joint(joint).actuated || !is_last(tree, joint + 1))
+      return;
     if (calc_own_inertia(tree, joint) > 0.0) rivals_.push_back({g_.term, g_.parameters, g_.width, {}, {}});
     add_moved_mass(joint, g_.parameters[0]);
   }
 
-  // The mass of a link may be nearer to the axis or farther from it: at x, inertia over moment, (I + m x^2) / (m x), is that with
-  // `more` [kg m^2] of inertia. A small mass at the end of a link has no inertia of its own to lose.
+  // The mass of a link may be nearer to the axis or farther from it: at x, inertia over moment, (I + m x^2) / (m x), is
+  // that with `more` [kg m^2] of inertia. A small mass at the end of a link has no inertia of its own to lose.
   void add_moved_mass(int joint, double more) {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const std::optional<LastLink> last = find_last_link(tree, joint);
@@ -84,7 +93,11 @@ class RivalSearch {
     if (!(half > 0.0) || root < 0.0) return;
     const double change = half + std::sqrt(root) - last->length;
     const double width = std::abs(change * g_.width[0] / g_.parameters[0]);
-    rivals_.push_back({{&find_term_row(&TermRow::within_reach), joint + 1}, change * last->out, width * last->out.cwiseAbs(), {}, {}});
+    rivals_.push_back({{&find_term_row(&TermRow::within_reach), joint + 1},
+                       change * last->out,
+                       width * last->out.cwiseAbs(),
+                       {},
+                       {}});
   }
 
   bool has_level() const {
@@ -93,7 +106,8 @@ class RivalSearch {
   }
 
   bool is_listed(const Term& term) const {
-    return std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) { return r.term.row == term.row && r.term.place == term.place; });
+    return std::any_of(rivals_.begin(), rivals_.end(),
+                       [&](const Rival& r) { return r.term.row == term.row && r.term.place == term.place; });
   }
 
   // If a drive carries one link alone from the base, its gain and the link's mass scale the same torque in every
@@ -114,9 +128,9 @@ class RivalSearch {
     }
   }
 
-  // Another zero of a joint turns the last link about its axis, and with it the centre of mass: to the first order, as far as
-  // terms go, the same motion of the same weight. Each is a rival of the other, whatever the evidence of the centre's other
-  // coordinates; of a centre of mass only if it may lie as far from the axis as the model's.
+  // Another zero of a joint turns the last link about its axis, and with it the centre of mass: to the first order, as
+  // far as terms go, the same motion of the same weight. Each is a rival of the other, whatever the evidence of the
+  // centre's other coordinates; of a centre of mass only if it may lie as far from the axis as the model's.
   void add_turned_link() {
     const bool is_zero = g_.term.row->effect->id == EffectId::kJointOffset;
     if (!is_zero && g_.term.row->effect->id != EffectId::kComError) return;
@@ -125,7 +139,8 @@ class RivalSearch {
     if (!last) return;
     const Eigen::VectorXd &p = g_.parameters, &width = g_.width;
     if (is_zero)
-      add_unlisted(EffectId::kComError, joint + 1, -p[0] * last->length * last->turn, width[0] * last->length * last->turn.cwiseAbs());
+      add_unlisted(EffectId::kComError, joint + 1, -p[0] * last->length * last->turn,
+                   width[0] * last->length * last->turn.cwiseAbs());
     else if (std::abs(p.dot(last->out)) < kNinetyFive * last->out.cwiseProduct(width).norm())
       add_unlisted(EffectId::kJointOffset, joint, Eigen::VectorXd::Constant(1, -p.dot(last->turn) / last->length),
                    Eigen::VectorXd::Constant(1, last->turn.cwiseProduct(width).norm() / last->length));
@@ -134,7 +149,8 @@ class RivalSearch {
   void add_unlisted(EffectId id, int place, const Eigen::VectorXd& value, const Eigen::VectorXd& width) {
     for (const Term& other : design_.whole) {
       const auto is_it = [&](const Term& t) { return t.row == other.row && t.place == place; };
-      if (other.row->effect->id == id && is_it(other) && !is_listed(other) && is_whole_physical(design_, other, value)) rivals_.push_back({other, value, width, {}, {}});
+      if (other.row->effect->id == id && is_it(other) && !is_listed(other) && is_whole_physical(design_, other, value))
+        rivals_.push_back({other, value, width, {}, {}});
     }
   }
 
@@ -152,7 +168,8 @@ class RivalSearch {
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
       const Eigen::VectorXd p = fit.theta.segment(list_slots(design_, model).whole.back(), other.columns());
-      if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame && is_whole_physical(design_, other, p))
+      if (fit.evidence + calc_term_cost(*other.row, p) - costs > fit_.evidence - kSame &&
+          is_whole_physical(design_, other, p))
         add_whole(other, p, model);
     }
   }
@@ -162,7 +179,8 @@ class RivalSearch {
     for (const Choice& with : list_loads_instead(design_, model_, g_.place.at, 1)) {
       const Term& other = design_.whole[with.model.whole.back()];
       if (with.fit.evidence < fit_.evidence - kOdds || is_listed(other)) continue;
-      add_whole(other, with.fit.theta.segment(list_slots(design_, with.model).whole.back(), other.columns()), with.model);
+      add_whole(other, with.fit.theta.segment(list_slots(design_, with.model).whole.back(), other.columns()),
+                with.model);
     }
   }
 
@@ -194,16 +212,20 @@ class RivalSearch {
     return costs;
   }
 
-  // Evidence [nats] by which rivals of the term are compared. A spring is torque over position. So is what masses and zeros leave
-  // that nobody knows to more than a share: no error counts below that.
-  double weigh(const TorqueFit& fit) const { return g_.term.row->constant > 0 ? calc_blurred_evidence(design_, fit) : fit.evidence; }
+  // Evidence [nats] by which rivals of the term are compared. A spring is torque over position. So is what masses and
+  // zeros leave that nobody knows to more than a share: no error counts below that.
+  double weigh(const TorqueFit& fit) const {
+    return g_.term.row->constant > 0 ? calc_blurred_evidence(design_, fit) : fit.evidence;
+  }
 
   // True if `other` fits nearly as well in the place of the term: it recovers most of the term's gain, or has nearly
   // the same likelihood, such as a cart's mass and the rotor that drives it. `p`: parameters of `other`.
   bool fills(const Term& other, const TorqueFit& with, const Eigen::VectorXd& p) const {
     const bool of_one_mass = other.row->is_of_mass() && g_.term.row->is_of_mass() && other.place == g_.term.place;
     // Prior costs of factor sizes count, except between two descriptions of the same mass.
-    const double costs = beside_ + (of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters) : other.row->cost - g_.term.row->cost);
+    const double costs =
+        beside_ + (of_one_mass ? calc_term_cost(*other.row, p) - calc_term_cost(*g_.term.row, g_.parameters)
+                               : other.row->cost - g_.term.row->cost);
     // other terms of the whole robot gain evidence at other joints as well
     const bool here = !other.whole() || design_.joints.size() == 1 || of_one_mass;
     if (here && weigh(with) + costs > weigh(fit_) - kSame) return true;
@@ -214,8 +236,9 @@ class RivalSearch {
     return weigh(with) > weigh(fit_) - kOdds && weigh(with) - weigh(alone_) > 0.5 * (weigh(fit_) - weigh(alone_));
   }
 
-  // Two laws of one family, whatever their odds in training: recordings that were not fitted are the independent judge. Where
-  // much is left that no law describes, odds change with the filter, and the held-out error may prefer the other law.
+  // Two laws of one family, whatever their odds in training: recordings that were not fitted are the independent judge.
+  // Where much is left that no law describes, odds change with the filter, and the held-out error may prefer the other
+  // law.
   bool judges_held(const Term& other, const TorqueFit& with) const {
     return design_.joints[i_].has_held && is_same_family(other, g_.term) && with.held[i_] <= fit_.held[i_] &&
            with.evidence - alone_.evidence > kOdds;
@@ -293,9 +316,7 @@ class RivalSearch {
       const std::vector<size_t>& have = model_.whole;
       if (has(have, term) || is_listed(other)) continue;
       if (other.row == g_.term.row && other.place == g_.term.place) continue;  // of another shape
-      if (g_.place.joint >= 0 &&
-          (!is_beyond(other, static_cast<size_t>(g_.place.joint)) || !may_fill(term)))
-        continue;
+      if (g_.place.joint >= 0 && (!is_beyond(other, static_cast<size_t>(g_.place.joint)) || !may_fill(term))) continue;
       TorqueModel model = rest_;
       model.whole.push_back(term);
       const TorqueFit fit = fit_torque(design_, model);
@@ -336,7 +357,7 @@ class RivalSearch {
   const TorqueDesign& design_;
   const TorqueModel& model_;
   const TorqueFit& fit_;
-  TorqueModel rest_;  // without the term
+  TorqueModel rest_;     // without the term
   double beside_ = 0.0;  // [nats] prior cost of a constant that was added to it
   const TorqueFit& alone_;
   const Slots slots_;  // of model_

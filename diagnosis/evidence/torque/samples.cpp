@@ -38,7 +38,8 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
     if (!whole.empty()) blocks.push_back(calc_whole_columns(data, r, whole)[static_cast<size_t>(j)]);
     long width = 0;
     for (const Eigen::MatrixXd& block : blocks) width += block.cols();
-    Eigen::MatrixXd columns(static_cast<long>(rows.size()), width), others(static_cast<long>(rows.size()), 3 + kQuantitiesOfParts);
+    Eigen::MatrixXd columns(static_cast<long>(rows.size()), width),
+        others(static_cast<long>(rows.size()), 3 + kQuantitiesOfParts);
     for (size_t n = 0; n < rows.size(); ++n) {
       const long k = rows[n], full = r.full_row(k);
       long at = 0;
@@ -53,7 +54,8 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
   TorqueSamples out;
   out.x = x;
   if (rest.rows() == 0) return out;
-  out.y = rest.col(0), out.effort = rest.col(1), out.effort_rate = rest.col(2), out.of = rest.rightCols(kQuantitiesOfParts);
+  out.y = rest.col(0), out.effort = rest.col(1), out.effort_rate = rest.col(2),
+  out.of = rest.rightCols(kQuantitiesOfParts);
   return out;
 }
 
@@ -69,12 +71,14 @@ Eigen::VectorXd list_column(const TorqueDesign& design, size_t i, const Term& te
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size()));
 }
 
-Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t i, const TorqueRecording& r) {
+Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t i,
+                                 const TorqueRecording& r) {
   std::vector<Eigen::MatrixXd> parts;
   for (size_t t : model.own[i]) parts.push_back(calc_joint_columns(*design.data, r, design.joints[i].terms[t]));
   std::vector<Term> whole;
   for (size_t t : model.whole) whole.push_back(design.whole[t]);
-  if (!whole.empty()) parts.push_back(calc_whole_columns(*design.data, r, whole)[static_cast<size_t>(design.joints[i].joint)]);
+  if (!whole.empty())
+    parts.push_back(calc_whole_columns(*design.data, r, whole)[static_cast<size_t>(design.joints[i].joint)]);
   Eigen::MatrixXd columns(r.kept(), 0);
   for (const Eigen::MatrixXd& part : parts) {
     columns.conservativeResize(Eigen::NoChange, columns.cols() + part.cols());
@@ -85,7 +89,8 @@ Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& 
 
 FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t i) {
   FoundLaws laws{design.joints[i].joint, {}, design.joints[i].effective};
-  for (const TorqueRecording& r : design.data->recordings) laws.columns.push_back(list_law_columns(design, model, i, r));
+  for (const TorqueRecording& r : design.data->recordings)
+    laws.columns.push_back(list_law_columns(design, model, i, r));
   return laws;
 }
 

@@ -11,9 +11,9 @@ namespace hrp::diagnosis {
 
 // Regressors and missing torque of one joint, by sample.
 struct TorqueSamples {
-  Eigen::MatrixXd x;            // sample x column: the joint's own terms, then the whole robot's
-  Eigen::VectorXd y;            // missing torque [N m]
-  Eigen::MatrixXd of;           // sample x quantity, in the order of kQuantitiesOfParts
+  Eigen::MatrixXd x;                    // sample x column: the joint's own terms, then the whole robot's
+  Eigen::VectorXd y;                    // missing torque [N m]
+  Eigen::MatrixXd of;                   // sample x quantity, in the order of kQuantitiesOfParts
   Eigen::VectorXd effort, effort_rate;  // [N m], [N m/s]
 };
 
@@ -27,8 +27,10 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
 // Column of one of the joint's terms at the same samples.
 Eigen::VectorXd list_column(const TorqueDesign& design, size_t joint, const Term& term);
 
-// Columns of the model in a joint's rows at the kept samples of one recording: its own terms, then those of the whole robot.
-Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t joint, const TorqueRecording& recording);
+// Columns of the model in a joint's rows at the kept samples of one recording: its own terms, then those of the whole
+// robot.
+Eigen::MatrixXd list_law_columns(const TorqueDesign& design, const TorqueModel& model, size_t joint,
+                                 const TorqueRecording& recording);
 
 // The same of all recordings.
 FoundLaws list_laws(const TorqueDesign& design, const TorqueModel& model, size_t joint);

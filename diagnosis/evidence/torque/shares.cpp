@@ -17,8 +17,8 @@ struct ModelAtJoint {
 };
 
 // Held-out mean square of a joint with the terms in `mask` (the players of a Shapley value). The joint's own terms
-// are fitted to training again. Terms of the whole robot and gains keep their parameters: a gain fitted without friction would
-// make the drive weaker instead, and its worth and that of friction would be those of another model.
+// are fitted to training again. Terms of the whole robot and gains keep their parameters: a gain fitted without
+// friction would make the drive weaker instead, and its worth and that of friction would be those of another model.
 double calc_held(const ModelAtJoint& m, size_t mask) {
   const JointDesign& joint = m.design.joints[m.joint];
   Columns columns, fixed;
@@ -60,10 +60,12 @@ double calc_held(const ModelAtJoint& m, size_t mask) {
 
 }  // namespace
 
-std::vector<double> calc_term_shares(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit, size_t joint) {
+std::vector<double> calc_term_shares(const TorqueDesign& design, const TorqueModel& model, const TorqueFit& fit,
+                                     size_t joint) {
   const size_t players = model.own[joint].size() + model.whole.size();
   const ModelAtJoint m{design, model, fit, list_slots(design, model), joint};
-  return calc_shapley(players, [&](size_t mask) { return -calc_held(m, mask); }, players);
+  return calc_shapley(
+      players, [&](size_t mask) { return -calc_held(m, mask); }, players);
 }
 
 }  // namespace hrp::diagnosis

@@ -11,10 +11,11 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kFinest = 0.01, kWidest = 0.6;  // range of the velocities tried, relative to the fastest
-constexpr double kStep = 1.2;           // ratio of successive velocities
+constexpr double kStep = 1.2;                    // ratio of successive velocities
 
 void widen(double value, double std, Range* range) {
-  range->low = std::min(range->low, value - kNinetyFive * std), range->high = std::max(range->high, value + kNinetyFive * std);
+  range->low = std::min(range->low, value - kNinetyFive * std),
+  range->high = std::max(range->high, value + kNinetyFive * std);
 }
 
 struct Point {

@@ -12,9 +12,9 @@ struct Range {
 
 // Friction torque = level + excess exp(-(v / velocity)^2), against the motion.
 struct DryCurve {
-  bool there = false;  // if false, the joint's model has no level of dry friction
+  bool there = false;           // if false, the joint's model has no level of dry friction
   Range velocity, level, rest;  // [rad/s], [N m], [N m]: rest = level + excess
-  double gain = 0.0;   // [nats] log-likelihood of the curve over a constant level
+  double gain = 0.0;            // [nats] log-likelihood of the curve over a constant level
 };
 
 // Profiles the curve of a joint (index in the design) over Stribeck velocities between 1 and 60 % of the fastest speed.

@@ -10,12 +10,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostTerms = 7;  // in one subset
+constexpr int kMostTerms = 7;       // in one subset
 constexpr double kNoWeight = 35.0;  // [nats] below the best subset: a weight of 1e-15, which rounding loses
 
 using Terms = std::vector<size_t>;
 
-double get_parameter(const JointDesign& joint, const Terms& terms, const Eigen::VectorXd& theta, bool TermRow::*property) {
+double get_parameter(const JointDesign& joint, const Terms& terms, const Eigen::VectorXd& theta,
+                     bool TermRow::*property) {
   long at = 0;
   for (size_t term : terms) {
     if (joint.terms[term].row->*property) return theta[at];
@@ -37,7 +38,8 @@ Columns list_own(const JointDesign& joint, const Terms& terms) {
   return columns;
 }
 
-// Subtracts the whole robot's terms with the parameters `whole`, most of them zero, from sums of the joint's own columns.
+// Subtracts the whole robot's terms with the parameters `whole`, most of them zero, from sums of the joint's own
+// columns.
 void subtract_whole(const Gram& all, const Eigen::VectorXd& whole, Gram* own) {
   const long width = own->b.size();
   for (long i = 0; i < whole.size(); ++i) {
@@ -59,7 +61,8 @@ class SubsetSearch {
     folds_.assign(joint_.train.size(), Gram(width));
     for (size_t f = 0; f < folds_.size(); ++f) {
       const Gram& all = joint_.train[f];
-      folds_[f].G = all.G.topLeftCorner(width, width), folds_[f].b = all.b.head(width), folds_[f].c = all.c, folds_[f].n = all.n;
+      folds_[f].G = all.G.topLeftCorner(width, width), folds_[f].b = all.b.head(width), folds_[f].c = all.c,
+      folds_[f].n = all.n;
       subtract_whole(all, whole, &folds_[f]);
     }
     total_ = sum(folds_, joint_.own_width);
@@ -69,7 +72,7 @@ class SubsetSearch {
   std::vector<Subset> run() {
     const Terms pool = list_pool();
     std::vector<Subset> subsets;
-    double least = -1e299;  // evidence below which a subset has no weight
+    double least = -1e299;                                       // evidence below which a subset has no weight
     for (size_t mask = size_t{1} << pool.size(); mask-- > 0;) {  // the richest first: they are the best, as a rule
       Terms terms;
       for (size_t i = 0; i < pool.size(); ++i) {
@@ -85,8 +88,9 @@ class SubsetSearch {
   }
 
  private:
-  // Evidence -1e300 if the subset is not physical, or if it cannot exceed `least`. What a fit to all folds leaves is at most
-  // what the folds leave that are predicted from the others, so it bounds the evidence at the cost of one solution.
+  // Evidence -1e300 if the subset is not physical, or if it cannot exceed `least`. What a fit to all folds leaves is at
+  // most what the folds leave that are predicted from the others, so it bounds the evidence at the cost of one
+  // solution.
   Subset judge(const Terms& terms, double least) const {
     const Columns columns = list_own(joint_, terms);
     const Eigen::VectorXd theta = solve(total_, columns);
@@ -107,13 +111,16 @@ class SubsetSearch {
 
   // Ratio of mean squares at which a term repays its prior cost and gains kOdds nats, as a supported term must. Each
   // term of the pool doubles the number of subsets, so weak ones are left out.
-  double calc_worth(const TermRow& row) const { return std::exp(-2.0 * (row.cost + kOdds) / std::max(1.0, joint_.effective)); }
+  double calc_worth(const TermRow& row) const {
+    return std::exp(-2.0 * (row.cost + kOdds) / std::max(1.0, joint_.effective));
+  }
 
   // True if the estimates of a gain from the effort column and from the torque column agree: both on the same side of
   // one, and close.
   bool has_bracketed_gain(const Terms& terms) const {
     if (!has_term(joint_, terms, &TermRow::scales_effort)) return true;
-    const double k = 1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), &TermRow::scales_effort);
+    const double k =
+        1.0 - get_parameter(joint_, terms, solve(total_, list_own(joint_, terms)), &TermRow::scales_effort);
     Terms other;
     for (size_t term : terms) other.push_back(joint_.terms[term].row->scales_effort ? term + 1 : term);
     std::sort(other.begin(), other.end());
@@ -122,9 +129,7 @@ class SubsetSearch {
     return (k - 1.0) * (other_k - 1.0) > 0.0 && std::abs(k - other_k) < kBracket * std::abs(middle - 1.0);
   }
 
-  bool is_barred(const TermRow& row) const {
-    return has(joint_.barred, &row);
-  }
+  bool is_barred(const TermRow& row) const { return has(joint_.barred, &row); }
 
   // Terms that may be in a subset. Of terms with several shapes, the shape that fits best beside the usual terms.
   // Hysteresis and gears that are hard to drive backwards only if they repay their cost beside all of these, because
@@ -133,13 +138,16 @@ class SubsetSearch {
     Terms pool, base;
     for (size_t t = 0; t < joint_.terms.size(); ++t) {
       const TermRow& row = *joint_.terms[t].row;
-      if (is_barred(row) || row.scanned || row.scales_model || row.only_beside_all || (row.scales_effort && !joint_.loaded)) continue;
+      if (is_barred(row) || row.scanned || row.scales_model || row.only_beside_all ||
+          (row.scales_effort && !joint_.loaded))
+        continue;
       pool.push_back(t);
       if (row.usual || row.is_constant()) base.push_back(t);
     }
     Terms all = base;
     for (const TermRow& row : list_term_rows()) {
-      if (is_barred(row) || !row.scanned || row.only_beside_all || (row.late && timing_ == Timing::kAsRecorded)) continue;
+      if (is_barred(row) || !row.scanned || row.only_beside_all || (row.late && timing_ == Timing::kAsRecorded))
+        continue;
       add_best(row, base, 1e300, &pool, &all);
     }
     const double without = cross_validate(folds_, total_, list_own(joint_, all));
@@ -205,7 +213,8 @@ bool is_sensible(const JointDesign& joint, const std::vector<size_t>& terms) {
          count([](const TermRow& r) { return r.constant >= 0; }) < 2;
 }
 
-std::vector<Subset> list_subsets(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole, Timing timing) {
+std::vector<Subset> list_subsets(const TorqueDesign& design, size_t joint, const Eigen::VectorXd& whole,
+                                 Timing timing) {
   return SubsetSearch(design, joint, whole, timing).run();
 }
 

@@ -33,7 +33,8 @@ Where make_place(const Experiment& e, const Term& term) {
 // deviations s.
 std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s) {
   if (term.row->excess)  // the level belongs to another term
-    return {make_one("excess", "N m", p[0], s[0]), make_one("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
+    return {make_one("excess", "N m", p[0], s[0]),
+            make_one("stribeck_velocity", "rad/s", term.shape, 0.5 * term.shape)};
   const TermValues values = calc_values(term, p, s);
   const std::vector<EffectParameter>& row = term.effect().parameters;
   std::vector<Estimate> list;
@@ -65,7 +66,8 @@ std::vector<Estimate> make_parameters(const Experiment& e, const Term& term, con
 void convert_units(const JointSpec& joint, std::vector<Alternative>* list) {
   for (Alternative& a : *list) {
     const EffectInfo* effect = find_effect(a.effect);
-    if (effect && (a.where.contains("joint") || a.where.contains("sensor"))) convert_units(joint, *effect, &a.parameters);
+    if (effect && (a.where.contains("joint") || a.where.contains("sensor")))
+      convert_units(joint, *effect, &a.parameters);
   }
 }
 
@@ -73,25 +75,29 @@ std::string get_phrase(const TermRow& row) {
   return row.is_of_bus() ? row.effect->phrase + ", at all joints alike" : row.effect->phrase;
 }
 
-// A constant torque beside dry friction is friction that differs by direction, which says more to whoever knows the machine.
+// A constant torque beside dry friction is friction that differs by direction, which says more to whoever knows the
+// machine.
 std::string make_direction_words(const std::vector<Alternative>& alternatives) {
   for (const Alternative& a : alternatives) {
     if (a.effect != get_effect(EffectId::kCoulomb).name || a.parameters.size() != 2) continue;
     const double level = a.parameters[0].value[0], share = a.parameters[1].value[0];
-    return " Or dry friction differs by direction: " + number(level * (1.0 + share), 2) + " " + a.parameters[0].unit + " forward, " +
-           number(level * (1.0 - share), 2) + " " + a.parameters[0].unit + " backward.";
+    return " Or dry friction differs by direction: " + number(level * (1.0 + share), 2) + " " + a.parameters[0].unit +
+           " forward, " + number(level * (1.0 - share), 2) + " " + a.parameters[0].unit + " backward.";
   }
   return "";
 }
 
 std::string make_statement(const Experiment& e, const GradedTerm& g, const Finding& f, const std::string& phrase) {
-  std::string text = get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" +
-                     get_grade_name(f.grade) + ").";
-  text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" + (has_held_out(e.recordings) ? " on held-out data." : ".");
+  std::string text =
+      get_place_name(e, g.term) + ": " + phrase + ", " + describe(f.parameters) + " (" + get_grade_name(f.grade) + ").";
+  text += " It takes away " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque" +
+          (has_held_out(e.recordings) ? " on held-out data." : ".");
   // Alternatives say it themselves.
-  if (f.grade == Grade::kAmbiguous && f.alternatives.empty() && g.doubt[0]) text += std::string(" It is ambiguous because ") + g.doubt + ".";
+  if (f.grade == Grade::kAmbiguous && f.alternatives.empty() && g.doubt[0])
+    text += std::string(" It is ambiguous because ") + g.doubt + ".";
   if (g.balanced >= 0)
-    text += " It follows gravity, and " + e.robot.tree.joint(g.balanced).name + " alone shows it: a spring or a counterweight that balances the joint does the same.";
+    text += " It follows gravity, and " + e.robot.tree.joint(g.balanced).name +
+            " alone shows it: a spring or a counterweight that balances the joint does the same.";
   text += make_direction_words(f.alternatives);
   if (!g.instead.empty()) text += " In its place, " + g.instead + " predicts held-out data better.";
   return text;
@@ -100,18 +106,22 @@ std::string make_statement(const Experiment& e, const GradedTerm& g, const Findi
 // A rotor as the link's own inertia, which differs from the model's: less, for a rotor below zero.
 Alternative make_own_inertia(const Experiment& e, const Rival& rival) {
   const double own = calc_own_inertia(e.robot.tree, rival.term.place);
-  return make_alternative(get_effect(EffectId::kInertiaError), {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
-                          {make_one("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)}, "swings of other sizes, up to half a turn");
+  return make_alternative(get_effect(EffectId::kInertiaError),
+                          {{"link", e.robot.tree.links[static_cast<size_t>(rival.term.place) + 1].name}},
+                          {make_one("scale", "1", 1.0 + rival.parameters[0] / own, rival.width[0] / own)},
+                          "swings of other sizes, up to half a turn");
 }
 
-// Adds a rival unless its effect is already listed at that place, or is the finding itself there. A delay of the bus is listed
-// as one of this joint.
+// Adds a rival unless its effect is already listed at that place, or is the finding itself there. A delay of the bus is
+// listed as one of this joint.
 void add_rival(const Experiment& e, const GradedTerm& g, const Rival& rival, std::vector<Alternative>* list) {
   Term term = rival.term;
   if (term.row->is_of_bus() && !g.term.whole()) term.place = g.term.place;
   const bool of_link = is_rotor(term) && (rival.parameters[0] < 0.0 || is_rotor(g.term));
-  Alternative a = of_link ? make_own_inertia(e, rival)
-                          : make_alternative(term.effect(), make_place(e, term), make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion);
+  Alternative a = of_link
+                      ? make_own_inertia(e, rival)
+                      : make_alternative(term.effect(), make_place(e, term),
+                                         make_parameters(e, term, rival.parameters, rival.width), g.term.row->motion);
   const bool same = a.effect == g.term.effect().name && a.where == make_place(e, g.term);
   const bool there = std::any_of(list->begin(), list->end(),
                                  [&](const Alternative& b) { return a.effect == b.effect && a.where == b.where; });
@@ -127,7 +137,8 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   if (excess) {
     const auto unit = [&](const char* turning) { return get_joint_unit(e.robot.tree.joint(g.term.place), turning); };
     f.parameters = {make_one("coulomb", unit("N m"), g.parameters[0], g.width[0]),
-                    make_one("static", unit("N m"), g.parameters[0] + excess->parameters[0], std::hypot(g.width[0], excess->width[0])),
+                    make_one("static", unit("N m"), g.parameters[0] + excess->parameters[0],
+                             std::hypot(g.width[0], excess->width[0])),
                     make_one("stribeck_velocity", unit("rad/s"), excess->term.shape, 0.5 * excess->term.shape)};
     if (g.curve.there)
       f.parameters = {make_ranged("coulomb", unit("N m"), g.curve.level, g.width[0]),
@@ -151,8 +162,10 @@ std::optional<Effect> make_effect(const GradedTerm& g, const GradedTerm* excess)
   if (g.term.row->excess || g.term.row->scales_model) return std::nullopt;
   const EffectInfo& row = excess ? excess->term.effect() : g.term.effect();
   std::vector<double> values = calc_values(g.term, g.parameters, g.width).value;
-  if (excess && g.curve.there) values = {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value};
-  else if (excess) values = {values[0], values[0] + excess->parameters[0], excess->term.shape};
+  if (excess && g.curve.there)
+    values = {g.curve.level.value, g.curve.rest.value, g.curve.velocity.value};
+  else if (excess)
+    values = {values[0], values[0] + excess->parameters[0], excess->term.shape};
   while (values.size() < row.parameters.size()) values.push_back(row.parameters[values.size()].value);
   if (g.term.row->of_log) return Effect{row.id, at_sensor(g.term.place, Reading::kEffort), values};
   return Effect{row.id, g.term.place, values};
@@ -168,7 +181,8 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
   else if (g.disagrees)
     why += "parts of the recordings give it opposite signs";
   else if (g.unsized)
-    why += "its size is not known: " + number(told.value[0], 2) + " +- " + number(kNinetyFive * told.std[0], 2) + " " + g.term.effect().parameters[0].unit;
+    why += "its size is not known: " + number(told.value[0], 2) + " +- " + number(kNinetyFive * told.std[0], 2) + " " +
+           g.term.effect().parameters[0].unit;
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
   return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};
@@ -178,15 +192,17 @@ std::string make_coupled_words(const Experiment& e, int joint, const CoupledDriv
   const std::string own = e.robot.tree.joint(joint).name, unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
   std::string words;
   for (const CoupledDrive& d : coupled.drives) {
-    words += (words.empty() ? "dry friction of " : " and of ") + number(d.level, 2) + " " + unit + " at the rate of " + own + (d.ratio > 0.0 ? " plus " : " minus ") +
-             number(std::abs(d.ratio), 2) + " times that of " + e.robot.tree.joint(d.other).name;
+    words += (words.empty() ? "dry friction of " : " and of ") + number(d.level, 2) + " " + unit + " at the rate of " +
+             own + (d.ratio > 0.0 ? " plus " : " minus ") + number(std::abs(d.ratio), 2) + " times that of " +
+             e.robot.tree.joint(d.other).name;
   }
   return words + ": a drive turns with both joints (differential, parallelogram, tendons or shafts inside one another)";
 }
 
 std::string make_remaining_words(const Experiment& e, int joint, const Remaining& r, const std::string& follows) {
-  return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " " + r.unit + " missing torque (root mean square), " +
-         number(r.after, 3) + " " + r.unit + " remain" + (follows.empty() ? "." : ", which follow " + follows + ".");
+  return e.robot.tree.joint(joint).name + ": of " + number(r.before, 3) + " " + r.unit +
+         " missing torque (root mean square), " + number(r.after, 3) + " " + r.unit + " remain" +
+         (follows.empty() ? "." : ", which follow " + follows + ".");
 }
 
 }  // namespace hrp::diagnosis

@@ -48,8 +48,8 @@ class ZeroFinder {
     return sensor.below.mass <= 0 || BodyMotion::find_force_source(log_) != MotionSource::kNone;
   }
 
-  // [N] The median reading of each swing, as far from landing and lifting as the kernel reaches. A foot that touches the
-  // ground on its way reads more for some samples.
+  // [N] The median reading of each swing, as far from landing and lifting as the kernel reaches. A foot that touches
+  // the ground on its way reads more for some samples.
   std::vector<double> list_swings(size_t sensor) const {
     std::vector<double> out;
     for (const Contact& spell : contacts_.spells) {

@@ -14,7 +14,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kTilted = 0.01;  // [rad] range of a tilt that shows a stiffness: ten times what zeros of encoders leave
+// [rad] range of a tilt that shows a stiffness: ten times what zeros of encoders leave
+constexpr double kTilted = 0.01;
 
 // y = slope x + constant: slope, correlation, range of x. A constant of each group is taken out.
 struct Slope {
@@ -84,35 +85,42 @@ class RecordingSays {
       if (!c.info.equation.is(EquationKind::kGravity) || c.info.signal != signal) continue;
       const std::vector<double> y = list_y(c);
       if (y.size() < kFewestToTell) continue;
-      texts_.push_back(signal + format(" reads %.3f of gravity at rest", 1 + calc_mean(y) / log_.experiment->scenario.gravity_W.norm()));
+      texts_.push_back(signal + format(" reads %.3f of gravity at rest",
+                                       1 + calc_mean(y) / log_.experiment->scenario.gravity_W.norm()));
     }
   }
 
-  // Its reading over what the others tell of it, beside a zero of each axis; the sensor's own delay is the slope of what is
-  // left over minus its rate.
+  // Its reading over what the others tell of it, beside a zero of each axis; the sensor's own delay is the slope of
+  // what is left over minus its rate.
   void add_gyroscope(size_t imu) {
     const std::string signal = "/imu/" + log_.imus[imu].name + "/angular_velocity";
     Slope gain, late;
     for (const ChannelRows& c : channels_) {
       if (!c.info.equation.is_gyroscope() || c.info.signal != signal) continue;
-      const std::vector<double> told = list_column(c, layout_.imu(static_cast<int>(imu), kGyroScaleColumn)), left = list_y(c);
+      const std::vector<double> told = list_column(c, layout_.imu(static_cast<int>(imu), kGyroScaleColumn)),
+                                left = list_y(c);
       std::vector<double> reading;
       for (size_t i = 0; i < told.size(); ++i) reading.push_back(told[i] + left[i]);
       gain.add(told, reading), late.add(list_column(c, layout_.imu(static_cast<int>(imu), kGyroDelayColumn)), left);
     }
     if (gain.count < kFewestToTell || gain.xx <= 0) return;
-    texts_.push_back(signal + format(" reads %.2f of the rate that it is compared with, %.0f ms late (correlation %.2f)", gain.slope(), 1e3 * late.slope(), gain.correlation()));
+    texts_.push_back(signal +
+                     format(" reads %.2f of the rate that it is compared with, %.0f ms late (correlation %.2f)",
+                            gain.slope(), 1e3 * late.slope(), gain.correlation()));
   }
 
   // Only where the sole's moment follows its tilt.
   void add_sole(size_t foot, int axis, const char* name) {
     for (const ChannelRows& c : channels_) {
       if (!(c.info.equation == Equation(EquationKind::kTilt, axis)) || c.info.name != log_.feet[foot].name) continue;
-      const std::vector<double> moment = list_column(c, layout_.foot(static_cast<int>(foot), axis == 0 ? kRollGiveColumn : kPitchGiveColumn));
+      const std::vector<double> moment =
+          list_column(c, layout_.foot(static_cast<int>(foot), axis == 0 ? kRollGiveColumn : kPitchGiveColumn));
       Slope s;
       if (!moment.empty()) s.add(list_y(c), moment);
       if (s.count < kFewestToTell || s.range < kTilted || std::abs(s.correlation()) < kMostly) continue;
-      texts_.push_back(log_.feet[foot].name + ": its " + name + format(" moment over its tilt is %.3g N m/rad (correlation %.2f)", std::abs(s.slope()), s.correlation()));
+      texts_.push_back(
+          log_.feet[foot].name + ": its " + name +
+          format(" moment over its tilt is %.3g N m/rad (correlation %.2f)", std::abs(s.slope()), s.correlation()));
     }
   }
 
@@ -125,7 +133,8 @@ class RecordingSays {
 
 }  // namespace
 
-std::vector<std::string> describe_recordings(const LeggedLog& log, const std::vector<ChannelRows>& channels, bool raw_counts) {
+std::vector<std::string> describe_recordings(const LeggedLog& log, const std::vector<ChannelRows>& channels,
+                                             bool raw_counts) {
   std::vector<std::string> out;
   const std::vector<Recording>& recordings = log.experiment->recordings;
   for (size_t r = 0; r < recordings.size(); ++r) {

@@ -24,17 +24,18 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kOdd = 6;           // median deviations (four of a normal error) beyond which a recording is odd
-constexpr double kWay = 0.3;         // [m] that a foot must have gone from its middle to tell a slope
-constexpr double kRaised = 0.002;    // [m] by which an edge may lift a foot that lies flat: soles are no flatter
-constexpr double kSlip = 0.02;       // [m/s] a foot that is faster slides
-constexpr double kSettled = 0.1;     // [s] after landing and before lifting, in which feet scrape
-constexpr double kLying = 0.88;      // cosine of the base's tilt (28 degrees) beyond which it falls
-constexpr double kFalling = 1.0;     // [s] that it has been falling by then
+constexpr double kOdd = 6;         // median deviations (four of a normal error) beyond which a recording is odd
+constexpr double kWay = 0.3;       // [m] that a foot must have gone from its middle to tell a slope
+constexpr double kRaised = 0.002;  // [m] by which an edge may lift a foot that lies flat: soles are no flatter
+constexpr double kSlip = 0.02;     // [m/s] a foot that is faster slides
+constexpr double kSettled = 0.1;   // [s] after landing and before lifting, in which feet scrape
+constexpr double kLying = 0.88;    // cosine of the base's tilt (28 degrees) beyond which it falls
+constexpr double kFalling = 1.0;   // [s] that it has been falling by then
 
 class Checker {
  public:
-  Checker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout)
+  Checker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+          const ColumnLayout& layout)
       : log_(log), contacts_(contacts), channels_(channels), at_(layout) {}
 
   CheckResult run() {
@@ -56,7 +57,9 @@ class Checker {
     std::vector<Stand> at;
     for (const Contact& spell : contacts_.spells) {
       const Clip& clip = log_.clips[spell.clip];
-      if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3 || spell.end > find_fall(clip)) continue;
+      if (!spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < 0.3 ||
+          spell.end > find_fall(clip))
+        continue;
       BodyMotion motion(log_, clip);
       const size_t k = (spell.begin + spell.end) / 2;
       if (k < clip.edge || k + clip.edge >= clip.size()) continue;
@@ -64,10 +67,12 @@ class Checker {
       const Foot& foot = log_.feet[spell.foot];
       Vector3d p;
       for (int i = 0; i < 3; ++i) p(i) = clip.base_position[i].value[k];
-      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k],
+                                 clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
       const Transform X = get_pose(motion.data(), foot.link);
       const Vector3d normal = (q.normalized() * X.R).row(2).transpose();
-      at.push_back({p + q.normalized() * (X * foot.p_LC), normal.head<2>().cwiseProduct(0.5 * foot.size.head<2>()), spell.foot, clip.recording});
+      at.push_back({p + q.normalized() * (X * foot.p_LC), normal.head<2>().cwiseProduct(0.5 * foot.size.head<2>()),
+                    spell.foot, clip.recording});
     }
     drop_raised(&at);
     if (at.size() < 6) return;
@@ -88,7 +93,8 @@ class Checker {
   // The sample from which a robot falls: some time before its base lies. At the end of the clip: it does not.
   static size_t find_fall(const Clip& clip) {
     for (size_t k = 0; k < clip.size(); ++k) {
-      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+      const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k],
+                                 clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
       const double upright = (q.normalized() * Vector3d::UnitZ()).z();
       const auto before = static_cast<size_t>(std::lround(kFalling / clip.step));
       if (upright < kLying) return k > before ? k - before : 0;
@@ -142,7 +148,8 @@ class Checker {
     for (long i = 0; i < 2; ++i) {
       const Eigen::Vector2d way = ways.eigenvectors().col(i);
       double far = 0, rise = 0, left = 0;
-      for (const Vector3d& d : own) far = std::max(far, std::abs(way.dot(d.head<2>()))), rise += way.dot(d.head<2>()) * d.z();
+      for (const Vector3d& d : own)
+        far = std::max(far, std::abs(way.dot(d.head<2>()))), rise += way.dot(d.head<2>()) * d.z();
       if (far < kWay) continue;
       rise /= ways.eigenvalues()(i);
       for (const Vector3d& d : own) left += std::pow(d.z() - rise * way.dot(d.head<2>()), 2);
@@ -172,10 +179,14 @@ class Checker {
     const Vector3d& x = slope;
     const bool sure = std::abs(x(0)) > 3 * error.x() || std::abs(x(1)) > 3 * error.y();
     if (way < kWay || !sure || slope.norm() * way < 1e-3) return;
-    Finding f = make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}},
-                             {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
+    Finding f = make_finding(
+        get_laws().ground_slope.info(), {{"ground", "ground"}},
+        {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
     f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
-    f.statement = format("Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is tilted, or the ground is.", 1e3 * slope.norm() * range, range);
+    f.statement = format(
+        "Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is "
+        "tilted, or the ground is.",
+        1e3 * slope.norm() * range, range);
     const Estimate tilt = make_one("tilt", "rad", slope.norm(), std::max(error.x(), error.y()));
     f.alternatives.push_back(make_alternative(get_laws().sensor_misalignment.info(), {{"sensor", "/base/pose"}}, {tilt},
                                               "a level, or an attitude by another sensor"));
@@ -204,12 +215,15 @@ class Checker {
           const Foot& foot = log_.feet[f];
           if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].has_force()) continue;
           // Below, chatter is much of its force.
-          if (!is_settled(c, f, k) || calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kHalf * weight) continue;
+          if (!is_settled(c, f, k) ||
+              calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kHalf * weight)
+            continue;
           if (!updated) motion.update(k), updated = true;
           const Eigen::Vector2d v = find_slide(clip, foot, k, &motion);
           const Vector3d force = find_ground_force(clip, foot, k, &motion);
           const double side = force.head<2>().norm();
-          steps.push_back({clip.recording, v.norm(), side / std::max(1e-9, force.z()), -v.dot(force.head<2>()) / std::max(1e-9, side * v.norm())});
+          steps.push_back({clip.recording, v.norm(), side / std::max(1e-9, force.z()),
+                           -v.dot(force.head<2>()) / std::max(1e-9, side * v.norm())});
         }
       }
     }
@@ -223,7 +237,8 @@ class Checker {
   Eigen::Vector2d find_slide(const Clip& clip, const Foot& foot, size_t k, BodyMotion* motion) const {
     Vector3d v;
     for (int i = 0; i < 3; ++i) v(i) = clip.base_position[i].rate[k];
-    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k],
+                               clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
     const Transform X = get_pose(motion->data(), foot.link);
     const Vector3d at = calc_point_velocity(motion->data(), foot.link, X * foot.p_LC).tail<3>();
     return (v + q.normalized() * at).head<2>();
@@ -244,9 +259,11 @@ class Checker {
 
   // From the heading of an attitude [1] to that of the base's recorded pose: IMUs count it from where they like.
   static Matrix3d turn_heading(const Clip& clip, size_t k, const Matrix3d& R) {
-    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k], clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
+    const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k],
+                               clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
     const Matrix3d turn = q.normalized().toRotationMatrix() * R.transpose();
-    return Eigen::AngleAxisd(std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), Vector3d::UnitZ()).toRotationMatrix();
+    return Eigen::AngleAxisd(std::atan2(turn(1, 0) - turn(0, 1), turn(0, 0) + turn(1, 1)), Vector3d::UnitZ())
+        .toRotationMatrix();
   }
 
   // Feet slide at the same share in two recordings at least (of one: there); a push or a fall is in one alone.
@@ -269,11 +286,13 @@ class Checker {
   // Friction that holds more than it slides at is no friction. False: nothing is told.
   bool add_slip(const std::vector<Slide>& steps, double slow) {
     std::vector<Slide> slides;
-    std::copy_if(steps.begin(), steps.end(), std::back_inserter(slides), [&](const Slide& s) { return s.speed >= slow; });
+    std::copy_if(steps.begin(), steps.end(), std::back_inserter(slides),
+                 [&](const Slide& s) { return s.speed >= slow; });
     const auto [value, spread] = find_sliding_friction(slides);
     const double nominal = log_.experiment->scenario.ground.friction;
     size_t held = 0, beyond = 0;
-    for (const Slide& s : steps) held += s.speed < kHalf * kSlip, beyond += s.speed < kHalf * kSlip && s.ratio > (1.0 + kMuch) * value;
+    for (const Slide& s : steps)
+      held += s.speed < kHalf * kSlip, beyond += s.speed < kHalf * kSlip && s.ratio > (1.0 + kMuch) * value;
     if (spread > kPart * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     // Feet that hold bear no more side force than sliding friction; else feet slide for another reason than friction.
@@ -281,7 +300,9 @@ class Checker {
     const EffectInfo& friction = get_effect(EffectId::kGroundFriction);  // no equation has a column of it
     Finding f = make_finding(friction, {{"ground", "ground"}}, {make_value(friction, value, spread)});
     f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
-    f.statement = format("Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.", value, 2 * spread, nominal);
+    f.statement = format(
+        "Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.",
+        value, 2 * spread, nominal);
     out_.findings.push_back(std::move(f));
     return true;
   }
@@ -310,7 +331,8 @@ Consensus find_consensus(std::vector<double> values, double least) {
   Consensus out;
   if (values.empty()) return out;
   std::sort(values.begin(), values.end());
-  const double middle = values.size() % 2 ? values[values.size() / 2] : 0.5 * (values[values.size() / 2] + values[values.size() / 2 - 1]);
+  const double middle =
+      values.size() % 2 ? values[values.size() / 2] : 0.5 * (values[values.size() / 2] + values[values.size() / 2 - 1]);
   std::vector<double> away, kept;
   for (double v : values) away.push_back(std::abs(v - middle));
   const double limit = std::max(least, kOdd * find_median(std::move(away)));

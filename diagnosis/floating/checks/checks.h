@@ -14,18 +14,19 @@ namespace hrp::diagnosis::floating {
 struct UnitFit {
   std::string signal;  // empty: nothing was corrected
   double before[2] = {0, 0}, after[2] = {0, 0}, rows[2] = {0, 0};
-  double exact = 1;    // [N^2] of what no model of masses is more exact than
-  double scale = 0;    // [N] spread of what is compared
+  double exact = 1;  // [N^2] of what no model of masses is more exact than
+  double scale = 0;  // [N] spread of what is compared
 };
 
 struct CheckResult {
   std::vector<Finding> findings;
-  std::vector<Finding> corrected;    // faults that the recordings are rid of before the search: what it finds adds to them
+  // Faults that the recordings are rid of before the search: what it finds adds to them
+  std::vector<Finding> corrected;
   std::vector<Remaining> remaining;  // what is seen and has no one cause
-  std::vector<std::string> notes;  // what agrees, and what a comparison could not use
-  std::vector<Candidate> weight;   // what the feet carry too much or too little, as a mass: to fit beside what is chosen
+  std::vector<std::string> notes;    // what agrees, and what a comparison could not use
+  std::vector<Candidate> weight;  // what the feet carry too much or too little, as a mass: to fit beside what is chosen
   UnitFit units;
-  bool raw_counts = false;         // forces are in an unknown unit: nothing of masses and friction can be told
+  bool raw_counts = false;  // forces are in an unknown unit: nothing of masses and friction can be told
 };
 
 CheckResult run_checks(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,

@@ -22,26 +22,26 @@ namespace {
 
 constexpr int kAxes = 6;
 constexpr size_t kParts = kStretches;  // of each group: how much a zero differs within it tells how much it may differ
-constexpr double kLever = 0.1;  // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
+constexpr double kLever = 0.1;    // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
 constexpr double kChance = 1e-3;  // of one false drift in so many clean robots
 
 // One row of an equation, in units of what is left of that equation.
 struct Row {
-  size_t part = 0;           // group * kParts + part of it
+  size_t part = 0;  // group * kParts + part of it
   double y = 0;
   Eigen::VectorXd constant;  // by what stays as it is: masses, scales, soles, joints
   Eigen::VectorXd zero;      // by the zero of each axis of each sensor
 };
 
-// Probability that values of the same mean have such a variance between groups: F with two degrees of freedom exactly, with
-// a few more to a small factor.
+// Probability that values of the same mean have such a variance between groups: F with two degrees of freedom exactly,
+// with a few more to a small factor.
 double calc_chance(double between, double within, double groups, double freedom) {
   const double f = within > 0 ? between / within : 0;
   return std::pow(1 + f * (groups - 1) / freedom, -0.5 * freedom);
 }
 
-// `done`: share of a recording's time. Each stretch's zero is that of its middle; between the middles and beyond them a zero goes on
-// evenly.
+// `done`: share of a recording's time. Each stretch's zero is that of its middle; between the middles and beyond them a
+// zero goes on evenly.
 double find_zero_at(double done, const std::vector<double>& stretches) {
   const size_t n = stretches.size();
   if (n < 2) return stretches[0];
@@ -53,7 +53,11 @@ double find_zero_at(double done, const std::vector<double>& stretches) {
 class DriftFinder {
  public:
   DriftFinder(const LeggedLog& log, bool walks, const std::vector<ChannelRows>& channels)
-      : log_(log), walks_(walks), layout_(log), zeros_(kAxes * layout_.sensors), stretches_(count_stretches(log.experiment->recordings.size())),
+      : log_(log),
+        walks_(walks),
+        layout_(log),
+        zeros_(kAxes * layout_.sensors),
+        stretches_(count_stretches(log.experiment->recordings.size())),
         groups_(stretches_ * log.experiment->recordings.size()) {
     list_constants();
     for (const ChannelRows* c : list_equations(channels)) add_rows(*c);
@@ -71,8 +75,8 @@ class DriftFinder {
   }
 
  private:
-  // Each with the size that it has in a usual robot: a tenth of a link's mass, a centimetre, faults of 0.02 or 0.1 m/s^2. What
-  // the motion within recordings tells of them counts more than that.
+  // Each with the size that it has in a usual robot: a tenth of a link's mass, a centimetre, faults of 0.02 or 0.1
+  // m/s^2. What the motion within recordings tells of them counts more than that.
   void list_constants() {
     const auto add = [&](int first, int count, double prior) {
       for (int i = 0; i < count; ++i) constants_.push_back({first + i, prior});
@@ -81,8 +85,11 @@ class DriftFinder {
       const double mass = log_.tree.links[static_cast<size_t>(l)].inertia.mass;
       if (mass > 0) add(layout_.link(l, 0), 1, kDetail * mass), add(layout_.link(l, 1), 3, kDetail * kLever * mass);
     }
-    for (int s = 0; s < layout_.sensors; ++s) add(layout_.sensor(s, kForceScaleColumn), 2, kKnown), add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
-    for (int i = 0; i < layout_.imus; ++i) add(layout_.imu(i, kAccelerometerTurnColumn), 3, kKnown), add(layout_.imu(i, kAccelerometerBiasColumn), 3, kDetail);
+    for (int s = 0; s < layout_.sensors; ++s)
+      add(layout_.sensor(s, kForceScaleColumn), 2, kKnown), add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
+    for (int i = 0; i < layout_.imus; ++i)
+      add(layout_.imu(i, kAccelerometerTurnColumn), 3, kKnown),
+          add(layout_.imu(i, kAccelerometerBiasColumn), 3, kDetail);
     for (int j = 0; j < layout_.joints; ++j) add(layout_.joint(j, kOffsetColumn), 1, kKnown);
   }
 
@@ -90,8 +97,10 @@ class DriftFinder {
   static std::vector<const ChannelRows*> list_equations(const std::vector<ChannelRows>& channels) {
     std::vector<const ChannelRows*> out, weight;
     for (const ChannelRows& c : channels) {
-      if (c.info.equation.is_balance()) out.push_back(&c);
-      else if (c.info.equation.is_vertical_force()) weight.push_back(&c);
+      if (c.info.equation.is_balance())
+        out.push_back(&c);
+      else if (c.info.equation.is_vertical_force())
+        weight.push_back(&c);
     }
     return out.empty() ? weight : out;
   }
@@ -109,7 +118,8 @@ class DriftFinder {
       Row row;
       const double done = (c.time[i] - time.front()) / std::max(1e-9, time.back() - time.front());
       const size_t parts = stretches_ * kParts;
-      row.part = r * parts + std::min(parts - 1, static_cast<size_t>(done * static_cast<double>(parts))), row.y = c.y[i] / spread;
+      row.part = r * parts + std::min(parts - 1, static_cast<size_t>(done * static_cast<double>(parts))),
+      row.y = c.y[i] / spread;
       row.constant.resize(static_cast<long>(constants_.size())), row.zero.resize(zeros_);
       for (size_t k = 0; k < constants_.size(); ++k) row.constant(static_cast<long>(k)) = get(i, constants_[k].column);
       for (int z = 0; z < zeros_; ++z) row.zero(z) = get(i, layout_.sensor(z / kAxes, kForceBiasColumn + z % kAxes));
@@ -129,11 +139,15 @@ class DriftFinder {
     return kDetail * weight * (zero % kAxes < 3 ? 1 : kLever);
   }
 
-  long at(size_t part, int zero) const { return static_cast<long>(constants_.size()) + static_cast<long>(part) * zeros_ + zero; }
+  long at(size_t part, int zero) const {
+    return static_cast<long>(constants_.size()) + static_cast<long>(part) * zeros_ + zero;
+  }
 
-  // Zeros go on while one long recording lasts as they do from one to the next. Where too few recordings follow one another to
-  // agree, their stretches do.
-  static size_t count_stretches(size_t recordings) { return recordings < kFewestToAgree ? kStretches / std::max<size_t>(1, recordings) : 1; }
+  // Zeros go on while one long recording lasts as they do from one to the next. Where too few recordings follow one
+  // another to agree, their stretches do.
+  static size_t count_stretches(size_t recordings) {
+    return recordings < kFewestToAgree ? kStretches / std::max<size_t>(1, recordings) : 1;
+  }
 
   // Constants of all groups beside zeros of each part, in one least squares.
   bool solve(double trust = 1) {
@@ -156,7 +170,9 @@ class DriftFinder {
     return x_.allFinite();
   }
 
-  std::string get_column(int z) const { return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)].name, z % kAxes); }
+  std::string get_column(int z) const {
+    return get_force_column(log_.sensors[static_cast<size_t>(z / kAxes)].name, z % kAxes);
+  }
 
   double get_part(size_t group, size_t part, int z) const { return x_(at(group * kParts + part, z)); }
   double find_middle(size_t group, int z) const {
@@ -184,13 +200,14 @@ class DriftFinder {
   }
   static double get_place(size_t part) { return static_cast<double>(part) - 0.5 * (kParts - 1); }
 
-  // Of the zeros of one group's parts. Zeros wander while a part lasts, so that neighbours resemble each other: two of them
-  // count as one.
+  // Of the zeros of one group's parts. Zeros wander while a part lasts, so that neighbours resemble each other: two of
+  // them count as one.
   double find_variance_within(int z) const {
     double sum = 0;
     const double slope = find_slope(z);
     for (size_t g = 0; g < groups_; ++g) {
-      for (size_t p = 0; p < kParts; ++p) sum += std::pow(get_part(g, p, z) - find_middle(g, z) - slope * get_place(p), 2);
+      for (size_t p = 0; p < kParts; ++p)
+        sum += std::pow(get_part(g, p, z) - find_middle(g, z) - slope * get_place(p), 2);
     }
     return sum / get_freedom();
   }
@@ -198,7 +215,8 @@ class DriftFinder {
   double find_chance(int z) const {
     double between = 0;
     const auto n = static_cast<double>(groups_);
-    for (size_t g = 0; g < groups_; ++g) between += static_cast<double>(kParts) * std::pow(find_middle(g, z) - find_mean(z), 2) / (n - 1);
+    for (size_t g = 0; g < groups_; ++g)
+      between += static_cast<double>(kParts) * std::pow(find_middle(g, z) - find_mean(z), 2) / (n - 1);
     return is_steady(z) ? calc_chance(between, find_variance_within(z), n, 0.5 * get_freedom()) : 1;
   }
 
@@ -232,12 +250,14 @@ class DriftFinder {
       value.value.push_back(find_middle(groups_ - 1, z) - find_middle(0, z));
       value.std.push_back(std::sqrt(2 * find_variance_within(z) / kParts));
     }
-    const std::string column = get_column(clearest), sensor = column.substr(0, column.rfind('/')), axis = column.substr(sensor.rfind('/') + 1);
+    const std::string column = get_column(clearest), sensor = column.substr(0, column.rfind('/')),
+                      axis = column.substr(sensor.rfind('/') + 1);
     Finding f = make_finding(get_laws().sensor_bias.info(), {{"sensor", sensor}}, {value});
     std::string each;
-    for (size_t g = 0; g < groups_; ++g) each += (g ? ", " : "") + format("%+.3g", find_middle(g, clearest) - find_mean(clearest));
-    f.statement = sensor + ": its zero drifts, by " + each + " " + value.unit +
-                  " about " + axis + " from its mean, in the order of the " + (stretches_ > 1 ? "stretches" : "recordings") + " (" +
+    for (size_t g = 0; g < groups_; ++g)
+      each += (g ? ", " : "") + format("%+.3g", find_middle(g, clearest) - find_mean(clearest));
+    f.statement = sensor + ": its zero drifts, by " + each + " " + value.unit + " about " + axis +
+                  " from its mean, in the order of the " + (stretches_ > 1 ? "stretches" : "recordings") + " (" +
                   get_grade_name(Grade::kSupported) +
                   "). The readings were rid of it before anything else was looked for.";
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = kHalf, f.weight = kHalf;
@@ -247,20 +267,24 @@ class DriftFinder {
   // Feet that stay add up to one force and one moment: whose zero it is, is not told.
   void join(std::vector<Finding> all, std::vector<Finding>* findings) const {
     const auto size = [](const Finding& f) {
-      return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() / (f.parameters[0].unit == "N" ? 1 : kLever);
+      return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() /
+             (f.parameters[0].unit == "N" ? 1 : kLever);
     };
     for (std::vector<Finding>* list : {&all, findings}) {
-      std::stable_sort(list->begin(), list->end(), [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
+      std::stable_sort(list->begin(), list->end(),
+                       [&](const Finding& a, const Finding& b) { return size(a) > size(b); });
     }
     if (walks_) return;
     Finding first = findings->front();
     for (const Finding& other : all) {
       if (other.where == first.where) continue;
-      first.alternatives.push_back(make_alternative(get_laws().sensor_bias.info(), other.where, other.parameters, "each foot lifted in turn, in every recording"));
+      first.alternatives.push_back(make_alternative(get_laws().sensor_bias.info(), other.where, other.parameters,
+                                                    "each foot lifted in turn, in every recording"));
     }
     first.grade = Grade::kAmbiguous;
     first.statement = say_ambiguous(first.statement) +
-                      " Feet that stay tell what all zeros together differ by, not whose they are; a load or a pull in some of the recordings looks the same.";
+                      " Feet that stay tell what all zeros together differ by, not whose they are; a load or a pull in "
+                      "some of the recordings looks the same.";
     findings->assign(1, first);
   }
 
@@ -286,7 +310,8 @@ ZeroDrift find_zero_drift(const Experiment& e) {
   if (log.clips.empty() || log.sensors.empty()) return {};
   const Contacts contacts = find_contacts(log);
   const std::vector<ChannelRows> channels = make_equations(log, contacts).channels();
-  return has_raw_counts(log, contacts, channels, ColumnLayout(log)) ? ZeroDrift{} : DriftFinder(log, contacts.walks, channels).run();
+  return has_raw_counts(log, contacts, channels, ColumnLayout(log)) ? ZeroDrift{}
+                                                                    : DriftFinder(log, contacts.walks, channels).run();
 }
 
 Experiment take_out(const ZeroDrift& drift, Experiment e) {
@@ -296,7 +321,8 @@ Experiment take_out(const ZeroDrift& drift, Experiment e) {
       if (column == e.recordings[r].other.end()) continue;
       const std::vector<double>& time = e.recordings[r].time;
       const double whole = std::max(1e-9, time.back() - time.front());
-      for (size_t k = 0; k < time.size(); ++k) column->second[k] -= find_zero_at((time[k] - time.front()) / whole, zero[r]);
+      for (size_t k = 0; k < time.size(); ++k)
+        column->second[k] -= find_zero_at((time[k] - time.front()) / whole, zero[r]);
     }
   }
   return e;

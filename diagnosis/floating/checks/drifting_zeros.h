@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Zeros of foot force sensors that drift from recording to recording, or while one or two long ones last, as those of strain
-// gauges do while they warm up. No constant fault and no mass goes on with time, whatever the robot does; so the equations of the
-// whole body tell a drift before anything is fitted.
+// Zeros of foot force sensors that drift from recording to recording, or while one or two long ones last, as those of
+// strain gauges do while they warm up. No constant fault and no mass goes on with time, whatever the robot does; so the
+// equations of the whole body tell a drift before anything is fitted.
 #pragma once
 
 #include <map>
@@ -14,8 +14,8 @@
 namespace hrp::diagnosis::floating {
 
 struct ZeroDrift {
-  // By column of a sensor, by recording, by equal stretch of it: its zero [N], [N m], less the mean over all of them, which is a
-  // constant zero that other equations tell.
+  // By column of a sensor, by recording, by equal stretch of it: its zero [N], [N m], less the mean over all of them,
+  // which is a constant zero that other equations tell.
   std::map<std::string, std::vector<std::vector<double>>> zero;
   std::vector<Finding> findings;  // empty: zeros are constant
   bool found() const { return !findings.empty(); }

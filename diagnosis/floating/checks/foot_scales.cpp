@@ -69,7 +69,8 @@ bool take_foot_scale(const LeggedLog& log, const std::vector<FootScale>& scales,
     Alternative& other = weight->alternatives.back();
     std::swap(weight->effect, other.effect), std::swap(weight->family, other.family);
     std::swap(weight->where, other.where), std::swap(weight->parameters, other.parameters);
-    weight->statement += format(" The scale of this foot's sensor leaves %.2f of what a mass leaves of these shares, in squares.", s.left);
+    weight->statement += format(
+        " The scale of this foot's sensor leaves %.2f of what a mass leaves of these shares, in squares.", s.left);
     taken = true;
   }
   return taken;

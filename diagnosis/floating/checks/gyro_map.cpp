@@ -18,8 +18,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr int kRounds = 12;          // of Gauss-Newton
-constexpr double kLikelyTurn = 0.5;  // [rad] deviation of turns: larger ones are conventions, which have been looked for
+constexpr int kRounds = 12;  // of Gauss-Newton
+// [rad] deviation of turns: larger ones are conventions, which have been looked for
+constexpr double kLikelyTurn = 0.5;
 
 constexpr long kScale = 0, kTurn = 1, kZero = 4, kCount = 7;  // coefficients
 using Coefficients = Eigen::Matrix<double, kCount, 1>;
@@ -85,7 +86,8 @@ struct MapFit {
 };
 
 // Sums of squares; a coefficient that is not free, or that no motion tells, stays.
-Information sum_squares(const std::vector<RateMoment>& moments, const std::vector<Row>& rows, const MapFit& fit, const Freedom& free, Coefficients* score,
+Information sum_squares(const std::vector<RateMoment>& moments, const std::vector<Row>& rows, const MapFit& fit,
+                        const Freedom& free, Coefficients* score,
                         std::map<std::pair<int, int>, Coefficients>* by_block) {
   Information sum = Information::Zero();
   score->setZero();
@@ -94,7 +96,8 @@ Information sum_squares(const std::vector<RateMoment>& moments, const std::vecto
     const Slopes x = find_slopes(moments[i], rows[i], fit.map, free);
     const Coefficients own = fit.weights[i] * (x.transpose() * rows[i].left);
     sum += fit.weights[i] * (x.transpose() * x), *score += own;
-    if (by_block) by_block->try_emplace({moments[i].recording, moments[i].block}, Coefficients::Zero()).first->second += own;
+    if (by_block)
+      by_block->try_emplace({moments[i].recording, moments[i].block}, Coefficients::Zero()).first->second += own;
     square += fit.weights[i] * rows[i].left.squaredNorm(), weight += 3 * fit.weights[i];
   }
   const double noise = std::max(1e-12, square / std::max(1e-12, weight));
@@ -132,7 +135,8 @@ MapFit fit_map(const std::vector<RateMoment>& moments, const Freedom& free, cons
   const double widening = blocks.size() > 1 ? find_widening(blocks.size()) : 1e3;
   out.covariance = find_few(static_cast<double>(blocks.size())) * widening * widening * inverse * scatter * inverse;
   double weight = 0;
-  for (size_t i = 0; i < rows.size(); ++i) out.left += out.weights[i] * rows[i].left.squaredNorm(), weight += 3 * out.weights[i];
+  for (size_t i = 0; i < rows.size(); ++i)
+    out.left += out.weights[i] * rows[i].left.squaredNorm(), weight += 3 * out.weights[i];
   // White noise, too: it has the prior of what no motion tells, of which blocks say nothing.
   out.covariance += std::max(1e-12, out.left / std::max(1e-12, weight)) * inverse;
   return out;
@@ -183,21 +187,23 @@ void judge_turn(const std::vector<MapFit>& each, GyroMap* out) {
   const Vector3d along = out->turn / size;
   const double square = out->turn.dot(out->turn_covariance.ldlt().solve(out->turn));
   out->may_be_turned = square > kSignificantVector * kSignificantVector && is_same(each, size, [&](const MapFit& own) {
-    const Matrix3d c = own.covariance.block<3, 3>(kTurn, kTurn);
-    return std::pair(along.dot(get_turn(own)), std::sqrt(along.dot(c * along)));
-  });
+                         const Matrix3d c = own.covariance.block<3, 3>(kTurn, kTurn);
+                         return std::pair(along.dot(get_turn(own)), std::sqrt(along.dot(c * along)));
+                       });
   out->is_turned = out->may_be_turned && out->turn_left < kNearlyAll;
 }
 
 void judge_scale(const std::vector<MapFit>& each, const MapFit& fit, double reverse, GyroMap* out) {
-  const double by_reading = fit.map.factor, by_told = by_reading + std::log(std::max(1e-12, reverse)), middle = 0.5 * (by_reading + by_told);
+  const double by_reading = fit.map.factor, by_told = by_reading + std::log(std::max(1e-12, reverse)),
+               middle = 0.5 * (by_reading + by_told);
   const double std = std::sqrt(fit.covariance(kScale, kScale)), width = std::abs(by_told - by_reading);
-  out->scale = std::exp(-middle), out->scale_std = out->scale * std::hypot(std, 0.5 * width / kNinetyFive, kKnown / kNinetyFive);
+  out->scale = std::exp(-middle),
+  out->scale_std = out->scale * std::hypot(std, 0.5 * width / kNinetyFive, kKnown / kNinetyFive);
   const double nearest = by_reading * by_told > 0 ? std::min(std::abs(by_reading), std::abs(by_told)) : 0.0;
   const bool sure = nearest > std::max(kKnown, kSignificantInJoint * std) && width < kBracket * std::abs(middle);
   out->is_scaled = sure && out->scale_left < kNearlyAll && is_same(each, by_reading, [](const MapFit& own) {
-    return std::pair(own.map.factor, std::sqrt(own.covariance(kScale, kScale)));
-  });
+                     return std::pair(own.map.factor, std::sqrt(own.covariance(kScale, kScale)));
+                   });
 }
 
 // [rad^2/s^2] What is left at a moment.
@@ -207,12 +213,13 @@ double find_usual(const std::vector<RateMoment>& moments, const Map& map) {
   return find_median(std::move(squares));
 }
 
-// [rad^2/s^2] What is left of readings of another time. Of several that may tell a moment the nearest does, so that noise fits
-// noise.
+// [rad^2/s^2] What is left of readings of another time. Of several that may tell a moment the nearest does, so that
+// noise fits noise.
 double find_by_chance(const std::vector<RateMoment>& moments) {
   std::vector<RateMoment> others;
   for (const std::vector<RateMoment>& own : split(moments)) {
-    for (size_t i = 0; i < own.size(); ++i) others.push_back(own[i]), others.back().reading = own[(i + own.size() / 2) % own.size()].reading;
+    for (size_t i = 0; i < own.size(); ++i)
+      others.push_back(own[i]), others.back().reading = own[(i + own.size() / 2) % own.size()].reading;
   }
   return find_usual(others, fit_map(others, {}).map);
 }
@@ -228,7 +235,8 @@ GyroMap find_gyro_map(const std::vector<RateMoment>& moments) {
     if (count_blocks(own) >= kFewestBlocks) each.push_back(fit_map(own, {}));
   }
   out.told = true, out.turn = get_turn(fit), out.turn_covariance = fit.covariance.block<3, 3>(kTurn, kTurn);
-  out.turn_left = fit.left / fit_map(moments, {true, false}, fit.weights).left, out.scale_left = fit.left / fit_map(moments, {false, true}, fit.weights).left;
+  out.turn_left = fit.left / fit_map(moments, {true, false}, fit.weights).left,
+  out.scale_left = fit.left / fit_map(moments, {false, true}, fit.weights).left;
   judge_turn(each, &out), judge_scale(each, fit, find_reverse(moments, fit), &out);
   const double usual = find_usual(moments, fit.map), by_chance = find_by_chance(moments);
   out.usual = std::sqrt(usual), out.of_another_time = std::sqrt(by_chance);

@@ -27,10 +27,10 @@ struct GyroMap {
   Matrix3d turn_covariance = Matrix3d::Zero();  // beside the prior: what no motion tells stays near zero
   double scale = 1, scale_std = 0;              // [1]
   double turn_left = 1, scale_left = 1;         // share of the squares without it that is left with it
-  double usual = 0, of_another_time = 0;        // [rad/s] median of what is left; of readings of another time, by chance
-  bool told = false;                            // there are enough blocks
-  bool may_be_turned = false;                   // beyond chance, and the same in all recordings
-  bool is_turned = false, is_scaled = false;    // that, and a tenth of the squares goes with it
+  double usual = 0, of_another_time = 0;      // [rad/s] median of what is left; of readings of another time, by chance
+  bool told = false;                          // there are enough blocks
+  bool may_be_turned = false;                 // beyond chance, and the same in all recordings
+  bool is_turned = false, is_scaled = false;  // that, and a tenth of the squares goes with it
 };
 
 GyroMap find_gyro_map(const std::vector<RateMoment>& moments);

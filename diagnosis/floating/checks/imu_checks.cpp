@@ -19,14 +19,15 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kGravity = 0.003;   // gravity itself differs by so much from place to place
-constexpr double kStand = 2.0;       // [s] on all feet, over which the mean acceleration of a body nearly vanishes
-constexpr double kPause = 0.15;       // [s] between two rows of one stand, at most
-constexpr double kLong = 4.0;        // [s] over which the mean vertical acceleration of a walk vanishes
+constexpr double kGravity = 0.003;  // gravity itself differs by so much from place to place
+constexpr double kStand = 2.0;      // [s] on all feet, over which the mean acceleration of a body nearly vanishes
+constexpr double kPause = 0.15;     // [s] between two rows of one stand, at most
+constexpr double kLong = 4.0;       // [s] over which the mean vertical acceleration of a walk vanishes
 
 class ImuChecker {
  public:
-  ImuChecker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout, CheckResult* out)
+  ImuChecker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+             const ColumnLayout& layout, CheckResult* out)
       : log_(log), contacts_(contacts), channels_(channels), at_(layout), out_(*out) {}
 
   void run() {
@@ -104,14 +105,15 @@ class ImuChecker {
     return out;
   }
 
-  // Equations that hold sample by sample tell an accelerometer's scale better than its mean over a walk, to which impacts
-  // that were sampled too slowly, and falls, add what they like. Standing is no worse. Torques of legs tell the weight to some percent
-  // only: the balance by them says less than the mean does.
+  // Equations that hold sample by sample tell an accelerometer's scale better than its mean over a walk, to which
+  // impacts that were sampled too slowly, and falls, add what they like. Standing is no worse. Torques of legs tell the
+  // weight to some percent only: the balance by them says less than the mean does.
   bool is_weighed(size_t imu) const {
     const int column = at_.imu(static_cast<int>(imu), kAccelerometerScaleColumn);
     return std::any_of(channels_.begin(), channels_.end(), [&](const ChannelRows& c) {
       const Equation& e = c.info.equation;
-      const bool dynamic = e.is_balance() || e.is(EquationKind::kAccelerometer) || (e.is(EquationKind::kWeight) && !out_.raw_counts);
+      const bool dynamic =
+          e.is_balance() || e.is(EquationKind::kAccelerometer) || (e.is(EquationKind::kWeight) && !out_.raw_counts);
       return dynamic && c.rows() > kFewestToTell && has(c.columns, column);
     });
   }
@@ -134,7 +136,11 @@ class ImuChecker {
     const EffectInfo &scale = get_laws().sensor_scale.info(), &bias = get_laws().sensor_bias.info();
     Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, k.mean, k.std)});
     f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
-    f.statement = name + when + format(" it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright shows only their sum.", k.mean, 2 * k.std);
+    f.statement = name + when +
+                  format(
+                      " it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright "
+                      "shows only their sum.",
+                      k.mean, 2 * k.std);
     const Estimate zero = make_value(bias, (k.mean - 1) * g, k.std * g, "m/s^2");
     f.alternatives.push_back(make_alternative(bias, f.where, {zero}, "the IMU at rest in six attitudes"));
     out_.findings.push_back(std::move(f));
@@ -155,7 +161,9 @@ class ImuChecker {
     if (mean.norm() < kGravity * log_.experiment->scenario.gravity_W.norm()) return;
     Remaining r;
     r.where = {{"sensor", name}}, r.unit = "m/s^2", r.before = r.after = mean.norm();
-    r.statement = name + format(": standing, it differs from the base's recorded pose by %.3f, %.3f, %.3f m/s^2", mean.x(), mean.y(), mean.z()) +
+    r.statement = name +
+                  format(": standing, it differs from the base's recorded pose by %.3f, %.3f, %.3f m/s^2", mean.x(),
+                         mean.y(), mean.z()) +
                   format(" (x y z; recordings by %.3f).", spread.maxCoeff()) + describe_size(imu) +
                   " Its zero, its scale or its mounting is off, or the pose is turned.";
     out_.remaining.push_back(std::move(r));
@@ -163,7 +171,9 @@ class ImuChecker {
 
   std::string describe_size(size_t imu) const {
     const std::vector<double> sizes = list_stands(imu);
-    return sizes.empty() ? "" : format(" It reads %.4f of gravity, which differs by %.3f from place to place.", find_median(sizes), kGravity);
+    return sizes.empty() ? ""
+                         : format(" It reads %.4f of gravity, which differs by %.3f from place to place.",
+                                  find_median(sizes), kGravity);
   }
 
   // [m/s^2] By recording, while the robot stands on all feet.
@@ -184,7 +194,8 @@ class ImuChecker {
     std::map<int, std::vector<double>> out;
     for (size_t begin = 0, end = 0; begin < c.rows(); begin = end) {
       const auto follows = [&](size_t i) {
-        return c.recording[i] == c.recording[begin] && c.phase[i] == c.phase[begin] && c.time[i] < c.time[i - 1] + kPause;
+        return c.recording[i] == c.recording[begin] && c.phase[i] == c.phase[begin] &&
+               c.time[i] < c.time[i - 1] + kPause;
       };
       for (end = begin + 1; end < c.rows() && follows(end);) ++end;
       if (c.phase[begin] != all || c.time[end - 1] < c.time[begin] + kStand) continue;
@@ -198,7 +209,9 @@ class ImuChecker {
     double sum = 0;
     for (double y : c.y) sum += y * y;
     const double left = std::sqrt(sum / static_cast<double>(c.rows())) / c.scale;
-    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) + get_text(c.info.equation) + format(" differs from encoders and attitude by %.2f of its spread", left));
+    out_.notes.push_back(c.info.signal + format(", %.0f cells: ", static_cast<double>(c.rows())) +
+                         get_text(c.info.equation) +
+                         format(" differs from encoders and attitude by %.2f of its spread", left));
   }
 
   const LeggedLog& log_;

@@ -29,7 +29,10 @@ int find_block(const Clip& clip, size_t k) { return static_cast<int>(std::floor(
 std::vector<RateMoment> list_by_legs(const LeggedLog& log, size_t imu) {
   std::vector<RateMoment> out;
   for (const Standing& s : list_standing(log, imu, Purpose::kForTurns)) {
-    RateMoment m{static_cast<int>(s.at.clip->recording), find_block(*s.at.clip, s.at.k), get_values(s.at.clip->imus[imu].gyro, s.at.k), {}};
+    RateMoment m{static_cast<int>(s.at.clip->recording),
+                 find_block(*s.at.clip, s.at.k),
+                 get_values(s.at.clip->imus[imu].gyro, s.at.k),
+                 {}};
     for (const StandingFeet& f : s.feet) m.told.push_back({f.A * s.R_BI, f.turn + f.A * s.more});
     out.push_back(std::move(m));
   }
@@ -63,17 +66,21 @@ std::vector<Posed> list_posed(const LeggedLog& log, size_t imu) {
 std::vector<RateMoment> list_by_pose(const std::vector<Posed>& posed, size_t imu) {
   std::vector<RateMoment> out;
   for (const Posed& p : posed) {
-    out.push_back({static_cast<int>(p.clip->recording), find_block(*p.clip, p.k), get_values(p.clip->imus[imu].gyro, p.k), {{Matrix3d::Identity(), p.rate}}});
+    out.push_back({static_cast<int>(p.clip->recording),
+                   find_block(*p.clip, p.k),
+                   get_values(p.clip->imus[imu].gyro, p.k),
+                   {{Matrix3d::Identity(), p.rate}}});
   }
   return out;
 }
 
-// [nats] Odds that the accelerometer is turned, too, against that it is not: blocks of the direction that it feels on average.
-// Steps shake it for less than a block.
+// [nats] Odds that the accelerometer is turned, too, against that it is not: blocks of the direction that it feels on
+// average. Steps shake it for less than a block.
 double ask_accelerometer(const std::vector<Posed>& posed, size_t imu, const Matrix3d& R) {
   std::map<std::pair<const Clip*, int>, std::pair<Vector3d, Vector3d>> blocks;
   for (const Posed& p : posed) {
-    auto& [felt, up] = blocks.try_emplace({p.clip, find_block(*p.clip, p.k)}, Vector3d::Zero(), Vector3d::Zero()).first->second;
+    auto& [felt, up] =
+        blocks.try_emplace({p.clip, find_block(*p.clip, p.k)}, Vector3d::Zero(), Vector3d::Zero()).first->second;
     felt += get_values(p.clip->imus[imu].accelerometer, p.k), up += p.up;
   }
   std::vector<double> gains;
@@ -89,8 +96,10 @@ double ask_accelerometer(const LeggedLog& log, size_t imu, const Matrix3d& R) {
   std::vector<Instant> at;
   std::vector<double> turned, nominal;
   for (const Standing& s : list_standing(log, imu, Purpose::kForTurns)) {
-    const Vector3d rate = s.R_BI * (R * get_values(s.at.clip->imus[imu].gyro, s.at.k)) - s.more, felt = get_values(s.at.clip->imus[imu].accelerometer, s.at.k).normalized();
-    at.push_back(s.at), turned.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (R * felt)))), nominal.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * felt)));
+    const Vector3d rate = s.R_BI * (R * get_values(s.at.clip->imus[imu].gyro, s.at.k)) - s.more,
+                   felt = get_values(s.at.clip->imus[imu].accelerometer, s.at.k).normalized();
+    at.push_back(s.at), turned.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (R * felt)))),
+        nominal.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * felt)));
   }
   return calc_odds(at, turned, nominal);
 }
@@ -136,18 +145,22 @@ Vector3d keep_mounted(Vector3d turn) {
 
 std::vector<Estimate> make_turn_value(const GyroMap& map) {
   const Vector3d rpy = calc_rpy(make_turn(map.turn).toRotationMatrix());
-  const auto std = [&](int a) { return std::hypot(std::sqrt(map.turn_covariance(a, a)), kMountingError / kNinetyFive); };
+  const auto std = [&](int a) {
+    return std::hypot(std::sqrt(map.turn_covariance(a, a)), kMountingError / kNinetyFive);
+  };
   return {{"rpy", "rad", {rpy.x(), rpy.y(), rpy.z()}, {std(0), std(1), std(2)}, true}};
 }
 
 // Joints that give let links turn by more than their encoders say.
 void add_elasticity(const LeggedLog& log, Finding* f) {
-  f->alternatives.push_back(make_alternative(get_laws().elasticity.info(), {{"link", log.tree.links[0].name}}, {}, "the same motion, recorded by motion capture or an attitude"));
+  f->alternatives.push_back(make_alternative(get_laws().elasticity.info(), {{"link", log.tree.links[0].name}}, {},
+                                             "the same motion, recorded by motion capture or an attitude"));
 }
 
 // `left`: squares beside the fault over those without it.
 void grade(double left, Finding* f) {
-  f->grade = f->alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f->probability = 0.9, f->share = 1 - left, f->weight = 0.5;
+  f->grade = f->alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f->probability = 0.9, f->share = 1 - left,
+  f->weight = 0.5;
 }
 
 Finding make_turn_finding(const LeggedLog& log, const ImuFault& fault) {
@@ -162,8 +175,11 @@ Finding make_turn_finding(const LeggedLog& log, const ImuFault& fault) {
   if (fault.pose_may_be) add(effect, {{"sensor", "/base/pose"}}, {}, kMotion);
   if (!fault.by_pose && fault.what != Turned::kWhole) add_elasticity(log, &f);
   grade(fault.map.turn_left, &f);
-  f.statement = (fault.what == Turned::kGyroscope ? gyro : whole) + format(" is mounted %.1f degrees otherwise than the model says: so turned, its rates fit those of ", fault.map.turn.norm() * 180 / M_PI) +
-                (fault.by_pose ? "the base's pose" : "legs that stand") + (fault.what == Turned::kWhole ? ", and its accelerometer feels up where it is." : ".");
+  f.statement = (fault.what == Turned::kGyroscope ? gyro : whole) +
+                format(" is mounted %.1f degrees otherwise than the model says: so turned, its rates fit those of ",
+                       fault.map.turn.norm() * 180 / M_PI) +
+                (fault.by_pose ? "the base's pose" : "legs that stand") +
+                (fault.what == Turned::kWhole ? ", and its accelerometer feels up where it is." : ".");
   return f;
 }
 
@@ -173,7 +189,9 @@ Finding make_scale_finding(const LeggedLog& log, const ImuFault& fault) {
   Finding f = make_finding(effect, {{"sensor", gyro}}, {make_value(effect, fault.map.scale, fault.map.scale_std)});
   if (!fault.by_pose) add_elasticity(log, &f);
   grade(fault.map.scale_left, &f);
-  f.statement = gyro + format(" reads %.3f +- %.3f times the rate of ", fault.map.scale, kNinetyFive * fault.map.scale_std) + (fault.by_pose ? "the base's pose." : "legs that stand.");
+  f.statement = gyro +
+                format(" reads %.3f +- %.3f times the rate of ", fault.map.scale, kNinetyFive * fault.map.scale_std) +
+                (fault.by_pose ? "the base's pose." : "legs that stand.");
   return f;
 }
 
@@ -196,7 +214,9 @@ std::vector<std::string> compare_gyros(const LeggedLog& log) {
     const GyroMap map = find_gyro_map(list_by_legs(log, i));
     if (!map.told) continue;
     out.push_back("/imu/" + log.imus[i].name + "/angular_velocity" +
-                  format(": its rates differ from those of legs that stand by %.3f rad/s (median; %.3f with readings of another time). It reads %.2f +- %.2f times their rate", map.usual, map.of_another_time, map.scale, kNinetyFive * map.scale_std) +
+                  format(": its rates differ from those of legs that stand by %.3f rad/s (median; %.3f with readings "
+                         "of another time). It reads %.2f +- %.2f times their rate",
+                         map.usual, map.of_another_time, map.scale, kNinetyFive * map.scale_std) +
                   (has_flat_foot(log) ? "." : "; balls that roll or slide change that factor, too."));
   }
   return out;

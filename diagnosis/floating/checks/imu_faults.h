@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An IMU that is mounted some degrees otherwise than the model says, and a gyroscope with another scale: told by what turns with
-// the body, not by forces, before forces are asked.
+// An IMU that is mounted some degrees otherwise than the model says, and a gyroscope with another scale: told by what
+// turns with the body, not by forces, before forces are asked.
 #pragma once
 
 #include <Eigen/Dense>
@@ -19,8 +19,8 @@ struct ImuFault {
   size_t imu = 0;
   GyroMap map;
   Turned what = Turned::kGyroscope;
-  bool by_pose = false;       // the base's pose tells, else legs that stand
-  bool pose_may_be = false;   // the pose may be turned in its place: legs do not tell
+  bool by_pose = false;      // the base's pose tells, else legs that stand
+  bool pose_may_be = false;  // the pose may be turned in its place: legs do not tell
 };
 
 std::vector<ImuFault> find_imu_faults(const LeggedLog& log);

@@ -15,7 +15,9 @@ std::vector<Standing> list_standing(const LeggedLog& log, size_t imu, Purpose pu
   const ImuSensor& sensor = log.imus[imu];
   if (!sensor.gyro) return out;
   walk(log, purpose, [&](const Clip& clip, size_t k, BodyMotion* motion) {
-    Standing s{{&clip, k}, list_standing_feet(log, motion), get_pose(motion->data(), sensor.link).R * sensor.R_LI,
+    Standing s{{&clip, k},
+               list_standing_feet(log, motion),
+               get_pose(motion->data(), sensor.link).R * sensor.R_LI,
                get_velocity(motion->data(), sensor.link).head<3>() - get_velocity(motion->data(), 0).head<3>()};
     if (s.feet.empty()) return;
     if (!sensor.accelerometer) forget_up(&s.feet);
@@ -31,14 +33,16 @@ std::vector<Instant> list_instants(const std::vector<Standing>& standing) {
   return out;
 }
 
-std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& taken) {
+std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing,
+                              const Taken& taken) {
   const double g = taken.per_unit * log.experiment->scenario.gravity_W.norm();
   std::vector<double> left;
   for (const Standing& s : standing) {
     const size_t k = shift(s.at.k, taken.clock, *s.at.clip, log);
     const ImuTracks& tracks = s.at.clip->imus[imu];
     const Vector3d rate = s.R_BI * (taken.axes.gyro * get_values(tracks.gyro, k)) - s.more;
-    left.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (taken.axes.accelerometer * get_values(tracks.accelerometer, k)) / g)));
+    left.push_back(std::sqrt(
+        calc_left(s.feet, rate, s.R_BI * (taken.axes.accelerometer * get_values(tracks.accelerometer, k)) / g)));
   }
   return left;
 }
@@ -58,7 +62,8 @@ double find_square(const std::vector<double>& left) {
 
 double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b) {
   std::vector<std::pair<const Clip*, long>> blocks;
-  for (const auto& [clip, k] : at) blocks.emplace_back(clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock)));
+  for (const auto& [clip, k] : at)
+    blocks.emplace_back(clip, std::lround(std::floor((clip->time[k] - clip->time.front()) / kBlock)));
   return calc_odds_by_block(blocks, left_a, left_b);
 }
 

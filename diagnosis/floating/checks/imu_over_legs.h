@@ -39,7 +39,8 @@ struct Taken {
 };
 
 // [1] By moment, over what soles and encoders tell.
-std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& taken);
+std::vector<double> list_left(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing,
+                              const Taken& taken);
 
 // The mean before it is squared: feet that land or roll over an edge leave much, and tell nothing.
 Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const std::vector<Standing>& standing);
@@ -47,8 +48,8 @@ Left measure_over_legs(const LeggedLog& log, size_t imu, double per_unit, const 
 // What is left by moment as one square, one of which is what soles and encoders tell.
 double find_square(const std::vector<double>& left);
 
-// [nats] Log odds that `a` leaves less than `b`, of which one is right; below zero: b. 0 where there is too little. Half a
-// second is one observation of an error whose size is not known: its logarithm.
+// [nats] Log odds that `a` leaves less than `b`, of which one is right; below zero: b. 0 where there is too little.
+// Half a second is one observation of an error whose size is not known: its logarithm.
 double calc_odds(const std::vector<Instant>& at, const std::vector<double>& left_a, const std::vector<double>& left_b);
 
 }  // namespace hrp::diagnosis::floating

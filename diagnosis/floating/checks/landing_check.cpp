@@ -13,8 +13,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kAround = 0.25;     // [s] in the air before a landing, and after it, as scripts/diagnosis/walk_figures.py has it
-constexpr double kRougher = 1.5;     // times what is left otherwise: then landings stand out
+// [s] in the air before a landing, and after it, as scripts/diagnosis/walk_figures.py has it
+constexpr double kAround = 0.25;
+constexpr double kRougher = 1.5;  // times what is left otherwise: then landings stand out
 
 struct Landing {
   int recording = 0;
@@ -26,7 +27,8 @@ std::vector<Landing> list_landings(const LeggedLog& log, const Contacts& contact
   std::vector<Landing> out;
   for (const Contact& spell : contacts.spells) {
     const Clip& clip = log.clips[spell.clip];
-    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kAround || spell.end >= clip.size()) continue;
+    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kAround || spell.end >= clip.size())
+      continue;
     out.push_back({static_cast<int>(clip.recording), clip.time[spell.end]});
   }
   return out;
@@ -63,7 +65,8 @@ double calc_spread(const std::vector<double>& y) {
 
 }  // namespace
 
-void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, CheckResult* out) {
+void check_landings(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                    CheckResult* out) {
   const ChannelRows* c = find_weight_equation(channels);
   if (!c || !contacts.walks || out->raw_counts) return;
   const LandingRows rows = split_landings(*c, list_landings(log, contacts));
@@ -74,8 +77,14 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   if (landing < kRougher * calm || std::max(peak, dip) < kBlur * weight) return;
   Remaining r;
   r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
-  r.statement = format("landings (%.0f): in the quarter second after a landing, the feet's force peaks %.0f N above what the motion takes, and falls %.0f N below (medians)", static_cast<double>(rows.most.size()), peak, dip) +
-                format(". The rest of the time it differs %.1f times less. Soles, skin or ground that give or rebound do that. Which of them it is does not show.", landing / std::max(1e-9, calm));
+  r.statement = format(
+                    "landings (%.0f): in the quarter second after a landing, the feet's force peaks %.0f N above what "
+                    "the motion takes, and falls %.0f N below (medians)",
+                    static_cast<double>(rows.most.size()), peak, dip) +
+                format(
+                    ". The rest of the time it differs %.1f times less. Soles, skin or ground that give or rebound do "
+                    "that. Which of them it is does not show.",
+                    landing / std::max(1e-9, calm));
   out->remaining.push_back(std::move(r));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What feet that are put down leave of the weight's equation: peaks and dips that a rigid foot on rigid ground, put down
-// softly, has not.
+// What feet that are put down leave of the weight's equation: peaks and dips that a rigid foot on rigid ground, put
+// down softly, has not.
 #pragma once
 
 #include "diagnosis/floating/checks/checks.h"

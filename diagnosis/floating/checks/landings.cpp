@@ -20,11 +20,11 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kBefore = 0.1, kAfter = 0.2;  // [s] of a window, before and after the first force
-constexpr size_t kFewestFlat = 6;              // samples of a landing that tells anything
+constexpr double kBefore = 0.1, kAfter = 0.2;                     // [s] of a window, before and after the first force
+constexpr size_t kFewestFlat = 6;                                 // samples of a landing that tells anything
 constexpr double kFirstLags[] = {1e-3, 2e-3, 4e-3, 8e-3, 16e-3};  // [s] of all soles, where a fit starts from
 constexpr double kLeastLag = 2e-4, kMostLag = 0.05;               // [s] that a fit may reach
-constexpr double kChange = 1.5;                // factor of a lag in a round, at most: far off, columns are no tangents
+constexpr double kChange = 1.5;  // factor of a lag in a round, at most: far off, columns are no tangents
 constexpr double kLagStep = 1e-4, kGiveStep = 1e-9;  // [s], [m/N] for derivatives
 constexpr int kFirstRounds = 3, kRounds = 30;
 
@@ -35,8 +35,8 @@ std::vector<double> sink(const std::vector<double>& force, double step, double g
   return z;
 }
 
-// Columns by give and lag of each foot, at a hypothesis [give, lag] by foot and a share of the feet that rides on the rubber; the
-// mean over flat samples is taken out, since how high the ground is under each foot is not known.
+// Columns by give and lag of each foot, at a hypothesis [give, lag] by foot and a share of the feet that rides on the
+// rubber; the mean over flat samples is taken out, since how high the ground is under each foot is not known.
 struct Rows {
   Eigen::MatrixXd x;
   Eigen::VectorXd left;  // [m] of the height
@@ -50,11 +50,13 @@ Rows make_rows(const Landing& l, const Eigen::VectorXd& law, double share) {
   const auto n = static_cast<long>(at.size());
   Rows rows{Eigen::MatrixXd::Zero(n, law.size()), Eigen::VectorXd(n)};
   for (long i = 0; i < n; ++i) rows.left(i) = l.height[at[static_cast<size_t>(i)]];
-  for (const auto& [foot, force, mass, sign] : {std::tuple(l.foot, &l.force, l.mass, -1.0), std::tuple(l.other, &l.others, l.others_mass, 1.0)}) {
+  for (const auto& [foot, force, mass, sign] :
+       {std::tuple(l.foot, &l.force, l.mass, -1.0), std::tuple(l.other, &l.others, l.others_mass, 1.0)}) {
     const auto g = static_cast<long>(2 * foot);
     const double give = law(g), lag = law(g + 1), rides = share * mass;
     const std::vector<double> z = sink(*force, l.step, give, lag, rides);
-    const std::vector<double> softer = sink(*force, l.step, give + kGiveStep, lag, rides), later = sink(*force, l.step, give, lag + kLagStep, rides);
+    const std::vector<double> softer = sink(*force, l.step, give + kGiveStep, lag, rides),
+                              later = sink(*force, l.step, give, lag + kLagStep, rides);
     for (long i = 0; i < n; ++i) {
       const size_t k = at[static_cast<size_t>(i)];
       rows.x(i, g) = sign * (softer[k] - z[k]) / kGiveStep, rows.x(i, g + 1) = sign * (later[k] - z[k]) / kLagStep;
@@ -76,7 +78,8 @@ struct Sums {
 class LandingFitter {
  public:
   // `share`: of the feet below their sensors, that rides on the rubber.
-  LandingFitter(const std::vector<Landing>& landings, const std::vector<char>& soft, double share) : soft_(soft), share_(share) {
+  LandingFitter(const std::vector<Landing>& landings, const std::vector<char>& soft, double share)
+      : soft_(soft), share_(share) {
     for (const Landing& l : landings) {
       const auto flat = static_cast<size_t>(std::count(l.flat.begin(), l.flat.end(), 1));
       if (flat >= kFewestFlat && (soft[l.foot] || soft[l.other])) landings_.push_back(l);
@@ -105,7 +108,8 @@ class LandingFitter {
     const Rows rows = make_rows(l, law_, share_);
     Eigen::MatrixXd x(rows.x.rows(), static_cast<long>(free_.size()));
     for (size_t c = 0; c < free_.size(); ++c) x.col(static_cast<long>(c)) = rows.x.col(free_[c]);
-    return {x.transpose() * x, x.transpose() * rows.left, rows.left.squaredNorm() / static_cast<double>(rows.left.size())};
+    return {x.transpose() * x, x.transpose() * rows.left,
+            rows.left.squaredNorm() / static_cast<double>(rows.left.size())};
   }
 
   // Landings that the law explains worse than others, such as those on an edge, weigh less.
@@ -167,8 +171,10 @@ class LandingFitter {
     const double give = law_(static_cast<long>(2 * foot)), lag = law_(static_cast<long>(2 * foot + 1));
     if (!covariance.allFinite() || give < kNoChance * std::sqrt(covariance(0, 0))) return {};
     const Eigen::Vector2d slope(-lag / (give * give), 1 / give);  // of cz = lag / give
-    SoleLaw law{1 / give, std::sqrt(covariance(0, 0)) / (give * give), lag / give, std::sqrt(slope.dot(covariance * slope)), 0};
-    law.landings = static_cast<size_t>(std::count_if(landings_.begin(), landings_.end(), [&](const Landing& l) { return l.foot == foot || l.other == foot; }));
+    SoleLaw law{1 / give, std::sqrt(covariance(0, 0)) / (give * give), lag / give,
+                std::sqrt(slope.dot(covariance * slope)), 0};
+    law.landings = static_cast<size_t>(std::count_if(
+        landings_.begin(), landings_.end(), [&](const Landing& l) { return l.foot == foot || l.other == foot; }));
     return law;
   }
 
@@ -215,7 +221,8 @@ class WindowReader {
     const Foot& foot = log_.feet[f];
     const auto s = static_cast<size_t>(foot.sensor);
     const Vector3d force = get_values(&c_.force[6 * s], k), moment = get_values(&c_.force[6 * s + 3], k);
-    const double pressing = (log_.sensors[s].X_LS.R * force).z(), least = kMinor * log_.mass * log_.experiment->scenario.gravity_W.norm();
+    const double pressing = (log_.sensors[s].X_LS.R * force).z(),
+                 least = kMinor * log_.mass * log_.experiment->scenario.gravity_W.norm();
     const bool middle = presses_inside(foot, move_to_sole(log_.sensors[s], foot, force, moment), pressing);
     return {pressing, contacts_.loaded[clip_][f][k] && pressing > least && middle};
   }
@@ -227,7 +234,9 @@ class WindowReader {
     l->flat.push_back(down && flat && other_flat), l->height.push_back(0);
     if (!l->flat.back()) return;
     motion_.update(k);
-    const auto place = [&](size_t f) -> Vector3d { return get_pose(motion_.data(), log_.feet[f].link) * log_.feet[f].p_LC; };
+    const auto place = [&](size_t f) -> Vector3d {
+      return get_pose(motion_.data(), log_.feet[f].link) * log_.feet[f].p_LC;
+    };
     l->height.back() = motion_.find_up(k).dot(place(l->foot) - place(l->other));
   }
 
@@ -239,11 +248,12 @@ class WindowReader {
 };
 
 bool can_tell(const LeggedLog& log) {
-  return log.tree.floating_base && log.feet.size() == 2 && std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    if (f.sensor < 0 || !f.flat) return false;
-    const ForceSensor& s = log.sensors[static_cast<size_t>(f.sensor)];
-    return s.has_wrench() && !s.world;
-  });
+  return log.tree.floating_base && log.feet.size() == 2 &&
+         std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
+           if (f.sensor < 0 || !f.flat) return false;
+           const ForceSensor& s = log.sensors[static_cast<size_t>(f.sensor)];
+           return s.has_wrench() && !s.world;
+         });
 }
 
 }  // namespace
@@ -268,22 +278,26 @@ std::vector<double> calc_sinking(const std::vector<double>& force, double step, 
   return z;
 }
 
-// How a force went between two samples is not known. A fit of every second sample bounds the error that this makes: the error
-// grows with the square of the step, so that it differs by three times the error of the whole fit. Nor is it known how much of
-// a foot rides on its rubber, from none to all: a twelfth of the squared difference is the variance of an even draw.
+// How a force went between two samples is not known. A fit of every second sample bounds the error that this makes: the
+// error grows with the square of the step, so that it differs by three times the error of the whole fit. Nor is it
+// known how much of a foot rides on its rubber, from none to all: a twelfth of the squared difference is the variance
+// of an even draw.
 std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const std::vector<char>& soft) {
   std::vector<SoleLaw> laws = LandingFitter(landings, soft, kHalf).run();
   const std::vector<SoleLaw> even = LandingFitter(take_every_second(landings, 0), soft, kHalf).run();
   const std::vector<SoleLaw> odd = LandingFitter(take_every_second(landings, 1), soft, kHalf).run();
-  const std::vector<SoleLaw> bare = LandingFitter(landings, soft, 0).run(), whole = LandingFitter(landings, soft, 1).run();
-  const double stamps = landings.empty() ? 0 : kDetail * landings[0].step;  // [s] between the instants at which sensors of a row are read
+  const std::vector<SoleLaw> bare = LandingFitter(landings, soft, 0).run(),
+                             whole = LandingFitter(landings, soft, 1).run();
+  // [s] between the instants at which sensors of a row are read
+  const double stamps = landings.empty() ? 0 : kDetail * landings[0].step;
   for (size_t f = 0; f < laws.size(); ++f) {
     SoleLaw& law = laws[f];
     const auto is_empty = [f](const std::vector<SoleLaw>& l) { return l[f].landings == 0; };
     if (is_empty(even) || is_empty(odd) || is_empty(bare) || is_empty(whole)) law = {};
     if (law.landings == 0) continue;
-    const auto widen = [&](double SoleLaw::* value, double least, double* std) {
-      const double steps = 0.5 * (0.5 * (even[f].*value + odd[f].*value) - law.*value), rides = (whole[f].*value - bare[f].*value) / std::sqrt(12.0);
+    const auto widen = [&](double SoleLaw::*value, double least, double* std) {
+      const double steps = 0.5 * (0.5 * (even[f].*value + odd[f].*value) - law.*value),
+                   rides = (whole[f].*value - bare[f].*value) / std::sqrt(12.0);
       *std = std::hypot(std::hypot(*std, least), std::hypot(steps, rides));
     };
     widen(&SoleLaw::kz, kExactShare * law.kz, &law.kz_std);
@@ -294,11 +308,16 @@ std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const st
 
 bool put_law(const SoleLaw& law, std::vector<Estimate>* sole) {
   if (law.landings == 0) return false;
-  const auto find = [&](const char* name) { return std::find_if(sole->begin(), sole->end(), [&](const Estimate& e) { return e.name == name; }); };
+  const auto find = [&](const char* name) {
+    return std::find_if(sole->begin(), sole->end(), [&](const Estimate& e) { return e.name == name; });
+  };
   const auto kz = find("kz");
-  if (kz != sole->end() && std::abs(kz->value[0] - law.kz) > kUnlikely * std::hypot(kz->std[0], law.kz_std)) return false;
+  if (kz != sole->end() && std::abs(kz->value[0] - law.kz) > kUnlikely * std::hypot(kz->std[0], law.kz_std))
+    return false;
   const bool damped = law.cz > kAboveNoise * law.cz_std;
-  sole->erase(std::remove_if(sole->begin(), sole->end(), [&](const Estimate& e) { return e.name == "kz" || (damped && e.name == "cz"); }), sole->end());
+  sole->erase(std::remove_if(sole->begin(), sole->end(),
+                             [&](const Estimate& e) { return e.name == "kz" || (damped && e.name == "cz"); }),
+              sole->end());
   sole->push_back(make_one("kz", "N/m", law.kz, law.kz_std));
   if (damped) sole->push_back(make_one("cz", "N s/m", law.cz, law.cz_std));
   return true;

@@ -20,22 +20,24 @@ struct Landing {
   std::vector<char> flat;             // samples at which both soles lie flat: there the height tells how far they sink
 };
 
-// m d2z/dt2 + cz dz/dt + kz z = force: how far a sole sinks under a mass m that rides on it. Deviations hold what landings differ
-// by, and that m is unknown: from nothing to all of the foot below its sensor.
+// m d2z/dt2 + cz dz/dt + kz z = force: how far a sole sinks under a mass m that rides on it. Deviations hold what
+// landings differ by, and that m is unknown: from nothing to all of the foot below its sensor.
 struct SoleLaw {
   double kz = 0, kz_std = 0;  // [N/m]
   double cz = 0, cz_std = 0;  // [N s/m]
   size_t landings = 0;        // of the foot, or of the other one while this one stands; 0: nothing is told
 };
 
-// How far a sole sinks [m] for one unit of give [m/N] at each sample: inertia z'' + lag z' + z = force, with lag = cz / kz [s] and
-// inertia = mass on the rubber / kz [s^2], at rest before the first sample. Exact for a force that is a line between samples.
+// How far a sole sinks [m] for one unit of give [m/N] at each sample: inertia z'' + lag z' + z = force, with lag = cz /
+// kz [s] and inertia = mass on the rubber / kz [s^2], at rest before the first sample. Exact for a force that is a line
+// between samples.
 std::vector<double> calc_sinking(const std::vector<double>& force, double step, double lag, double inertia);
 
 // The laws of soles, by foot. Feet that are not `soft` are rigid; theirs are empty.
 std::vector<SoleLaw> fit_landings(const std::vector<Landing>& landings, const std::vector<char>& soft);
 
-// Puts kz and cz into the estimates of a sole, cz only if it is told. False: nothing is told, or stances say another kz.
+// Puts kz and cz into the estimates of a sole, cz only if it is told. False: nothing is told, or stances say another
+// kz.
 bool put_law(const SoleLaw& law, std::vector<Estimate>* sole);
 
 // Of a log that is not smoothed (Half::kAll). Empty without an attitude, encoders, and whole wrenches of two flat feet.

@@ -37,9 +37,9 @@ struct Transfer {
 
 struct DelayFit {
   Eigen::Vector2d x{0, 0};
-  double std = 0;          // of the second coefficient
+  double std = 0;               // of the second coefficient
   double left = 0, common = 0;  // sums of squares with both coefficients, and with the first one alone
-  size_t blocks = 0;       // that tell
+  size_t blocks = 0;            // that tell
 };
 
 // Values less their mean over a recording: a weight is in none of them.
@@ -71,22 +71,26 @@ DelayFit fit_delay(const std::vector<Transfer>& rows) {
   }
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   double all = 0, squares = 0;
-  for (const auto& [block, s] : scores) scatter += s.first * s.first.transpose(), all += s.second, squares += s.second * s.second;
+  for (const auto& [block, s] : scores)
+    scatter += s.first * s.first.transpose(), all += s.second, squares += s.second * s.second;
   out.blocks = static_cast<size_t>(all * all / std::max(1e-300, squares));
   if (out.blocks < 2) return out;
   const Eigen::Matrix2d inverse = A.inverse();
-  out.std = std::sqrt((inverse * scatter * inverse)(1, 1) * find_few(static_cast<double>(out.blocks))) * find_widening(out.blocks);
+  out.std = std::sqrt((inverse * scatter * inverse)(1, 1) * find_few(static_cast<double>(out.blocks))) *
+            find_widening(out.blocks);
   return out;
 }
 
 // The two sensors, if there are two feet and each has one of the vertical force alone.
 bool has_two(const LeggedLog& log) {
-  return log.feet.size() == 2 && log.sensors.size() == 2 && log.feet[0].sensor != log.feet[1].sensor && all_feel_it_alone(log);
+  return log.feet.size() == 2 && log.sensors.size() == 2 && log.feet[0].sensor != log.feet[1].sensor &&
+         all_feel_it_alone(log);
 }
 
 std::vector<Transfer> list_transfers(const ChannelRows& c, const ColumnLayout& layout) {
   std::vector<Transfer> out;
-  const int at[2] = {c.find_column(layout.sensor(0, kWrenchDelayColumn)), c.find_column(layout.sensor(1, kWrenchDelayColumn))};
+  const int at[2] = {c.find_column(layout.sensor(0, kWrenchDelayColumn)),
+                     c.find_column(layout.sensor(1, kWrenchDelayColumn))};
   if (at[0] < 0 || at[1] < 0) return out;
   for (size_t i = 0; i < c.rows(); ++i) {
     const double a = c.row(i)[at[0]], b = c.row(i)[at[1]];
@@ -124,7 +128,8 @@ class FarScan {
     if (!inside || late <= kLinear || left[least] > kPart * nominal || repeats(left, least)) return 0;
     const std::vector<double> after = list_left(foot, late);
     std::vector<double> gains;
-    for (size_t i = 0; i < after.size(); ++i) gains.push_back(std::log(std::max(1e-12, before[i]) / std::max(1e-12, after[i])));
+    for (size_t i = 0; i < after.size(); ++i)
+      gains.push_back(std::log(std::max(1e-12, before[i]) / std::max(1e-12, after[i])));
     return calc_block_odds(gains) > kOdds ? late : 0;
   }
 
@@ -135,12 +140,14 @@ class FarScan {
   std::vector<double> list_left(size_t foot, double late) const {
     std::vector<double> out;
     for (const PressedStretch& s : stretches_) {
-      const auto reach = static_cast<size_t>(std::lround(kFarthest / s.step)), length = std::max<size_t>(1, static_cast<size_t>(std::lround(kBlock / s.step)));
+      const auto reach = static_cast<size_t>(std::lround(kFarthest / s.step)),
+                 length = std::max<size_t>(1, static_cast<size_t>(std::lround(kBlock / s.step)));
       const long by = std::lround(late / s.step);
       std::vector<double> left;
       for (size_t k = reach; k + reach < s.needed.size(); ++k) {
         double y = -s.needed[k];
-        for (size_t f = 0; f < s.force.size(); ++f) y += s.force[f][f == foot ? static_cast<size_t>(static_cast<long>(k) + by) : k];
+        for (size_t f = 0; f < s.force.size(); ++f)
+          y += s.force[f][f == foot ? static_cast<size_t>(static_cast<long>(k) + by) : k];
         left.push_back(std::isfinite(y) ? y : 0.0);
       }
       const double mean = left.empty() ? 0.0 : sum(left) / static_cast<double>(left.size());
@@ -179,7 +186,8 @@ LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& ch
   center(&rows);
   const DelayFit fit = fit_delay(rows);
   const double delay = fit.x(1);
-  const bool sure = fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kUnlikely * fit.std, kHalf * log.sample_time);
+  const bool sure =
+      fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kUnlikely * fit.std, kHalf * log.sample_time);
   if (!sure || fit.left > (1 - kDetail) * fit.common || !is_same_everywhere(rows, delay)) return {};
   if (std::abs(delay) > kLinear) return {};  // columns are of first order
   const int late = delay > 0 ? 0 : 1;
@@ -191,8 +199,9 @@ Finding make_late_finding(const LeggedLog& log, const LateFoot& late) {
   const std::string name = "/wrench/" + log.sensors[static_cast<size_t>(late.sensor)].name;
   Finding f = make_finding(effect, {{"sensor", name}}, {make_value(effect, late.delay, late.std)});
   f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 0.5;
-  f.statement = name + format(" is late by %.0f +- %.0f ms against ", 1e3 * late.delay, 1.96e3 * late.std) + "/wrench/" +
-                log.sensors[static_cast<size_t>(late.other)].name + ": while the load moves from foot to foot, their sum is off.";
+  f.statement = name + format(" is late by %.0f +- %.0f ms against ", 1e3 * late.delay, 1.96e3 * late.std) +
+                "/wrench/" + log.sensors[static_cast<size_t>(late.other)].name +
+                ": while the load moves from foot to foot, their sum is off.";
   return f;
 }
 

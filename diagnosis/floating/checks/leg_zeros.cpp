@@ -45,10 +45,13 @@ Sole read_sole(const std::vector<ChannelRows>& channels, const ColumnLayout& lay
     if (c.info.name != foot || !c.info.equation.is(EquationKind::kTilt)) continue;
     for (size_t k = 0; k < c.columns.size(); ++k) {
       const int joint = (c.columns[k] - layout.joint(0, 0)) / kJointColumns;
-      if (c.columns[k] < layout.joint(0, 0) || joint >= layout.joints || c.columns[k] != layout.joint(joint, kOffsetColumn)) continue;
+      if (c.columns[k] < layout.joint(0, 0) || joint >= layout.joints ||
+          c.columns[k] != layout.joint(joint, kOffsetColumn))
+        continue;
       std::map<int, std::vector<double>> slopes;
       for (size_t i = 0; i < c.rows(); ++i) slopes[c.recording[i]].push_back(c.row(i)[k]);
-      for (const auto& [recording, s] : slopes) out.slope[joint].try_emplace(recording, Tilt::Zero()).first->second(c.info.equation.axis) = find_median(s);
+      for (const auto& [recording, s] : slopes)
+        out.slope[joint].try_emplace(recording, Tilt::Zero()).first->second(c.info.equation.axis) = find_median(s);
     }
   }
   return out;
@@ -65,7 +68,8 @@ Zero fit_zero(int joint, const TiltByRecording& tilt, const TiltByRecording& slo
   double spread = 0, square = 0;
   for (double v : each) spread += std::pow(v - out.value, 2), square += v * v;
   for (const auto& [r, y] : tilt) out.axis += slope.at(r) / n;
-  out.std = std::sqrt(spread / (n - 1) / n) * find_widening(each.size()), out.share = 1 - spread / std::max(1e-300, square);
+  out.std = std::sqrt(spread / (n - 1) / n) * find_widening(each.size()),
+  out.share = 1 - spread / std::max(1e-300, square);
   return out;
 }
 
@@ -113,15 +117,20 @@ void add_first(const LeggedLog& log, const Foot& foot, std::vector<Zero>* zeros,
     if (!same) rest.push_back(*z);
   }
   f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = first.share, f.weight = 0.3;
-  f.statement = foot.name + format(": while it stands, the encoders have its sole askew by %.0f +- %.0f mrad in the mean of the recordings, more than the other soles. A zero of one of the leg's joints does that. A sole that is worn or mounted askew does, too.",
-                                   1e3 * std::abs(first.value) * first.axis.norm(), 1e3 * kNinetyFive * first.std * first.axis.norm());
+  f.statement = foot.name + format(
+                                ": while it stands, the encoders have its sole askew by %.0f +- %.0f mrad in the mean "
+                                "of the recordings, more than the other soles. A zero of one of the leg's joints does "
+                                "that. A sole that is worn or mounted askew does, too.",
+                                1e3 * std::abs(first.value) * first.axis.norm(),
+                                1e3 * kNinetyFive * first.std * first.axis.norm());
   out->findings.push_back(std::move(f));
   *zeros = std::move(rest);
 }
 
 }  // namespace
 
-void check_leg_zeros(const LeggedLog& log, const std::vector<ChannelRows>& channels, const ColumnLayout& layout, CheckResult* out) {
+void check_leg_zeros(const LeggedLog& log, const std::vector<ChannelRows>& channels, const ColumnLayout& layout,
+                     CheckResult* out) {
   std::vector<Sole> soles;
   for (const Foot& foot : log.feet) soles.push_back(read_sole(channels, layout, foot.name));
   for (size_t f = 0; f < soles.size(); ++f) {

@@ -38,7 +38,8 @@ void add_shares(const LeggedLog& log, const Clip& clip, const std::vector<Pair>&
   for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 2) {
     motion.update(k);
     calc_inverse_dynamics(motion.model(), motion.vdot(), nullptr, &motion.data(), &tau);
-    const double first = calc_vertical_force(log, clip, pair[0].sensor, k), second = calc_vertical_force(log, clip, pair[1].sensor, k);
+    const double first = calc_vertical_force(log, clip, pair[0].sensor, k),
+                 second = calc_vertical_force(log, clip, pair[1].sensor, k);
     const Vector3d p_1 = get_middle(log, &motion, pair[0].foot), p_2 = get_middle(log, &motion, pair[1].foot);
     const Vector3d up = motion.find_up(k), apart = p_1 - p_2 - up * up.dot(p_1 - p_2);
     const Vector3d zmp = calc_zero_moment_point(tau.head<3>(), tau.segment<3>(3), up, p_2);
@@ -49,7 +50,8 @@ void add_shares(const LeggedLog& log, const Clip& clip, const std::vector<Pair>&
 
 // How the feet's share of the load agrees with the zero-moment point.
 struct Agreement {
-  double correlation = 0, rest = 0, more = 0;  // rest: root mean square of the difference; more: of the first foot, on average
+  double correlation = 0, rest = 0,
+         more = 0;  // rest: root mean square of the difference; more: of the first foot, on average
 };
 
 Agreement find_agreement(const std::vector<LoadShare>& shares) {
@@ -64,17 +66,19 @@ Agreement find_agreement(const std::vector<LoadShare>& shares) {
   return {mr / std::sqrt(std::max(1e-300, mm * rr)), std::sqrt(rest), mean_m - mean_r};
 }
 
-std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair, const std::map<size_t, std::vector<LoadShare>>& by_recording,
+std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair,
+                            const std::map<size_t, std::vector<LoadShare>>& by_recording,
                             const std::vector<LoadShare>& all) {
   const auto [correlation, rest, more] = find_agreement(all);
-  std::string text = "load share: the forces of " + log.feet[pair[0].foot].name + " and " + log.feet[pair[1].foot].name +
-                     " follow the zero-moment point with a correlation of " + number(correlation, 2) + ", to " + number(rest, 2) +
-                     " of the load";
+  std::string text = "load share: the forces of " + log.feet[pair[0].foot].name + " and " +
+                     log.feet[pair[1].foot].name + " follow the zero-moment point with a correlation of " +
+                     number(correlation, 2) + ", to " + number(rest, 2) + " of the load";
   std::string each;
   for (const auto& [recording, shares] : by_recording) {
     if (shares.size() < kFewestToSay || by_recording.size() < 2) continue;
     const Agreement own = find_agreement(shares);
-    each += (each.empty() ? "" : ", ") + log.experiment->recordings[recording].spec.name + " " + number(own.correlation, 2) + " and " + number(own.rest, 2);
+    each += (each.empty() ? "" : ", ") + log.experiment->recordings[recording].spec.name + " " +
+            number(own.correlation, 2) + " and " + number(own.rest, 2);
   }
   if (!each.empty()) text += " (" + each + ")";
   // Encoders and sizes of feet are no better known.
@@ -85,7 +89,8 @@ std::string describe_shares(const LeggedLog& log, const std::vector<Pair>& pair,
 
 }  // namespace
 
-Vector3d calc_zero_moment_point(const Vector3d& moment_B, const Vector3d& force_B, const Vector3d& up_B, const Vector3d& p_B) {
+Vector3d calc_zero_moment_point(const Vector3d& moment_B, const Vector3d& force_B, const Vector3d& up_B,
+                                const Vector3d& p_B) {
   const Vector3d about_p = moment_B - p_B.cross(force_B);
   return p_B + up_B.cross(about_p) / up_B.dot(force_B);
 }

@@ -53,8 +53,8 @@ void keep_rows(const std::vector<char>& kept, ChannelRows* rows) {
 
 // Equations of feet that stand on the ground.
 bool is_of_feet(const Equation& e) {
-  return e.is_of_whole_body() || e.is(EquationKind::kWeight) || e.is(EquationKind::kJoint) || e.is(EquationKind::kTilt) ||
-         e.is(EquationKind::kHeight) || e.is(EquationKind::kGyroscopeOverFeet);
+  return e.is_of_whole_body() || e.is(EquationKind::kWeight) || e.is(EquationKind::kJoint) ||
+         e.is(EquationKind::kTilt) || e.is(EquationKind::kHeight) || e.is(EquationKind::kGyroscopeOverFeet);
 }
 
 }  // namespace
@@ -67,7 +67,9 @@ std::vector<Rest> find_rests(const std::vector<ChannelRows>& channels, const Col
   const double usual = find_median(shares);
   for (size_t begin = 0, end = 0; begin < c->rows(); begin = end) {
     const auto is_less = [&](size_t i) { return shares[i] < kHalf * usual; };
-    const auto follows = [&](size_t i) { return c->recording[i] == c->recording[begin] && c->time[i] < c->time[i - 1] + kPause; };
+    const auto follows = [&](size_t i) {
+      return c->recording[i] == c->recording[begin] && c->time[i] < c->time[i - 1] + kPause;
+    };
     for (end = begin + 1; end < c->rows() && follows(end) && is_less(end) == is_less(begin);) ++end;
     if (!is_less(begin) || c->time[end - 1] - c->time[begin] < kLasting) continue;
     const std::vector<double> own(shares.begin() + static_cast<long>(begin), shares.begin() + static_cast<long>(end));
@@ -91,8 +93,10 @@ void drop_rests(const std::vector<Rest>& rests, std::vector<ChannelRows>* channe
 }
 
 std::string describe(const Rest& rest, const std::string& recording) {
-  return recording + format(", %.1f to %.1f s: the feet bear %.2f of what they bear otherwise", rest.begin, rest.end, rest.share) +
-         ". Something else bears the robot: it lies, hangs or is held. These seconds are left out of the equations of feet.";
+  return recording +
+         format(", %.1f to %.1f s: the feet bear %.2f of what they bear otherwise", rest.begin, rest.end, rest.share) +
+         ". Something else bears the robot: it lies, hangs or is held. These seconds are left out of the equations of "
+         "feet.";
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -28,11 +28,14 @@ TiltByRecording list_tilts(const std::vector<ChannelRows>& channels, const std::
 
 namespace {
 
-std::string describe(const Eigen::Vector2d& tilt) { return format("roll %.1f, pitch %.1f mrad", 1e3 * tilt.x(), 1e3 * tilt.y()); }
+std::string describe(const Eigen::Vector2d& tilt) {
+  return format("roll %.1f, pitch %.1f mrad", 1e3 * tilt.x(), 1e3 * tilt.y());
+}
 
 }  // namespace
 
-void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std::string>& recordings, CheckResult* out) {
+void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std::string>& recordings,
+                 CheckResult* out) {
   std::vector<std::string> feet;
   for (const ChannelRows& c : channels) {
     if (c.info.equation == Equation(EquationKind::kTilt, 0)) feet.push_back(c.info.name);
@@ -46,8 +49,8 @@ void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std
     r.where = {{"foot", foot}}, r.unit = "rad", r.before = r.after = most->second.norm();
     const auto name = [&](const auto& tilt) { return " in " + recordings[static_cast<size_t>(tilt->first)]; };
     const bool differ = (most->second - least->second).norm() > kMountingError;
-    r.statement = foot + ": while it stands, the encoders have its sole askew by " + describe(most->second) + name(most) +
-                  (differ ? " and by " + describe(least->second) + name(least) : "") +
+    r.statement = foot + ": while it stands, the encoders have its sole askew by " + describe(most->second) +
+                  name(most) + (differ ? " and by " + describe(least->second) + name(least) : "") +
                   ". The zeros of the leg's encoders, a sole that gives, the ground or the attitude is off" +
                   (differ ? ", and not by the same in each recording." : ".");
     out->remaining.push_back(std::move(r));

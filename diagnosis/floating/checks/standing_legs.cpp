@@ -9,7 +9,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kPairs = 3;    // feet of which two may stand at any moment: trots, ambles, crawls
+constexpr size_t kPairs = 3;  // feet of which two may stand at any moment: trots, ambles, crawls
 
 // A foot's place and how it moves against the base, base axes.
 struct FootMotion {
@@ -66,7 +66,8 @@ double calc_left(const std::vector<StandingFeet>& feet, const Vector3d& rate, co
   double least = 1e300;
   for (const StandingFeet& f : feet) {
     const double turn = (f.A * rate - f.turn).squaredNorm() / (kRateOfSoles * kRateOfSoles);
-    const double tilt = up.dot(f.below) > 0.0 ? 1.0 : (f.B * up - f.level).squaredNorm();  // feet are not above the body
+    const double tilt =
+        up.dot(f.below) > 0.0 ? 1.0 : (f.B * up - f.level).squaredNorm();  // feet are not above the body
     least = std::min(least, turn + tilt / (kTiltOfSoles * kTiltOfSoles));
   }
   return least;

@@ -42,7 +42,8 @@ PhaseSums sum_phases(const ChannelRows& c) {
 
 class WeightChecker {
  public:
-  WeightChecker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels, const ColumnLayout& layout, CheckResult* out)
+  WeightChecker(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
+                const ColumnLayout& layout, CheckResult* out)
       : log_(log), contacts_(contacts), channels_(channels), at_(layout), out_(*out) {}
 
   void run() {
@@ -53,7 +54,8 @@ class WeightChecker {
     if (is_in_other_unit(ratios)) return find_units(*c);
     const Consensus k = weigh_parts(*c, ratios);
     const std::string odd = describe_odd(*c, k), phases = describe_phases(*c, weight);
-    const std::string carry = format("weight: the feet carry %.4f", k.mean) + (k.kept > 1 ? format(" +- %.4f", 2 * k.std) : "") + " of what the model weighs";
+    const std::string carry = format("weight: the feet carry %.4f", k.mean) +
+                              (k.kept > 1 ? format(" +- %.4f", 2 * k.std) : "") + " of what the model weighs";
     if (!is_same_in_phases(*c, (k.mean - 1) * weight)) {
       out_.notes.push_back(carry + ", but not the same in all phases: no mass does that." + odd);
       return add_differing(*c, phases);
@@ -142,7 +144,8 @@ class WeightChecker {
     }
     if (!differ) return "";
     return " By phase they carry " + text +
-           ". A mass would show the same share in every phase. Scales, zeros and cross-talk of force sensors would not.";
+           ". A mass would show the same share in every phase. Scales, zeros and cross-talk of force sensors would "
+           "not.";
   }
 
   void add_differing(const ChannelRows& c, const std::string& phases) {
@@ -174,11 +177,14 @@ class WeightChecker {
 
   static size_t count_recordings(const ChannelRows& c) { return split_by_recording(c).size(); }
 
-  // An equation's rows by recording; of one alone by quarters of half a second at least, which have to agree as recordings do.
+  // An equation's rows by recording; of one alone by quarters of half a second at least, which have to agree as
+  // recordings do.
   static std::vector<std::vector<double>> list_parts(const ChannelRows& c) {
     std::vector<std::vector<double>> parts;
     for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
-    const size_t count = parts.size() == 1 ? std::min(static_cast<size_t>(kStretches), parts[0].size() / static_cast<size_t>(kRowsOfBlock)) : 0;
+    const size_t count = parts.size() == 1 ? std::min(static_cast<size_t>(kStretches),
+                                                      parts[0].size() / static_cast<size_t>(kRowsOfBlock))
+                                           : 0;
     if (count < kFewestToAgree) return parts;
     const std::vector<double> whole = std::move(parts[0]);
     parts.clear();
@@ -220,10 +226,14 @@ class WeightChecker {
     }
     f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
     f.statement = format("The feet carry %.3f +- %.3f of what the model weighs. ", k.mean, 2 * k.std) +
-                  format(more > 0 ? "The model is too light by %.1f %% (%.2f kg, %.1f N)" : "The model is too heavy by %.1f %% (%.2f kg, %.1f N)", 100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
-                  ", or the scale or zero of the force sensors is off. Standing and walking alone cannot tell which." + more_words;
+                  format(more > 0 ? "The model is too light by %.1f %% (%.2f kg, %.1f N)"
+                                  : "The model is too heavy by %.1f %% (%.2f kg, %.1f N)",
+                         100 * std::abs(k.mean - 1), std::abs(more) / g, std::abs(more)) +
+                  ", or the scale or zero of the force sensors is off. Standing and walking alone cannot tell which." +
+                  more_words;
     add_sensors(k, more, error, &f);
-    const std::vector<FootScale> scales = list_foot_scales(weigh_phases(*find_weight_equation(channels_), weight), log_.feet.size());
+    const std::vector<FootScale> scales =
+        list_foot_scales(weigh_phases(*find_weight_equation(channels_), weight), log_.feet.size());
     const bool scaled = take_foot_scale(log_, scales, kMotion, &f);
     out_.findings.push_back(std::move(f));
     if (scaled) return;
@@ -261,12 +271,13 @@ class WeightChecker {
   // Places of each sensor's reading along the normal in a row.
   std::vector<size_t> find_readings(const ChannelRows& c) const {
     std::vector<size_t> out;
-    for (int s = 0; s < at_.sensors; ++s) out.push_back(static_cast<size_t>(c.find_column(at_.sensor(s, kForceScaleColumn))));
+    for (int s = 0; s < at_.sensors; ++s)
+      out.push_back(static_cast<size_t>(c.find_column(at_.sensor(s, kForceScaleColumn))));
     return out;
   }
 
-  // Forces in an unknown unit: required = sum of (reading - reading in the air) / scale. The ground bears the feet, too,
-  // whether they hang below their sensors or are part of what those feel.
+  // Forces in an unknown unit: required = sum of (reading - reading in the air) / scale. The ground bears the feet,
+  // too, whether they hang below their sensors or are part of what those feel.
   void find_units(const ChannelRows& c) {
     out_.raw_counts = true;
     const long n = at_.sensors;
@@ -282,7 +293,8 @@ class WeightChecker {
         sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
       }
       readings.push_back(reading), needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
-      auto& [A, b] = normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
+      auto& [A, b] =
+          normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
       A += reading * reading.transpose(), b += needed.back() * reading;
     }
     std::vector<Eigen::VectorXd> each;
@@ -305,7 +317,8 @@ class WeightChecker {
 
   // Weight of one scale for all sensors against what rows tell of each: feet of a trot bear in pairs, so that rows tell
   // little of one foot. The errors of a block are one.
-  static double find_prior(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed, double common) {
+  static double find_prior(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed,
+                           double common) {
     double left = 0;
     for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
     left /= std::max(1.0, static_cast<double>(needed.size()));
@@ -313,11 +326,13 @@ class WeightChecker {
   }
 
   // What scales and zeros leave of the weight that the motion asks for.
-  void add_unit_fit(const ChannelRows& c, const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed, const Eigen::VectorXd& x) {
+  void add_unit_fit(const ChannelRows& c, const std::vector<Eigen::VectorXd>& readings,
+                    const std::vector<double>& needed, const Eigen::VectorXd& x) {
     UnitFit& fit = out_.units;
     for (size_t i = 0; i < c.rows(); ++i) {
       const int part = c.train[i] ? 0 : 1;
-      fit.before[part] += std::pow(c.y[i], 2), fit.after[part] += std::pow(needed[i] - readings[i].dot(x), 2), fit.rows[part] += 1;
+      fit.before[part] += std::pow(c.y[i], 2), fit.after[part] += std::pow(needed[i] - readings[i].dot(x), 2),
+          fit.rows[part] += 1;
     }
     for (int part = 0; part < 2; ++part) {
       fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
@@ -337,7 +352,10 @@ class WeightChecker {
     counts.unit = "counts/N";
     Finding f = make_finding(scale, {{"sensor", name}}, {counts});
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = name + format(": these are no newtons but raw counts: %.4f +- %.4f N a count, and %.1f counts in the air. Scale and zero may differ from foot to foot, and readings may saturate.", per_unit, 2 * spread, level.air);
+    f.statement = name + format(
+                             ": these are no newtons but raw counts: %.4f +- %.4f N a count, and %.1f counts in the "
+                             "air. Scale and zero may differ from foot to foot, and readings may saturate.",
+                             per_unit, 2 * spread, level.air);
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
     // A foot that hangs on its sensor pulls at it, which is no zero.
@@ -345,16 +363,18 @@ class WeightChecker {
     if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
     Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
     zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
-    zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
+    zero.statement =
+        name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
     if (hanging != 0) {
       zero.grade = Grade::kAmbiguous;
-      zero.statement += format(" Or it is %.1f counts, and the foot's own weight hangs on the sensor.", level.air - hanging);
+      zero.statement +=
+          format(" Or it is %.1f counts, and the foot's own weight hangs on the sensor.", level.air - hanging);
     }
     out_.findings.push_back(std::move(zero));
   }
 
-  // Whether swings are longer than the kernel reaches to both sides: else what it brings in of the stance before and after
-  // passes for a zero.
+  // Whether swings are longer than the kernel reaches to both sides: else what it brings in of the stance before and
+  // after passes for a zero.
   bool is_clear_of_stance(int sensor) const {
     std::vector<double> kernels;
     for (const Contact& spell : contacts_.spells) {

@@ -16,12 +16,12 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kUpright = 0.7;      // cosine: upwards as an accelerometer has it, against the base's z axis
-constexpr double kTurns = 0.02;       // [rad/s] root mean square of rates that tell a gyroscope's unit
-constexpr double kFastest = 6.0;      // [rad/s] half of the time: no body on its feet turns so
-constexpr double kFar = 30.0;         // times the robot's own height: no base is so far up
-constexpr double kPressed = 5.0;      // times as much force one way as the other
-constexpr size_t kStride = 5;         // samples
+constexpr double kUpright = 0.7;  // cosine: upwards as an accelerometer has it, against the base's z axis
+constexpr double kTurns = 0.02;   // [rad/s] root mean square of rates that tell a gyroscope's unit
+constexpr double kFastest = 6.0;  // [rad/s] half of the time: no body on its feet turns so
+constexpr double kFar = 30.0;     // times the robot's own height: no base is so far up
+constexpr double kPressed = 5.0;  // times as much force one way as the other
+constexpr size_t kStride = 5;     // samples
 
 // Nothing else is so far from 1.
 bool is_near(double factor, double unit) { return std::abs(factor / unit - 1.0) < kPart; }
@@ -65,11 +65,15 @@ class Finder {
     if (unit == 1.0 && (sign > 0.0 || !is_near(size, 1.0))) return;
     const std::string in = unit == 1.0 ? "" : unit < 1.0 ? "in g" : "in thousandths of g";
     out_.push_back({get_imu(i, "linear_acceleration"), sign * unit,
-                    "it counts " + in + (sign < 0.0 ? std::string(in.empty() ? "" : " and ") + "gravity upwards down, as a body at rest does not feel it" : ""), upside == Upside::kUnknown});
+                    "it counts " + in +
+                        (sign < 0.0 ? std::string(in.empty() ? "" : " and ") +
+                                          "gravity upwards down, as a body at rest does not feel it"
+                                    : ""),
+                    upside == Upside::kUnknown});
   }
 
-  // Against the rate of the same sensor's attitude, or of the base's pose where nothing moves between: sample by sample, else
-  // by how much both turn at all, which no clock and no mounting changes; else by its size.
+  // Against the rate of the same sensor's attitude, or of the base's pose where nothing moves between: sample by
+  // sample, else by how much both turn at all, which no clock and no mounting changes; else by its size.
   void find_gyroscope(size_t i) {
     const ImuSensor& imu = log_.imus[i];
     const Ratio ratio = imu.attitude || (log_.base_pose && imu.link == 0) ? calc_ratio(i) : Ratio{};
@@ -113,24 +117,29 @@ class Finder {
   void find_force(size_t s) {
     std::vector<double> all;
     for (const Clip& clip : log_.clips) {
-      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride) all.push_back(calc_vertical_force(log_, clip, s, k));
+      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride)
+        all.push_back(calc_vertical_force(log_, clip, s, k));
     }
     if (all.empty() || log_.sensors[s].foot < 0) return;
     const double low = find_quantile(all, 0.05), high = find_quantile(all, 0.95);
-    const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm() / std::max<double>(1.0, static_cast<double>(log_.feet.size()));
+    const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm() /
+                          std::max<double>(1.0, static_cast<double>(log_.feet.size()));
     if (-low < kPressed * std::max(0.0, high) || -low < 0.5 * weight) return;
     out_.push_back({"/wrench/" + log_.sensors[s].name + "/force", -1.0, "it counts what the foot does to the ground"});
-    if (log_.sensors[s].has_wrench()) out_.push_back({"/wrench/" + log_.sensors[s].name + "/torque", -1.0, "it counts what the foot does to the ground"});
+    if (log_.sensors[s].has_wrench())
+      out_.push_back(
+          {"/wrench/" + log_.sensors[s].name + "/torque", -1.0, "it counts what the foot does to the ground"});
   }
 
-  // What all feet bear is the weight, and in kilograms a tenth of it. Raw counts that come so near by chance are rare, and
-  // their scales are then told as such.
+  // What all feet bear is the weight, and in kilograms a tenth of it. Raw counts that come so near by chance are rare,
+  // and their scales are then told as such.
   void find_kilograms() {
     if (log_.feet.empty() || !all_feel(log_)) return;
     double sum = 0.0, count = 0.0;
     for (const Clip& clip : log_.clips) {
       for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride, count += 1.0) {
-        for (size_t s = 0; s < log_.sensors.size(); ++s) sum += log_.sensors[s].foot >= 0 ? calc_vertical_force(log_, clip, s, k) : 0.0;
+        for (size_t s = 0; s < log_.sensors.size(); ++s)
+          sum += log_.sensors[s].foot >= 0 ? calc_vertical_force(log_, clip, s, k) : 0.0;
       }
     }
     const double g = log_.experiment->scenario.gravity_W.norm();
@@ -148,7 +157,8 @@ class Finder {
       BodyMotion motion(log_, clip);
       for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride) {
         motion.update(k);
-        for (const Foot& foot : log_.feet) reach = std::max(reach, (get_pose(motion.data(), foot.link) * foot.p_LC).norm());
+        for (const Foot& foot : log_.feet)
+          reach = std::max(reach, (get_pose(motion.data(), foot.link) * foot.p_LC).norm());
         height.push_back(clip.base_position[2].value[k]);
       }
     }

@@ -36,9 +36,10 @@ std::string find_exchanged_legs(const Experiment& e) {
   const double nats = calc_odds(list_instants(as_named), left_exchanged, left);
   const double before = calc_mean(left), after = calc_mean(left_exchanged);
   if (nats < kOdds || after * after > kHalf * before * before) return "";
-  return "the columns of left and right legs look exchanged (" + log.tree.joint(static_cast<int>(pairs[0].first)).name + " and " +
-         log.tree.joint(static_cast<int>(pairs[0].second)).name + ", and so on): over feet that stand, /imu/" + log.imus[i].name +
-         " leaves " + number(after / before, 2) + " of what it leaves now, if they are taken the other way round";
+  return "the columns of left and right legs look exchanged (" + log.tree.joint(static_cast<int>(pairs[0].first)).name +
+         " and " + log.tree.joint(static_cast<int>(pairs[0].second)).name +
+         ", and so on): over feet that stand, /imu/" + log.imus[i].name + " leaves " + number(after / before, 2) +
+         " of what it leaves now, if they are taken the other way round";
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Left and right legs whose columns are exchanged in a recording: the body then rolls and turns, over feet that stand, the
-// other way than its gyroscope says.
+// Left and right legs whose columns are exchanged in a recording: the body then rolls and turns, over feet that stand,
+// the other way than its gyroscope says.
 #pragma once
 
 #include <string>

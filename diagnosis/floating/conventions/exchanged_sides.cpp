@@ -24,10 +24,11 @@ namespace {
 constexpr double kPlace = 0.02;  // [m] to which masses and middles of soles tell where a robot presses
 
 enum Way { kAsNamed, kFeet, kLegs, kBoth, kWays };
-const char* const kWayNames[] = {"", "force sensors of feet alone", "joints of legs alone", "joints of legs and force sensors of feet"};
+const char* const kWayNames[] = {"", "force sensors of feet alone", "joints of legs alone",
+                                 "joints of legs and force sensors of feet"};
 
-// What the ground does, about the base's origin and in its axes, by forces in any one unit. Without moments, a foot is pressed
-// in its middle.
+// What the ground does, about the base's origin and in its axes, by forces in any one unit. Without moments, a foot is
+// pressed in its middle.
 Vector6d sum_wrenches(const LeggedLog& log, const Clip& clip, size_t k, BodyMotion* motion) {
   Vector6d sum = Vector6d::Zero();
   for (const Foot& foot : log.feet) {
@@ -52,7 +53,8 @@ Vector6d sum_wrenches(const LeggedLog& log, const Clip& clip, size_t k, BodyMoti
 // [m] Over the lowest foot: the mean by what feet are loaded with. Feet in the air bear nothing.
 double find_raised_load(const LeggedLog& log, const Clip& clip, size_t k, const Vector3d& up, BodyMotion* motion) {
   std::vector<double> heights;
-  for (const Foot& foot : log.feet) heights.push_back(up.dot(get_pose(motion->data(), foot.link) * foot.p_LC) - foot.radius);
+  for (const Foot& foot : log.feet)
+    heights.push_back(up.dot(get_pose(motion->data(), foot.link) * foot.p_LC) - foot.radius);
   const double lowest = *std::min_element(heights.begin(), heights.end());
   double sum = 0.0, total = 0.0;
   for (size_t f = 0; f < heights.size(); ++f) {
@@ -70,7 +72,7 @@ Vector3d find_middle_of_feet(const LeggedLog& log, BodyMotion* motion) {
 
 struct Pressure {
   Instant at;
-  Vector3d off;      // [m] from where the motion asks for pressure to where the feet press, base axes
+  Vector3d off;       // [m] from where the motion asks for pressure to where the feet press, base axes
   double raised = 0;  // [m] what is loaded is over the lowest foot
 };
 
@@ -86,7 +88,8 @@ std::vector<Pressure> list_pressures(const LeggedLog& log) {
     const Vector3d up = motion->find_up(k), p = find_middle_of_feet(log, motion);
     Vector3d off = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
     if (up.dot(tau.segment<3>(3)) > least && up.dot(pressed.tail<3>()) > 0)
-      off = calc_zero_moment_point(pressed.head<3>(), pressed.tail<3>(), up, p) - calc_zero_moment_point(tau.head<3>(), tau.segment<3>(3), up, p);
+      off = calc_zero_moment_point(pressed.head<3>(), pressed.tail<3>(), up, p) -
+            calc_zero_moment_point(tau.head<3>(), tau.segment<3>(3), up, p);
     out.push_back({{&clip, k}, off, find_raised_load(log, clip, k, up, motion)});
   });
   return out;
@@ -96,7 +99,9 @@ std::vector<Pressure> list_pressures(const LeggedLog& log) {
 std::vector<size_t> list_told(const std::array<std::vector<Pressure>, kWays>& ways) {
   std::vector<size_t> out;
   for (size_t i = 0; i < ways[kAsNamed].size(); ++i) {
-    if (std::all_of(ways.begin(), ways.end(), [&](const std::vector<Pressure>& w) { return w.empty() || w[i].off.allFinite(); })) out.push_back(i);
+    if (std::all_of(ways.begin(), ways.end(),
+                    [&](const std::vector<Pressure>& w) { return w.empty() || w[i].off.allFinite(); }))
+      out.push_back(i);
   }
   return out;
 }
@@ -188,13 +193,15 @@ ExchangedSides find_exchanged_sides(const Experiment& e) {
   for (const auto& [a, b] : legs) {
     if (way & kLegs) out.legs.emplace_back(static_cast<int>(a), static_cast<int>(b));
   }
-  out.left = find_square(trial.left[static_cast<size_t>(way)]) / find_square(trial.left[kAsNamed]), out.rival = find_rival(trial, way);
+  out.left = find_square(trial.left[static_cast<size_t>(way)]) / find_square(trial.left[kAsNamed]),
+  out.rival = find_rival(trial, way);
   return out;
 }
 
 Experiment convert_sides(Experiment e, const ExchangedSides& exchanged) {
   for (Recording& r : e.recordings) {
-    for (const auto& [a, b] : exchanged.legs) std::swap(r.joints[static_cast<size_t>(a)], r.joints[static_cast<size_t>(b)]);
+    for (const auto& [a, b] : exchanged.legs)
+      std::swap(r.joints[static_cast<size_t>(a)], r.joints[static_cast<size_t>(b)]);
     for (const auto& [a, b] : exchanged.feet) {
       for (int axis = 0; axis < 6; ++axis) {
         const auto one = r.other.find(get_force_column(a, axis)), other = r.other.find(get_force_column(b, axis));
@@ -209,8 +216,10 @@ std::string describe(const ExchangedSides& x) {
   const int way = (x.feet.empty() ? kAsNamed : kFeet) | (x.legs.empty() ? kAsNamed : kLegs);
   return std::string("columns of left and right are exchanged: ") + kWayNames[way] +
          (x.feet.empty() ? "" : " (/wrench/" + x.feet[0].first + " and /wrench/" + x.feet[0].second + ")") +
-         ". They are taken the other way round. What the motion asks of the feet, and how high they are, then differs from what they "
-         "bear by " + number(std::sqrt(x.left), 2) + " of what it does as logged" +
+         ". They are taken the other way round. What the motion asks of the feet, and how high they are, then differs "
+         "from what they "
+         "bear by " +
+         number(std::sqrt(x.left), 2) + " of what it does as logged" +
          (x.rival.empty() ? "" : ". It does not tell whether it is the " + x.rival);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Columns of left and right that are exchanged in a log: those of the feet's forces, of the legs' joints, or both. While the
-// load goes from foot to foot, the feet then press on the one side of the body and its motion asks for the other one, and feet
-// in the air bear loads.
+// Columns of left and right that are exchanged in a log: those of the feet's forces, of the legs' joints, or both.
+// While the load goes from foot to foot, the feet then press on the one side of the body and its motion asks for the
+// other one, and feet in the air bear loads.
 #pragma once
 
 #include <string>

@@ -22,7 +22,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kReach = 0.12;      // [s] by which forces are looked for on either side
+constexpr double kReach = 0.12;       // [s] by which forces are looked for on either side
 constexpr double kShiftStep = 0.005;  // [s]
 
 struct Told {
@@ -32,7 +32,9 @@ struct Told {
 // Sums of products of what feet feel and what the motion takes.
 struct Products {
   double ff = 0, fn = 0, nn = 0, count = 0;
-  void add(const Products& o, double sign = 1) { ff += sign * o.ff, fn += sign * o.fn, nn += sign * o.nn, count += sign * o.count; }
+  void add(const Products& o, double sign = 1) {
+    ff += sign * o.ff, fn += sign * o.fn, nn += sign * o.nn, count += sign * o.count;
+  }
   // Share of the forces' square that is left beside a factor, which scales of sensors and a body that shakes make; none
   // is negative.
   double find_left() const { return 1 - (fn > 0 && nn > 0 ? fn * fn / nn / ff : 0.0); }
@@ -72,18 +74,23 @@ std::vector<double> sum_feet(const PressedStretch& s, int foot, bool shifted) {
 }
 
 void add_blocks(const PressedStretch& s, int foot, std::vector<Block>* out) {
-  const std::vector<double> force = drop_slow(sum_feet(s, foot, true), s.step), rest = drop_slow(sum_feet(s, foot, false), s.step), needed = drop_slow(s.needed, s.step);
-  const auto reach = static_cast<size_t>(std::ceil(kReach / s.step)), length = static_cast<size_t>(std::lround(kBlock / s.step));
+  const std::vector<double> force = drop_slow(sum_feet(s, foot, true), s.step),
+                            rest = drop_slow(sum_feet(s, foot, false), s.step), needed = drop_slow(s.needed, s.step);
+  const auto reach = static_cast<size_t>(std::ceil(kReach / s.step)),
+             length = static_cast<size_t>(std::lround(kBlock / s.step));
   for (size_t begin = reach; begin + length + reach < force.size(); begin += length) {
     Block block{s.recording, Curve(count_shifts())};
     for (size_t i = 0; i < block.curve.size(); ++i) {
       Products& p = block.curve[i];
       for (size_t k = begin; k < begin + length; ++k) {
-        const double f = rest[k] + calc_between(force.data(), force.size(), static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step), m = needed[k];
+        const double f = rest[k] + calc_between(force.data(), force.size(),
+                                                static_cast<double>(k) + get_shift(static_cast<double>(i)) / s.step),
+                     m = needed[k];
         if (std::isfinite(f) && std::isfinite(m)) p.add({f * f, f * m, m * m, 1});
       }
     }
-    if (std::all_of(block.curve.begin(), block.curve.end(), [](const Products& p) { return p.count > 0; })) out->push_back(std::move(block));
+    if (std::all_of(block.curve.begin(), block.curve.end(), [](const Products& p) { return p.count > 0; }))
+      out->push_back(std::move(block));
   }
 }
 
@@ -101,7 +108,8 @@ Sums sum_blocks(const std::vector<Block>& blocks) {
 // Log of what is left, of errors whose size each recording has of its own: one that tells nothing is flat.
 double calc_cost(const Sums& sums, size_t shift) {
   double cost = 0;
-  for (const auto& [recording, curve] : sums) cost += curve[shift].count * std::log(std::max(1e-300, curve[shift].find_left()));
+  for (const auto& [recording, curve] : sums)
+    cost += curve[shift].count * std::log(std::max(1e-300, curve[shift].find_left()));
   return cost;
 }
 
@@ -147,7 +155,8 @@ std::vector<Told> list_told(const std::vector<Block>& blocks, double shift) {
 }
 
 bool is_same_everywhere(const std::vector<Told>& told, double shift) {
-  return std::all_of(told.begin(), told.end(), [&](const Told& t) { return t.value / shift > 0.5 && t.value / shift < 2; });
+  return std::all_of(told.begin(), told.end(),
+                     [&](const Told& t) { return t.value / shift > 0.5 && t.value / shift < 2; });
 }
 
 // [s] By how much recordings differ beyond their own errors, as an error of the mean of all (Birge's ratio).
@@ -184,9 +193,17 @@ ForceClock find_clock(const std::vector<PressedStretch>& stretches, int foot, do
   if (!std::isfinite(all.std)) return {};
   const Sums sums = sum_blocks(blocks);
   const std::vector<Told> told = list_told(blocks, all.value);
-  ForceClock out{foot, all.value, std::hypot(all.std, find_difference(told)), find_agreement(sums, all.value), find_agreement(sums, 0), calc_nats(blocks, sums, all.value), false, {}};
+  ForceClock out{foot,
+                 all.value,
+                 std::hypot(all.std, find_difference(told)),
+                 find_agreement(sums, all.value),
+                 find_agreement(sums, 0),
+                 calc_nats(blocks, sums, all.value),
+                 false,
+                 {}};
   const bool sure = std::abs(all.value) > std::max(kUnlikely * all.std, kHalf * sample_time);
-  out.found = sure && !told.empty() && is_same_everywhere(told, all.value) && 1 - out.agreement < kNearlyAll * (1 - out.as_logged);
+  out.found = sure && !told.empty() && is_same_everywhere(told, all.value) &&
+              1 - out.agreement < kNearlyAll * (1 - out.as_logged);
   return out;
 }
 
@@ -195,11 +212,13 @@ bool is_felt(const LeggedLog& log) { return !log.feet.empty() && log.tree.floati
 
 PressedStretch press(const LeggedLog& log, size_t c) {
   const Clip& clip = log.clips[c];
-  PressedStretch out{static_cast<int>(clip.recording), clip.step, std::vector<std::vector<double>>(log.feet.size()), {}};
+  PressedStretch out{
+      static_cast<int>(clip.recording), clip.step, std::vector<std::vector<double>>(log.feet.size()), {}};
   BodyMotion motion(log, clip);
   Eigen::VectorXd tau(motion.model().nv());
   for (size_t k = clip.edge; k + clip.edge < clip.size(); ++k) {
-    for (size_t f = 0; f < log.feet.size(); ++f) out.force[f].push_back(calc_vertical_force(log, clip, static_cast<size_t>(log.feet[f].sensor), k));
+    for (size_t f = 0; f < log.feet.size(); ++f)
+      out.force[f].push_back(calc_vertical_force(log, clip, static_cast<size_t>(log.feet[f].sensor), k));
     out.needed.push_back(std::numeric_limits<double>::quiet_NaN());
     if (!motion.update(k)) continue;
     calc_inverse_dynamics(motion.model(), motion.vdot(), nullptr, &motion.data(), &tau);
@@ -213,7 +232,8 @@ PressedStretch press(const LeggedLog& log, size_t c) {
 double ask_encoders(const LeggedLog& log, size_t imu, double ahead) {
   const std::vector<Standing> standing = list_standing(log, imu, Purpose::kForClocks);
   if (standing.empty()) return 0;
-  return calc_odds(list_instants(standing), list_left(log, imu, standing, {}), list_left(log, imu, standing, {{}, {-ahead, 0}, 1}));
+  return calc_odds(list_instants(standing), list_left(log, imu, standing, {}),
+                   list_left(log, imu, standing, {{}, {-ahead, 0}, 1}));
 }
 
 std::string name_feet(const LeggedLog& log, int foot) {
@@ -223,9 +243,14 @@ std::string name_feet(const LeggedLog& log, int foot) {
 
 std::string describe_clock(const LeggedLog& log, const ForceClock& clock) {
   const std::string size = format(" %.0f +- %.0f ms late", 1e3 * std::abs(clock.late), 1e3 * kNinetyFive * clock.std);
-  const std::string whose = clock.foot == kAllFeet ? "The feet's forces follow" : "The force of " + log.feet[static_cast<size_t>(clock.foot)].name + " follows";
-  const std::string text = (clock.late > 0 ? whose + " the acceleration of the body" : "The acceleration of the body follows the feet's forces") + size;
-  return text + format(": so shifted, %.0f %% of their changes within half a second are the same, not %.0f %%.", 100 * clock.agreement, 100 * clock.as_logged);
+  const std::string whose = clock.foot == kAllFeet
+                                ? "The feet's forces follow"
+                                : "The force of " + log.feet[static_cast<size_t>(clock.foot)].name + " follows";
+  const std::string text = (clock.late > 0 ? whose + " the acceleration of the body"
+                                           : "The acceleration of the body follows the feet's forces") +
+                           size;
+  return text + format(": so shifted, %.0f %% of their changes within half a second are the same, not %.0f %%.",
+                       100 * clock.agreement, 100 * clock.as_logged);
 }
 
 }  // namespace
@@ -235,7 +260,9 @@ ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double
   const int feet = stretches.empty() ? 0 : static_cast<int>(stretches[0].force.size());
   for (int foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
   // One foot that is ahead is the others' delay, of which there may be several.
-  all.erase(std::remove_if(all.begin(), all.end(), [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }), all.end());
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }),
+            all.end());
   if (all.empty()) return {};
   std::stable_sort(all.begin(), all.end(), [](const ForceClock& a, const ForceClock& b) { return a.nats > b.nats; });
   ForceClock best = all[0];
@@ -256,14 +283,21 @@ Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
   const auto main = static_cast<size_t>(BodyMotion::find_main_imu(log));
   const std::string imu = "/imu/" + log.imus[main].name;
   const double odds = ask_encoders(log, main, clock.late);
-  const auto value = [&](const ForceClock& c) { return std::vector<Estimate>{make_value(effect, std::abs(c.late), c.std)}; };
+  const auto value = [&](const ForceClock& c) {
+    return std::vector<Estimate>{make_value(effect, std::abs(c.late), c.std)};
+  };
   const auto add = [&](const std::string& sensor, const ForceClock& c, Finding* f) {
-    f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value(c), "a jolt that all sensors feel, with the robot hung up"));
+    f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value(c),
+                                               "a jolt that all sensors feel, with the robot hung up"));
   };
   const bool forces = clock.late > 0, all = clock.foot == kAllFeet;
-  // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing. One foot's
-  // clock is no question of the IMU.
-  Finding f = make_finding(effect, {{"sensor", forces ? name_feet(log, clock.foot) : odds < -kOdds ? imu : imu + "/linear_acceleration"}}, value(clock));
+  // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing. One
+  // foot's clock is no question of the IMU.
+  Finding f = make_finding(effect,
+                           {{"sensor", forces          ? name_feet(log, clock.foot)
+                                       : odds < -kOdds ? imu
+                                                       : imu + "/linear_acceleration"}},
+                           value(clock));
   if (all && forces && odds < kOdds) add("/joint_states", clock, &f);
   if (all && !forces && std::abs(odds) < kOdds) add(imu, clock, &f);
   for (const ForceClock& rival : clock.rivals) add(name_feet(log, rival.foot), rival, &f);

@@ -23,14 +23,15 @@ constexpr int kAllFeet = -1;
 struct ForceClock {
   int foot = kAllFeet;       // whose force is late: one foot's, or that of all
   double late = 0, std = 0;  // [s] of the force behind the motion
-  double agreement = 0, as_logged = 0;  // share of the forces' squares that follows the motion, with the shift and without
-  double nats = 0;           // of the shift's likelihood, but for a constant: blocks are independent
+  double agreement = 0,
+         as_logged = 0;  // share of the forces' squares that follows the motion, with the shift and without
+  double nats = 0;       // of the shift's likelihood, but for a constant: blocks are independent
   bool found = false;
-  std::vector<ForceClock> rivals;       // other feet, or all, that do as well
+  std::vector<ForceClock> rivals;  // other feet, or all, that do as well
 };
 
-// The best of all feet together and of each foot alone, where there are several. `sample_time` [s] of the recordings: nobody
-// knows more exactly when the sensors of one row were read.
+// The best of all feet together and of each foot alone, where there are several. `sample_time` [s] of the recordings:
+// nobody knows more exactly when the sensors of one row were read.
 ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time);
 
 // Empty where a foot's vertical force is unknown, or has other axes beside it, or the motion is told by another source;

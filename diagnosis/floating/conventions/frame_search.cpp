@@ -11,12 +11,12 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kClockStep = 0.01;  // [s]
-constexpr double kFar = 0.05;        // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
+constexpr double kFar = 0.05;  // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
 constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
-constexpr size_t kOfClocks = 4 * kMomentsOfBlock;  // moments: 2 s, beside the margins
-constexpr int kHeldReadings = 20;    // that are tried beside the first
-constexpr double kFewest = 4.0;      // blocks: three degrees of freedom
-constexpr double kExact = 1e-9;      // of a square, that no two blocks agree to
+constexpr size_t kOfClocks = 4 * kMomentsOfBlock;     // moments: 2 s, beside the margins
+constexpr int kHeldReadings = 20;                     // that are tried beside the first
+constexpr double kFewest = 4.0;                       // blocks: three degrees of freedom
+constexpr double kExact = 1e-9;                       // of a square, that no two blocks agree to
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
 bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double moved) {
@@ -30,7 +30,8 @@ bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double move
 std::vector<double> try_clocks(const Left& left, const Matrix3d& R, const Clock& range) {
   std::vector<double> out;
   const long steps = std::lround((range.last - range.first) / kClockStep);
-  for (long i = 0; i <= steps; ++i) out.push_back(left(R, {range.first + kClockStep * static_cast<double>(i), 0.0, range.first, range.last}));
+  for (long i = 0; i <= steps; ++i)
+    out.push_back(left(R, {range.first + kClockStep * static_cast<double>(i), 0.0, range.first, range.last}));
   return out;
 }
 
@@ -57,7 +58,8 @@ BestFrame find_clock(const Left& left, const Clock& range, const BestFrame& turn
   const std::vector<double> all = try_clocks(left, turned.R, range);
   const double before = left(turned.R, {turned.late, 0.0, range.first, range.last});
   const auto least = static_cast<size_t>(std::min_element(all.begin(), all.end()) - all.begin());
-  const double late = range.first + kClockStep * static_cast<double>(least), farthest = std::max(-range.first, range.last);
+  const double late = range.first + kClockStep * static_cast<double>(least),
+               farthest = std::max(-range.first, range.last);
   const bool inside = std::abs(late) > kFar && std::abs(late) < farthest - kFar;
   if (!inside || all[least] >= kPart * before || drifts(left, turned.R, range, all[least])) return turned;
   if (valleys == Valleys::kOne && repeats(all, least)) return turned;
@@ -97,9 +99,11 @@ size_t count_moments(const LeggedLog& log, Purpose purpose) {
 bool is_enough(Purpose purpose, size_t count) { return count >= get_least(purpose); }
 
 std::string describe_need(Purpose purpose, size_t count) {
-  const std::string margin = purpose == Purpose::kForClocks ? ", " + number(kNearClock) + " s from the ends of recordings and gaps" : " without gaps";
-  return "that takes " + number(kBetweenMoments * static_cast<double>(get_least(purpose))) + " s of motion" + margin + "; there are " +
-         number(kBetweenMoments * static_cast<double>(count), 2) + " s";
+  const std::string margin = purpose == Purpose::kForClocks
+                                 ? ", " + number(kNearClock) + " s from the ends of recordings and gaps"
+                                 : " without gaps";
+  return "that takes " + number(kBetweenMoments * static_cast<double>(get_least(purpose))) + " s of motion" + margin +
+         "; there are " + number(kBetweenMoments * static_cast<double>(count), 2) + " s";
 }
 
 std::vector<Matrix3d> list_quarter_turns() {
@@ -107,7 +111,8 @@ std::vector<Matrix3d> list_quarter_turns() {
   for (int x = 0; x < 6; ++x) {
     for (int y = 0; y < 6; ++y) {
       if (x % 3 == y % 3) continue;
-      const Vector3d ex = (x < 3 ? 1.0 : -1.0) * Vector3d::Unit(x % 3), ey = (y < 3 ? 1.0 : -1.0) * Vector3d::Unit(y % 3);
+      const Vector3d ex = (x < 3 ? 1.0 : -1.0) * Vector3d::Unit(x % 3),
+                     ey = (y < 3 ? 1.0 : -1.0) * Vector3d::Unit(y % 3);
       Matrix3d R;
       R << ex, ey, ex.cross(ey);
       if (!R.isIdentity()) out.push_back(R);
@@ -149,7 +154,8 @@ bool repeats(const std::vector<double>& left, size_t least) {
 }
 
 size_t shift(size_t k, const Clock& clock, const Clip& clip, const LeggedLog& log) {
-  if (clock.held >= 0.0) return clip.edge + static_cast<size_t>(clock.held * static_cast<double>(clip.size() - 1 - 2 * clip.edge));
+  if (clock.held >= 0.0)
+    return clip.edge + static_cast<size_t>(clock.held * static_cast<double>(clip.size() - 1 - 2 * clip.edge));
   const double since = clip.time[k] - log.experiment->recordings[clip.recording].time.front();
   const double time = std::clamp(clock.late + clock.rate * since, clock.first, clock.last);
   return static_cast<size_t>(static_cast<long>(k) + std::lround(time / clip.step));
@@ -167,12 +173,20 @@ BestFrame find_best_turn(const Left& left, const BestFrame& start) {
   return best;
 }
 
-BestFrame find_best_clock(const Left& left, const BestFrame& turned) { return find_clock(left, {}, turned, Valleys::kAny); }
+BestFrame find_best_clock(const Left& left, const BestFrame& turned) {
+  return find_clock(left, {}, turned, Valleys::kAny);
+}
 
-bool may_be_far(const Left& left, const BestFrame& turned) { return turned.late == 0.0 && kPart * left(turned.R, {}) > 1.0; }
+bool may_be_far(const Left& left, const BestFrame& turned) {
+  return turned.late == 0.0 && kPart * left(turned.R, {}) > 1.0;
+}
 
-BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned) { return find_clock(left, find_range(side), turned, Valleys::kOne); }
+BestFrame find_far_clock(const Left& left, Purpose side, const BestFrame& turned) {
+  return find_clock(left, find_range(side), turned, Valleys::kOne);
+}
 
-BestFrame find_best(const Left& left, const BestFrame& start) { return find_best_clock(left, find_best_turn(left, start)); }
+BestFrame find_best(const Left& left, const BestFrame& start) {
+  return find_best_clock(left, find_best_turn(left, start));
+}
 
 }  // namespace hrp::diagnosis::floating

@@ -23,14 +23,15 @@ struct Clock {
   double late = 0.0;  // [s]
   double rate = 0.0;
   double first = -kNearClock, last = kNearClock;  // [s] what moments have readings for
-  double held = -1.0;  // share of a clip at which the one reading was taken that stands for all; below 0: they are not held
+  // Share of a clip at which the one reading was taken that stands for all; below 0: they are not held
+  double held = -1.0;
 };
 
 // What a turn and a clock leave: an error in squares.
 using Left = std::function<double(const Matrix3d& R, const Clock& clock)>;
 
-// Moments that are compared lie so far inside a clip: turns need no margin, clocks that of their search. Clocks that are far
-// behind need readings after the moments alone, clocks that are far ahead before them.
+// Moments that are compared lie so far inside a clip: turns need no margin, clocks that of their search. Clocks that
+// are far behind need readings after the moments alone, clocks that are far ahead before them.
 enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
@@ -79,8 +80,8 @@ bool repeats(const std::vector<double>& left, size_t least);
 // n log of the odds for what leaves less, by logarithms of what it leaves less in each block; negative: against it.
 double calc_block_odds(const std::vector<double>& gains);
 
-// The same, of what `a` and `b` leave by moment [1], over what may be left anyway. `block` of each moment: one observation of an
-// error whose size is not known, its logarithm. Below zero: b leaves less.
+// The same, of what `a` and `b` leave by moment [1], over what may be left anyway. `block` of each moment: one
+// observation of an error whose size is not known, its logarithm. Below zero: b leaves less.
 template <class Block>
 double calc_odds_by_block(const std::vector<Block>& block, const std::vector<double>& a, const std::vector<double>& b) {
   std::map<Block, std::pair<double, double>> sums;
@@ -93,9 +94,9 @@ double calc_odds_by_block(const std::vector<Block>& block, const std::vector<dou
   return calc_block_odds(gains);
 }
 
-// Whether blocks of half a second, one by one, are for a clock, not only their sum, against the log as it is and against a
-// sensor that reads the same all the time. A robot that falls, or walks briskly, agrees with no reading as well as with one from
-// before it moved.
+// Whether blocks of half a second, one by one, are for a clock, not only their sum, against the log as it is and
+// against a sensor that reads the same all the time. A robot that falls, or walks briskly, agrees with no reading as
+// well as with one from before it moved.
 template <class Moment, class Measure>
 bool is_for(const std::vector<Moment>& moments, const Measure& measure, Purpose side, const BestFrame& far) {
   const Clock range = find_range(side), moved{far.late, 0.0, range.first, range.last};

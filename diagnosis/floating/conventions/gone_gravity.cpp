@@ -36,7 +36,8 @@ Mean calc_mean(const LeggedLog& log, size_t imu) {
       motion.update(k);
       const Vector3d f = get_values(clip.imus[imu].accelerometer, k);
       const Matrix3d R_BI = get_pose(motion.data(), log.imus[imu].link).R * log.imus[imu].R_LI;
-      out.reading += f, out.up += R_BI.transpose() * find_up(motion, k), out.square += f.squaredNorm(), out.count += 1.0;
+      out.reading += f, out.up += R_BI.transpose() * find_up(motion, k), out.square += f.squaredNorm(),
+          out.count += 1.0;
       out.seconds += static_cast<double>(kStride) * clip.step;
     }
   }
@@ -44,9 +45,9 @@ Mean calc_mean(const LeggedLog& log, size_t imu) {
   return out;
 }
 
-// Whether nothing is read of how gravity turns in the sensor's axes: the slope of the one over the other is 1 where a constant
-// is missing, and 0 where gravity is. Steps pass in a second, so that means over as long hold little else. A body that hardly
-// leans does not tell: then the constant is the smaller claim.
+// Whether nothing is read of how gravity turns in the sensor's axes: the slope of the one over the other is 1 where a
+// constant is missing, and 0 where gravity is. Steps pass in a second, so that means over as long hold little else. A
+// body that hardly leans does not tell: then the constant is the smaller claim.
 bool follows_up(const LeggedLog& log, size_t imu, const Mean& mean, double g) {
   std::vector<std::pair<Vector3d, Vector3d>> steps;  // read, turned
   double same = 0.0, square = 0.0;

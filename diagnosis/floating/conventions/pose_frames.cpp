@@ -8,7 +8,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kMost = 2000;                // moments: more tell conventions no better
+constexpr size_t kMost = 2000;  // moments: more tell conventions no better
 
 // What the IMU says of the base, in the base's axes.
 struct Moment {
@@ -38,7 +38,7 @@ Eigen::Quaterniond put_in_order(Order order, const Eigen::Quaterniond& q) {
   return order == Order::kInverse ? q.conjugate() : q;
 }
 
-Eigen::Quaterniond get_quaternion(const Clip& clip, std::vector<double> Track::* part, size_t k) {
+Eigen::Quaterniond get_quaternion(const Clip& clip, std::vector<double> Track::*part, size_t k) {
   const Track* t = clip.base_attitude;
   return {(t[0].*part)[k], (t[1].*part)[k], (t[2].*part)[k], (t[3].*part)[k]};
 }
@@ -66,7 +66,8 @@ class PoseFinder {
   // Which axis is up changes no rate: a pose that is late, too, tells it by the force alone.
   enum class Of { kAll, kForce };
 
-  double calc_left(const std::vector<Moment>& moments, const PoseFrame& frame, const Clock& clock, Of of = Of::kAll) const {
+  double calc_left(const std::vector<Moment>& moments, const PoseFrame& frame, const Clock& clock,
+                   Of of = Of::kAll) const {
     double sum = 0.0;
     const Eigen::Quaterniond q_body(frame.R_body), q_world(frame.R_world);
     for (const Moment& m : moments) {
@@ -75,7 +76,9 @@ class PoseFinder {
       const Eigen::Quaterniond dq = put_in_order(frame.order, get_quaternion(*m.clip, &Track::rate, k));
       const Vector3d rate = q_body.conjugate() * (2.0 * (q.conjugate() * dq).vec());
       if (of == Of::kAll) sum += (rate - m.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
-      if (accelerometer_) sum += (calc_force(*m.clip, k, q_world * q * q_body, frame.R_world) - m.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
+      if (accelerometer_)
+        sum += (calc_force(*m.clip, k, q_world * q * q_body, frame.R_world) - m.force).squaredNorm() /
+               (kForceOfSoles * kForceOfSoles);
     }
     return sum / static_cast<double>(moments.size()) + 1.0;
   }
@@ -127,7 +130,8 @@ class PoseFinder {
   // Which axis is up. The heading of a world is anything.
   static std::vector<Matrix3d> list_worlds() {
     std::vector<Matrix3d> out;
-    for (const Vector3d& up : {Vector3d(0, 0, 1), Vector3d(0, 1, 0), Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(-1, 0, 0)})
+    for (const Vector3d& up :
+         {Vector3d(0, 0, 1), Vector3d(0, 1, 0), Vector3d(1, 0, 0), Vector3d(0, -1, 0), Vector3d(-1, 0, 0)})
       out.push_back(Eigen::Quaterniond::FromTwoVectors(up, Vector3d::UnitZ()).toRotationMatrix());
     out.push_back(Vector3d(1, -1, -1).asDiagonal());
     return out;
@@ -139,7 +143,8 @@ class PoseFinder {
       return [this, &of, &turned](const Matrix3d&, const Clock& clock) { return calc_left(of, turned, clock); };
     };
     BestFrame best = find_best_clock(measure(moments), {});
-    if (may_be_far(measure(moments), best)) best = find_far_clock([this](Purpose side) { return list_moments(log_, side); }, measure, best);
+    if (may_be_far(measure(moments), best))
+      best = find_far_clock([this](Purpose side) { return list_moments(log_, side); }, measure, best);
     if (best.late == 0.0) return;
     out->late = best.late, out->left = turned.left * best.left;
   }
@@ -187,8 +192,10 @@ Experiment convert_pose(Experiment e, const PoseFrame& frame) {
     Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
     for (size_t k = 0; k < p[0]->size(); ++k) {
       const Vector3d at = frame.R_world * Vector3d((*p[0])[k], (*p[1])[k], (*p[2])[k]);
-      Eigen::Quaterniond to = q_world * put_in_order(frame.order, {(*q[0])[k], (*q[1])[k], (*q[2])[k], (*q[3])[k]}) * q_body;
-      if (last.dot(to) < 0.0) to.coeffs() = -to.coeffs();  // q and -q are one attitude: lines between samples need one sign
+      Eigen::Quaterniond to =
+          q_world * put_in_order(frame.order, {(*q[0])[k], (*q[1])[k], (*q[2])[k], (*q[3])[k]}) * q_body;
+      if (last.dot(to) < 0.0)
+        to.coeffs() = -to.coeffs();  // q and -q are one attitude: lines between samples need one sign
       if (to.coeffs().allFinite()) last = to;
       for (int i = 0; i < 3; ++i) (*p[i])[k] = at(i);
       (*q[0])[k] = to.w(), (*q[1])[k] = to.x(), (*q[2])[k] = to.y(), (*q[3])[k] = to.z();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A recorded pose of the base in another convention than the model's, or by another clock than that of the encoders: what an
-// IMU and the encoders over feet that stand agree about, and the pose does not.
+// A recorded pose of the base in another convention than the model's, or by another clock than that of the encoders:
+// what an IMU and the encoders over feet that stand agree about, and the pose does not.
 #pragma once
 
 #include <string>

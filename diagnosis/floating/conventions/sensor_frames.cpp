@@ -16,7 +16,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kArm = 0.1;         // [m] by which moments are compared with forces: half of a foot
+constexpr double kArm = 0.1;  // [m] by which moments are compared with forces: half of a foot
 
 // An IMU's readings as others expect them, in its axes by the model.
 struct Expected {
@@ -37,7 +37,8 @@ std::vector<Expected> list_expected(const LeggedLog& log, size_t imu, Purpose pu
     walk(others, purpose, [&](const Clip&, size_t k, BodyMotion* motion) {
       const Transform X = get_pose(motion->data(), sensor.link);
       const Matrix3d R_IB = (X.R * sensor.R_LI).transpose();
-      expected.push_back({&own, k, R_IB * calc_point_acceleration(motion->data(), sensor.link, X * sensor.p_LI).tail<3>(),
+      expected.push_back({&own, k,
+                          R_IB * calc_point_acceleration(motion->data(), sensor.link, X * sensor.p_LI).tail<3>(),
                           R_IB * get_velocity(motion->data(), sensor.link).head<3>()});
     });
   }
@@ -48,7 +49,8 @@ std::vector<Expected> list_expected(const LeggedLog& log, size_t imu, Purpose pu
 // [1] What is left at one moment, over what soles let expect.
 double calc_square(const LeggedLog& log, size_t imu, const Expected& e, const Taken& taken) {
   const size_t k = shift(e.k, taken.clock, *e.clip, log);
-  double out = (taken.axes.gyro * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
+  double out =
+      (taken.axes.gyro * get_values(e.clip->imus[imu].gyro, k) - e.rate).squaredNorm() / (kRateOfSoles * kRateOfSoles);
   if (!log.imus[imu].accelerometer) return out;
   const Vector3d force = taken.axes.accelerometer * get_values(e.clip->imus[imu].accelerometer, k) / taken.per_unit;
   return out + (force - e.force).squaredNorm() / (kForceOfSoles * kForceOfSoles);
@@ -65,8 +67,10 @@ Left measure_imu(const LeggedLog& log, size_t imu, double per_unit, const std::v
 }
 
 // 1: legs that stand say that `a` is right, -1: `b`, 0: they cannot tell.
-int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& a, const Taken& b) {
-  const double nats = calc_odds(list_instants(standing), list_left(log, imu, standing, a), list_left(log, imu, standing, b));
+int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standing>& standing, const Taken& a,
+                      const Taken& b) {
+  const double nats =
+      calc_odds(list_instants(standing), list_left(log, imu, standing, a), list_left(log, imu, standing, b));
   return nats > kOdds ? 1 : nats < -kOdds ? -1 : 0;
 }
 
@@ -79,7 +83,9 @@ SensorFrame make_frame(const std::string& sensor, const BestFrame& best) {
 // The moments of a clock that is so late.
 Purpose find_purpose(double late) {
   if (late == 0.0) return Purpose::kForTurns;
-  return std::abs(late) < kNearClock ? Purpose::kForClocks : late > 0.0 ? Purpose::kForFarBehind : Purpose::kForFarAhead;
+  return std::abs(late) < kNearClock ? Purpose::kForClocks
+         : late > 0.0                ? Purpose::kForFarBehind
+                                     : Purpose::kForFarAhead;
 }
 
 Clock make_clock(double late) { return {late, 0.0, std::min(late, -kNearClock), std::max(late, kNearClock)}; }
@@ -117,7 +123,12 @@ class OverLegs {
   SignedAxes find_axes(const BestFrame& whole) const {
     const std::vector<Standing> moments = list_standing(log_, imu_, find_purpose(whole.late));
     const auto list = [&](const Taken& taken) { return list_left(log_, imu_, moments, taken); };
-    return find_signed_axes(list_instants(moments), [&](const ImuAxes& axes) { return list({axes, {}, 1.0}); }, list(take(whole)), log_.imus[imu_].accelerometer);
+    return find_signed_axes(
+        list_instants(moments),
+        [&](const ImuAxes& axes) {
+          return list({axes, {}, 1.0});
+        },
+        list(take(whole)), log_.imus[imu_].accelerometer);
   }
 
  private:
@@ -135,7 +146,12 @@ SignedAxes find_axes(const LeggedLog& log, size_t imu, const BestFrame& whole) {
     for (const Expected& e : moments) left.push_back(std::sqrt(calc_square(log, imu, e, taken)));
     return left;
   };
-  return find_signed_axes(at, [&](const ImuAxes& axes) { return list({axes, {}, 1.0}); }, list(take(whole)), log.imus[imu].accelerometer);
+  return find_signed_axes(
+      at,
+      [&](const ImuAxes& axes) {
+        return list({axes, {}, 1.0});
+      },
+      list(take(whole)), log.imus[imu].accelerometer);
 }
 
 // Of an IMU whose halves are off by themselves.
@@ -143,11 +159,13 @@ std::vector<SensorFrame> list_halves(const std::string& name, const SignedAxes& 
   std::vector<SensorFrame> out;
   const auto& [gyro, accelerometer] = found.axes;
   if (!gyro.isIdentity()) out.push_back(make_frame(name + "/angular_velocity", {gyro, 0.0, found.left}));
-  if (!accelerometer.isIdentity()) out.push_back(make_frame(name + "/linear_acceleration", {accelerometer, 0.0, found.left}));
+  if (!accelerometer.isIdentity())
+    out.push_back(make_frame(name + "/linear_acceleration", {accelerometer, 0.0, found.left}));
   return out;
 }
 
-// Encoders are the clock, and legs that stand the axes. Where they cannot tell, the IMU is off or what it is compared with.
+// Encoders are the clock, and legs that stand the axes. Where they cannot tell, the IMU is off or what it is compared
+// with.
 std::vector<SensorFrame> find_imu(const LeggedLog& log, size_t imu) {
   const std::string name = "/imu/" + log.imus[imu].name;
   if (!log.imus[imu].gyro) return {};
@@ -171,7 +189,8 @@ std::vector<SensorFrame> find_imu(const LeggedLog& log, size_t imu) {
   return {out};
 }
 
-// What the motion asks of the ground, and what each sensor's wrench adds: [moment / arm; force] about the base, base axes.
+// What the motion asks of the ground, and what each sensor's wrench adds: [moment / arm; force] about the base, base
+// axes.
 struct Balance {
   const Clip* clip = nullptr;
   size_t k = 0;
@@ -197,8 +216,9 @@ std::vector<Balance> list_balances(const LeggedLog& log, Purpose purpose) {
   return out;
 }
 
-// Squares that `count` values leave beside a zero of the sensors, given their sums and sums of squares. A turn is not preferred
-// because it moves a zero to where it cancels others. `largest` [N]: a weight on another axis is more than any zero.
+// Squares that `count` values leave beside a zero of the sensors, given their sums and sums of squares. A turn is not
+// preferred because it moves a zero to where it cancels others. `largest` [N]: a weight on another axis is more than
+// any zero.
 double sum_beside_zero(const Vector6d& sum, const Vector6d& squares, double count, double largest) {
   double left = 0.0;
   for (int i = 0; i < 6; ++i) {
@@ -211,35 +231,48 @@ double sum_beside_zero(const Vector6d& sum, const Vector6d& squares, double coun
 // All sensors together, as one computer reads them; then in turn, each beside the others as they stand by then.
 std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
   std::vector<BestFrame> frames(log.sensors.size());
-  const bool whole = !log.sensors.empty() && std::all_of(log.sensors.begin(), log.sensors.end(), [](const ForceSensor& s) { return s.has_wrench() && !s.world && s.foot >= 0; });
+  const bool whole = !log.sensors.empty() &&
+                     std::all_of(log.sensors.begin(), log.sensors.end(),
+                                 [](const ForceSensor& s) { return s.has_wrench() && !s.world && s.foot >= 0; });
   const bool known = BodyMotion::find_force_source(log) != MotionSource::kNone && log.sensors.size() >= log.feet.size();
   if (!whole || !known) return {};
   const std::vector<Balance> balances = list_balances(log, Purpose::kForClocks);
   if (!is_enough(Purpose::kForClocks, balances.size())) return {};
   const auto add = [&](const Balance& b, size_t s, const Matrix3d& R, const Clock& clock, Vector6d* left) {
     const size_t k = shift(b.k, clock, *b.clip, log);
-    const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k), m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
+    const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k),
+                   m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
     left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
   };
   const double largest_zero = kMinority * log.mass * log.experiment->scenario.gravity_W.norm();
-  const auto sum_up = [&](const std::vector<Balance>& of, const std::function<bool(size_t)>& is_tried, const Matrix3d& R, const Clock& clock) {
+  const auto sum_up = [&](const std::vector<Balance>& of, const std::function<bool(size_t)>& is_tried,
+                          const Matrix3d& R, const Clock& clock) {
     Vector6d sum = Vector6d::Zero(), squares = Vector6d::Zero();
     for (const Balance& b : of) {
       Vector6d left = b.needed;
-      for (size_t s = 0; s < frames.size(); ++s) add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
+      for (size_t s = 0; s < frames.size(); ++s)
+        add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
       sum += left, squares += left.cwiseAbs2();
     }
     return sum_beside_zero(sum, squares, static_cast<double>(of.size()), largest_zero);
   };
   const auto measure_all = [&](const std::vector<Balance>& of) -> Left {
-    return [&sum_up, &of](const Matrix3d& R, const Clock& clock) { return sum_up(of, [](size_t) { return true; }, R, clock); };
+    return [&sum_up, &of](const Matrix3d& R, const Clock& clock) {
+      return sum_up(
+          of, [](size_t) { return true; }, R, clock);
+    };
   };
   const BestFrame near = find_best(measure_all(balances));
-  const BestFrame all = near.late != 0.0 ? near : find_far_clock([&](Purpose side) { return list_balances(log, side); }, measure_all, near);
+  const BestFrame all = near.late != 0.0
+                            ? near
+                            : find_far_clock([&](Purpose side) { return list_balances(log, side); }, measure_all, near);
   for (BestFrame& f : frames) f = all;
   for (int round = 0; round < 2 && all.late == near.late; ++round) {
     for (size_t s = 0; s < frames.size(); ++s) {
-      const Left left = [&](const Matrix3d& R, const Clock& clock) { return sum_up(balances, [s](size_t o) { return o == s; }, R, clock); };
+      const Left left = [&](const Matrix3d& R, const Clock& clock) {
+        return sum_up(
+            balances, [s](size_t o) { return o == s; }, R, clock);
+      };
       frames[s] = find_best(left, frames[s]);
     }
   }
@@ -249,7 +282,9 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
 }
 
 std::vector<SensorFrame> keep(std::vector<SensorFrame> frames) {
-  frames.erase(std::remove_if(frames.begin(), frames.end(), [](const SensorFrame& f) { return !f.is_turned() && f.late == 0.0; }), frames.end());
+  frames.erase(std::remove_if(frames.begin(), frames.end(),
+                              [](const SensorFrame& f) { return !f.is_turned() && f.late == 0.0; }),
+               frames.end());
   return frames;
 }
 
@@ -274,7 +309,8 @@ void turn_attitude(const std::string& base, const Matrix3d& R, Recording* r) {
     wxyz[i] = &at->second;
   }
   for (size_t k = 0; k < wxyz[0]->size(); ++k) {
-    const Eigen::Quaterniond q = Eigen::Quaterniond((*wxyz[0])[k], (*wxyz[1])[k], (*wxyz[2])[k], (*wxyz[3])[k]) * Eigen::Quaterniond(R).conjugate();
+    const Eigen::Quaterniond q = Eigen::Quaterniond((*wxyz[0])[k], (*wxyz[1])[k], (*wxyz[2])[k], (*wxyz[3])[k]) *
+                                 Eigen::Quaterniond(R).conjugate();
     (*wxyz[0])[k] = q.w(), (*wxyz[1])[k] = q.x(), (*wxyz[2])[k] = q.y(), (*wxyz[3])[k] = q.z();
   }
 }
@@ -300,7 +336,8 @@ Upside find_upside(const LeggedLog& log, size_t imu, double per_unit) {
   if (!standing.empty()) {
     const Matrix3d turned = find_least(measure_over_legs(log, imu, per_unit, standing)).first;
     const Matrix3d counted = find_least(measure_over_legs(log, imu, -per_unit, standing)).first;
-    const int told = compare_over_legs(log, imu, standing, {{turned, turned}, {}, per_unit}, {{counted, counted}, {}, -per_unit});
+    const int told =
+        compare_over_legs(log, imu, standing, {{turned, turned}, {}, per_unit}, {{counted, counted}, {}, -per_unit});
     if (told != 0) return told > 0 ? Upside::kTurned : Upside::kCounts;
   }
   const std::vector<Expected> expected = list_expected(log, imu, Purpose::kForTurns);
@@ -330,7 +367,8 @@ std::vector<std::string> list_not_looked_for(const Experiment& e) {
   std::vector<std::string> out;
   const auto add = [&](Purpose purpose, const std::string& what) {
     const size_t count = count_moments(log, purpose);
-    if (!is_enough(purpose, count)) out.push_back(what + " of the body's sensors" + pose + " are not looked for: " + describe_need(purpose, count));
+    if (!is_enough(purpose, count))
+      out.push_back(what + " of the body's sensors" + pose + " are not looked for: " + describe_need(purpose, count));
   };
   add(Purpose::kForTurns, "turned mountings");
   add(Purpose::kForClocks, "clocks that are far off");
@@ -340,7 +378,8 @@ std::vector<std::string> list_not_looked_for(const Experiment& e) {
 Experiment convert_sensor_frames(Experiment e, const std::vector<SensorFrame>& frames) {
   for (const SensorFrame& f : frames) {
     for (Recording& r : e.recordings) {
-      for (const char* part : {"", "/force", "/torque", "/linear_acceleration", "/angular_velocity"}) turn(f.sensor + part, f.R, &r);
+      for (const char* part : {"", "/force", "/torque", "/linear_acceleration", "/angular_velocity"})
+        turn(f.sensor + part, f.R, &r);
       turn_attitude(f.sensor + "/orientation", f.R, &r);
       if (f.late != 0.0) shift_columns(f.sensor, f.late, &r);
     }

@@ -11,7 +11,8 @@ int find_sensor(const LeggedLog& log, const std::string& foot, const ForceSensor
   for (const Foot& f : log.feet) {
     if (f.name != foot || f.sensor < 0) continue;
     const ForceSensor& s = log.sensors[static_cast<size_t>(f.sensor)];
-    if (s.world == like.world && std::equal(std::begin(s.axis), std::end(s.axis), std::begin(like.axis))) return f.sensor;
+    if (s.world == like.world && std::equal(std::begin(s.axis), std::end(s.axis), std::begin(like.axis)))
+      return f.sensor;
   }
   return -1;
 }
@@ -19,7 +20,8 @@ int find_sensor(const LeggedLog& log, const std::string& foot, const ForceSensor
 }  // namespace
 
 std::vector<std::string> list_right_names(const std::string& left) {
-  const std::pair<const char*, const char*> sides[] = {{"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"l", "r"}, {"L", "R"}};
+  const std::pair<const char*, const char*> sides[] = {
+      {"left", "right"}, {"Left", "Right"}, {"LEFT", "RIGHT"}, {"l", "r"}, {"L", "R"}};
   std::vector<std::string> out;
   for (const auto& [from, to] : sides) {
     for (size_t at = left.find(from); at != std::string::npos; at = left.find(from, at + 1))
@@ -31,7 +33,8 @@ std::vector<std::string> list_right_names(const std::string& left) {
 std::set<int> list_leg_joints(const LeggedLog& log) {
   std::set<int> joints;
   for (const Foot& foot : log.feet) {
-    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent) joints.insert(link - 1);
+    for (int link = foot.link; link > 0; link = log.tree.links[static_cast<size_t>(link)].parent)
+      joints.insert(link - 1);
   }
   return joints;
 }
@@ -69,7 +72,9 @@ LeggedLog exchange_legs(LeggedLog log, const SidePairs& joints) {
 
 LeggedLog exchange_feet(LeggedLog log, const SidePairs& sensors) {
   for (Clip& clip : log.clips) {
-    for (const auto& [a, b] : sensors) std::swap_ranges(clip.force.begin() + 6 * static_cast<long>(a), clip.force.begin() + 6 * static_cast<long>(a) + 6, clip.force.begin() + 6 * static_cast<long>(b));
+    for (const auto& [a, b] : sensors)
+      std::swap_ranges(clip.force.begin() + 6 * static_cast<long>(a), clip.force.begin() + 6 * static_cast<long>(a) + 6,
+                       clip.force.begin() + 6 * static_cast<long>(b));
   }
   return log;
 }

@@ -17,8 +17,8 @@ using SidePairs = std::vector<std::pair<size_t, size_t>>;  // left, right
 std::vector<std::string> list_right_names(const std::string& left);
 
 std::set<int> list_leg_joints(const LeggedLog& log);  // above feet
-SidePairs list_leg_pairs(const LeggedLog& log);     // of them
-SidePairs list_sensor_pairs(const LeggedLog& log);  // force sensors of feet with the same axes, by index in the log
+SidePairs list_leg_pairs(const LeggedLog& log);       // of them
+SidePairs list_sensor_pairs(const LeggedLog& log);    // force sensors of feet with the same axes, by index in the log
 
 // The log with each joint's positions, or each sensor's readings, for those of the other side.
 LeggedLog exchange_legs(LeggedLog log, const SidePairs& joints);

@@ -51,14 +51,16 @@ Trial find_least(const std::vector<Instant>& at, const LeftInAxes& left, const S
       if (accelerometer.isIdentity() && has_accelerometer) consider({gyro, R});
     }
     if (least.left.empty() || find_square(least.left) > kPart * find_square(start.known.left)) continue;
-    if (calc_odds(at, least.left, start.rival) > kOdds && calc_odds(at, least.left, best.left) > kOdds) best = std::move(least);
+    if (calc_odds(at, least.left, start.rival) > kOdds && calc_odds(at, least.left, best.left) > kOdds)
+      best = std::move(least);
   }
   return best;
 }
 
 }  // namespace
 
-SignedAxes find_signed_axes(const std::vector<Instant>& at, const LeftInAxes& left, const std::vector<double>& as_taken, bool has_accelerometer) {
+SignedAxes find_signed_axes(const std::vector<Instant>& at, const LeftInAxes& left, const std::vector<double>& as_taken,
+                            bool has_accelerometer) {
   const Trial logged{{}, left({})};
   Trial best = find_least(at, left, {logged, as_taken}, has_accelerometer);
   if (!best.is_changed()) return {};

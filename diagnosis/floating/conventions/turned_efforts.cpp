@@ -31,7 +31,8 @@ Balance make_balance(const Experiment& e) {
   if (log.clips.empty() || felt || tell.empty()) return out;
   const ColumnLayout layout(log);
   for (size_t j = 0; j < tell.size(); ++j) {
-    if (tell[j] && log.has_effort[j]) out.joints.push_back(static_cast<int>(j)), out.gains.push_back(layout.joint(static_cast<int>(j), kGainColumn));
+    if (tell[j] && log.has_effort[j])
+      out.joints.push_back(static_cast<int>(j)), out.gains.push_back(layout.joint(static_cast<int>(j), kGainColumn));
   }
   const RowTable table = make_equations(log, find_contacts(log));
   for (const ChannelRows& c : table.channels()) {
@@ -58,7 +59,8 @@ std::vector<double> list_left(const Balance& b, const std::vector<int>& turned) 
   return squares;
 }
 
-// The joints whose other sign leaves least, one or all: by odds against the log's signs and against every other joint's.
+// The joints whose other sign leaves least, one or all: by odds against the log's signs and against every other
+// joint's.
 std::vector<int> find_turned(const Experiment& e, double* left) {
   const Balance b = make_balance(e);
   if (b.rows.empty()) return {};
@@ -91,7 +93,9 @@ Experiment convert_turned_efforts(Experiment e, const TurnedJoints& turned) {
 }
 
 std::string describe_turned_efforts(const Experiment& e, const TurnedJoints& turned) {
-  return describe(e, turned, "the effort counts the other way than the model's axis. With the logged sign, the torques of standing legs do not carry the body",
+  return describe(e, turned,
+                  "the effort counts the other way than the model's axis. With the logged sign, the torques of "
+                  "standing legs do not carry the body",
                   "what is missing");
 }
 

@@ -9,7 +9,8 @@
 
 namespace hrp::diagnosis::floating {
 
-// One joint at a time, as long as each leaves a quarter, and less than any other joint does. Only where no foot feels a force.
+// One joint at a time, as long as each leaves a quarter, and less than any other joint does. Only where no foot feels a
+// force.
 TurnedJoints find_turned_efforts(const Experiment& experiment);
 
 // The experiment with these efforts in the model's sense.

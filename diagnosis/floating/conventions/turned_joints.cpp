@@ -20,7 +20,8 @@ TurnedJoints turn_joints(const Experiment& e, const std::function<std::vector<in
   return out;
 }
 
-std::string describe(const Experiment& e, const TurnedJoints& turned, const std::string& fault, const std::string& rest) {
+std::string describe(const Experiment& e, const TurnedJoints& turned, const std::string& fault,
+                     const std::string& rest) {
   const std::string names = join_words(turned.joints, [&](int joint) { return e.robot.tree.joint(joint).name; });
   return names + ": " + fault + ". With the other sign, " + number(100.0 * turned.left, 2) + " % of " + rest +
          " is left (mean square). The recordings are judged with the other sign";

@@ -77,8 +77,8 @@ Matrix3d find_attitude(const LeggedLog& log, const Clip& clip, size_t k) {
   return get_quaternion(clip.imus[i].attitude, k).toRotationMatrix() * log.imus[i].R_LI.transpose();
 }
 
-// Of a moment: pose of the second foot's sole, or of the world, in the first one's axes; of balls, what does not depend on how
-// they roll. `turned`: a joint with the other sign, -1: none.
+// Of a moment: pose of the second foot's sole, or of the world, in the first one's axes; of balls, what does not depend
+// on how they roll. `turned`: a joint with the other sign, -1: none.
 Transform find_pose(const LeggedLog& log, const Model& model, const Moment& m, int turned, State* state, Data* data) {
   for (int j = 0; j < model.num_joints(); ++j) {
     const Track& t = m.clip->position[static_cast<size_t>(j)];
@@ -90,7 +90,8 @@ Transform find_pose(const LeggedLog& log, const Model& model, const Moment& m, i
   const Vector3d p_BA = X_BA * a.p_LC;
   if (m.b == kWorld) {
     const Matrix3d R_WB = find_attitude(log, *m.clip, m.k);
-    const Vector3d p_WA = log.base_pose ? get_values(m.clip->base_position, m.k) + R_WB * p_BA : Vector3d(Vector3d::Zero());
+    const Vector3d p_WA =
+        log.base_pose ? get_values(m.clip->base_position, m.k) + R_WB * p_BA : Vector3d(Vector3d::Zero());
     return {a.flat ? Matrix3d(R_WB * X_BA.R) : Matrix3d::Identity(), p_WA};
   }
   const Foot& b = log.feet[m.b];
@@ -172,7 +173,10 @@ Experiment convert_turned_legs(Experiment e, const TurnedJoints& turned) {
 }
 
 std::string describe_turned_legs(const Experiment& e, const TurnedJoints& turned) {
-  return describe(e, turned, "counted the other way than the model's axis. With the logged sign, feet that stand move against each other", "that");
+  return describe(
+      e, turned,
+      "counted the other way than the model's axis. With the logged sign, feet that stand move against each other",
+      "that");
 }
 
 }  // namespace hrp::diagnosis::floating

@@ -78,8 +78,13 @@ void add_balance(const LeggedLog& log, const std::vector<int>& columns, BodyChan
   channels->balances = true;
   for (int i = moments ? 0 : 3; i < 6; ++i) {
     const std::string signal = "/wrench/" + log.sensors[0].name + "/" + (i < 3 ? "torque" : "force");
-    channels->row[static_cast<size_t>(i)] = table->add_channel(
-        {{i < 3 ? EquationKind::kMoment : EquationKind::kForce, i % 3}, signal, i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
+    channels->row[static_cast<size_t>(i)] =
+        table->add_channel({{i < 3 ? EquationKind::kMoment : EquationKind::kForce, i % 3},
+                            signal,
+                            i < 3 ? "N m" : "N",
+                            "link",
+                            log.tree.links[0].name},
+                           columns);
   }
 }
 
@@ -99,8 +104,8 @@ void add_balance_by_legs(const LeggedLog& log, const ColumnLayout& layout, std::
   }
   for (int i = 0; i < 6; ++i) {
     const EquationKind kind = i < 3 ? EquationKind::kLegMoment : EquationKind::kLegForce;
-    channels->row[static_cast<size_t>(i)] =
-        table->add_channel({{kind, i % 3}, "/joint_states", i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
+    channels->row[static_cast<size_t>(i)] = table->add_channel(
+        {{kind, i % 3}, "/joint_states", i < 3 ? "N m" : "N", "link", log.tree.links[0].name}, columns);
   }
 }
 
@@ -118,7 +123,8 @@ void add_body(const LeggedLog& log, const Contacts& contacts, const ColumnLayout
   if (!vertical || !(forces ? source == MotionSource::kFoot : source != MotionSource::kNone)) return;
   channels->weighs = true;
   channels->row[kWeightRow] = table->add_channel(
-      {EquationKind::kWeight, "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name}, columns);
+      {EquationKind::kWeight, "/wrench/" + log.sensors[0].name + "/force", "N", "link", log.tree.links[0].name},
+      columns);
 }
 
 bool is_compared(const LeggedLog& log, const Contacts& contacts, int j) {
@@ -200,9 +206,7 @@ bool is_weight_known(const BodySample& at, const Contacts& contacts, const BodyC
 bool is_joint_known(const BodySample& at, const Contacts& contacts, int j) {
   const auto [before, after] = find_reach(at);
   const std::vector<std::string>& unknown = at.log.experiment->recordings[at.clip.recording].spec.unknown_force;
-  const auto is_unknown = [&](const std::string& name) {
-    return has(unknown, name);
-  };
+  const auto is_unknown = [&](const std::string& name) { return has(unknown, name); };
   for (size_t f = 0; f < at.log.feet.size(); ++f) {
     const Foot& foot = at.log.feet[f];
     if (!is_above(at.log.tree, j + 1, foot.link)) continue;

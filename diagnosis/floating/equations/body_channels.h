@@ -16,8 +16,9 @@ constexpr int kWeightRow = 3;
 constexpr int kJointRow = 6;  // of the first joint
 
 struct BodyChannels {
-  bool balances = false;    // rows 0 to 5 are compared, or rows 3 to 5
-  std::vector<char> legs;   // by joint: its torque tells the ground's force in rows 0 to 5; empty: sensors do, or nothing
+  bool balances = false;  // rows 0 to 5 are compared, or rows 3 to 5
+  // By joint: its torque tells the ground's force in rows 0 to 5; empty: sensors do, or nothing
+  std::vector<char> legs;
   bool weighs = false;      // else: the weight alone
   std::vector<int> row;     // channel of the table by row, -1: not compared
   std::vector<int> servo;   // by joint, -1: not compared

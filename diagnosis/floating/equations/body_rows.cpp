@@ -15,11 +15,13 @@ BodyRows::BodyRows(const BodyEquations& equations, const BodySample& sample)
   if (!channels.legs.empty()) open_by_legs();
   for (int row = 0; row < kJointRow && channels.legs.empty(); ++row) {
     if (channels.row[static_cast<size_t>(row)] < 0) continue;
-    if (!channels.weighs || is_weight_known(at_, equations.contacts, channels)) open(row, nominal_.y(row), nominal_.measured(row));
+    if (!channels.weighs || is_weight_known(at_, equations.contacts, channels))
+      open(row, nominal_.y(row), nominal_.measured(row));
   }
   for (int j = 0; j < equations.layout.joints; ++j) {
     const int row = kJointRow + j;
-    if (channels.joint(j) >= 0 && is_joint_known(at_, equations.contacts, j)) open(row, nominal_.y(row), nominal_.measured(row));
+    if (channels.joint(j) >= 0 && is_joint_known(at_, equations.contacts, j))
+      open(row, nominal_.y(row), nominal_.measured(row));
   }
 }
 

@@ -7,12 +7,15 @@ namespace hrp::diagnosis::floating {
 
 std::string get_name(EquationKind kind) {
   switch (kind) {
-    case EquationKind::kMoment: case EquationKind::kForce: return "balance";
-    case EquationKind::kLegMoment: case EquationKind::kLegForce: return "balance by legs";
+    case EquationKind::kMoment:
+    case EquationKind::kForce: return "balance";
+    case EquationKind::kLegMoment:
+    case EquationKind::kLegForce: return "balance by legs";
     case EquationKind::kWeight: return "weight";
     case EquationKind::kJoint: return "joint";
     case EquationKind::kServo: return "servo";
-    case EquationKind::kGyroscope: case EquationKind::kGyroscopeOverFeet: return "gyroscope";
+    case EquationKind::kGyroscope:
+    case EquationKind::kGyroscopeOverFeet: return "gyroscope";
     case EquationKind::kAccelerometer: return "accelerometer";
     case EquationKind::kGravity: return "gravity";
     case EquationKind::kTilt: return "tilt";

@@ -7,14 +7,19 @@
 namespace hrp::diagnosis::floating {
 
 enum class EquationKind {
-  kMoment, kForce,         // balance of the whole body
-  kWeight,                 // its vertical part alone
-  kJoint, kServo,          // a drive's torque against inverse dynamics, and against its servo law
-  kGyroscope,              // against another measured rate
-  kGyroscopeOverFeet,      // against encoders over feet that stand
-  kAccelerometer, kGravity,  // sample by sample, and its mean over time
-  kTilt, kHeight,          // of soles on the ground
-  kLegMoment, kLegForce    // balance of the whole body with forces of the feet that torques of standing legs tell
+  kMoment,
+  kForce,   // balance of the whole body
+  kWeight,  // its vertical part alone
+  kJoint,
+  kServo,              // a drive's torque against inverse dynamics, and against its servo law
+  kGyroscope,          // against another measured rate
+  kGyroscopeOverFeet,  // against encoders over feet that stand
+  kAccelerometer,
+  kGravity,  // sample by sample, and its mean over time
+  kTilt,
+  kHeight,  // of soles on the ground
+  kLegMoment,
+  kLegForce  // balance of the whole body with forces of the feet that torques of standing legs tell
 };
 
 struct Equation {
@@ -32,7 +37,7 @@ struct Equation {
   int axis = -1;  // x, y, z; of a tilt roll, pitch; -1: none
 };
 
-std::string get_name(EquationKind kind);        // "balance"
+std::string get_name(EquationKind kind);         // "balance"
 std::string get_text(const Equation& equation);  // "balance, force z"
 
 }  // namespace hrp::diagnosis::floating

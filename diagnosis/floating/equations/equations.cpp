@@ -12,8 +12,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kCell =
-    0.04;  // [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
+// [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
+constexpr double kCell = 0.04;
 constexpr double kSpacing = 0.008;  // [s] between the samples of a cell: the kernel passes nothing that is finer
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed above which dry friction has its full size
 

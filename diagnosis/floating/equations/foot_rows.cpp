@@ -12,9 +12,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSettled = 0.08;  // [s] after landing and before lifting: the foot is not flat for sure
+constexpr double kSettled = 0.08;     // [s] after landing and before lifting: the foot is not flat for sure
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
-constexpr size_t kMostPairs = 4;   // feet that are compared pair by pair
+constexpr size_t kMostPairs = 4;      // feet that are compared pair by pair
 
 // Roll and pitch of a foot whose axes see the vertical as `up`.
 Eigen::Vector2d calc_tilt(const Vector3d& up) {
@@ -24,11 +24,17 @@ Eigen::Vector2d calc_tilt(const Vector3d& up) {
 }  // namespace
 
 bool presses_inside(const Foot& foot, const Vector3d& moment, double force) {
-  return std::abs(moment.y()) < standing::kInside * foot.size.x() / 2 * force && std::abs(moment.x()) < standing::kInside * foot.size.y() / 2 * force;
+  return std::abs(moment.y()) < standing::kInside * foot.size.x() / 2 * force &&
+         std::abs(moment.x()) < standing::kInside * foot.size.y() / 2 * force;
 }
 
 FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
-    : log_(log), contacts_(contacts), layout_(layout), table_(*table), tilt_(2 * log.feet.size(), -1), imu_(log.feet.size(), -1) {
+    : log_(log),
+      contacts_(contacts),
+      layout_(layout),
+      table_(*table),
+      tilt_(2 * log.feet.size(), -1),
+      imu_(log.feet.size(), -1) {
   if (!log.tree.floating_base || log.clips.empty()) return;
   const int main = BodyMotion::find_main_imu(log);
   const bool recorded = BodyMotion(log, log.clips[0]).has_attitude();
@@ -40,7 +46,8 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   for (int c = kAttitudeTurnColumn; attitude_ >= 0 && c < kImuColumns; ++c) joints.push_back(layout.imu(attitude_, c));
   const auto add_accelerometer = [&](int imu, std::vector<int>* columns) {
     for (int c = 0; imu >= 0 && c < 3; ++c) {
-      columns->push_back(layout.imu(imu, kAccelerometerBiasColumn + c)), columns->push_back(layout.imu(imu, kAccelerometerTurnColumn + c));
+      columns->push_back(layout.imu(imu, kAccelerometerBiasColumn + c)),
+          columns->push_back(layout.imu(imu, kAccelerometerTurnColumn + c));
     }
   };
   for (size_t f = 0; f < imu_.size(); ++f) {
@@ -49,7 +56,9 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
     }
   }
   if (!upright) find_ground();
-  const auto is_told = [&](size_t f) { return upright || imu_[f] >= 0 || (ground_ >= 0 && static_cast<int>(f) != ground_); };
+  const auto is_told = [&](size_t f) {
+    return upright || imu_[f] >= 0 || (ground_ >= 0 && static_cast<int>(f) != ground_);
+  };
   for (size_t f = 0; f < log.feet.size(); ++f) {
     for (int a = 0; log.feet[f].flat && is_told(f) && a < 2; ++a) {
       std::vector<int> columns = joints;
@@ -71,18 +80,22 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkDampColumn));
-      pairs_.push_back({a, b, table->add_channel({EquationKind::kHeight, "/joint_states", "m", "foot", log.feet[b].name, find_height_error(a, b)}, columns)});
+      pairs_.push_back({a, b,
+                        table->add_channel({EquationKind::kHeight, "/joint_states", "m", "foot", log.feet[b].name,
+                                            find_height_error(a, b)},
+                                           columns)});
     }
   }
 }
 
-// Nothing tells the vertical: the first of several flat feet lies on the ground that the others lie on, too. In a walk, only
-// forces tell when both do.
+// Nothing tells the vertical: the first of several flat feet lies on the ground that the others lie on, too. In a walk,
+// only forces tell when both do.
 void FootRows::find_ground() {
   if (contacts_.walks && !contacts_.from_forces) return;
   const auto flat = std::count_if(log_.feet.begin(), log_.feet.end(), [](const Foot& f) { return f.flat; });
   const bool felt = std::any_of(imu_.begin(), imu_.end(), [](int i) { return i >= 0; });
-  for (size_t f = 0; flat > 1 && !felt && ground_ < 0 && f < log_.feet.size(); ++f) ground_ = log_.feet[f].flat ? static_cast<int>(f) : -1;
+  for (size_t f = 0; flat > 1 && !felt && ground_ < 0 && f < log_.feet.size(); ++f)
+    ground_ = log_.feet[f].flat ? static_cast<int>(f) : -1;
 }
 
 // Of a sole whose moment is recorded: how it gives about roll or pitch.
@@ -100,7 +113,9 @@ double FootRows::find_height_error(size_t a, size_t b) const {
   if (plumb_ < 0) return 0;
   BodyMotion motion(log_, log_.clips[0]);
   motion.update(log_.clips[0].edge);
-  const auto place = [&](size_t f) -> Vector3d { return get_pose(motion.data(), log_.feet[f].link) * log_.feet[f].p_LC; };
+  const auto place = [&](size_t f) -> Vector3d {
+    return get_pose(motion.data(), log_.feet[f].link) * log_.feet[f].p_LC;
+  };
   return kPlumbError * (place(b) - place(a)).norm();
 }
 
@@ -153,23 +168,28 @@ Eigen::VectorXd FootRows::calc_values(size_t clip, size_t k, const Vector3d& tur
   return out;
 }
 
-// An IMU that is turned by rpy reads an attitude in which the vertical is turned back; one that is late, that of before.
-void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion) {
+// An IMU that is turned by rpy reads an attitude in which the vertical is turned back; one that is late, that of
+// before.
+void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open,
+                            BodyMotion* motion) {
   const ImuSensor& imu = log_.imus[static_cast<size_t>(attitude_)];
   const Matrix3d R_BI = get_pose(motion->data(), imu.link).R * imu.R_LI;
   const Vector3d up = R_BI.transpose() * motion->find_up(k);
   const Vector3d rate = get_values(log_.clips[clip].imus[static_cast<size_t>(attitude_)].gyro, k);
-  const Vector3d changes[] = {-Vector3d::UnitX().cross(up), -Vector3d::UnitY().cross(up), -Vector3d::UnitZ().cross(up), rate.cross(up)};
+  const Vector3d changes[] = {-Vector3d::UnitX().cross(up), -Vector3d::UnitY().cross(up), -Vector3d::UnitZ().cross(up),
+                              rate.cross(up)};
   for (int c = 0; c < 4; ++c) {
     const Eigen::VectorXd slope = (calc_values(clip, k, kTurn * (R_BI * changes[c]), motion) - y) / kTurn;
     for (size_t r = 0; r < open.size(); ++r) {
-      if (open[r] >= 0) table_.add(open[r], layout_.imu(attitude_, kAttitudeTurnColumn + c), slope(static_cast<long>(r)));
+      if (open[r] >= 0)
+        table_.add(open[r], layout_.imu(attitude_, kAttitudeTurnColumn + c), slope(static_cast<long>(r)));
     }
   }
 }
 
 // The same of a vertical that an accelerometer feels: a bias leans it, and one that is turned reads it turned back.
-void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open, BodyMotion* motion) {
+void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const std::vector<int>& open,
+                         BodyMotion* motion) {
   const auto add = [&](int i, size_t row, const Vector3d& up, const std::function<double(const Vector3d&)>& slope) {
     const double g = log_.experiment->scenario.gravity_W.norm();
     for (int a = 0; open[row] >= 0 && a < 3; ++a) {
@@ -183,7 +203,8 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
       const ImuSensor& imu = log_.imus[static_cast<size_t>(own)];
       const Vector3d up = get_values(log_.clips[clip].imus[static_cast<size_t>(own)].accelerometer, k).normalized();
       add(own, r, up, [&](const Vector3d& change) {
-        return (calc_tilt(imu.R_LI * (up + kTurn * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) / kTurn;
+        return (calc_tilt(imu.R_LI * (up + kTurn * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) /
+               kTurn;
       });
     } else if (plumb_ >= 0) {
       const ImuSensor& imu = log_.imus[static_cast<size_t>(plumb_)];
@@ -198,7 +219,8 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
 
 // What a sole that gives adds to a tilt, times `factor`.
 void FootRows::add_sole(int channel, size_t f, int axis, double factor, const Load& load, BodyMotion* motion) {
-  const Vector3d w = get_pose(motion->data(), log_.feet[f].link).R.transpose() * get_velocity(motion->data(), log_.feet[f].link).head<3>();
+  const Vector3d w = get_pose(motion->data(), log_.feet[f].link).R.transpose() *
+                     get_velocity(motion->data(), log_.feet[f].link).head<3>();
   const auto foot = static_cast<int>(f);
   table_.add(channel, layout_.foot(foot, 2 * axis), factor * load.moment(axis));
   table_.add(channel, layout_.foot(foot, 2 * axis + 1), factor * w(axis));
@@ -246,7 +268,8 @@ void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
     table_.add(p.channel, layout_.foot(static_cast<int>(p.b), kSinkDampColumn), loads[p.b].rate);
     const Vector3d apart = get_pose(motion->data(), log_.feet[p.b].link) * log_.feet[p.b].p_LC -
                            get_pose(motion->data(), log_.feet[p.a].link) * log_.feet[p.a].p_LC;
-    for (int axis = 0; ground_ < 0 && axis < 2; ++axis) table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
+    for (int axis = 0; ground_ < 0 && axis < 2; ++axis)
+      table_.add(p.channel, layout_.slope(axis), -turned[axis].dot(apart));
   }
   if (attitude_ >= 0) add_attitude(clip, k, y, open, motion);
   add_plumb(clip, k, y, open, motion);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Equations of feet that stand: tilt of flat soles against the level ground, and heights of feet against each other. Where
-// nothing tells the vertical, the closed chain of two legs is left: tilt and height of soles against the first one.
+// Equations of feet that stand: tilt of flat soles against the level ground, and heights of feet against each other.
+// Where nothing tells the vertical, the closed chain of two legs is left: tilt and height of soles against the first
+// one.
 #pragma once
 
 #include "diagnosis/floating/equations/joint_turns.h"
@@ -24,7 +25,7 @@ class FootRows {
  private:
   struct Load {
     bool known = false, flat = false;
-    double force = 0, rate = 0;  // [N, N/s] on the sole, along the foot's normal
+    double force = 0, rate = 0;                // [N, N/s] on the sole, along the foot's normal
     Vector3d moment{0, 0, 0}, whole{0, 0, 0};  // [N m] about the sole's centre, [N]; foot axes
   };
   Load find_load(size_t clip, size_t foot, size_t k, BodyMotion* motion) const;

@@ -24,7 +24,8 @@ class ImuRows {
   void add_gyro_over_feet(size_t imu, size_t clip, size_t k, BodyMotion* motion);
   void add_accelerometer(size_t imu, const Clip& clip, size_t k, BodyMotion* motion);
   void add_gravity(size_t imu, size_t clip, size_t k, BodyMotion* motion);
-  void put(const int* channels, int scale_column, int imu, const Vector3d& reading, const Vector3d& rate, const Vector3d& expected);
+  void put(const int* channels, int scale_column, int imu, const Vector3d& reading, const Vector3d& rate,
+           const Vector3d& expected);
 
   const LeggedLog& log_;
   const Contacts& contacts_;

@@ -13,13 +13,19 @@ bool may_bend(const LeggedLog& log, int joint) {
   return carries && log.tree.joint(joint).kind == JointKind::kRevolute;
 }
 
-std::vector<JointTurn> list_turns(const LeggedLog& log, const ColumnLayout& layout, const std::vector<JointSides>& sides) {
+std::vector<JointTurn> list_turns(const LeggedLog& log, const ColumnLayout& layout,
+                                  const std::vector<JointSides>& sides) {
   std::vector<JointTurn> out;
   for (int j = 0; j < layout.joints; ++j) {
     if (!log.has_position[static_cast<size_t>(j)]) continue;
     const JointSides& s = sides[static_cast<size_t>(j)];
-    out.push_back({j, 0, {{layout.joint(j, kOffsetColumn), 1.0}, {layout.joint(j, kPlayColumn), s.play}, {layout.joint(j, kGiveColumn), s.give}}});
-    for (int a = 0; a < 2 && may_bend(log, j); ++a) out.push_back({j, 1 + a, {{layout.joint(j, kBendColumn + a), s.bend[a]}}});
+    out.push_back({j,
+                   0,
+                   {{layout.joint(j, kOffsetColumn), 1.0},
+                    {layout.joint(j, kPlayColumn), s.play},
+                    {layout.joint(j, kGiveColumn), s.give}}});
+    for (int a = 0; a < 2 && may_bend(log, j); ++a)
+      out.push_back({j, 1 + a, {{layout.joint(j, kBendColumn + a), s.bend[a]}}});
   }
   return out;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far links may be from where their encoders say. Equations are differenced by small turns of each joint: about its own
-// axis, and, where the structure that carries it may bend, about two axes across it.
+// How far links may be from where their encoders say. Equations are differenced by small turns of each joint: about its
+// own axis, and, where the structure that carries it may bend, about two axes across it.
 #pragma once
 
 #include <utility>
@@ -22,12 +22,13 @@ struct JointTurn {
   std::vector<std::pair<int, double>> columns;
 };
 
-// Whether all that the joint passes on is known, so that the moment about other axes than its own is: a leg that ends in a
-// sensor of six axes.
+// Whether all that the joint passes on is known, so that the moment about other axes than its own is: a leg that ends
+// in a sensor of six axes.
 bool may_bend(const LeggedLog& log, int joint);
 
 // The turns of all joints whose positions were recorded. Any sides: the columns are the same.
-std::vector<JointTurn> list_turns(const LeggedLog& log, const ColumnLayout& layout, const std::vector<JointSides>& sides);
+std::vector<JointTurn> list_turns(const LeggedLog& log, const ColumnLayout& layout,
+                                  const std::vector<JointSides>& sides);
 std::vector<int> list_turn_columns(const LeggedLog& log, const ColumnLayout& layout);
 
 // A unit axis across a joint's own (1 or 2), in the joint's frame.

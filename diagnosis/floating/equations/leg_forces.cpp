@@ -37,9 +37,7 @@ std::vector<const Foot*> list_pressed_feet(const BodySample& at, const Contacts&
 }
 
 // [m] Of a leg that stands straight, from the base to the foot.
-double find_reach(const BodySample& at, const Foot& foot) {
-  return get_pose(at.motion.data(), foot.link).p.norm();
-}
+double find_reach(const BodySample& at, const Foot& foot) { return get_pose(at.motion.data(), foot.link).p.norm(); }
 
 }  // namespace
 

@@ -38,13 +38,14 @@ std::vector<DrivePlaces> list_drives(const ColumnLayout& layout, const ChannelRo
   for (int j = 0; j < layout.joints; ++j) {
     const auto find = [&](int c) { return static_cast<long>(rows.find_column(layout.joint(j, c))); };
     if (find(kDryColumn) < 0) continue;
-    out.push_back({find(kConstantColumn), find(kGainColumn), find(kViscousColumn), find(kDryColumn), find(kLoadColumn), find(kRotorColumn)});
+    out.push_back({find(kConstantColumn), find(kGainColumn), find(kViscousColumn), find(kDryColumn), find(kLoadColumn),
+                   find(kRotorColumn)});
   }
   return out;
 }
 
-// Coefficients of the regression of all columns, and of y in the last one, on the losses. Of fitted rows, each equation in
-// the unit of its own spread.
+// Coefficients of the regression of all columns, and of y in the last one, on the losses. Of fitted rows, each equation
+// in the unit of its own spread.
 Eigen::MatrixXd regress(const std::vector<ChannelRows*>& balances, const std::vector<long>& losses) {
   const size_t width = balances[0]->columns.size();
   size_t count = 0;
@@ -63,7 +64,8 @@ Eigen::MatrixXd regress(const std::vector<ChannelRows*>& balances, const std::ve
   return lost.completeOrthogonalDecomposition().solve(Eigen::MatrixXd(all));
 }
 
-// Rows of one block are of one motion: it is one look at each equation. Fewer looks than losses do not tell how large these are.
+// Rows of one block are of one motion: it is one look at each equation. Fewer looks than losses do not tell how large
+// these are.
 bool do_tell(const std::vector<ChannelRows*>& balances, const std::vector<long>& losses) {
   size_t looks = 0;
   for (const ChannelRows* c : balances) {
@@ -76,7 +78,8 @@ bool do_tell(const std::vector<ChannelRows*>& balances, const std::vector<long>&
   return looks > losses.size();
 }
 
-void subtract(const Eigen::MatrixXd& by, const std::vector<long>& losses, size_t width, std::vector<double>* x, std::vector<double>* y) {
+void subtract(const Eigen::MatrixXd& by, const std::vector<long>& losses, size_t width, std::vector<double>* x,
+              std::vector<double>* y) {
   RowMap rows = map_rows(x, width);
   const Eigen::MatrixXd lost = rows(Eigen::all, losses);
   rows -= lost * by.leftCols(static_cast<long>(width));
@@ -84,8 +87,8 @@ void subtract(const Eigen::MatrixXd& by, const std::vector<long>& losses, size_t
   for (const long at : losses) rows.col(at).setZero();
 }
 
-// [the equation's unit^2] Variance of what a joint's drive hides in a row. Its effort is good to some percent. Its friction shows
-// while it moves. While it stands, a gear holds any torque up to its friction, of either sign.
+// [the equation's unit^2] Variance of what a joint's drive hides in a row. Its effort is good to some percent. Its
+// friction shows while it moves. While it stands, a gear holds any torque up to its friction, of either sign.
 double find_hidden(const DrivePlaces& at, const double* x, const Eigen::VectorXd& losses) {
   if (x[at.constant] == 0) return 0;
   const double moves = x[at.dry] / x[at.constant];

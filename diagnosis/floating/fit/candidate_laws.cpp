@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
 constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
-// Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most of the
-// effort, that share of the effort predicts it, whatever its law.
+// Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most
+// of the effort, that share of the effort predicts it, whatever its law.
 constexpr double kSelfLocking = 0.5;
 
 CandidateLaw make_plain_law(EffectId effect) {
@@ -55,9 +55,10 @@ void add_link_laws(LawTable* t) {
   t->payload = make_positive(EffectId::kPayload);
   t->payload.make_estimates = &make_payload, t->payload.is_sensible = &is_payload_near,
   t->payload.refine = &refine_payload;
-  t->mass_error =
-      make_scale(EffectId::kMassError, 0);  // its least value depends on the link's share of the robot's mass
-  t->mass_error.low = std::exp(-kFactor) - 1, t->mass_error.high = std::exp(kFactor) - 1;  // a log may have another unit, a mass not
+  // Its least value depends on the link's share of the robot's mass
+  t->mass_error = make_scale(EffectId::kMassError, 0);
+  t->mass_error.low = std::exp(-kFactor) - 1,
+  t->mass_error.high = std::exp(kFactor) - 1;  // a log may have another unit, a mass not
   t->com_error = make_plain_law(EffectId::kComError);
   t->com_error.vector = true, t->com_error.is_sensible = &is_mass_within_link, t->com_error.refine = &refine_moved_mass;
 }
@@ -67,7 +68,8 @@ void add_joint_laws(LawTable* t) {
   t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kMostPlay;
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->elasticity.is_sensible = &is_stiff_enough;
-  t->viscous = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss).id), t->coulomb = make_positive(EffectId::kCoulomb);
+  t->viscous = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss).id),
+  t->coulomb = make_positive(EffectId::kCoulomb);
   t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kSelfLocking;
   t->rotor_inertia = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).id);
   t->torque_constant = make_scale(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).id, kKnown);
@@ -76,7 +78,8 @@ void add_joint_laws(LawTable* t) {
 }
 
 void add_sensor_laws(LawTable* t) {
-  t->sensor_bias = make_plain_law(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id), t->sensor_bias.vector = true;
+  t->sensor_bias = make_plain_law(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id),
+  t->sensor_bias.vector = true;
   t->sensor_scale = make_scale(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, kExactShare);
   t->sensor_delay = make_late(get_late_reading().id);
   t->sensor_misalignment = make_angle(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id);
@@ -110,7 +113,8 @@ void add_free_laws(LawTable* t) {
 
 LawTable make_table() {
   LawTable out{};
-  add_link_laws(&out), add_joint_laws(&out), add_sensor_laws(&out), add_effort_laws(&out), add_ground_laws(&out), add_free_laws(&out);
+  add_link_laws(&out), add_joint_laws(&out), add_sensor_laws(&out), add_effort_laws(&out), add_ground_laws(&out),
+      add_free_laws(&out);
   return out;
 }
 

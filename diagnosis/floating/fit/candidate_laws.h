@@ -17,8 +17,8 @@ struct CandidateLaw {
   bool positive = false;          // the first coefficient cannot be negative
   double least = 0;               // what the first coefficient must exceed to be worth a name
   double low = -1e9, high = 1e9;  // of the first coefficient
-  bool linearized = false;        // a delay or a turn of a reading: the correction of a recording is exact, the column is not
-  double worth = 0;               // share of an equation's spread that it must take away
+  bool linearized = false;  // a delay or a turn of a reading: the correction of a recording is exact, the column is not
+  double worth = 0;         // share of an equation's spread that it must take away
   // Coefficients by which it is certain and of one size in all regimes; none: those of its kind.
   std::vector<long> core{};
   // Whether the values are possible; a load lies within kReach of its link's origin. Null: all are.

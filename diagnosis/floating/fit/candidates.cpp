@@ -13,8 +13,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kThick = 0.03;     // [m] of housings about joints, at least
-// A sole that gives, or a joint of a leg: what it does at most under half of the robot's weight, pressed at the sole's edge.
+constexpr double kThick = 0.03;  // [m] of housings about joints, at least
+// A sole that gives, or a joint of a leg: what it does at most under half of the robot's weight, pressed at the sole's
+// edge.
 constexpr double kMostTilt = 0.5;   // [rad]
 constexpr double kMostSink = 0.05;  // [m]
 
@@ -356,12 +357,9 @@ bool is_expected(const EffectInfo& effect) {
   switch (effect.family) {
     case EffectFamily::kDryFriction:
     case EffectFamily::kSpeedLoss:
-    case EffectFamily::kReflectedInertia:
-      return true;
-    case EffectFamily::kZero:
-      return effect.place == PlaceKind::kSensor;
-    default:
-      return false;
+    case EffectFamily::kReflectedInertia: return true;
+    case EffectFamily::kZero: return effect.place == PlaceKind::kSensor;
+    default: return false;
   }
 }
 

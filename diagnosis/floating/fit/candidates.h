@@ -26,7 +26,8 @@ struct Candidate {
   Where where;
   int place = -1;            // joint, link, foot, sensor, IMU by index; -1: none or all
   std::vector<Terms> terms;  // by coefficient
-  // By coefficient, what its values deviate from 0 by; empty: anything is possible. What no motion tells stays near 0 then.
+  // By coefficient, what its values deviate from 0 by; empty: anything is possible. What no motion tells stays near 0
+  // then.
   std::vector<double> prior;
   bool vector = false;       // coefficients are axes of one quantity
   double least = 0;          // what the first coefficient must exceed to be worth a name
@@ -52,8 +53,8 @@ std::vector<Candidate> list_candidates(const LeggedLog& log, const ColumnLayout&
 // A load is a point: its inertia follows from mass and place. Adds the terms for a load at `place` [m] in its link.
 Candidate make_load(const Candidate& payload, const ColumnLayout& layout, const Vector3d& place);
 
-// Of a load of about `mass` [kg]: any mass, at a place within kReach of its link's origin. A walk may not tell its height:
-// weights do not change with it, and a body that turns little hardly does.
+// Of a load of about `mass` [kg]: any mass, at a place within kReach of its link's origin. A walk may not tell its
+// height: weights do not change with it, and a body that turns little hardly does.
 std::vector<double> make_place_prior(double mass);
 
 // A link's mass that lies elsewhere turns about its origin otherwise, too: the terms about a mass moved by `offset`

@@ -14,19 +14,19 @@ constexpr double kTurn = 1e-5;
 
 enum JointColumn {
   kViscousColumn,
-  kDryColumn,       // direction of motion
-  kLoadColumn,      // direction times size of the torque
+  kDryColumn,   // direction of motion
+  kLoadColumn,  // direction times size of the torque
   kRotorColumn,
   kGainColumn,
   kSpringColumn,
   kConstantColumn,
   kLagColumn,
-  kOffsetColumn,    // the encoder reads more than the link's true angle
-  kPlayColumn,      // teeth: the encoder's side is ahead of the link's by half the gap, to the torque's side
-  kGiveColumn,      // the encoder's side is ahead by torque times this column's coefficient [rad/(N m)]
-  kBendColumn,      // what carries the joint bends about two axes across its own: ahead by the moment times [rad/(N m)]
+  kOffsetColumn,  // the encoder reads more than the link's true angle
+  kPlayColumn,    // teeth: the encoder's side is ahead of the link's by half the gap, to the torque's side
+  kGiveColumn,    // the encoder's side is ahead by torque times this column's coefficient [rad/(N m)]
+  kBendColumn,    // what carries the joint bends about two axes across its own: ahead by the moment times [rad/(N m)]
   kBendColumn2,
-  kDelayColumn,     // the servo sees commands late
+  kDelayColumn,  // the servo sees commands late
   kEffortScaleColumn,
   kJointColumns
 };
@@ -34,10 +34,10 @@ enum JointColumn {
 enum SensorColumn {
   kForceScaleColumn,
   kTorqueScaleColumn,
-  kForceBiasColumn,                        // x y z
+  kForceBiasColumn,  // x y z
   kTorqueBiasColumn = kForceBiasColumn + 3,
   kWrenchDelayColumn = kTorqueBiasColumn + 3,
-  kWrenchTurnColumn,                       // x y z
+  kWrenchTurnColumn,  // x y z
   kSensorColumns = kWrenchTurnColumn + 3
 };
 
@@ -58,22 +58,23 @@ enum ImuColumn {
 constexpr int kHolds = 5;  // loaded; before and after lifting; before and after landing
 
 enum FootColumn {
-  kRollGiveColumn,   // moment about the sole's centre: rad = N m times this column's coefficient
+  kRollGiveColumn,  // moment about the sole's centre: rad = N m times this column's coefficient
   kRollDampColumn,
   kPitchGiveColumn,
   kPitchDampColumn,
-  kSinkColumn,       // force: m = N times this column's coefficient
-  kSinkDampColumn,   // its rate: a damped sole sinks late, by -cz / kz^2 m for each N/s
-  kRollShiftColumn,  // forces that a centre elsewhere than the sole's adds to the moments: z, y
+  kSinkColumn,                               // force: m = N times this column's coefficient
+  kSinkDampColumn,                           // its rate: a damped sole sinks late, by -cz / kz^2 m for each N/s
+  kRollShiftColumn,                          // forces that a centre elsewhere than the sole's adds to the moments: z, y
   kPitchShiftColumn = kRollShiftColumn + 2,  // z, x
-  kHoldColumn = kPitchShiftColumn + 2,   // from outside, down [N]: while it is loaded, before and after it lifts and lands
+  kHoldColumn =
+      kPitchShiftColumn + 2,  // from outside, down [N]: while it is loaded, before and after it lifts and lands
   kFootColumns = kHoldColumn + kHolds
 };
 
 // A force from outside on a link, world axes: the link has so much less to carry.
 enum PullColumn {
-  kPullColumn,                              // x y z [N]
-  kPullByPlaceColumn = kPullColumn + 3,     // by the place [N/m]: dFx/dx, dFx/dy = dFy/dx, dFy/dy, dFz/dx, dFz/dy
+  kPullColumn,                           // x y z [N]
+  kPullByPlaceColumn = kPullColumn + 3,  // by the place [N/m]: dFx/dx, dFx/dy = dFy/dx, dFy/dy, dFz/dx, dFz/dy
   kPullColumns = kPullByPlaceColumn + 5
 };
 

@@ -125,7 +125,8 @@ double LeggedFitter::calc_overlap(const Candidate& a, const Candidate& b) const 
   for (size_t c = 0; c < channels().size(); ++c) {
     const Eigen::MatrixXd X = calc_columns(c, {a, b}, false), D = calc_columns(c, {a, b}, true);
     for (long i = 0; i < X.rows(); ++i) {
-      sum += get_weight(c, static_cast<size_t>(i)) * (X.row(i).transpose() * X.row(i) - D.row(i).transpose() * D.row(i));
+      sum +=
+          get_weight(c, static_cast<size_t>(i)) * (X.row(i).transpose() * X.row(i) - D.row(i).transpose() * D.row(i));
     }
   }
   return sum(0, 0) > 0 && sum(1, 1) > 0 ? sum(0, 1) * sum(0, 1) / (sum(0, 0) * sum(1, 1)) : 0;

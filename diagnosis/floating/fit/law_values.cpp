@@ -13,8 +13,8 @@ namespace {
 
 // [rad/(N m)] A sole that gives less is rigid: its stiffness is above 5e4 N m/rad, as that of the ground may be.
 constexpr double kRigidTilt = 2e-5;
-constexpr double kRigidHeight = 1e-6;  // [m/N] likewise: a robot of 100 kg sinks by 1 mm
-constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up to it
+constexpr double kRigidHeight = 1e-6;   // [m/N] likewise: a robot of 100 kg sinks by 1 mm
+constexpr double kLargestAngle = 0.5;   // [rad] columns of angles are linear up to it
 constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole turns, over or below its face
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
@@ -111,9 +111,7 @@ Estimates make_hold(const Candidate&, const Eigen::VectorXd& x, const Eigen::Vec
 
 bool is_small_angle(const Candidate&, const Eigen::VectorXd& x) { return x.norm() < kLargestAngle; }
 
-bool is_payload_near(const Candidate&, const Eigen::VectorXd& x) {
-  return x.tail<3>().norm() / x(0) < kReach;
-}
+bool is_payload_near(const Candidate&, const Eigen::VectorXd& x) { return x.tail<3>().norm() / x(0) < kReach; }
 
 bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x) {
   return x.norm() < kReach && (c.center + x).norm() < c.extent;
@@ -145,12 +143,13 @@ bool refine_payload(const ColumnLayout& layout, const Eigen::VectorXd& x, Candid
   return true;
 }
 
-// A person's push leans a robot with a force in proportion to the moment of its soles. Their gives are told all the same,
-// because the point about which a sole turns is near its face.
+// A person's push leans a robot with a force in proportion to the moment of its soles. Their gives are told all the
+// same, because the point about which a sole turns is near its face.
 bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, Candidate* c) {
   if (!x.allFinite()) return false;
   bool changed = false;
-  for (const auto& [give, shift] : {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
+  for (const auto& [give, shift] :
+       {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
     double& height = c->prior[static_cast<size_t>(shift) + 1];
     const double about = std::max(kRigidTilt, std::abs(x(give))) * kCentreHeight;
     if (std::abs(about - height) < kMinority * height) continue;

@@ -14,9 +14,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr int kLags = 25;         // rows, the most that errors remember
+constexpr int kLags = 25;                      // rows, the most that errors remember
 constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
-constexpr double kMedianOfSquare = 0.455;  // of a normal error of variance 1
+constexpr double kMedianOfSquare = 0.455;      // of a normal error of variance 1
 
 // [the unit] What gyroscopes and encoders leave whatever is fitted, or else accelerometers, force sensors and models.
 double find_least(const std::string& unit) { return unit == "rad" || unit == "m" || unit == "rad/s" ? 1e-4 : 1e-3; }
@@ -77,7 +77,8 @@ void LeggedFitter::update_moments(const std::vector<int>* only) {
       const size_t part = is_held(c, i) ? 1 : 0;
       sums[part].add(rows.row(i), rows.noise_row(i), rows.y[i], rows.noise_y[i], rows_[c][i]), ++n[part];
     }
-    for (size_t part = 0; part < 2; ++part) moments_[part].push_back(sums[part].take()), counts_[part].push_back(n[part]);
+    for (size_t part = 0; part < 2; ++part)
+      moments_[part].push_back(sums[part].take()), counts_[part].push_back(n[part]);
     const Moments &m0 = moments_[0][c], &m1 = moments_[1][c];
     noise_[c] = (m0.noise + m1.noise) / std::max(1e-300, m0.total + m1.total);
   }
@@ -100,12 +101,13 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
     variance = std::max(variance, find_median(std::move(squares)) / kMedianOfSquare);
     if (bin == 0) quietest = variance;
     for (size_t i = begin; i < end; ++i) rows_[c][order[i]] = quietest / variance;
-    if (!impacts_) dampen_impacts(c, {order.begin() + static_cast<long>(begin), order.begin() + static_cast<long>(end)});
+    if (!impacts_)
+      dampen_impacts(c, {order.begin() + static_cast<long>(begin), order.begin() + static_cast<long>(end)});
   }
 }
 
-// Rows whose even and odd samples differ by more than noise weigh less: at an impact, neither tells what was between them. The
-// rule uses noise alone, so that it puts no mismatch aside.
+// Rows whose even and odd samples differ by more than noise weigh less: at an impact, neither tells what was between
+// them. The rule uses noise alone, so that it puts no mismatch aside.
 void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
   const std::vector<double>& noise = channels()[c].noise_y;
   std::vector<double> squares;
@@ -132,7 +134,8 @@ double LeggedFitter::calc_memory(size_t c, std::vector<double> r) const {
   for (int lag = 1; lag <= kLags; ++lag) {
     double sum = 0;
     for (size_t i = static_cast<size_t>(lag); i < r.size(); ++i) {
-      if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)]) sum += r[i] * r[i - static_cast<size_t>(lag)];
+      if (rows.recording[i] == rows.recording[i - static_cast<size_t>(lag)])
+        sum += r[i] * r[i - static_cast<size_t>(lag)];
     }
     if (sum / zero < kMinor) break;
     memory += 2 * sum / zero;
@@ -162,7 +165,8 @@ std::vector<std::pair<int, double>> LeggedFitter::find_local(size_t channel, con
 }
 
 bool LeggedFitter::changes(size_t channel, const Candidate& effect) const {
-  return std::any_of(effect.terms.begin(), effect.terms.end(), [&](const Terms& t) { return !find_local(channel, t).empty(); });
+  return std::any_of(effect.terms.begin(), effect.terms.end(),
+                     [&](const Terms& t) { return !find_local(channel, t).empty(); });
 }
 
 bool LeggedFitter::have_common_equation(const Candidate& a, const Candidate& b) const {
@@ -235,11 +239,13 @@ LeggedFit LeggedFitter::fit(const std::vector<Candidate>& effects, bool all) con
   return out;
 }
 
-std::pair<Eigen::VectorXd, Eigen::MatrixXd> LeggedFitter::fit_without(const std::vector<Candidate>& effects, size_t channel) {
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> LeggedFitter::fit_without(const std::vector<Candidate>& effects,
+                                                                      size_t channel) {
   const double weight = weight_[channel];
   weight_[channel] = 0;
   const LeggedFit rest = fit(effects);
-  std::pair<Eigen::VectorXd, Eigen::MatrixXd> out{rest.x, rest.x.allFinite() ? calc_covariance(rest) : Eigen::MatrixXd()};
+  std::pair<Eigen::VectorXd, Eigen::MatrixXd> out{rest.x,
+                                                  rest.x.allFinite() ? calc_covariance(rest) : Eigen::MatrixXd()};
   weight_[channel] = weight;
   return out;
 }
@@ -248,7 +254,8 @@ double LeggedFitter::calc_gain(Part part, size_t c, const LeggedFit& a, const Le
   const auto p = static_cast<size_t>(part);
   if (count(part, c) == 0) return 0;
   const double from = std::min({0.0, a.signed_square[p][c], b.signed_square[p][c]});
-  return count_independent(part, c) * std::log((a.signed_square[p][c] - from + floor(c)) / (b.signed_square[p][c] - from + floor(c)));
+  return count_independent(part, c) *
+         std::log((a.signed_square[p][c] - from + floor(c)) / (b.signed_square[p][c] - from + floor(c)));
 }
 
 double LeggedFitter::calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const {
@@ -275,7 +282,8 @@ Eigen::MatrixXd LeggedFitter::calc_columns(size_t c, const std::vector<Candidate
   for (const Candidate& e : effects) {
     for (const Terms& t : e.terms) {
       for (const auto& [local, factor] : find_local(c, t)) {
-        for (size_t i = 0; i < rows.rows(); ++i) X(static_cast<long>(i), at) += factor * (noise ? rows.noise_row(i) : rows.row(i))[local];
+        for (size_t i = 0; i < rows.rows(); ++i)
+          X(static_cast<long>(i), at) += factor * (noise ? rows.noise_row(i) : rows.row(i))[local];
       }
       ++at;
     }

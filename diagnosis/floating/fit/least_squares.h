@@ -51,9 +51,9 @@ class LeggedFitter {
 
   // Whether rows in which even and odd samples differ by more than noise, at impacts, count in full.
   void count_impacts(bool in_full) { impacts_ = in_full; }
-  // Weights from what a fit leaves, for the fits to come. Where the fit is not finite, or would not be with new weights of
-  // rows, the weights of equations stay. `only`: columns that the next fits use; all others tell nothing until the next
-  // call without.
+  // Weights from what a fit leaves, for the fits to come. Where the fit is not finite, or would not be with new weights
+  // of rows, the weights of equations stay. `only`: columns that the next fits use; all others tell nothing until the
+  // next call without.
   void update_weights(const LeggedFit& fit, const std::vector<int>* only = nullptr);
   // Fits, to the fitted rows or to all; not finite where the effects cannot be told apart at all.
   LeggedFit fit(const std::vector<Candidate>& effects, bool all = false) const;
@@ -63,8 +63,8 @@ class LeggedFitter {
   // samples differ by more than what is left, noise was less than that: both are counted from the lower one.
   double calc_gain(Part part, const LeggedFit& a, const LeggedFit& b) const;
   double calc_gain(Part part, size_t channel, const LeggedFit& a, const LeggedFit& b) const;
-  // The same over all rows, with as many independent rows as b's errors leave: what a lacks may be the same all the time,
-  // as a weight is, and one long error counts once; where b is right, nothing is left that remembers.
+  // The same over all rows, with as many independent rows as b's errors leave: what a lacks may be the same all the
+  // time, as a weight is, and one long error counts once; where b is right, nothing is left that remembers.
   double calc_gain_after(const LeggedFit& a, const LeggedFit& b) const;
   double calc_gain_after(size_t channel, const LeggedFit& a, const LeggedFit& b) const;
   // Of the coefficients: scatter of the scores of blocks (sandwich), of the fitted rows or of all.
@@ -85,7 +85,8 @@ class LeggedFitter {
   bool changes(size_t channel, const Candidate& effect) const;
   // Whether any equation changes with both.
   bool have_common_equation(const Candidate& a, const Candidate& b) const;
-  // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without noise.
+  // Of two effects of one coefficient: the square of the correlation of what they predict, over all rows, without
+  // noise.
   double calc_overlap(const Candidate& a, const Candidate& b) const;
   // Of a row against all others.
   double get_weight(size_t channel, size_t row) const { return weight_[channel] * rows_[channel][row]; }
@@ -112,7 +113,7 @@ class LeggedFitter {
 
   std::vector<double> floor_, noise_, weight_, memory_;
   std::vector<std::vector<double>> rows_;  // by channel: weights of rows against each other, 1 for the quietest
-  std::vector<std::vector<int>> local_;  // by channel, by column
+  std::vector<std::vector<int>> local_;    // by channel, by column
   bool has_held_ = false, impacts_ = false;
 };
 

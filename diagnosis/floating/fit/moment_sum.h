@@ -7,8 +7,8 @@
 
 namespace hrp::diagnosis::floating {
 
-// Of an equation's columns x and its mismatch y, noise taken out: G = sum w (x x^T - d d^T), d half the difference of the
-// halves. G is as large as the equation has columns; of columns that were not summed it is zero.
+// Of an equation's columns x and its mismatch y, noise taken out: G = sum w (x x^T - d d^T), d half the difference of
+// the halves. G is as large as the equation has columns; of columns that were not summed it is zero.
 struct Moments {
   Eigen::MatrixXd G;
   Eigen::VectorXd b;

@@ -15,11 +15,12 @@ constexpr double kTwinRidge = 1e-9;
 
 long count_coefficients(const std::vector<Candidate>& effects);
 
-// Solves A x = b with each column scaled to a diagonal of one, plus `ridge` on it. NaN where a diagonal is not positive.
+// Solves A x = b with each column scaled to a diagonal of one, plus `ridge` on it. NaN where a diagonal is not
+// positive.
 Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double ridge = kTwinRidge);
 
-// Adds what is known of coefficients beforehand to their normal equations, from coefficient `first` on. A column that is
-// noise alone tells nothing: only that stays.
+// Adds what is known of coefficients beforehand to their normal equations, from coefficient `first` on. A column that
+// is noise alone tells nothing: only that stays.
 void add_prior(const std::vector<double>& prior, long first, Eigen::MatrixXd* A, Eigen::VectorXd* b);
 void add_priors(const std::vector<Candidate>& effects, Eigen::MatrixXd* A, Eigen::VectorXd* b);
 

@@ -14,24 +14,24 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 // Sizes of an effect are relative to its size in the whole fit: 1 is the same.
-constexpr double kMost = 2;        // largest size of one law: laws harden, and other effects are beside it
+constexpr double kMost = 2;  // largest size of one law: laws harden, and other effects are beside it
 const char* const kLittle = "the foot bears little";
 const char* const kMuch = "the foot bears much";
 
-// What one row tells of the size of an effect. With z what the effect predicts there and r what the fit leaves, zr / zz is by
-// how much the size should change.
+// What one row tells of the size of an effect. With z what the effect predicts there and r what the fit leaves, zr / zz
+// is by how much the size should change.
 struct Product {
   size_t channel = 0, row = 0;
-  double zz = 0, zr = 0;     // weighted, without the square of the noise
-  double size = 0;           // of z, in the unit of the row
+  double zz = 0, zr = 0;  // weighted, without the square of the noise
+  double size = 0;        // of z, in the unit of the row
   int block = 0, phase = 0;
   double roughness = 0;
   double bears = -1;         // [N] reading of the sensor whose zero or scale the effect is; -1: it is of none
   double load = 0, arm = 0;  // [N] force on a sole, [m] how far from its middle it presses
 };
 
-// An effect without the coefficients that may differ between regimes. Of a sole: its give without its damping, because a foot
-// that comes down on its edge turns while it lands, which looks like damping.
+// An effect without the coefficients that may differ between regimes. Of a sole: its give without its damping, because
+// a foot that comes down on its edge turns while it lands, which looks like damping.
 Candidate take_core(const Candidate& effect, Eigen::VectorXd* x) {
   const std::vector<long>& core = effect.law->core;
   if (core.empty()) return effect;
@@ -58,7 +58,8 @@ class Splitter {
   Splitter(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout)
       : fitter_(fitter), layout_(layout) {
     const Candidate& c = fit.effects[effect];
-    const bool of_one_sensor = c.place >= 0 && c.place < layout.sensors && c.where.dump().find("/wrench/") != std::string::npos;
+    const bool of_one_sensor =
+        c.place >= 0 && c.place < layout.sensors && c.where.dump().find("/wrench/") != std::string::npos;
     if (of_one_sensor && is_zero_or_scale(c)) reading_ = layout.sensor(c.place, kForceScaleColumn);
     for (size_t c = 0; c < fitter.channels().size(); ++c) add_channel(c, fit, effect);
   }
@@ -68,9 +69,11 @@ class Splitter {
     for (const Product& p : all_) phases[p.phase].push_back(p);
     for (const auto& [phase, rows] : phases) add("phase " + std::to_string(phase), rows);
     for (Regime& r : out_) r.of_phase = true;
-    const std::vector<Product> calm = take(all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
+    const std::vector<Product> calm = take(
+        all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
     add("calm", calm);
-    add("rough", take(all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
+    add("rough", take(
+                     all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
     add_soles();
     add_bearing();
     return std::move(out_);
@@ -102,8 +105,16 @@ class Splitter {
     for (size_t i = 0; i < rows.rows(); ++i) {
       const auto k = static_cast<long>(i);
       const double w = fitter_.get_weight(c, i);
-      Product p{c, i, w * (z(k) * z(k) - n(k) * n(k)), w * (z(k) * r[i] - n(k) * e[i]), std::abs(z(k)), rows.block[i], rows.phase[i], rows.roughness[i]};
-      if (press.first >= 0) p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
+      Product p{c,
+                i,
+                w * (z(k) * z(k) - n(k) * n(k)),
+                w * (z(k) * r[i] - n(k) * e[i]),
+                std::abs(z(k)),
+                rows.block[i],
+                rows.phase[i],
+                rows.roughness[i]};
+      if (press.first >= 0)
+        p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
       if (reading >= 0) p.bears = std::abs(rows.row(i)[reading]);
       all_.push_back(p);
     }
@@ -115,8 +126,8 @@ class Splitter {
     return rows.find_column(reading_);
   }
 
-  // Compares rows in which the foot bears little and much. A zero is the same in both, and the error of a scale grows with the
-  // load: so a scale does not pass for a zero.
+  // Compares rows in which the foot bears little and much. A zero is the same in both, and the error of a scale grows
+  // with the load: so a scale does not pass for a zero.
   void add_bearing() {
     std::vector<Product> felt;
     for (const Product& p : all_) {
@@ -152,7 +163,8 @@ class Splitter {
     for (const auto& [block, score] : scores) scatter += score * score;
     // An equation may err by its exactness in line with the effect, in all rows of the regime.
     std::map<size_t, double> exact;
-    for (const Product& p : rows) exact[p.channel] += fitter_.get_weight(p.channel, p.row) * fitter_.find_exactness(p.channel) * p.size;
+    for (const Product& p : rows)
+      exact[p.channel] += fitter_.get_weight(p.channel, p.row) * fitter_.find_exactness(p.channel) * p.size;
     for (const auto& [channel, score] : exact) scatter += score * score;
     if (scores.size() <= 3) return;
     // Of few blocks: a short walk has some steps of each foot.
@@ -160,16 +172,20 @@ class Splitter {
     out_.push_back({name, 1 + more, few * std::sqrt(scatter) / zz, least});
   }
 
-  // A sole that carries much and presses near its middle lies flat for certain. A sole that gives turns there, too. A rigid one
-  // that rolls over its edge does not.
+  // A sole that carries much and presses near its middle lies flat for certain. A sole that gives turns there, too. A
+  // rigid one that rolls over its edge does not.
   void add_soles() {
     std::vector<Product> soles;
     for (const Product& p : all_) {
       if (p.load > 0) soles.push_back(p);
     }
     if (soles.empty()) return;
-    const std::vector<Product> loaded = take(soles, [](const Product& p) { return p.load; }, 0.5, 1);
-    add("pressed in the middle", take(loaded, [](const Product& p) { return p.arm; }, 0, 0.25), kMostly);
+    const std::vector<Product> loaded = take(
+        soles, [](const Product& p) { return p.load; }, 0.5, 1);
+    add("pressed in the middle",
+        take(
+            loaded, [](const Product& p) { return p.arm; }, 0, 0.25),
+        kMostly);
   }
 
   const LeggedFitter& fitter_;
@@ -182,12 +198,14 @@ class Splitter {
 // Whether two regimes differ by more than a law that hardens does, and by more than chance does.
 bool are_apart(const Regime& a, const Regime& b) {
   const double most = std::max(a.size, b.size), least = std::min(a.size, b.size);
-  return std::max(a.std, b.std) < kMinority && most > kMost * least && most - least > kUnlikely * std::hypot(a.std, b.std);
+  return std::max(a.std, b.std) < kMinority && most > kMost * least &&
+         most - least > kUnlikely * std::hypot(a.std, b.std);
 }
 
 }  // namespace
 
-std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect, const ColumnLayout& layout) {
+std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect,
+                                 const ColumnLayout& layout) {
   return Splitter(fitter, fit, effect, layout).run();
 }
 

@@ -13,8 +13,9 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kClear = 0.35;   // share of an equation's mismatch that its columns can predict: then something is missing
-constexpr size_t kMost = 8;       // equations in a report
+// Share of an equation's mismatch that its columns can predict: then something is missing
+constexpr double kClear = 0.35;
+constexpr size_t kMost = 8;  // equations in a report
 
 Remaining make_remaining(const ChannelRows& rows, double before, double after, bool varies) {
   Remaining r;
@@ -22,14 +23,15 @@ Remaining make_remaining(const ChannelRows& rows, double before, double after, b
   r.where = {{info.place, info.name}}, r.unit = info.unit, r.before = before, r.after = after;
   const bool hidden = varies && before <= 0;  // seen while other rows weighed more
   if (hidden) r.before = r.after = calc_rms(rows.y);
-  r.statement = info.name + " (equation: " + get_text(info.equation) + "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit +
-                " are left, root mean square " + (hidden ? "with noise." : "beyond noise.");
+  r.statement = info.name + " (equation: " + get_text(info.equation) +
+                "): " + format("%.3g of %.3g ", r.after, r.before) + info.unit + " are left, root mean square " +
+                (hidden ? "with noise." : "beyond noise.");
   if (varies) r.statement += " An effect that explains part of it is not the same everywhere: no known cause is.";
   return r;
 }
 
-// What an equation predicts of a signal is worth nothing: it leaves nearly all that there is, and more than chance. Of few
-// rows this is all that tells.
+// What an equation predicts of a signal is worth nothing: it leaves nearly all that there is, and more than chance. Of
+// few rows this is all that tells.
 bool is_as_large_as_signal(const LeggedFitter& fitter, double mean_square, Part part, size_t channel) {
   const ChannelRows& rows = fitter.channels()[channel];
   const double size = rows.scale * rows.scale + rows.mean * rows.mean;
@@ -47,14 +49,17 @@ double get_mean_square(const LeggedFitter& fitter, const LeggedFit& fit, size_t 
   return fit.mean_square[static_cast<size_t>(find_judged_part(fitter, channel))][channel];
 }
 
-bool is_of_soles(const ChannelInfo& info) { return info.equation.is(EquationKind::kTilt) || info.equation.is(EquationKind::kHeight); }
+bool is_of_soles(const ChannelInfo& info) {
+  return info.equation.is(EquationKind::kTilt) || info.equation.is(EquationKind::kHeight);
+}
 
 bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
   const Part part = find_judged_part(fitter, channel);
   const double left = get_mean_square(fitter, fit, channel);
   if (is_as_large_as_signal(fitter, left, part, channel)) return true;
   if (left <= kUnlikely * kUnlikely * fitter.floor(channel)) return false;
-  const bool lasts = fitter.count_independent(part, channel) < kMinority * static_cast<double>(fitter.count(part, channel));
+  const bool lasts =
+      fitter.count_independent(part, channel) < kMinority * static_cast<double>(fitter.count(part, channel));
   return fitter.calc_ceiling(channel) > kClear || (lasts && !is_of_soles(fitter.channels()[channel].info));
 }
 
@@ -66,7 +71,8 @@ std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFi
   const auto is_something = [&](size_t c) { return std::sqrt(get(model, c)) > fitter.find_exactness(c); };
   std::vector<size_t> order;
   for (size_t c = 0; c < fitter.channels().size(); ++c) {
-    const bool stands_out = is_left(fitter, model, c) || (get(model, c) < kLargely * get(nominal, c) && is_something(c));
+    const bool stands_out =
+        is_left(fitter, model, c) || (get(model, c) < kLargely * get(nominal, c) && is_something(c));
     if (fitter.channels()[c].rows() > 0 && (stands_out || varies(c))) order.push_back(c);
   }
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
@@ -75,7 +81,8 @@ std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFi
   if (order.size() > kMost) order.resize(kMost);
   std::vector<Remaining> out;
   for (size_t c : order) {
-    out.push_back(make_remaining(fitter.channels()[c], std::sqrt(get(nominal, c)), std::sqrt(get(model, c)), varies(c)));
+    out.push_back(
+        make_remaining(fitter.channels()[c], std::sqrt(get(nominal, c)), std::sqrt(get(model, c)), varies(c)));
   }
   return out;
 }

@@ -21,8 +21,8 @@ bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel);
 // Feet roll over their edges and lie a little askew: no mismatch by itself.
 bool is_of_soles(const ChannelInfo& info);
 
-// The largest first: what the model leaves, of what it has changed, too, and `unsteady` equations, which effects helped that were
-// not of one size. What is less than models are exact to is nothing.
+// The largest first: what the model leaves, of what it has changed, too, and `unsteady` equations, which effects helped
+// that were not of one size. What is less than models are exact to is nothing.
 std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFit& nominal, const LeggedFit& model,
                                       const std::vector<size_t>& unsteady);
 

@@ -36,7 +36,8 @@ void RowTable::end_cell() {
   for (size_t c = 0; c < sums_.size(); ++c) {
     Sum& s = sums_[c];
     ChannelRows& rows = channels_[c];
-    const bool finite = std::isfinite(s.y) && std::all_of(s.x.begin(), s.x.end(), [](double v) { return std::isfinite(v); });
+    const bool finite =
+        std::isfinite(s.y) && std::all_of(s.x.begin(), s.x.end(), [](double v) { return std::isfinite(v); });
     if (2 * s.count < cell_.samples || s.count == 0 || !finite) continue;
     rows.y.push_back(s.y / s.count);
     for (double v : s.x) rows.x.push_back(v / s.count);
@@ -80,7 +81,9 @@ ChannelRows merge(const ChannelRows& a, const ChannelRows& b) {
   out.info = a.info, out.columns = a.columns, out.scale = a.scale, out.mean = a.mean;
   size_t k = 0;
   for (size_t i = 0; i < a.rows(); ++i) {
-    while (k < b.rows() && (b.recording[k] < a.recording[i] || (b.recording[k] == a.recording[i] && b.time[k] < a.time[i] - 1e-6))) ++k;
+    while (k < b.rows() &&
+           (b.recording[k] < a.recording[i] || (b.recording[k] == a.recording[i] && b.time[k] < a.time[i] - 1e-6)))
+      ++k;
     if (k == b.rows()) break;
     if (b.recording[k] != a.recording[i] || b.time[k] > a.time[i] + 1e-6) continue;
     out.y.push_back(0.5 * (a.y[i] + b.y[k])), out.noise_y.push_back(0.5 * (a.y[i] - b.y[k]));

@@ -16,24 +16,24 @@ namespace hrp::diagnosis::floating {
 // One equation: where it points, and the recorded signal nearest to it.
 struct ChannelInfo {
   Equation equation;
-  std::string signal, unit;      // "/joint_states/knee/effort", "N m"
-  std::string place, name;       // "joint", "knee"; "foot", "sensor", "link"
-  double error = 0;              // [unit] to which the equation is exact at best, where that is known
+  std::string signal, unit;  // "/joint_states/knee/effort", "N m"
+  std::string place, name;   // "joint", "knee"; "foot", "sensor", "link"
+  double error = 0;          // [unit] to which the equation is exact at best, where that is known
 };
 
 struct ChannelRows {
   ChannelInfo info;
-  std::vector<int> columns;      // of the effects' columns, those that may change this equation
-  std::vector<double> y;         // by row
-  std::vector<double> x;         // row-major, rows x columns
+  std::vector<int> columns;  // of the effects' columns, those that may change this equation
+  std::vector<double> y;     // by row
+  std::vector<double> x;     // row-major, rows x columns
   // Half the difference of the two halves' rows: noise alone. Empty until merge_halves().
   std::vector<double> noise_y, noise_x;
-  std::vector<double> time;      // [s]
-  std::vector<double> roughness; // mean square of Clip::roughness over the cell
+  std::vector<double> time;                  // [s]
+  std::vector<double> roughness;             // mean square of Clip::roughness over the cell
   std::vector<int> recording, block, phase;  // blocks are numbered over all recordings
   std::vector<char> train;
-  double mean = 0;               // of the measured quantity
-  double scale = 0;              // spread of the measured quantity: what a mismatch is a share of
+  double mean = 0;   // of the measured quantity
+  double scale = 0;  // spread of the measured quantity: what a mismatch is a share of
   size_t rows() const { return y.size(); }
   const double* row(size_t i) const { return x.data() + i * columns.size(); }
   const double* noise_row(size_t i) const { return noise_x.data() + i * columns.size(); }

@@ -13,7 +13,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kBlocks = 60;   // stretches whose samples count as one: what a law leaves is correlated
+constexpr size_t kBlocks = 60;  // stretches whose samples count as one: what a law leaves is correlated
 
 struct Normal {
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();  // sum z x^T
@@ -40,7 +40,8 @@ Normal sum_up(const std::vector<ServoSamples>& list) {
 }
 
 // Sandwich: scores summed over blocks.
-Eigen::Matrix2d calc_covariance(const std::vector<ServoSamples>& list, const Normal& n, const Eigen::Vector2d& x, size_t block) {
+Eigen::Matrix2d calc_covariance(const std::vector<ServoSamples>& list, const Normal& n, const Eigen::Vector2d& x,
+                                size_t block) {
   Eigen::Matrix2d meat = Eigen::Matrix2d::Zero();
   for (const ServoSamples& s : list) {
     Eigen::Vector2d score = Eigen::Vector2d::Zero();
@@ -87,10 +88,11 @@ Finding make_finding(const std::string& joint, const ServoFit& fit) {
   f.effect = "joint_servo", f.family = "gain", f.where = {{"joint", joint}}, f.grade = Grade::kSupported;
   f.parameters = {make_one("kp", "N m/rad", fit.kp, fit.kp_std), make_one("kd", "N m s/rad", fit.kd, fit.kd_std)};
   f.share = fit.share, f.probability = kSurest;
-  f.statement =
-      format("%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
-             "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out effort.",
-             joint.c_str(), fit.kp, kNinetyFive * fit.kp_std, fit.kd, kNinetyFive * fit.kd_std, 100 * fit.share);
+  f.statement = format(
+      "%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
+      "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out "
+      "effort.",
+      joint.c_str(), fit.kp, kNinetyFive * fit.kp_std, fit.kd, kNinetyFive * fit.kd_std, 100 * fit.share);
   return f;
 }
 
@@ -116,7 +118,9 @@ std::vector<Finding> find_servos(const Experiment& e) {
     std::vector<ServoSamples> train, held;
     for (const Recording& r : e.recordings) {
       const JointColumns& joint = r.joints[static_cast<size_t>(j)];
-      if (joint.command.empty() || joint.command_rate.empty() || !joint.has(Quantity::kPosition) || !joint.has(Quantity::kEffort)) continue;
+      if (joint.command.empty() || joint.command_rate.empty() || !joint.has(Quantity::kPosition) ||
+          !joint.has(Quantity::kEffort))
+        continue;
       (r.spec.train ? train : held).push_back(make_samples(r, joint));
     }
     const ServoFit fit = fit_servo(train, held);

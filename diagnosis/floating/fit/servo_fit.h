@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Joints that were taken to follow their commands exactly, and do not: the servo that moves them, from what it was asked
-// for, what the joint did and what effort it gave.
+// Joints that were taken to follow their commands exactly, and do not: the servo that moves them, from what it was
+// asked for, what the joint did and what effort it gave.
 #pragma once
 
 #include <Eigen/Core>

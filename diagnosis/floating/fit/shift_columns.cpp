@@ -10,7 +10,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Every row has a sample. A short end is held; a longer one, before the first or after the last reading, is blank: nothing was read.
+// Every row has a sample. A short end is held; a longer one, before the first or after the last reading, is blank:
+// nothing was read.
 void shift_whole(const std::vector<double>& time, double late, std::vector<double>* column) {
   const std::vector<double> was = *column;
   size_t at = 0;
@@ -34,7 +35,8 @@ void shift_sparse(const std::vector<double>& time, double late, std::vector<doub
     (*column)[k] = std::numeric_limits<double>::quiet_NaN();
     if (next == t.end() || next == t.begin()) continue;
     const auto i = static_cast<size_t>(next - t.begin());
-    if (t[i] - t[i - 1] <= kLongestStep) (*column)[k] = v[i - 1] + (time[k] - t[i - 1]) / (t[i] - t[i - 1]) * (v[i] - v[i - 1]);
+    if (t[i] - t[i - 1] <= kLongestStep)
+      (*column)[k] = v[i - 1] + (time[k] - t[i - 1]) / (t[i] - t[i - 1]) * (v[i] - v[i - 1]);
   }
 }
 

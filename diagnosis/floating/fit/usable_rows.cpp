@@ -41,8 +41,8 @@ double calc_turning(const std::vector<ChannelRows>& channels) {
 }
 
 // Feet that turn do not stand: they tell nothing of a gyroscope. Feet on the ground turn to and fro: a constant is the
-// gyroscope's zero. About an axis that nothing turns about, a gyroscope that is mounted askew feels a little of the other
-// axes, and encoders have noise. Neither shows that feet turn.
+// gyroscope's zero. About an axis that nothing turns about, a gyroscope that is mounted askew feels a little of the
+// other axes, and encoders have noise. Neither shows that feet turn.
 void drop_moving_feet(std::vector<ChannelRows>* channels) {
   const double askew = kDetail * calc_turning(*channels);
   for (ChannelRows& c : *channels) {
@@ -50,8 +50,8 @@ void drop_moving_feet(std::vector<ChannelRows>* channels) {
   }
 }
 
-// What is zero whatever the robot does is no measurement: soles of legs that bend about one axis never roll against each
-// other.
+// What is zero whatever the robot does is no measurement: soles of legs that bend about one axis never roll against
+// each other.
 void drop_identities(std::vector<ChannelRows>* channels) {
   for (ChannelRows& c : *channels) {
     if (c.scale == 0 && std::all_of(c.y.begin(), c.y.end(), [](double y) { return y == 0; })) empty(&c);

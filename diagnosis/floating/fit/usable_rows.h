@@ -13,7 +13,8 @@ namespace hrp::diagnosis::floating {
 // Joins rows of even and odd samples, without gyroscopes over feet that turn.
 std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd);
 
-// Which equations are used. Forces in an unknown unit tell nothing of masses and torques; drives may be judged elsewhere.
+// Which equations are used. Forces in an unknown unit tell nothing of masses and torques; drives may be judged
+// elsewhere.
 struct Used {
   bool forces = true, drives = true;
   std::vector<Rest> rests;  // in which the feet do not bear the robot

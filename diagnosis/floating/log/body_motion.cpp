@@ -12,7 +12,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kLevelling = 1.0;  // [s] deviation of the kernel that finds down: steps last less, gyroscopes drift slower
+// [s] deviation of the kernel that finds down: steps last less, gyroscopes drift slower
+constexpr double kLevelling = 1.0;
 
 }  // namespace
 
@@ -89,8 +90,8 @@ void BodyMotion::read_joints(size_t k) {
   if (turned_ >= 0) state_.q(turned_) += turn_;
 }
 
-// Whether joints are between the base and what tells its rate. find_rate() then needs poses, and leaves the velocities that
-// follow from that rate.
+// Whether joints are between the base and what tells its rate. find_rate() then needs poses, and leaves the velocities
+// that follow from that rate.
 bool BodyMotion::is_felt_over_joints() const {
   const bool further_out = imu_ >= 0 && log_.imus[static_cast<size_t>(imu_)].link != 0;
   return rate_source_ == MotionSource::kFoot || (rate_source_ == MotionSource::kImu && further_out);
@@ -150,8 +151,8 @@ void BodyMotion::find_force(size_t k) {
     vdot_.segment<3>(3).setZero();
     update_accelerations(*now_, vdot_, &data_);
     a = attitude_[k].conjugate() * -g_W - calc_feet_mean(k, [this](const Foot& f) -> Vector3d {
-      return calc_point_acceleration(data_, f.link, get_pose(data_, f.link) * f.p_LC).tail<3>();
-    });
+          return calc_point_acceleration(data_, f.link, get_pose(data_, f.link) * f.p_LC).tail<3>();
+        });
   }
   vdot_.segment<3>(3) = a;
 }
@@ -248,7 +249,8 @@ Vector3d BodyMotion::calc_feet_mean(size_t k, const std::function<Vector3d(const
 // Nothing else tells it: flat feet lie on level ground. `data_` has the pose of the joints.
 Eigen::Quaterniond BodyMotion::find_foot_attitude(size_t k) const {
   const Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
-  const Vector3d normal = calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
+  const Vector3d normal =
+      calc_feet_mean(k, [this](const Foot& f) -> Vector3d { return get_pose(data_, f.link).R.col(2); });
   return Eigen::Quaterniond::FromTwoVectors(normal, up);
 }
 

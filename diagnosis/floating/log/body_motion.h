@@ -29,8 +29,8 @@ class BodyMotion {
   // State, velocities and accelerations at sample k. False where the sources say nothing.
   bool update(size_t k);
 
-  // From the next update() on, joint j stands so much further than its encoder says, about its own axis (0) or one across
-  // (1, 2; get_cross_axis).
+  // From the next update() on, joint j stands so much further than its encoder says, about its own axis (0) or one
+  // across (1, 2; get_cross_axis).
   void turn_joint(int j, int axis, double angle);
   // The same of the main IMU's gyroscope: it reads so much more [rad/s], and its rate so much [rad/s^2], in its axes.
   void add_gyro(const Vector3d& more, const Vector3d& more_rate) { more_gyro_ = more, more_gyro_rate_ = more_rate; }
@@ -71,7 +71,7 @@ class BodyMotion {
   bool over_feet_ = false;  // the attitude follows from flat feet, so that a joint that is turned turns it
   int turned_ = -1;
   double turn_ = 0;
-  const Model* now_ = &model_;  // with the joint that is turned
+  const Model* now_ = &model_;                                    // with the joint that is turned
   std::map<std::pair<int, int>, std::pair<double, Model>> bent_;  // by joint and axis
   Vector3d more_gyro_{0, 0, 0}, more_gyro_rate_{0, 0, 0};
   Vector3d w_{0, 0, 0};

@@ -13,11 +13,11 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSigma = 0.015;     // [s] kernel: passes what a walking body does, below 10 Hz
-constexpr double kSamples = 1.2;     // the same in samples, at least: coarser grids alias
-constexpr double kSlowest = 0.02;    // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
-constexpr double kShortest = 0.6;    // [s] of a clip that is used
-constexpr double kOfEdge = 4;        // times the kernel's reach that a clip is long: half of it is left
+constexpr double kSigma = 0.015;   // [s] kernel: passes what a walking body does, below 10 Hz
+constexpr double kSamples = 1.2;   // the same in samples, at least: coarser grids alias
+constexpr double kSlowest = 0.02;  // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
+constexpr double kShortest = 0.6;  // [s] of a clip that is used
+constexpr double kOfEdge = 4;      // times the kernel's reach that a clip is long: half of it is left
 
 // The columns of a recording by sensor: "/imu/root/angular_velocity" -> its axes.
 using Groups = std::map<std::string, std::vector<const std::vector<double>*>>;
@@ -36,7 +36,8 @@ class ClipMaker {
     find_fresh();
     find_periods();
     std::vector<Gap> gaps;
-    const std::vector<Span> spans = find_spans(r_.time, any_fresh_, std::max(kLongestStep, kLostPeriods * step_), &gaps);
+    const std::vector<Span> spans =
+        find_spans(r_.time, any_fresh_, std::max(kLongestStep, kLostPeriods * step_), &gaps);
     note_gaps(gaps);
     const size_t before = log_.clips.size();
     for (const Span& span : spans) {
@@ -109,8 +110,8 @@ class ClipMaker {
     size_t count = 0;
     for (size_t k = 0; k < fresh.size(); ++k) count += !fresh[k] && std::isfinite(column[k]);
     if (static_cast<double>(count) < kMinor * static_cast<double>(fresh.size())) return;
-    log_.notes.push_back(format("%s: %zu of %zu samples of %s repeat the one before (held); bridged", r_.spec.name.c_str(), count,
-                                fresh.size(), name.c_str()));
+    log_.notes.push_back(format("%s: %zu of %zu samples of %s repeat the one before (held); bridged",
+                                r_.spec.name.c_str(), count, fresh.size(), name.c_str()));
   }
 
   void note_gaps(const std::vector<Gap>& gaps) {
@@ -122,9 +123,9 @@ class ClipMaker {
   }
 
   void note_short(size_t gaps) {
-    log_.too_short.push_back(format("%s lasts %.2g s%s: too short, %.2g s without a gap are needed", r_.spec.name.c_str(),
-                                    r_.time.back() - r_.time.front(), gaps > 0 ? ", with gaps" : "",
-                                    std::max(kShortest, kOfEdge * find_edge() * step_)));
+    log_.too_short.push_back(format("%s lasts %.2g s%s: too short, %.2g s without a gap are needed",
+                                    r_.spec.name.c_str(), r_.time.back() - r_.time.front(),
+                                    gaps > 0 ? ", with gaps" : "", std::max(kShortest, kOfEdge * find_edge() * step_)));
   }
 
   double find_sigma() const { return half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_); }
@@ -184,13 +185,14 @@ class ClipMaker {
     for (size_t i = 0; i < log_.imus.size(); ++i) {
       for (int a = 0; a < 3; ++a) {
         add_roughness(resampler, "/imu/" + log_.imus[i].name + "/linear_acceleration/" + "xyz"[a],
-                      clip->imus[i].accelerometer[a], clip);
+                      clip -> imus[i].accelerometer[a], clip);
       }
     }
     // An IMU feels every impact. Without one, vertical forces alone have to say where impacts are.
     const bool felt = !log_.imus.empty();
     for (size_t s = 0; s < log_.sensors.size(); ++s) {
-      if (log_.sensors[s].has_force() || (!felt && log_.sensors[s].axis[2])) add_roughness(resampler, get_force_column(log_.sensors[s].name, 2), clip->force[6 * s + 2], clip);
+      if (log_.sensors[s].has_force() || (!felt && log_.sensors[s].axis[2]))
+        add_roughness(resampler, get_force_column(log_.sensors[s].name, 2), clip->force[6 * s + 2], clip);
     }
   }
 
@@ -240,7 +242,8 @@ void scale_roughness(LeggedLog* log) {
       if (sorted[sorted.size() / 4] > 0) quiet = std::min(quiet, sorted[sorted.size() / 4]);
     }
     for (Clip& clip : log->clips) {
-      for (size_t k = 0; k < clip.size(); ++k) clip.roughness[k] = std::max(clip.roughness[k], clip.taken_away[c][k] / quiet);
+      for (size_t k = 0; k < clip.size(); ++k)
+        clip.roughness[k] = std::max(clip.roughness[k], clip.taken_away[c][k] / quiet);
     }
   }
   for (Clip& clip : log->clips) clip.taken_away.clear();

@@ -14,8 +14,8 @@ constexpr double kLongestStep = 0.05;
 // Column of a force sensor; axis: 0 to 2 force x y z [N], 3 to 5 torque x y z [N m].
 std::string get_force_column(const std::string& sensor, int axis);
 
-// Adds the clips of recording `index` with the sensors, feet and joints that `log` lists; notes gaps, readings that were
-// held, and recordings that are too short.
+// Adds the clips of recording `index` with the sensors, feet and joints that `log` lists; notes gaps, readings that
+// were held, and recordings that are too short.
 void add_clips(const Experiment& experiment, size_t index, Half half, LeggedLog* log);
 
 // Fills the roughness of all clips from what the kernel took away.

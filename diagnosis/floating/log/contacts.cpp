@@ -13,11 +13,12 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kAskew = 0.05;  // slope of a floor, or error of an attitude (3 degrees), at which two feet still both stand
+// Slope of a floor, or error of an attitude (3 degrees), at which two feet still both stand
+constexpr double kAskew = 0.05;
 
-constexpr double kLoaded = 0.12;   // share of the way from air to stance at which a foot is loaded
-constexpr double kEqual = 1e-9;    // share of the stance's force: smoothing of equal readings leaves less
-constexpr double kShortest = 0.04; // [s] of a spell: shorter ones are chatter
+constexpr double kLoaded = 0.12;    // share of the way from air to stance at which a foot is loaded
+constexpr double kEqual = 1e-9;     // share of the stance's force: smoothing of equal readings leaves less
+constexpr double kShortest = 0.04;  // [s] of a spell: shorter ones are chatter
 
 ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   std::vector<double> all;
@@ -47,7 +48,8 @@ void clean(double step, std::vector<char>* loaded) {
     size_t end = begin;
     while (end < loaded->size() && (*loaded)[end] == (*loaded)[begin]) ++end;
     if (end - begin < least && begin > 0 && end < loaded->size()) {
-      std::fill(loaded->begin() + static_cast<long>(begin), loaded->begin() + static_cast<long>(end), (*loaded)[begin - 1]);
+      std::fill(loaded->begin() + static_cast<long>(begin), loaded->begin() + static_cast<long>(end),
+                (*loaded)[begin - 1]);
     }
     begin = end;
   }
@@ -65,20 +67,24 @@ std::vector<char> find_by_force(const LeggedLog& log, const Clip& clip, size_t s
   return loaded;
 }
 
-// Feet near the height of the lowest one. An attitude that is off, ground that slopes and tyres or soles that give raise one
-// foot above another in the model all the time: up to kAskew, each foot's own lowest height is that of the ground below it.
+// Feet near the height of the lowest one. An attitude that is off, ground that slopes and tyres or soles that give
+// raise one foot above another in the model all the time: up to kAskew, each foot's own lowest height is that of the
+// ground below it.
 std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
   std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
   if (out.empty()) return out;
   BodyMotion motion(log, clip);
-  std::vector<std::vector<double>> raised(log.feet.size(), std::vector<double>(clip.size()));  // [m] above the lowest one
-  std::vector<double> ground(log.feet.size(), std::numeric_limits<double>::infinity());        // [m] the least of it
+  std::vector<std::vector<double>> raised(log.feet.size(),
+                                          std::vector<double>(clip.size()));             // [m] above the lowest one
+  std::vector<double> ground(log.feet.size(), std::numeric_limits<double>::infinity());  // [m] the least of it
   std::vector<Vector3d> sole(log.feet.size());
   for (size_t k = 0; k < clip.size(); ++k) {
     motion.update(k);
     const Vector3d up = motion.find_up(k);
-    for (size_t f = 0; f < sole.size(); ++f) sole[f] = get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC - log.feet[f].radius * up;
-    const Vector3d lowest = *std::min_element(sole.begin(), sole.end(), [&](const Vector3d& a, const Vector3d& b) { return up.dot(a) < up.dot(b); });
+    for (size_t f = 0; f < sole.size(); ++f)
+      sole[f] = get_pose(motion.data(), log.feet[f].link) * log.feet[f].p_LC - log.feet[f].radius * up;
+    const Vector3d lowest = *std::min_element(
+        sole.begin(), sole.end(), [&](const Vector3d& a, const Vector3d& b) { return up.dot(a) < up.dot(b); });
     for (size_t f = 0; f < sole.size(); ++f) {
       raised[f][k] = up.dot(sole[f] - lowest);
       if (raised[f][k] <= kAskew * (sole[f] - lowest).norm()) ground[f] = std::min(ground[f], raised[f][k]);
@@ -118,8 +124,8 @@ void add_spells(size_t clip, const std::vector<std::vector<char>>& loaded, Conta
 
 }  // namespace
 
-// A foot's axis along the leg carries the load; what it leaves out is second order in its tilt. A sensor that hangs upside
-// down in the model, as those of the iCub do, reads a foot that is pressed as negative along its own z axis.
+// A foot's axis along the leg carries the load; what it leaves out is second order in its tilt. A sensor that hangs
+// upside down in the model, as those of the iCub do, reads a foot that is pressed as negative along its own z axis.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k) {
   const ForceSensor& s = log.sensors[sensor];
   const auto read = [&](size_t axis) { return clip.force[6 * sensor + axis].value[k]; };

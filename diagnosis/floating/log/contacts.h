@@ -18,16 +18,16 @@ struct Contact {
 struct ForceLevels {
   double air = 0, stance = 0;
   double air_spread = 0;  // deviation of what it reads there
-  bool swings = false;  // the reading does fall to the level of the air
-  bool cut = false;     // most readings there are one and the same: the log keeps no smaller ones
+  bool swings = false;    // the reading does fall to the level of the air
+  bool cut = false;       // most readings there are one and the same: the log keeps no smaller ones
 };
 
 struct Contacts {
   std::vector<std::vector<std::vector<char>>> loaded;  // by clip, by foot, by sample
   std::vector<ForceLevels> levels;                     // by sensor
   std::vector<Contact> spells;
-  bool walks = false;           // some foot leaves the ground and comes back
-  bool from_forces = false;     // of every foot; else some are told by kinematics
+  bool walks = false;        // some foot leaves the ground and comes back
+  bool from_forces = false;  // of every foot; else some are told by kinematics
   // Feet loaded at a sample as bits; the phase of walking it is in.
   int find_phase(size_t clip, size_t k) const;
   const char* find_phase_name(int phase) const;
@@ -39,8 +39,8 @@ inline int get_phase_of_all(const LeggedLog& log) { return (1 << log.feet.size()
 // Reading of a sensor along its foot's z axis, positive where the ground presses, [N] or its own unit.
 double calc_vertical_force(const LeggedLog& log, const Clip& clip, size_t sensor, size_t k);
 
-// Moment [N m] about the centre C of a foot's sole, foot axes, of a force [N] and a moment in a sensor's own axes. Of their
-// rates: its rate.
+// Moment [N m] about the centre C of a foot's sole, foot axes, of a force [N] and a moment in a sensor's own axes. Of
+// their rates: its rate.
 Vector3d move_to_sole(const ForceSensor& sensor, const Foot& foot, const Vector3d& force_S, const Vector3d& moment_S);
 
 Contacts find_contacts(const LeggedLog& log);

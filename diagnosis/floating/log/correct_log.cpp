@@ -19,7 +19,7 @@ double shift_value(const std::vector<double>& v, double samples) {
 // What is linear in a track holds for its rates, too.
 template <class Apply>
 void apply_to_all(Track* xyz, const Apply& apply) {
-  for (std::vector<double> Track::* part : {&Track::value, &Track::rate, &Track::second}) {
+  for (std::vector<double> Track::*part : {&Track::value, &Track::rate, &Track::second}) {
     for (size_t k = 0; k < (xyz[0].*part).size(); ++k) {
       const Vector3d was((xyz[0].*part)[k], (xyz[1].*part)[k], (xyz[2].*part)[k]);
       const Vector3d is = apply(was, part == &Track::value);
@@ -41,7 +41,9 @@ void correct_vector(const Fault& fault, double step, Track* xyz) {
   }
   const Matrix3d R = make_turn(fault.turn).toRotationMatrix();
   if (whole) {
-    apply_to_all(xyz, [&](const Vector3d& v, bool value) -> Vector3d { return (R * v - (value ? fault.bias : Vector3d::Zero())) / fault.scale; });
+    apply_to_all(xyz, [&](const Vector3d& v, bool value) -> Vector3d {
+      return (R * v - (value ? fault.bias : Vector3d::Zero())) / fault.scale;
+    });
     return;
   }
   for (int i = 0; i < 3; ++i) {
@@ -56,7 +58,7 @@ void correct_attitude(const Vector3d& turn, double delay, double step, Track* wx
   if (wxyz[0].empty()) return;
   for (int i = 0; i < 4 && delay != 0; ++i) wxyz[i] = shift_track(wxyz[i], step, delay);
   const Eigen::Quaterniond back(make_turn(-turn));
-  for (std::vector<double> Track::* part : {&Track::value, &Track::rate, &Track::second}) {
+  for (std::vector<double> Track::*part : {&Track::value, &Track::rate, &Track::second}) {
     for (size_t k = 0; k < (wxyz[0].*part).size(); ++k) {
       const Eigen::Quaterniond q((wxyz[0].*part)[k], (wxyz[1].*part)[k], (wxyz[2].*part)[k], (wxyz[3].*part)[k]);
       const Eigen::Quaterniond p = q * back;
@@ -70,7 +72,8 @@ Vector3d get3(const Eigen::VectorXd& x, int first) { return x.segment<3>(first);
 void correct_sensor(const ColumnLayout& at, const Eigen::VectorXd& x, int s, Clip* clip) {
   Fault force{1 + x(at.sensor(s, kForceScaleColumn)), x(at.sensor(s, kWrenchDelayColumn)),
               get3(x, at.sensor(s, kForceBiasColumn)), get3(x, at.sensor(s, kWrenchTurnColumn))};
-  Fault torque{1 + x(at.sensor(s, kTorqueScaleColumn)), force.delay, get3(x, at.sensor(s, kTorqueBiasColumn)), force.turn};
+  Fault torque{1 + x(at.sensor(s, kTorqueScaleColumn)), force.delay, get3(x, at.sensor(s, kTorqueBiasColumn)),
+               force.turn};
   correct_vector(force, clip->step, &clip->force[6 * static_cast<size_t>(s)]);
   correct_vector(torque, clip->step, &clip->force[6 * static_cast<size_t>(s) + 3]);
 }
@@ -78,11 +81,13 @@ void correct_sensor(const ColumnLayout& at, const Eigen::VectorXd& x, int s, Cli
 void correct_imu(const ColumnLayout& at, const Eigen::VectorXd& x, int i, Clip* clip) {
   ImuTracks& imu = clip->imus[static_cast<size_t>(i)];
   const auto read = [&](int first) {  // scale, bias, delay, turn, in the order of the columns
-    return Fault{1 + x(at.imu(i, first)), x(at.imu(i, first + 4)), get3(x, at.imu(i, first + 1)), get3(x, at.imu(i, first + 5))};
+    return Fault{1 + x(at.imu(i, first)), x(at.imu(i, first + 4)), get3(x, at.imu(i, first + 1)),
+                 get3(x, at.imu(i, first + 5))};
   };
   correct_vector(read(kAccelerometerScaleColumn), clip->step, imu.accelerometer);
   correct_vector(read(kGyroScaleColumn), clip->step, imu.gyro);
-  correct_attitude(get3(x, at.imu(i, kAttitudeTurnColumn)), x(at.imu(i, kAttitudeDelayColumn)), clip->step, imu.attitude);
+  correct_attitude(get3(x, at.imu(i, kAttitudeTurnColumn)), x(at.imu(i, kAttitudeDelayColumn)), clip->step,
+                   imu.attitude);
 }
 
 // The log of an effort stays beside what the drive gives: the servo law is compared with the log.
@@ -101,7 +106,9 @@ void correct_drive(const ColumnLayout& at, const Eigen::VectorXd& x, int j, Clip
 }  // namespace
 
 void correct_links(const ColumnLayout& layout, const Eigen::VectorXd& by_column, LeggedLog* log) {
-  const auto about = [](double m, const Vector3d& c) { return Matrix3d(m * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose())); };
+  const auto about = [](double m, const Vector3d& c) {
+    return Matrix3d(m * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose()));
+  };
   for (int l = 0; l < layout.links; ++l) {
     const Eigen::VectorXd add = by_column.segment(layout.link(l, 0), kLinkColumns);  // columns.h
     LinkInertia& link = log->tree.links[static_cast<size_t>(l)].inertia;
@@ -132,8 +139,9 @@ Track lag_track(const Track& x, double step, double time) {
 
 Track shift_track(const Track& x, double step, double ahead) {
   Track y = x;
-  for (std::vector<double> Track::* part : {&Track::value, &Track::rate, &Track::second}) {
-    for (size_t k = 0; k < (x.*part).size(); ++k) (y.*part)[k] = shift_value(x.*part, static_cast<double>(k) + ahead / step);
+  for (std::vector<double> Track::*part : {&Track::value, &Track::rate, &Track::second}) {
+    for (size_t k = 0; k < (x.*part).size(); ++k)
+      (y.*part)[k] = shift_value(x.*part, static_cast<double>(k) + ahead / step);
   }
   return y;
 }

@@ -11,7 +11,8 @@ namespace hrp::diagnosis::floating {
 template <class IsOfKind>
 bool all_feel(const LeggedLog& log, const IsOfKind& is_of_kind) {
   return std::all_of(log.feet.begin(), log.feet.end(), [&](const Foot& f) {
-    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] && is_of_kind(log.sensors[static_cast<size_t>(f.sensor)]);
+    return f.sensor >= 0 && log.sensors[static_cast<size_t>(f.sensor)].axis[2] &&
+           is_of_kind(log.sensors[static_cast<size_t>(f.sensor)]);
   });
 }
 inline bool all_feel(const LeggedLog& log) {

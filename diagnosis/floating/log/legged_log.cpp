@@ -54,7 +54,8 @@ void find_sensors(const Experiment& e, LeggedLog* log) {
     for (int i = 0; i < 6; ++i) {
       const std::string column = get_force_column(s.name, i);
       s.axis[i] = has_in_all(e, column);
-      if (!s.axis[i]) lacking.push_back(lacking.empty() ? column : column.substr(std::string("/wrench/" + s.name + "/").size()));
+      if (!s.axis[i])
+        lacking.push_back(lacking.empty() ? column : column.substr(std::string("/wrench/" + s.name + "/").size()));
     }
     if (!lacking.empty()) log->missing.push_back("no column " + join_words(lacking));
     if (lacking.size() == 6) continue;
@@ -91,7 +92,8 @@ void find_feet(const Experiment& e, LeggedLog* log) {
   const bool told = !e.scenario.feet.empty() || !e.scenario.floating_base;
   const std::vector<std::string> names = told ? e.scenario.feet : list_limb_ends(e.robot.tree);
   if (!told && !names.empty())
-    log->missing.push_back("the key 'feet': any limb may stand on the ground, and its joints' torques then contain the ground's force");
+    log->missing.push_back(
+        "the key 'feet': any limb may stand on the ground, and its joints' torques then contain the ground's force");
   for (const std::string& name : names) {
     const int frame = e.robot.tree.find_frame(name);
     if (frame < 0) continue;

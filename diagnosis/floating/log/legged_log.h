@@ -49,12 +49,12 @@ struct ImuTracks {
 struct Clip {
   size_t recording = 0;
   bool train = true;
-  std::vector<double> time;  // [s] even
-  double step = 0, sigma = 0;  // [s] of the grid; deviation of the kernel
-  size_t edge = 0;           // samples at both ends that the kernel reaches beyond
+  std::vector<double> time;                                    // [s] even
+  double step = 0, sigma = 0;                                  // [s] of the grid; deviation of the kernel
+  size_t edge = 0;                                             // samples at both ends that the kernel reaches beyond
   std::vector<Track> position, effort, command, command_rate;  // by joint; empty where not recorded
-  std::vector<Track> logged;                                   // efforts as they were logged, where `effort` is corrected
-  std::vector<Track> force;                                    // by sensor * 6
+  std::vector<Track> logged;  // efforts as they were logged, where `effort` is corrected
+  std::vector<Track> force;   // by sensor * 6
   std::vector<ImuTracks> imus;
   Track base_position[3], base_attitude[4];  // attitude w x y z
   // By sample: what the kernel takes away, over that of the quietest quarter; the worst of accelerometers and forces.
@@ -66,7 +66,7 @@ struct Clip {
 // Constant after make_legged_log().
 struct LeggedLog {
   const Experiment* experiment = nullptr;
-  TreeSpec tree;  // without what is below force sensors
+  TreeSpec tree;                    // without what is below force sensors
   double mass = 0, mass_below = 0;  // [kg] of the robot; of it below sensors
   std::vector<ForceSensor> sensors;
   std::vector<Foot> feet;
@@ -74,8 +74,8 @@ struct LeggedLog {
   std::vector<Clip> clips;
   std::vector<char> has_position, has_effort, has_law;  // by joint, in every recording
   bool base_pose = false;
-  std::vector<std::string> missing;  // "no column /wrench/l_sole/torque/x: ..."
-  std::vector<std::string> notes;    // gaps, held samples
+  std::vector<std::string> missing;    // "no column /wrench/l_sole/torque/x: ..."
+  std::vector<std::string> notes;      // gaps, held samples
   std::vector<std::string> too_short;  // recordings without a clip, with the reason
   double sample_time = 0;
   int num_joints() const { return tree.num_joints(); }

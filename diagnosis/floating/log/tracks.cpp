@@ -93,7 +93,8 @@ std::vector<Run> list_runs(const std::vector<const std::vector<double>*>& column
 
 }  // namespace
 
-std::vector<char> find_readings(const std::vector<const std::vector<double>*>& columns, const std::vector<char>& fresh) {
+std::vector<char> find_readings(const std::vector<const std::vector<double>*>& columns,
+                                const std::vector<char>& fresh) {
   const std::vector<Run> runs = list_runs(columns, fresh);
   std::map<std::vector<double>, int> count;
   std::vector<double> lengths, before;

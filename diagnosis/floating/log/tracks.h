@@ -35,9 +35,9 @@ struct Gap {
 // Which samples of a sensor's columns are new readings: false where all of them repeat the sample before.
 std::vector<char> find_new_samples(const std::vector<const std::vector<double>*>& columns);
 
-// Which samples are readings, told by a sensor's own clock. `fresh`: as find_new_samples() has it. A coarse scale reads the
-// same count many times over, as a foot in the air reads 0: a reading that the sensor gives again elsewhere is read anew
-// once in each of its periods, and is no held one. What noise makes unique and repeats is held.
+// Which samples are readings, told by a sensor's own clock. `fresh`: as find_new_samples() has it. A coarse scale reads
+// the same count many times over, as a foot in the air reads 0: a reading that the sensor gives again elsewhere is read
+// anew once in each of its periods, and is no held one. What noise makes unique and repeats is held.
 std::vector<char> find_readings(const std::vector<const std::vector<double>*>& columns, const std::vector<char>& fresh);
 
 // Cuts a recording at stamps that stand further apart than `longest`, and where no sensor gave a new reading for so

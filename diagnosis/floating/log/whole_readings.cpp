@@ -26,8 +26,8 @@ double find_mean_sum(const LeggedLog& log) {
   return sum / std::max(1.0, count);
 }
 
-// A log that keeps no negative forces reads the same for every foot in the air. What the feet carry together tells then:
-// the weight of the robot, or that less the feet's. `below` [kg]: of all sensors.
+// A log that keeps no negative forces reads the same for every foot in the air. What the feet carry together tells
+// then: the weight of the robot, or that less the feet's. `below` [kg]: of all sensors.
 bool carries_whole_feet(double sum, double mass, double below, double g) { return sum > (mass - kHalf * below) * g; }
 
 // A foot that hangs on its sensor pulls it down by its weight. The whole foot in the air feels nothing.
@@ -35,8 +35,8 @@ bool reads_whole_foot(const ForceLevels& level, double weight) {
   return level.swings && level.air_spread < weight && std::abs(level.air) < kPart * weight;
 }
 
-// Whether the log keeps no smaller forces: most readings in the air are exactly the least one. Smoothed readings do not tell it,
-// because noise lifts some of them.
+// Whether the log keeps no smaller forces: most readings in the air are exactly the least one. Smoothed readings do not
+// tell it, because noise lifts some of them.
 bool is_cut(const Experiment& e, const ForceSensor& sensor, const ForceLevels& level) {
   if (level.cut) return true;
   const double sign = std::copysign(1.0, sensor.X_LS.R(2, 2)), limit = level.air + kMinor * (level.stance - level.air);
@@ -53,7 +53,8 @@ bool is_cut(const Experiment& e, const ForceSensor& sensor, const ForceLevels& l
   return least > kHalf * static_cast<double>(air.size());
 }
 
-// [N] What a sensor reads along its z axis while its foot hangs on it, by sample of a clip. The foot is taken as a point there.
+// [N] What a sensor reads along its z axis while its foot hangs on it, by sample of a clip. The foot is taken as a
+// point there.
 std::vector<double> calc_hanging(const LeggedLog& log, const Clip& clip, const ForceSensor& sensor, double mass) {
   std::vector<double> out;
   BodyMotion motion(log, clip);
@@ -119,8 +120,8 @@ std::vector<WholeReading> find_whole_readings(const Experiment& e) {
   return out;
 }
 
-// The foot stays part of the leg, and nothing is below the sensor. Where the log keeps no smaller forces, what the hanging foot
-// makes the sensor read is put back.
+// The foot stays part of the leg, and nothing is below the sensor. Where the log keeps no smaller forces, what the
+// hanging foot makes the sensor read is put back.
 Experiment convert_whole_readings(Experiment e, const std::vector<WholeReading>& readings) {
   if (std::any_of(readings.begin(), readings.end(), [](const WholeReading& r) { return r.cut; })) {
     const LeggedLog log = make_legged_log(e, Half::kAll);
@@ -143,8 +144,10 @@ Experiment convert_whole_readings(Experiment e, const std::vector<WholeReading>&
 
 std::string describe(const WholeReading& w) {
   if (w.cut)
-    return "/wrench/" + w.sensor + ": it never reads less than " + number(w.air, 2) + " N, although the foot that hangs on it weighs " +
-           number(w.mass, 3) + " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing; what the hanging foot makes it read is put back";
+    return "/wrench/" + w.sensor + ": it never reads less than " + number(w.air, 2) +
+           " N, although the foot that hangs on it weighs " + number(w.mass, 3) +
+           " kg: the log keeps no smaller forces. With the foot in the air, it tells nothing; what the hanging foot "
+           "makes it read is put back";
   return "/wrench/" + w.sensor + ": it reads what the ground does to the whole foot: " + number(w.air, 2) +
          " N in the air. The foot's " + number(w.mass, 3) + " kg are taken as above the sensor";
 }

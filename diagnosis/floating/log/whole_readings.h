@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Force sensors whose link has a mass. The model has the sensor above that link, as an ankle's is: its reading leaves the
-// foot's own weight and inertia out. Some logs hold what the ground does to the whole foot. Feet in the air show which.
+// Force sensors whose link has a mass. The model has the sensor above that link, as an ankle's is: its reading leaves
+// the foot's own weight and inertia out. Some logs hold what the ground does to the whole foot. Feet in the air show
+// which.
 #pragma once
 
 #include <string>

@@ -41,7 +41,8 @@ bool explains_weight(const LeggedLog& log, const Finding& found, const Finding& 
 bool is_zero_of_leg(const LeggedLog& log, const Finding& found) {
   if (!is(found, get_laws().joint_offset) || !found.where.contains("joint")) return false;
   const int link = log.tree.find_joint(found.where.at("joint").get<std::string>()) + 1;
-  return std::any_of(log.feet.begin(), log.feet.end(), [&](const Foot& foot) { return is_above(log.tree, link, foot.link); });
+  return std::any_of(log.feet.begin(), log.feet.end(),
+                     [&](const Foot& foot) { return is_above(log.tree, link, foot.link); });
 }
 
 // Whether a finding of the search is the cause of what a check found.
@@ -49,13 +50,19 @@ bool explains(const LeggedLog& log, bool raw_counts, const Finding& found, const
   const LawTable& laws = get_laws();
   if (found.effect == check.effect && found.where == check.where) return true;
   // What a check cannot tell from other effects, the search may have found as one of them.
-  const bool told = std::any_of(check.alternatives.begin(), check.alternatives.end(), [&](const Alternative& a) { return a.effect == found.effect && a.where == found.where; });
+  const bool told = std::any_of(check.alternatives.begin(), check.alternatives.end(), [&](const Alternative& a) {
+    return a.effect == found.effect && a.where == found.where;
+  });
   if (is(check, laws.joint_offset) && (told || is(found, laws.flat_sole))) return true;
   if (is_of_mass(check) && explains_weight(log, found, check)) return true;
-  // Soles that give sink by what they carry, and a leg whose zero is off reaches another height in each posture: like a slope.
-  if (is(check, laws.ground_slope) && (is(found, laws.ground_slope) || is(found, laws.flat_sole) || is_zero_of_leg(log, found))) return true;
+  // Soles that give sink by what they carry, and a leg whose zero is off reaches another height in each posture: like a
+  // slope.
+  if (is(check, laws.ground_slope) &&
+      (is(found, laws.ground_slope) || is(found, laws.flat_sole) || is_zero_of_leg(log, found)))
+    return true;
   // Scale and zero of one sensor are the same number. When it was read is another one.
-  const bool alternatives = check.grade == Grade::kAmbiguous && !is(check, laws.sensor_delay) && !is(found, laws.sensor_delay);
+  const bool alternatives =
+      check.grade == Grade::kAmbiguous && !is(check, laws.sensor_delay) && !is(found, laws.sensor_delay);
   return alternatives && check.where.contains("sensor") && found.where == check.where && !raw_counts;
 }
 
@@ -63,11 +70,13 @@ double calc_size(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<long>(values.size())).norm();
 }
 
-// What a recording was rid of, and what the search then finds of the same fault: their sum, or the product of scales. The
-// larger part tells what else it may be.
+// What a recording was rid of, and what the search then finds of the same fault: their sum, or the product of scales.
+// The larger part tells what else it may be.
 Finding join_parts(const Finding& corrected, const Finding& found) {
   const bool scales = is(corrected, get_laws().sensor_scale);
-  const auto distance = [&](const Finding& f) { return scales ? std::abs(f.parameters[0].value[0] - 1) : calc_size(f.parameters[0].value); };
+  const auto distance = [&](const Finding& f) {
+    return scales ? std::abs(f.parameters[0].value[0] - 1) : calc_size(f.parameters[0].value);
+  };
   Finding out = distance(corrected) < distance(found) ? found : corrected;
   Estimate& sum = out.parameters[0];
   for (size_t i = 0; i < sum.value.size(); ++i) {
@@ -109,8 +118,8 @@ void add_weight(const Candidate& mass, Finding* finding, ReportState* state) {
   state->model = with;
 }
 
-// Whether physics outside the table makes more than half of what the feet carry too much or too little: what pulls or holds the
-// robot is no mass of it.
+// Whether physics outside the table makes more than half of what the feet carry too much or too little: what pulls or
+// holds the robot is no mass of it.
 bool is_weight_pulled(const ReportState& state) {
   const std::vector<ChannelRows>& channels = state.fitter.channels();
   const ChannelRows* weight = find_weight_equation(channels);
@@ -119,7 +128,8 @@ bool is_weight_pulled(const ReportState& state) {
   return get_mean_square(state.fitter, state.outcome.chosen, c) < kHalf * get_mean_square(state.fitter, state.model, c);
 }
 
-// Whether anything tells where a mass sits: moments about the feet, or joints that carry it. The sum of the feet's forces does not.
+// Whether anything tells where a mass sits: moments about the feet, or joints that carry it. The sum of the feet's
+// forces does not.
 bool are_places_told(const ReportState& state) {
   const std::vector<ChannelRows>& channels = state.fitter.channels();
   return std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) {
@@ -127,15 +137,16 @@ bool are_places_told(const ReportState& state) {
   });
 }
 
-// What the search named in the place of a weight's one number: a link among many, or a sensor that masses stand in for. The
-// check says all of it. What was named stays as an alternative.
+// What the search named in the place of a weight's one number: a link among many, or a sensor that masses stand in for.
+// The check says all of it. What was named stays as an alternative.
 void take_weight(const ReportState& state, Finding check, std::vector<Finding>* findings) {
   const auto is_mass = [](const auto& f) { return f.family == get_family_name(EffectFamily::kMass); };
   for (Finding& found : *findings) {
     const bool among_masses = std::any_of(found.alternatives.begin(), found.alternatives.end(), is_mass);
     if (found.grade != Grade::kAmbiguous || !among_masses || !explains_weight(state.log, found, check)) continue;
     check.share = found.share, check.weight = found.weight;
-    check.alternatives.push_back({found.effect, found.family, found.where, found.parameters, check.alternatives.empty() ? "" : check.alternatives[0].motion});
+    check.alternatives.push_back({found.effect, found.family, found.where, found.parameters,
+                                  check.alternatives.empty() ? "" : check.alternatives[0].motion});
     found = std::move(check);
     return;
   }
@@ -147,7 +158,8 @@ void add_check_findings(const CheckResult& checks, ReportState* state) {
   std::vector<Finding>& findings = state->evidence.findings;
   const bool pulled = is_weight_pulled(*state);
   const auto is_known = [&](const Finding& f) {
-    return std::any_of(findings.begin(), findings.end(), [&](const Finding& found) { return explains(state->log, checks.raw_counts, found, f); });
+    return std::any_of(findings.begin(), findings.end(),
+                       [&](const Finding& found) { return explains(state->log, checks.raw_counts, found, f); });
   };
   for (const Finding& f : checks.findings) {
     if (pulled && is_of_mass(f)) continue;

@@ -67,7 +67,8 @@ void add_fit_figures(const UnitFit& units, ReportState* state) {
   if (!units.signal.empty()) {
     add_units(units, &sum);
     const int judged = units.rows[1] > 0 ? 1 : 0;
-    out.fit.signals.push_back({units.signal, "N", std::sqrt(units.before[judged]), std::sqrt(units.after[judged]), units.scale});
+    out.fit.signals.push_back(
+        {units.signal, "N", std::sqrt(units.before[judged]), std::sqrt(units.after[judged]), units.scale});
   }
   const PartSum &train = sum.part[0], &held = sum.part[1];
   out.fit.train_before = PartSum::calc_rms(train.before, train.rows),

@@ -44,8 +44,8 @@ void add_ankle_zeros(const LeggedLog& log, const Meant& is_meant, const char* mo
   }
 }
 
-// A force's zero under feet that stay in their places, without torques of joints. The other foot's zero beside a zero of
-// its moment is the same constant in all equations of the whole body, and a sensor has zeros in all of its axes.
+// A force's zero under feet that stay in their places, without torques of joints. The other foot's zero beside a zero
+// of its moment is the same constant in all equations of the whole body, and a sensor has zeros in all of its axes.
 bool is_constant_of_all_feet(const ReportState& state, const FoundEffect& f) {
   const LeggedLog& log = state.log;
   const bool of_one_force = is(f, laws().sensor_bias) && f.effect.unit == "N" && f.effect.place >= 0;
@@ -122,7 +122,8 @@ void add_load_at_centre(const ReportState& state, const FoundEffect& f, Finding*
   const double more = heavy->parameters[0].value[0] - 1, std = heavy->parameters[0].std[0];
   heavy->alternatives.insert(
       heavy->alternatives.begin(),
-      make_alternative(payload, heavy->where, {make_value(payload, more * link.mass, std * link.mass), make_assumed_centre(link.p_LLcm_L)},
+      make_alternative(payload, heavy->where,
+                       {make_value(payload, more * link.mass, std * link.mass), make_assumed_centre(link.p_LLcm_L)},
                        "turns of the body: a load hangs at one point"));
 }
 
@@ -151,13 +152,14 @@ void add_give_for_rate(const ReportState& state, const FoundEffect& f, Finding* 
       "the same motion, recorded by motion capture or an attitude", turned);
 }
 
-// A constant in the effort of a leg that stands, which no sensor of a foot shows. Its gear holds dry friction in one direction
-// for as long.
+// A constant in the effort of a leg that stands, which no sensor of a foot shows. Its gear holds dry friction in one
+// direction for as long.
 void add_held_friction(const ReportState& state, const FoundEffect& f, Finding* constant) {
   const ChannelInfo& told_by = state.fitter.channels()[f.channel].info;
   const bool of_effort = is(f, laws().sensor_bias) && constant->where.dump().find("/effort") != std::string::npos;
   if (!of_effort || !told_by.equation.is_balance_by_legs()) return;
-  add(laws().coulomb, {{"joint", state.log.tree.joint(f.effect.place).name}}, "the joint turned to and fro, slowly, in one posture", constant);
+  add(laws().coulomb, {{"joint", state.log.tree.joint(f.effect.place).name}},
+      "the joint turned to and fro, slowly, in one posture", constant);
 }
 
 // A zero of an accelerometer along what it feels on average, the weight. A scale makes the same in a body that stays
@@ -174,8 +176,8 @@ void add_scale_for_zero(const ReportState& state, const FoundEffect& f, Finding*
   if (std::pow(along.dot(value), 2) < kMostly * value.squaredNorm()) return;
   const EffectInfo& scale = laws().sensor_scale.info();
   const double size = along.dot(value) / felt.norm(), error = along.cwiseProduct(std).norm() / felt.norm();
-  zero->alternatives.push_back(make_alternative(scale, zero->where, {make_value(scale, 1 + size, error)},
-                                                "the IMU at rest in six attitudes"));
+  zero->alternatives.push_back(
+      make_alternative(scale, zero->where, {make_value(scale, 1 + size, error)}, "the IMU at rest in six attitudes"));
   zero->grade = Grade::kAmbiguous;
 }
 

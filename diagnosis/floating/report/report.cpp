@@ -39,8 +39,8 @@ bool is_tilt_told(const ReportState& state, const std::string& foot) {
 void add_remaining(const std::vector<Remaining>& seen, ReportState* state) {
   Evidence& out = state->evidence;
   for (const Remaining& r : seen) {
-    const bool told = r.where.contains("sensor") &&
-                      std::any_of(out.findings.begin(), out.findings.end(), [&](const Finding& f) { return f.where == r.where; });
+    const bool told = r.where.contains("sensor") && std::any_of(out.findings.begin(), out.findings.end(),
+                                                                [&](const Finding& f) { return f.where == r.where; });
     if (!told && !(r.where.contains("foot") && is_tilt_told(*state, r.where["foot"]))) out.remaining.push_back(r);
   }
 }

@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostSignals = 6;  // with the largest mismatch: more curves fit on no page
+constexpr size_t kMostSignals = 6;   // with the largest mismatch: more curves fit on no page
 constexpr size_t kMostPoints = 500;  // of a curve, about
 
 // Equations by their mismatch over noise, the largest first.

@@ -11,7 +11,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-
 // With so little explained of all equations, and so much of the held-out error left, another cause may pass for what
 // was found.
 bool leaves_most(const ReportState& state) {

@@ -15,7 +15,8 @@ std::string describe(const std::vector<Estimate>& parameters) {
   for (const Estimate& e : parameters) {
     out += (out.empty() ? "" : ", ") + e.name + " ";
     for (size_t i = 0; i < e.value.size(); ++i) {
-      out += (i ? ", " : "") + (e.is_unseen(i) ? "unknown" : format("%.4g +- %.2g", e.value[i], kNinetyFive * e.std[i]));
+      out +=
+          (i ? ", " : "") + (e.is_unseen(i) ? "unknown" : format("%.4g +- %.2g", e.value[i], kNinetyFive * e.std[i]));
     }
     if (e.unit != "1") out += " " + e.unit;
   }

@@ -15,7 +15,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-
 // Bans a chosen effect, notes the equations that lack something without it, and settles the others.
 void drop(size_t effect, const std::string& why, const std::vector<size_t>& unsteady, SearchState* state) {
   say_of(*state, why, state->chosen.effects[effect]);
@@ -27,18 +26,18 @@ void drop(size_t effect, const std::string& why, const std::vector<size_t>& unst
 double get_nominal(const SearchState& state, size_t channel) { return state.nominal.mean_square[1][channel]; }
 double get_left(const SearchState& state, size_t channel) { return state.chosen.mean_square[1][channel]; }
 
-// How many standard errors the effect is away from none. Of three axes chance makes more than of one: the length counts as the
-// deviation of one axis that is as improbable.
+// How many standard errors the effect is away from none. Of three axes chance makes more than of one: the length counts
+// as the deviation of one axis that is as improbable.
 double calc_certainty(const FoundEffect& f) {
   if (make_estimates(f.effect, f.x, f.std).empty()) return 0;  // no parameter of it is told
   const std::vector<long>& core = f.effect.law->core;
   double square = 0;
-  // One core coefficient that is sure is enough: a sole may give about one axis alone. It has to be as sure as a report asks,
-  // which says no stiffness otherwise: shifts and damping are no sole, and what bends further up has them, too.
+  // One core coefficient that is sure is enough: a sole may give about one axis alone. It has to be as sure as a report
+  // asks, which says no stiffness otherwise: shifts and damping are no sole, and what bends further up has them, too.
   for (const long k : core) square = std::max(square, std::pow(f.x(k) / std::max(1e-300, f.std(k)), 2));
   if (!core.empty()) return std::sqrt(square);
-  // Zeros, turns and displacements look like what the equations are not exact to, so that counts as well; what follows the
-  // motion does not.
+  // Zeros, turns and displacements look like what the equations are not exact to, so that counts as well; what follows
+  // the motion does not.
   const long axes = f.effect.vector ? f.x.size() : 1;
   const Eigen::VectorXd& error = f.effect.vector ? f.std : f.scatter;
   for (long k = 0; k < axes; ++k) square += std::pow(f.x(k) / std::max(1e-300, error(k)), 2);
@@ -75,7 +74,8 @@ bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
   return away > kMinority * kMinority * size;
 }
 
-// What was possible beside the first effects may have become impossible beside the last ones, as a load that hangs metres away.
+// What was possible beside the first effects may have become impossible beside the last ones, as a load that hangs
+// metres away.
 bool drop_impossible(SearchState* state) {
   for (size_t i = 0; i < state->chosen.effects.size(); ++i) {
     if (!state->chosen.effects[i].is_listed() || is_possible(*state, state->chosen, i)) continue;
@@ -207,8 +207,9 @@ bool drop_unsteady(SearchState* state) {
 }
 
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
-  return drop_impossible(state) || drop_undone(found, state) || drop_unsure(found, state) || drop_partial(found, state) || drop_known(found, state) ||
-         drop_forced(found, state) || drop_stand_in(found, state);
+  return drop_impossible(state) || drop_undone(found, state) || drop_unsure(found, state) ||
+         drop_partial(found, state) || drop_known(found, state) || drop_forced(found, state) ||
+         drop_stand_in(found, state);
 }
 
 }  // namespace hrp::diagnosis::floating

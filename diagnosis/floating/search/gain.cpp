@@ -50,14 +50,16 @@ double calc_total_gain(const SearchState& state, const LeggedFit& without, const
 double calc_own_held_gain(const SearchState& state, const LeggedFit& without, size_t effect) {
   double sum = 0;
   for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
-    if (state.fitter.changes(c, state.chosen.effects[effect])) sum += state.fitter.calc_gain(Part::kHeld, c, without, state.chosen);
+    if (state.fitter.changes(c, state.chosen.effects[effect]))
+      sum += state.fitter.calc_gain(Part::kHeld, c, without, state.chosen);
   }
   return sum;
 }
 
 size_t find_main_channel(const SearchState& state, const LeggedFit& without, const LeggedFit& with) {
   return find_most(state, [&](size_t c) {
-    return state.fitter.calc_gain(Part::kHeld, c, without, with) + state.fitter.calc_gain(Part::kTrain, c, without, with);
+    return state.fitter.calc_gain(Part::kHeld, c, without, with) +
+           state.fitter.calc_gain(Part::kTrain, c, without, with);
   });
 }
 
@@ -73,7 +75,8 @@ double calc_share(const SearchState& state, const LeggedFit& without, const Legg
 
 bool matters(const SearchState& state, const LeggedFit& without, const LeggedFit& with, size_t channel) {
   if (calc_share(state, without, with, channel) > kDetail) return true;
-  const double after = with.signed_square[1][channel], before = without.signed_square[1][channel] - std::min(0.0, after);
+  const double after = with.signed_square[1][channel],
+               before = without.signed_square[1][channel] - std::min(0.0, after);
   const double gone = before - std::max(0.0, after);
   double largest = 0;
   for (size_t c = 0; c < state.fitter.channels().size(); ++c) {

@@ -77,9 +77,9 @@ bool exchange(Pool pool, SearchState* state) {
   return any;
 }
 
-// Whether its size alone speaks against an effect by more than what gains decide by: the zero of an encoder, or half of a gap, that
-// is many times what joints are made and calibrated to. Odds of a large error fall with its square (Cauchy), so that none is
-// impossible.
+// Whether its size alone speaks against an effect by more than what gains decide by: the zero of an encoder, or half of
+// a gap, that is many times what joints are made and calibrated to. Odds of a large error fall with its square
+// (Cauchy), so that none is impossible.
 bool is_odd(const Candidate& c, const Eigen::VectorXd& x) {
   const LawTable& laws = get_laws();
   if (c.law != &laws.joint_offset && c.law != &laws.backlash) return false;
@@ -87,13 +87,14 @@ bool is_odd(const Candidate& c, const Eigen::VectorXd& x) {
   return 2 * std::log1p(std::pow(angle / kMountingError, 2)) > kTie;
 }
 
-// Puts an effect of a usual size in the place of one whose size is odd, if it explains as much. A robot that hardly turns shows a
-// displaced mass, a wrong zero and play that always leans to one side as the same constant moment.
+// Puts an effect of a usual size in the place of one whose size is odd, if it explains as much. A robot that hardly
+// turns shows a displaced mass, a wrong zero and play that always leans to one side as the same constant moment.
 bool exchange_odd(SearchState* state) {
   for (size_t i = 0; i < state->chosen.effects.size(); ++i) {
     if (!is_odd(state->chosen.effects[i], state->chosen.get(i))) continue;
     const LeggedFit rest = fit_without(*state, i);
-    const double before = calc_total_gain(*state, rest, state->chosen), least = before - std::max(kTie, kDetail * before);
+    const double before = calc_total_gain(*state, rest, state->chosen),
+                 least = before - std::max(kTie, kDetail * before);
     for (const LeggedTrial& t : list_confirmed(*state, rest, Pool::kListed)) {
       if (t.gain + t.held + calc_cost(t.added()) < least || is_odd(t.added(), t.fit.get(t.at()))) continue;
       if (!is_significant(*state, t.fit, t.at())) continue;
@@ -149,8 +150,8 @@ double calc_score(const SearchState& state, const LeggedFit& fit) {
   return calc_total_gain(state, state.nominal, fit) - calc_costs(fit);
 }
 
-// The last effect of `all` beside those that it needs: takes the others out in turn, at least two, and returns the set that wins
-// most; `all` where there is none.
+// The last effect of `all` beside those that it needs: takes the others out in turn, at least two, and returns the set
+// that wins most; `all` where there is none.
 LeggedFit keep_needed(const SearchState& state, const LeggedFit& all) {
   LeggedFit left = all, out = all;
   double most = -1e300;
@@ -170,9 +171,9 @@ LeggedFit keep_needed(const SearchState& state, const LeggedFit& all) {
   return out;
 }
 
-// Puts one free law in the place of several effects. Effects that stand in for physics outside the table share it among them, so
-// that the free law in the place of any single one wins little. One cause is likelier than several: a law that explains as much,
-// within what makes rivals, wins by the costs of the others.
+// Puts one free law in the place of several effects. Effects that stand in for physics outside the table share it among
+// them, so that the free law in the place of any single one wins little. One cause is likelier than several: a law that
+// explains as much, within what makes rivals, wins by the costs of the others.
 bool replace_several(SearchState* state) {
   if (state->chosen.effects.size() < 2) return false;
   const double before = calc_total_gain(*state, state->nominal, state->chosen);
@@ -187,7 +188,8 @@ bool replace_several(SearchState* state) {
     if (with.effects.size() >= state->chosen.effects.size()) continue;
     const double gain = calc_total_gain(*state, state->nominal, with);
     if (gain < before - std::max(kTie, kDetail * before) || calc_score(*state, with) < best) continue;
-    if (!is_possible(*state, with, with.effects.size() - 1) || !is_significant(*state, with, with.effects.size() - 1)) continue;
+    if (!is_possible(*state, with, with.effects.size() - 1) || !is_significant(*state, with, with.effects.size() - 1))
+      continue;
     best = calc_score(*state, with), found = with;
   }
   if (found.effects.empty()) return false;

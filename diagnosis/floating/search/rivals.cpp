@@ -51,7 +51,8 @@ void add_other_departures(const SearchState& state, const LeggedFit& rest, const
     if (!leaves_encoder(state.layout, c) || c.where != found.effect.where || is_same_effect(c, found.effect)) continue;
     const bool listed =
         std::any_of(rivals->begin(), rivals->end(), [&](const Rival& r) { return is_same_finding(r.effect, c); });
-    // Beyond this squared correlation, what no law holds (damping, links that bend) is larger than what the laws differ by.
+    // Beyond this squared correlation, what no law holds (damping, links that bend) is larger than what the laws differ
+    // by.
     if (listed || state.fitter.calc_overlap(found.effect, c) < kMostly) continue;
     std::vector<Candidate> effects = rest.effects;
     effects.push_back(c);

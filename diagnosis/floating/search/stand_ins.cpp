@@ -29,12 +29,14 @@ bool is_chosen(const SearchState& state, const Candidate& c) {
   return std::any_of(all.begin(), all.end(), [&](const Candidate& e) { return is_same(e, c); });
 }
 
-// Whether the same joint of the other side asks for a zero of this size, to a factor of two, beyond chance. Two encoders do not
-// lose the same angle together. A body that is tilted against what its sensors say turns all limbs by one angle.
+// Whether the same joint of the other side asks for a zero of this size, to a factor of two, beyond chance. Two
+// encoders do not lose the same angle together. A body that is tilted against what its sensors say turns all limbs by
+// one angle.
 bool is_shared(const SearchState& state, size_t zero) {
   const double size = std::abs(state.chosen.get(zero)(0));
   return std::any_of(state.candidates.begin(), state.candidates.end(), [&](const Candidate& other) {
-    if (!is(other, EffectFamily::kZero) || !are_sides(state.chosen.effects[zero], other) || is_chosen(state, other)) return false;
+    if (!is(other, EffectFamily::kZero) || !are_sides(state.chosen.effects[zero], other) || is_chosen(state, other))
+      return false;
     std::vector<Candidate> effects = state.chosen.effects;
     effects.push_back(other);
     const LeggedFit with = fit_effects(state, std::move(effects));
@@ -44,8 +46,8 @@ bool is_shared(const SearchState& state, size_t zero) {
   });
 }
 
-// Whether this joint's transmission was found to give or to have play. Which law it follows is not told there, and what the
-// found one leaves moves the limb's weight with the joint, as a spring does.
+// Whether this joint's transmission was found to give or to have play. Which law it follows is not told there, and what
+// the found one leaves moves the limb's weight with the joint, as a spring does.
 bool is_of_transmission(const std::vector<FoundEffect>& found, const FoundEffect& spring) {
   return std::any_of(found.begin(), found.end(), [&](const FoundEffect& f) {
     return is(f.effect, EffectFamily::kPlay) && f.effect.where == spring.effect.where;
@@ -58,7 +60,8 @@ StandIn find_stand_in(const std::vector<FoundEffect>& found, const SearchState& 
   for (size_t i = 0; i < found.size(); ++i) {
     const FoundEffect& f = found[i];
     if (is(f.effect, EffectFamily::kZero) && is_shared(state, i)) return {i, "the other side asks for it, too:"};
-    if (is(f.effect, EffectFamily::kTorqueOverPosition) && f.share < kMostly && is_of_transmission(found, f)) return {i, "what the transmission's law leaves:"};
+    if (is(f.effect, EffectFamily::kTorqueOverPosition) && f.share < kMostly && is_of_transmission(found, f))
+      return {i, "what the transmission's law leaves:"};
   }
   return {found.size(), ""};
 }

@@ -9,7 +9,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Of fits about the place of a mass, each exact about the last one's place; of weights, which change by a few percent in the last.
+// Of fits about the place of a mass, each exact about the last one's place; of weights, which change by a few percent
+// in the last.
 constexpr int kRounds = 4;
 
 // Takes the terms of a mass about the place that a fit has found. False: its terms need no place, or none is possible.
@@ -89,7 +90,8 @@ void say_of(const SearchState& state, const std::string& what, const Candidate& 
   if (!state.say) return;
   const std::string name = candidate.is_listed() ? candidate.info().name : candidate.law->unlisted;
   std::string place;
-  for (const auto& [kind, own] : candidate.where.items()) place += (place.empty() ? "" : ", ") + (own.is_string() ? own.get<std::string>() : own.dump());
+  for (const auto& [kind, own] : candidate.where.items())
+    place += (place.empty() ? "" : ", ") + (own.is_string() ? own.get<std::string>() : own.dump());
   state.say(what + " " + name + " at " + place);
 }
 

@@ -15,7 +15,7 @@ struct SearchState {
   const ColumnLayout& layout;
   const Say& say;
   const Eigen::VectorXd* about;  // search_legged()
-  LeggedFit nominal;  // without effects
+  LeggedFit nominal;             // without effects
   LeggedFit chosen;
   std::vector<Candidate> banned;  // were chosen and did not hold; they are not tried again
   std::vector<size_t> unsteady;   // equations that banned effects helped

@@ -11,8 +11,8 @@ namespace hrp::diagnosis::floating {
 // A set of effects and one candidate more, which is the last effect of the fit.
 struct LeggedTrial {
   LeggedFit fit;
-  double gain = 0;  // [n log] on fitted rows, less the candidate's cost
-  double held = 0;  // [n log] on held-out rows
+  double gain = 0;     // [n log] on fitted rows, less the candidate's cost
+  double held = 0;     // [n log] on held-out rows
   size_t channel = 0;  // the equation that gains most
   const Candidate& added() const { return fit.effects.back(); }
   size_t at() const { return fit.effects.size() - 1; }  // of the candidate among the effects
@@ -29,9 +29,9 @@ std::vector<LeggedTrial> list_trials(const SearchState& state, const LeggedFit& 
                                      const std::function<bool(const LeggedTrial&)>& is_kept);
 std::vector<LeggedTrial> list_confirmed(const SearchState& state, const LeggedFit& base, Pool pool);
 
-// Listed candidates beside what was chosen that take half of an equation's mismatch (kHalf), by the gain that counts the errors
-// after the step (LeggedFitter::calc_gain_after). An error that is constant, as a missing weight is, counts as few
-// independent errors before the step, so that its gain is small.
+// Listed candidates beside what was chosen that take half of an equation's mismatch (kHalf), by the gain that counts
+// the errors after the step (LeggedFitter::calc_gain_after). An error that is constant, as a missing weight is, counts
+// as few independent errors before the step, so that its gain is small.
 std::vector<LeggedTrial> list_lasting(const SearchState& state);
 
 }  // namespace hrp::diagnosis::floating

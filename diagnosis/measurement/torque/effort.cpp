@@ -19,7 +19,8 @@ EffortSource find_effort_source(const Experiment& e, size_t j) {
     command = command && !r.joints[j].command.empty();
   }
   if (effort) return EffortSource::kRecorded;
-  if (command && e.scenario.drive == "servo" && get_servo_gains(e.scenario, joint.name).kp > 0.0) return EffortSource::kServoLaw;
+  if (command && e.scenario.drive == "servo" && get_servo_gains(e.scenario, joint.name).kp > 0.0)
+    return EffortSource::kServoLaw;
   return learnt ? EffortSource::kRecorded : EffortSource::kNone;
 }
 

@@ -12,8 +12,8 @@ namespace {
 
 // Stretches in which no encoder moves although drives work: a frozen log, or a robot that was switched off. Leaves out
 // the time before and after as well.
-constexpr double kFrozenTime = 0.3;   // [s] shortest stretch
-constexpr double kLeadTime = 0.5;     // [s] left out around a frozen stretch
+constexpr double kFrozenTime = 0.3;  // [s] shortest stretch
+constexpr double kLeadTime = 0.5;    // [s] left out around a frozen stretch
 // While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
 // neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
 constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
@@ -22,7 +22,7 @@ constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed
 constexpr double kSudden = 8.0;
 // Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
 // out.
-constexpr double kGapReach = 1.0;    // [periods of the cutoff] left out around a gap
+constexpr double kGapReach = 1.0;  // [periods of the cutoff] left out around a gap
 
 // Range of each joint's effort over the samples with `still` == `wanted`.
 Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
@@ -37,7 +37,8 @@ Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wan
 }  // namespace
 
 Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cutoff) {
-  const long rows = v.size(), least = std::lround(kSticks / cutoff / step), reach = std::lround(kFilterReach / cutoff / step);
+  const long rows = v.size(), least = std::lround(kSticks / cutoff / step),
+             reach = std::lround(kFilterReach / cutoff / step);
   Flags moving = v.array().abs() > slow;
   const Flags fast = moving;
   for (long begin = 0; begin < rows; ++begin) {
@@ -51,8 +52,8 @@ Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cut
   return moving;
 }
 
-void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
-               double cutoff, Flags* read) {
+void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r,
+               double sample_time, double cutoff, Flags* read) {
   if (signal.empty()) return;
   const double least = std::max(kFilterReach / cutoff, kLostPeriods * sample_time);
   double last = r.begin;
@@ -87,9 +88,12 @@ Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, d
 Flags find_frozen(const TorqueRecording& r, const Flags& still) {
   const long rows = r.v.rows(), lead = std::lround(kLeadTime / r.step);
   Flags frozen = Flags::Constant(rows, false);
-  if (r.q.cols() < 2 || !still.any() || still.all() || !(find_range(r, still, true) > find_range(r, still, false)).any()) return frozen;
+  if (r.q.cols() < 2 || !still.any() || still.all() ||
+      !(find_range(r, still, true) > find_range(r, still, false)).any())
+    return frozen;
   for (long k = 0; k < rows; ++k) {
-    if (still[k]) frozen.segment(std::max(0L, k - lead), std::min(rows, k + lead) - std::max(0L, k - lead)).setConstant(true);
+    if (still[k])
+      frozen.segment(std::max(0L, k - lead), std::min(rows, k + lead) - std::max(0L, k - lead)).setConstant(true);
   }
   return frozen;
 }

@@ -15,8 +15,8 @@ Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cut
 
 // Clears the flags near gaps of a signal (NaN: no sample). A signal that was not recorded has no gaps. `sample_time`
 // [s], `cutoff` [Hz].
-void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r, double sample_time,
-               double cutoff, Flags* read);
+void mark_gaps(const std::vector<double>& time, const std::vector<double>& signal, const TorqueRecording& r,
+               double sample_time, double cutoff, Flags* read);
 
 // True where every encoder stays within its noise for a while. `raw`: unfiltered positions on the grid.
 Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, double step);

@@ -78,9 +78,9 @@ LoadFit choose_speed(TorqueWork* w, int j) {
   return with_sharp;
 }
 
-// Chooses the load of a joint, see TorqueData::loaded_by_drive; `bodies`: the fit with the bodies' torque. The load of a
-// drive is its effort as the regressors predict it. The recorded effort is the left side of the equation; as a regressor
-// it would explain its own errors.
+// Chooses the load of a joint, see TorqueData::loaded_by_drive; `bodies`: the fit with the bodies' torque. The load of
+// a drive is its effort as the regressors predict it. The recorded effort is the left side of the equation; as a
+// regressor it would explain its own errors.
 void choose_load(TorqueWork* w, int j, const LoadFit& bodies) {
   if (!w->e.robot.tree.joint(j).actuated) return;
   for (TorqueRecording& r : w->data.recordings) r.load.col(j) += make_drive_columns(w->data, r, j) * bodies.theta;
@@ -97,16 +97,19 @@ void choose_load(TorqueWork* w, int j, const LoadFit& bodies) {
 Eigen::MatrixXd make_drive_columns(const TorqueData& data, const TorqueRecording& r, int j) {
   const Eigen::VectorXd sign = data.calc_sign(r, j);
   Eigen::MatrixXd x(r.q.rows(), kDriveColumns);
-  x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data.cutoff), low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, data.cutoff),
-      r.q.col(j), Eigen::VectorXd::Ones(r.q.rows());
+  x << r.a.col(j), r.v.col(j), low_pass(sign, r.step, data.cutoff),
+      low_pass(sign.cwiseProduct(r.load.col(j).cwiseAbs()), r.step, data.cutoff), r.q.col(j),
+      Eigen::VectorXd::Ones(r.q.rows());
   return x;
 }
 
 void choose_encoders(TorqueWork* w) {
   const auto has_any = [&](const Recording& r) {
-    return std::any_of(w->e.robot.tree.links.begin() + 1, w->e.robot.tree.links.end(), [&](const LinkSpec& link) { return has_link_encoder(r, link.joint); });
+    return std::any_of(w->e.robot.tree.links.begin() + 1, w->e.robot.tree.links.end(),
+                       [&](const LinkSpec& link) { return has_link_encoder(r, link.joint); });
   };
-  if (w->bodies || !w->data.feet.empty() || !std::all_of(w->e.recordings.begin(), w->e.recordings.end(), has_any)) return;
+  if (w->bodies || !w->data.feet.empty() || !std::all_of(w->e.recordings.begin(), w->e.recordings.end(), has_any))
+    return;
   const double by_drives = calc_all_left(*w);
   std::vector<TorqueRecording> of_drives = w->data.recordings;
   for (TorqueRecording& r : w->data.recordings) read_link_motion(*w, &r);

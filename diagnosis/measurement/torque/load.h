@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Choices that the training recordings make before anything is judged: encoders behind the gears, the speed and the load
-// that friction follows.
+// Choices that the training recordings make before anything is judged: encoders behind the gears, the speed and the
+// load that friction follows.
 #pragma once
 
 #include "diagnosis/measurement/torque/work.h"

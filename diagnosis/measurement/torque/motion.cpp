@@ -23,16 +23,16 @@ constexpr double kCutoffs[] = {40.0, 30.0, 24.0, 19.0, 15.0, 12.0, 10.0, 8.5, 7.
 // Factor on the frequency below which 90 % of the velocity's energy lies. Friction has harmonics of the motion. Above
 // them there is only noise, structural vibration and rattling, which no term describes.
 constexpr double kOfMotion = 2.5;
-constexpr double kLeastLimit = 8.5;      // [Hz] friction reverses sharply even in slow motion
-constexpr double kFastestMotion = 10.0;  // [Hz] fastest intended motion of a drive
+constexpr double kLeastLimit = 8.5;                           // [Hz] friction reverses sharply even in slow motion
+constexpr double kFastestMotion = 10.0;                       // [Hz] fastest intended motion of a drive
 constexpr double kLowestMotion = 0.5, kFrequencyStep = 1.15;  // [Hz], factor
 // [s] left out at both ends, where derivatives are one-sided.
 constexpr double kTrim = 0.15;
 // Speeds below this share of the largest one, or within the noise, have no certain direction.
 constexpr double kSlowShare = 0.005;
 constexpr double kSlowest = 1e-4;  // [rad/s]
-// Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is evaluated
-// before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
+// Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is
+// evaluated before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
 // [s] Shorter recordings have no samples between their ends.
 constexpr double kShortest = 0.5;
@@ -78,14 +78,15 @@ const SharpMotion& find_sharp_motion(TorqueWork* w, const Recording& in, const T
   return sharp;
 }
 
-// Smoothed torque of the sharp motion in place of the torque of the smoothed motion. Both sides of the gap start from the
-// sharp motion, so a linear model has none.
+// Smoothed torque of the sharp motion in place of the torque of the smoothed motion. Both sides of the gap start from
+// the sharp motion, so a linear model has none.
 void add_filter_gap(TorqueWork* w, const Recording& in, TorqueRecording* out) {
   const SharpMotion& sharp = find_sharp_motion(w, in, *out);
   const Eigen::MatrixXd q = smooth_columns(sharp.q, out->step, w->data.cutoff);
   Eigen::MatrixXd v, a;
   differentiate_columns(q, out->step, &v, &a);
-  out->filter_gap = smooth_columns(sharp.tau, out->step, w->data.cutoff) - calc_efforts(add_by_hand(w->plant, in.spec), q, v, a);
+  out->filter_gap =
+      smooth_columns(sharp.tau, out->step, w->data.cutoff) - calc_efforts(add_by_hand(w->plant, in.spec), q, v, a);
   out->tau += out->filter_gap;
 }
 
@@ -135,7 +136,8 @@ void leave_out_unknown(TorqueRecording* r) {
 }
 
 bool is_unlogged(const TorqueWork& w, const Recording& in, size_t j) {
-  return w.data.source[j] == EffortSource::kRecorded && w.e.robot.tree.joint(static_cast<int>(j)).actuated && !in.joints[j].has(Quantity::kEffort);
+  return w.data.source[j] == EffortSource::kRecorded && w.e.robot.tree.joint(static_cast<int>(j)).actuated &&
+         !in.joints[j].has(Quantity::kEffort);
 }
 
 // The same where the effort was not logged, but is in another recording.
@@ -167,7 +169,8 @@ bool fill_joint(TorqueWork* w, const Recording& in, long joint, long rows, Torqu
   const size_t j = static_cast<size_t>(joint);
   const std::vector<double>& position = find_position(*w, out->index, j);
   if (position.empty()) {
-    const std::string text = in.spec.name + ": no column " + w->e.signal_name(static_cast<int>(joint), Quantity::kPosition) +
+    const std::string text = in.spec.name + ": no column " +
+                             w->e.signal_name(static_cast<int>(joint), Quantity::kPosition) +
                              ": the recording is left out";
     if (!has(w->data.missing, text)) w->data.missing.push_back(text);
     return false;
@@ -207,7 +210,8 @@ void add_recording(TorqueWork* w, size_t index) {
     if (!fill_joint(w, in, j, rows, &out)) return;
   }
   if (w->still[index].size() == 0) w->still[index] = find_still(make_raw(*w, in, out, rows), w->noise, out.step);
-  out.tau = w->bodies ? w->bodies(out, w->data.cutoff) : calc_efforts(add_by_hand(w->plant, in.spec), out.q, out.v, out.a);
+  out.tau =
+      w->bodies ? w->bodies(out, w->data.cutoff) : calc_efforts(add_by_hand(w->plant, in.spec), out.q, out.v, out.a);
   if (!out.tau.allFinite()) leave_out_unknown(&out);
   if (w->curved) add_filter_gap(w, in, &out);
   if (!w->data.feet.empty()) add_foot_loads(w, in, &out);
@@ -278,7 +282,8 @@ double find_motion_frequency(const TorqueWork& w) {
     for (long j = 0; j < r.v.cols(); ++j) {
       const Eigen::VectorXd v = r.v.col(j).array() - r.v.col(j).mean();
       double f = kLowestMotion;
-      while (f < w.data.cutoff && low_pass(v, r.step, f).squaredNorm() < kNearlyAll * v.squaredNorm()) f *= kFrequencyStep;
+      while (f < w.data.cutoff && low_pass(v, r.step, f).squaredNorm() < kNearlyAll * v.squaredNorm())
+        f *= kFrequencyStep;
       if (v.squaredNorm() > 0.0) found.push_back(f);
     }
   }
@@ -303,12 +308,15 @@ void find_speed(const TorqueWork& w, TorqueRecording* r) {
   for (long j = 0; j < r->v.cols(); ++j) {
     const size_t joint = static_cast<size_t>(j);
     const bool recorded = in.joints[joint].has(Quantity::kVelocity);
-    const double sigma = recorded ? w.e.joint_noise[joint][static_cast<size_t>(Quantity::kVelocity)].sigma : w.noise[joint];
+    const double sigma =
+        recorded ? w.e.joint_noise[joint][static_cast<size_t>(Quantity::kVelocity)].sigma : w.noise[joint];
     for (double cutoff : kSpeedCutoffs) {
       if (cutoff <= w.data.cutoff || cutoff > 0.5 / r->step) continue;
       if (scale_noise(sigma, r->step, cutoff, recorded ? 0 : 1) > w.data.slow[joint]) continue;
-      const std::vector<double>& series = recorded ? in.joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)] : find_position(w, r->index, joint);
-      const Eigen::VectorXd sharp = low_pass(resample(in.time, series, r->begin, r->step, r->q.rows()), r->step, cutoff);
+      const std::vector<double>& series = recorded ? in.joints[joint].signal[static_cast<size_t>(Quantity::kVelocity)]
+                                                   : find_position(w, r->index, joint);
+      const Eigen::VectorXd sharp =
+          low_pass(resample(in.time, series, r->begin, r->step, r->q.rows()), r->step, cutoff);
       r->speed.col(j) = recorded ? sharp : differentiate(sharp, r->step);
       break;
     }
@@ -331,7 +339,8 @@ void make_torque_motions(TorqueWork* w) {
     w->data.cutoff = cutoff;
     if (cutoff > limit) continue;
     const double noise_share = make_motions(w);
-    // Noise of inertia x acceleration, of the effort's spread and of the missing torque's: above, it hides what is missing.
+    // Noise of inertia x acceleration, of the effort's spread and of the missing torque's: above, it hides what is
+    // missing.
     if (noise_share <= kMinor && find_missing_share(*w) <= kMuch) break;
   }
   for (TorqueRecording& r : w->data.recordings) {

@@ -13,18 +13,22 @@ namespace {
 // Torque [N m] of friction with memory along the recorded motion; it starts unbent.
 Eigen::VectorXd calc_memory(const JointLaws& laws, const Eigen::VectorXd& q) {
   if (!(laws.hysteresis_stiffness > 0.0)) return Eigen::VectorXd::Zero(q.size());
-  return laws.hysteresis_stiffness * laws.hysteresis_yield * calc_memory_state(get_effect(EffectId::kHysteresis), q, laws.hysteresis_yield);
+  return laws.hysteresis_stiffness * laws.hysteresis_yield *
+         calc_memory_state(get_effect(EffectId::kHysteresis), q, laws.hysteresis_yield);
 }
 
 // Torque [N m] of a joint's laws in addition to the bodies, on the full grid.
-Eigen::VectorXd calc_taken(const TorqueData& data, const JointLaws& laws, const TorqueRecording& r, const Eigen::VectorXd& tau, int j) {
+Eigen::VectorXd calc_taken(const TorqueData& data, const JointLaws& laws, const TorqueRecording& r,
+                           const Eigen::VectorXd& tau, int j) {
   const Eigen::VectorXd direction = data.calc_sign(r, j);
   Eigen::VectorXd taken = calc_memory(laws, r.q.col(j));
   for (long k = 0; k < tau.size(); ++k) {
     const double v = r.v(k, j), s = direction[k];
     taken[k] += calc_taken_torque(laws, r.q(k, j) - laws.joint_offset, v, r.a(k, j));
     if (!laws.has_friction()) continue;
-    taken[k] += s * (calc_friction_level(laws, std::abs(r.speed(k, j)), calc_given_torque(laws, r.load(k, j), v), s > 0.0 ? 1.0 : -1.0) + calc_backdriven_level(laws, tau[k], s));
+    taken[k] += s * (calc_friction_level(laws, std::abs(r.speed(k, j)), calc_given_torque(laws, r.load(k, j), v),
+                                         s > 0.0 ? 1.0 : -1.0) +
+                     calc_backdriven_level(laws, tau[k], s));
   }
   return taken;
 }

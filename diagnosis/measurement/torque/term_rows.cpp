@@ -24,7 +24,7 @@ using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
 using R = TorqueRecording;
 
-constexpr double kMostLoss = 0.6;    // share of the load; no transmission loses more
+constexpr double kMostLoss = 0.6;                    // share of the load; no transmission loses more
 constexpr double kLeastGain = 0.5, kMostGain = 2.0;  // of a torque constant; beyond, it is the unit (effort_units.h)
 
 // Stribeck velocities as shares of the joint's fast speed (its 90th percentile).
@@ -45,7 +45,8 @@ Matrix calc_smooth(const TorqueData&, const R& r, const Term& t) {
   double columns[2];
   for (long k = 0; k < r.kept(); ++k) {
     const long row = r.full_row(k);
-    const JointSample sample{r.q(row, t.place), r.v(row, t.place), r.a(row, t.place), 0.0, r.effort(row, t.place), r.effort_rate(row, t.place)};
+    const JointSample sample{r.q(row, t.place),      r.v(row, t.place),          r.a(row, t.place), 0.0,
+                             r.effort(row, t.place), r.effort_rate(row, t.place)};
     t.effect().torque.calc_columns(sample, &t.shape, columns);
     for (long c = 0; c < out.cols(); ++c) out(k, c) = columns[c];
   }
@@ -112,7 +113,8 @@ std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) 
 // Yield angles that the joint exceeds; with a larger one it acts as a spring.
 std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
   double low = 1e300, high = -1e300;
-  for (const R& r : data.recordings) low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+  for (const R& r : data.recordings)
+    low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
   std::vector<double> list;
   for (double yield = kFirstYield; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
   return list;
@@ -138,7 +140,9 @@ std::vector<double> list_log_delays(const TorqueData& data, int joint) {
 TermValues make_gain(const Term&, const Vector& x, const Vector& s) { return {{1.0 - x[0]}, {s[0]}}; }
 Vector take_gain(const std::vector<double>& p) { return Vector::Constant(1, 1.0 - p[0]); }
 
-TermValues make_gain_of_model(const Term&, const Vector& x, const Vector& s) { return {{1.0 / (1.0 + x[0])}, {s[0] / std::pow(1.0 + x[0], 2)}}; }
+TermValues make_gain_of_model(const Term&, const Vector& x, const Vector& s) {
+  return {{1.0 / (1.0 + x[0])}, {s[0] / std::pow(1.0 + x[0], 2)}};
+}
 
 // k q - k rest
 TermValues make_spring(const Term&, const Vector& x, const Vector& s) {
@@ -152,9 +156,12 @@ Vector take_spring(const std::vector<double>& p) { return Eigen::Vector2d(p[0], 
 TermValues make_cogging(const Term& t, const Vector& x, const Vector& s) {
   return {{x.norm(), t.shape, std::atan2(-x[1], -x[0])}, {s[0], 0.1 * t.shape, s[0] / std::max(1e-12, x.norm())}};
 }
-Vector take_cogging(const std::vector<double>& p) { return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2])); }
+Vector take_cogging(const std::vector<double>& p) {
+  return Eigen::Vector2d(-p[0] * std::cos(p[2]), -p[0] * std::sin(p[2]));
+}
 
-// The coefficient is the share of the effort beyond the limit that is not there: all of it. The limit is known as the effort is.
+// The coefficient is the share of the effort beyond the limit that is not there: all of it. The limit is known as the
+// effort is.
 TermValues make_limit(const Term& t, const Vector&, const Vector&) { return {{t.shape}, {kKnown * t.shape}}; }
 Vector take_limit(const std::vector<double>&) { return Vector::Ones(1); }
 
@@ -180,36 +187,90 @@ std::vector<double> list_delays() { return {std::begin(kDelays), std::end(kDelay
 
 std::vector<TermRow> make_joint_rows() {
   using T = TermRow;
-  return {
-      Row("viscous_friction", 0.5, kSpeeds).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
-      Row("coulomb_friction", 0.5, kSpeeds).column(&calc_direction).positive().is(&T::usual).is(&T::of_motor_and_gear).is(&T::level),
-      Row("load_dependent_friction", 2.0, kSpeeds).column(&calc_load).shapes(&list_loads).within(0.0, kMostLoss).is(&T::of_motor_and_gear)
-          .is(&T::by_load),
-      Row("backdriving_friction", 2.0, kSpeeds).column(&calc_backwards).within(0.0, kMostHeld).is(&T::needs_drive)
-          .is(&T::of_motor_and_gear).is(&T::backwards).is(&T::only_beside_all),
-      Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
-      // Cost ln 2: a torque constant is as often wrong as right. Its size has a cost, too (calc_factor_cost).
-      Row("torque_constant_error", 0.7, kPostures).column(&calc_smooth).within(1.0 - kMostGain, 1.0 - kLeastGain)
-          .parameters(&make_gain, &take_gain).worth_saying_from(kMaterialFactor).is(&T::needs_drive).is(&T::scales_effort),
-      Row("torque_constant_error", 0.7, kPostures).column(&calc_nominal).parameters(&make_gain_of_model, nullptr)
-          .is(&T::needs_drive).is(&T::scales_model),
-      Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
-      Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
-      // A late bus or filter affects all joints; a delay of a single joint is rare.
-      Row("sensor_delay", 6.0, kReversals).column(&calc_late_log).shapes(&list_log_delays).within(0.0, kLongest)
-          .is(&T::needs_drive).is(&T::scanned).is(&T::of_log),
-      Row("parallel_spring", 3.0, kSweeps).column(&calc_smooth, 2).shapes(&list_springs).positive()
-          .parameters(&make_spring, &take_spring).constant_in(1),
-      Row("command_delay", 3.0, kReversals).column(&calc_late_command).shapes(&list_own_delays).within(0.0, kLongest)
-          .is(&T::scanned).is(&T::late),
-      Row("stribeck_friction", 2.0, kSpeeds).column(&calc_excess).shapes(&list_stribeck_velocities).positive().shaped_by(2).is(&T::excess),
-      Row("cogging", 3.0, kSweeps).column(&calc_ripple, 2).shapes(&find_ripples).parameters(&make_cogging, &take_cogging)
-          .shaped_by(1).is(&T::needs_drive),
-      Row("torque_saturation", 3.0, kEfforts).column(&calc_smooth).shapes(&find_limits).within(kMostly, 1.0 / kMostly)
-          .parameters(&make_limit, &take_limit).shaped_by(0).is(&T::needs_drive),
-      Row("hysteresis", 3.0, kReversals).column(&calc_memory).shapes(&list_yield_angles).positive()
-          .parameters(&make_hysteresis, &take_hysteresis).shaped_by(1).shape_above(kFirstYield)
-          .is(&T::memory).is(&T::only_beside_all)};
+  return {Row("viscous_friction", 0.5, kSpeeds).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
+          Row("coulomb_friction", 0.5, kSpeeds)
+              .column(&calc_direction)
+              .positive()
+              .is(&T::usual)
+              .is(&T::of_motor_and_gear)
+              .is(&T::level),
+          Row("load_dependent_friction", 2.0, kSpeeds)
+              .column(&calc_load)
+              .shapes(&list_loads)
+              .within(0.0, kMostLoss)
+              .is(&T::of_motor_and_gear)
+              .is(&T::by_load),
+          Row("backdriving_friction", 2.0, kSpeeds)
+              .column(&calc_backwards)
+              .within(0.0, kMostHeld)
+              .is(&T::needs_drive)
+              .is(&T::of_motor_and_gear)
+              .is(&T::backwards)
+              .is(&T::only_beside_all),
+          Row("rotor_inertia", 0.5, kReversals).column(&calc_smooth).positive().is(&T::usual).is(&T::of_motor_and_gear),
+          // Cost ln 2: a torque constant is as often wrong as right. Its size has a cost, too (calc_factor_cost).
+          Row("torque_constant_error", 0.7, kPostures)
+              .column(&calc_smooth)
+              .within(1.0 - kMostGain, 1.0 - kLeastGain)
+              .parameters(&make_gain, &take_gain)
+              .worth_saying_from(kMaterialFactor)
+              .is(&T::needs_drive)
+              .is(&T::scales_effort),
+          Row("torque_constant_error", 0.7, kPostures)
+              .column(&calc_nominal)
+              .parameters(&make_gain_of_model, nullptr)
+              .is(&T::needs_drive)
+              .is(&T::scales_model),
+          Row("constant_torque", 2.0, kSweeps).column(&calc_smooth).constant_in(0),
+          Row("actuator_lag", 3.0, kReversals).column(&calc_smooth).within(0.0, kLongest).is(&T::needs_drive),
+          // A late bus or filter affects all joints; a delay of a single joint is rare.
+          Row("sensor_delay", 6.0, kReversals)
+              .column(&calc_late_log)
+              .shapes(&list_log_delays)
+              .within(0.0, kLongest)
+              .is(&T::needs_drive)
+              .is(&T::scanned)
+              .is(&T::of_log),
+          Row("parallel_spring", 3.0, kSweeps)
+              .column(&calc_smooth, 2)
+              .shapes(&list_springs)
+              .positive()
+              .parameters(&make_spring, &take_spring)
+              .constant_in(1),
+          Row("command_delay", 3.0, kReversals)
+              .column(&calc_late_command)
+              .shapes(&list_own_delays)
+              .within(0.0, kLongest)
+              .is(&T::scanned)
+              .is(&T::late),
+          Row("stribeck_friction", 2.0, kSpeeds)
+              .column(&calc_excess)
+              .shapes(&list_stribeck_velocities)
+              .positive()
+              .shaped_by(2)
+              .is(&T::excess),
+          Row("cogging", 3.0, kSweeps)
+              .column(&calc_ripple, 2)
+              .shapes(&find_ripples)
+              .parameters(&make_cogging, &take_cogging)
+              .shaped_by(1)
+              .is(&T::needs_drive),
+          Row("torque_saturation", 3.0, kEfforts)
+              .column(&calc_smooth)
+              .shapes(&find_limits)
+              .within(kMostly, 1.0 / kMostly)
+              .parameters(&make_limit, &take_limit)
+              .shaped_by(0)
+              .is(&T::needs_drive),
+          Row("hysteresis", 3.0, kReversals)
+              .column(&calc_memory)
+              .shapes(&list_yield_angles)
+              .positive()
+              .parameters(&make_hysteresis, &take_hysteresis)
+              .shaped_by(1)
+              .shape_above(kFirstYield)
+              .is(&T::memory)
+              .is(&T::only_beside_all)};
 }
 
 bool TermRow::allows(const Vector& coefficients, double reach) const {

@@ -14,8 +14,8 @@ extern const char* const kReversals;
 extern const char* const kSweeps;
 extern const char* const kPostures;
 
-constexpr double kMostHeld = 0.8;  // share of the load; a gear that holds more would hardly be driven backwards
-constexpr double kLongest = 0.1;   // [s] longest lag or delay of a drive
+constexpr double kMostHeld = 0.8;    // share of the load; a gear that holds more would hardly be driven backwards
+constexpr double kLongest = 0.1;     // [s] longest lag or delay of a drive
 constexpr double kAngleStep = 1e-4;  // [rad] of the central differences over a position or the base's attitude
 constexpr double kMaterialFactor = 0.03, kMaterialAngle = 0.003;  // [rad]
 
@@ -25,8 +25,12 @@ std::vector<double> list_delays();
 
 // A row written in one expression.
 struct Row : TermRow {
-  Row(const char* name, double nats, const char* motion_in) { effect = find_effect(name), cost = nats, motion = motion_in; }
-  Row& column(decltype(TermRow::calc_columns) calc, int count = 1) { return calc_columns = calc, columns = count, *this; }
+  Row(const char* name, double nats, const char* motion_in) {
+    effect = find_effect(name), cost = nats, motion = motion_in;
+  }
+  Row& column(decltype(TermRow::calc_columns) calc, int count = 1) {
+    return calc_columns = calc, columns = count, *this;
+  }
   Row& in_all_rows(PlaceKind at, int count, decltype(TermRow::fill_columns) fill) {
     return whole = true, place = at, columns = count, fill_columns = fill, *this;
   }

@@ -12,7 +12,8 @@ namespace {
 
 // Adds one term for each shape to try at a joint or link.
 void add_terms(const TorqueData& data, const TermRow& row, int place, std::vector<Term>* terms) {
-  for (double shape : row.list_shapes ? row.list_shapes(data, place) : std::vector<double>{0.0}) terms->push_back({&row, place, shape});
+  for (double shape : row.list_shapes ? row.list_shapes(data, place) : std::vector<double>{0.0})
+    terms->push_back({&row, place, shape});
 }
 
 // By joint: whether any of its samples are used.
@@ -24,7 +25,8 @@ std::vector<char> list_used(const TorqueData& data) {
   return used;
 }
 
-// True if some used joint carries the link. No other joint feels it: a humanoid that moves one arm does not show the other.
+// True if some used joint carries the link. No other joint feels it: a humanoid that moves one arm does not show the
+// other.
 bool is_felt(const TreeSpec& tree, const std::vector<char>& used, int link) {
   for (size_t j = 0; j < used.size(); ++j) {
     if (used[j] && is_above(tree, static_cast<int>(j) + 1, link)) return true;
@@ -35,7 +37,9 @@ bool is_felt(const TreeSpec& tree, const std::vector<char>& used, int link) {
 // True if a zero of this joint moves a link of some used joint, or the weight on one.
 bool is_zero_felt(const TreeSpec& tree, const std::vector<char>& used, int joint) {
   for (size_t j = 0; j < used.size(); ++j) {
-    if (used[j] && (is_above(tree, static_cast<int>(j) + 1, joint + 1) || is_above(tree, joint + 1, static_cast<int>(j) + 1))) return true;
+    if (used[j] &&
+        (is_above(tree, static_cast<int>(j) + 1, joint + 1) || is_above(tree, joint + 1, static_cast<int>(j) + 1)))
+      return true;
   }
   return false;
 }
@@ -89,18 +93,22 @@ std::vector<Term> list_whole_terms(const TorqueData& data) {
   const bool fixed = !data.experiment->scenario.floating_base && !data.behind_gears;
   const bool driven = has_drive(tree);
   // Measured forces at the feet give the scale that a drive's torque gives elsewhere.
-  const auto is_measured = [&](int link) { return tree.links[static_cast<size_t>(link)].joint.actuated || !data.feet.empty(); };
+  const auto is_measured = [&](int link) {
+    return tree.links[static_cast<size_t>(link)].joint.actuated || !data.feet.empty();
+  };
   for (int link = 1; fixed && link < static_cast<int>(tree.links.size()); ++link) {
     if (!is_felt(tree, used, link)) continue;
     for (const TermRow& row : list_term_rows()) {
-      if (row.whole && row.place == PlaceKind::kLink && (is_measured(link) || !row.needs_drive)) add_terms(data, row, link, &terms);
+      if (row.whole && row.place == PlaceKind::kLink && (is_measured(link) || !row.needs_drive))
+        add_terms(data, row, link, &terms);
     }
   }
   for (const TermRow& row : list_term_rows()) {
     if (!row.whole || row.place == PlaceKind::kLink || !(fixed || row.late) || (row.needs_drive && !driven)) continue;
     const int places = row.place == PlaceKind::kJoint && !row.late ? tree.num_joints() : 1;
     for (int place = 0; place < places; ++place) {
-      if (row.place != PlaceKind::kJoint || row.late || is_zero_felt(tree, used, place)) add_terms(data, row, place, &terms);
+      if (row.place != PlaceKind::kJoint || row.late || is_zero_felt(tree, used, place))
+        add_terms(data, row, place, &terms);
     }
   }
   return terms;

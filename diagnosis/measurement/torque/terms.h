@@ -41,7 +41,8 @@ struct TermValues {
   std::vector<double> value, std;
 };
 
-// Shapes of load-dependent friction: it grows with the bodies' torque behind the gear, or with the drive's whole effort.
+// Shapes of load-dependent friction: it grows with the bodies' torque behind the gear, or with the drive's whole
+// effort.
 constexpr double kLoadOfBodies = 0.0, kLoadOfDrive = 1.0;
 
 // A kind of term: its row in the table of effects, and what only the missing torque needs. To add a term, add a row
@@ -62,27 +63,27 @@ struct TermRow {
   Eigen::VectorXd (*make_coefficients)(const std::vector<double>& values) = nullptr;
   // [nats] prior cost of the term; lowest for effects that every drive has.
   double cost = 3.0;
-  const char* motion = "";     // that would distinguish it from other terms
+  const char* motion = "";  // that would distinguish it from other terms
   // Physical range of the first coefficient, or of the norm: friction opposes motion, inertias and delays are positive.
   double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
   bool by_norm = false;
-  bool within_reach = false;   // the coefficients are a position [m] within the link's reach
-  double material = 0.0;       // smallest norm that counts; smaller ones occur in every drive or encoder
-  bool whole = false;          // in the rows of every joint
-  bool needs_drive = false;    // only at joints with a motor and their links; of the whole robot: only if a joint has one
-  bool usual = false;          // every drive has it
+  bool within_reach = false;  // the coefficients are a position [m] within the link's reach
+  double material = 0.0;      // smallest norm that counts; smaller ones occur in every drive or encoder
+  bool whole = false;         // in the rows of every joint
+  bool needs_drive = false;  // only at joints with a motor and their links; of the whole robot: only if a joint has one
+  bool usual = false;        // every drive has it
   bool of_motor_and_gear = false;  // losses and rotors; once they are known, the drive is
-  bool scanned = false;        // a joint's models contain at most one of its shapes
+  bool scanned = false;            // a joint's models contain at most one of its shapes
   bool only_beside_all = false;  // tried only if it is worth its cost beside all other terms, which explain much of it
-  bool late = false;           // late commands
-  bool of_log = false;         // a fault of the recorded effort, not of the joint
-  bool factor = false;         // the parameter is 1 + coefficient, with a prior around one
-  bool level = false;          // Coulomb friction, independent of the load
-  bool by_load = false;        // load-dependent friction
-  bool excess = false;         // Stribeck excess over a level; needs one, and is reported with it
-  bool memory = false;         // depends on past positions; needs dry friction, whose pre-sliding looks like it
-  double least_shape = 0.0;    // terms of at most this shape only serve for comparison
-  bool backwards = false;      // of a gear that the load drives
+  bool late = false;             // late commands
+  bool of_log = false;           // a fault of the recorded effort, not of the joint
+  bool factor = false;           // the parameter is 1 + coefficient, with a prior around one
+  bool level = false;            // Coulomb friction, independent of the load
+  bool by_load = false;          // load-dependent friction
+  bool excess = false;           // Stribeck excess over a level; needs one, and is reported with it
+  bool memory = false;           // depends on past positions; needs dry friction, whose pre-sliding looks like it
+  double least_shape = 0.0;      // terms of at most this shape only serve for comparison
+  bool backwards = false;        // of a gear that the load drives
   bool scales_effort = false;  // the drive's gain, by the recorded effort; its column by the model is next in the list
   bool scales_model = false;   // the drive's gain, by the model's torque: the other bound
   bool load = false;           // a carried mass and its position: contains wrong mass and centre of mass of the link
@@ -93,12 +94,12 @@ struct TermRow {
 
   bool allows(const Eigen::VectorXd& coefficients, double reach = 0.0) const;
   bool is_dry() const { return level || by_load; }
-  bool is_constant() const { return constant == 0; }          // and nothing else
+  bool is_constant() const { return constant == 0; }  // and nothing else
   // A spring has a constant part. It always fits as well as a constant torque, so it is no rival of one.
   bool contains(const TermRow& smaller) const { return constant > 0 && smaller.is_constant(); }
   // A displaced zero, or a law that has a constant part: near one posture they are the same.
   bool is_like_zero() const { return effect->family == EffectFamily::kZero || constant >= 0; }
-  bool is_of_bus() const { return late && whole; }            // common to all joints
+  bool is_of_bus() const { return late && whole; }  // common to all joints
   bool is_of_mass() const { return effect->family == EffectFamily::kMass; }
 };
 

@@ -16,7 +16,16 @@ namespace {
 
 TorqueWork begin_work(const Experiment& e, const BodyTorques& bodies) {
   const size_t count = e.recordings.size();
-  TorqueWork w{e, bodies, make_plant(e, {}), {}, {}, std::vector<Flags>(count), std::vector<Flags>(count), std::vector<SharpMotion>(count), false, {}};
+  TorqueWork w{e,
+               bodies,
+               make_plant(e, {}),
+               {},
+               {},
+               std::vector<Flags>(count),
+               std::vector<Flags>(count),
+               std::vector<SharpMotion>(count),
+               false,
+               {}};
   w.closed.resize(count);
   w.data.experiment = &e;
   w.data.behind_gears = bodies != nullptr && !e.scenario.floating_base;
@@ -91,8 +100,10 @@ TorqueData make_torque_data(const Experiment& experiment) { return make_torque_d
 
 TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bodies) {
   const std::vector<VelocityReading> velocity = find_velocity_readings(experiment);
-  const bool faulty = std::any_of(velocity.begin(), velocity.end(), [](const VelocityReading& log) { return log.is_faulty(); });
-  TorqueData data = faulty ? make_data(correct_joint_logs(experiment, velocity), velocity, bodies) : make_data(experiment, velocity, bodies);
+  const bool faulty =
+      std::any_of(velocity.begin(), velocity.end(), [](const VelocityReading& log) { return log.is_faulty(); });
+  TorqueData data = faulty ? make_data(correct_joint_logs(experiment, velocity), velocity, bodies)
+                           : make_data(experiment, velocity, bodies);
   data.experiment = &experiment, data.velocity = velocity;
   return data;
 }

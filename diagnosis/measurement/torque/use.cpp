@@ -19,7 +19,8 @@ Eigen::VectorXd calc_stated(const TorqueWork& w, const TorqueRecording& r, int j
   const Eigen::VectorXd sign = w.data.calc_sign(r, j);
   Eigen::VectorXd friction = Eigen::VectorXd::Zero(r.v.rows());
   for (long k = 0; k < friction.size() && laws.has_friction(); ++k)
-    friction[k] = sign[k] * calc_friction_level(laws, std::abs(r.speed(k, j)), r.load(k, j), sign[k] > 0.0 ? 1.0 : -1.0);
+    friction[k] =
+        sign[k] * calc_friction_level(laws, std::abs(r.speed(k, j)), r.load(k, j), sign[k] > 0.0 ? 1.0 : -1.0);
   Eigen::VectorXd stated = w.data.condition(r, friction);
   for (long k = 0; k < stated.size(); ++k) {
     const long row = r.full_row(k);
@@ -34,8 +35,10 @@ Flags find_read(const TorqueWork& w, const TorqueRecording& r, size_t joint) {
   Flags read = Flags::Constant(r.q.rows(), true);
   for (size_t j = 0; j < in.joints.size(); ++j) {
     const std::vector<double>& effort = in.joints[j].signal[static_cast<int>(Quantity::kEffort)];
-    if (in.joints[j].has(Quantity::kPosition)) mark_gaps(in.time, in.joints[j].signal[0], r, w.e.sample_time, w.data.cutoff, &read);
-    if (j == joint && w.data.source[j] == EffortSource::kRecorded) mark_gaps(in.time, effort, r, w.e.sample_time, w.data.cutoff, &read);
+    if (in.joints[j].has(Quantity::kPosition))
+      mark_gaps(in.time, in.joints[j].signal[0], r, w.e.sample_time, w.data.cutoff, &read);
+    if (j == joint && w.data.source[j] == EffortSource::kRecorded)
+      mark_gaps(in.time, effort, r, w.e.sample_time, w.data.cutoff, &read);
   }
   return read;
 }
@@ -82,9 +85,9 @@ void make_missing_torque(TorqueWork* w, TorqueRecording* r) {
     long first = 0;
     while (!frozen[first]) ++first;
     w->data.frozen.push_back(r->index);
-    w->data.warnings.push_back(w->e.recordings[r->index].spec.name + ": no joint moves although efforts change, from about " +
-                             number(r->begin + r->step * static_cast<double>(first), 3) +
-                             " s: this stretch is left out");
+    w->data.warnings.push_back(
+        w->e.recordings[r->index].spec.name + ": no joint moves although efforts change, from about " +
+        number(r->begin + r->step * static_cast<double>(first), 3) + " s: this stretch is left out");
   }
   for (long j = 0; j < n; ++j) {
     const Eigen::VectorXd stated = calc_stated(*w, *r, static_cast<int>(j));

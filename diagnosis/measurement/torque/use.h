@@ -13,7 +13,8 @@ void make_missing_torque(TorqueWork* work, TorqueRecording* recording);
 // sample is then larger than friction. Such stretches are left out if enough others remain.
 void leave_out_limits(TorqueWork* work, int joint);
 
-// Takes the ripple out of the effort that its log has beside the servo's law: it is no torque, and would stand in for one.
+// Takes the ripple out of the effort that its log has beside the servo's law: it is no torque, and would stand in for
+// one.
 void take_out_log_ripple(TorqueWork* work, int joint);
 
 }  // namespace hrp::diagnosis

@@ -12,11 +12,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kMostAngle = 0.3;   // [rad] range of a linear term of a zero or a tilt
+constexpr double kMostAngle = 0.3;                         // [rad] range of a linear term of a zero or a tilt
 constexpr double kLeastMass = 0.3, kMostMass = 3.0;        // share of a link's nominal mass
 constexpr double kLeastCarried = 0.3, kMostCarried = 1.1;  // share of gravity; less is a wrong mass
 
-const char* const kLook = "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries the arm";
+const char* const kLook =
+    "look whether the log's effort is the whole of the drive's torque, and whether a spring or a counterweight carries "
+    "the arm";
 
 using Inertial = Eigen::Matrix<double, kInertialParameters, 1>;
 using Block = Eigen::Ref<Eigen::MatrixXd>;  // joint x columns of one term
@@ -44,17 +46,23 @@ Inertial move_com(const LinkInertia& inertia, int axis) {
   return make_inertial(0.0, m * e, m * (2.0 * c.dot(e) * Matrix3d::Identity() - c * e.transpose() - e * c.transpose()));
 }
 
-TermValues make_scale(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) { return {{1.0 + x[0]}, {s[0]}}; }
+TermValues make_scale(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) {
+  return {{1.0 + x[0]}, {s[0]}};
+}
 Eigen::VectorXd take_scale(const std::vector<double>& p) { return Eigen::VectorXd::Constant(1, p[0] - 1.0); }
 
-TermValues make_share(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) { return {{std::clamp(x[0], 0.0, 1.0)}, {s[0]}}; }
+TermValues make_share(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) {
+  return {{std::clamp(x[0], 0.0, 1.0)}, {s[0]}};
+}
 
 // Parameters m and m p_LP.
 TermValues make_payload(const Term&, const Eigen::VectorXd& x, const Eigen::VectorXd& s) {
   const double size = std::max(1e-12, std::abs(x[0]));
   return {{x[0], x[1] / x[0], x[2] / x[0], x[3] / x[0]}, {s[0], s[1] / size, s[2] / size, s[3] / size}};
 }
-Eigen::VectorXd take_payload(const std::vector<double>& p) { return Eigen::Vector4d(p[0], p[0] * p[1], p[0] * p[2], p[0] * p[3]); }
+Eigen::VectorXd take_payload(const std::vector<double>& p) {
+  return Eigen::Vector4d(p[0], p[0] * p[1], p[0] * p[2], p[0] * p[3]);
+}
 
 const std::vector<double> kOne{0.0}, kNone;  // shapes: one term without a shape; no term
 
@@ -62,16 +70,22 @@ std::vector<double> list_own_mass(const TorqueData& data, int link) {
   return data.experiment->robot.tree.links[static_cast<size_t>(link)].inertia.mass > 0.0 ? kOne : kNone;
 }
 
-std::vector<double> list_tilt(const TorqueData& data, int) { return data.experiment->scenario.gravity_W.norm() > 0.0 ? kOne : kNone; }
+std::vector<double> list_tilt(const TorqueData& data, int) {
+  return data.experiment->scenario.gravity_W.norm() > 0.0 ? kOne : kNone;
+}
 
-long count_laws(const TorqueData& data) { return std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw); }
+long count_laws(const TorqueData& data) {
+  return std::count(data.source.begin(), data.source.end(), EffortSource::kServoLaw);
+}
 
 // The servo law gives all of a drive's effort. Only a log may lack the gravity compensation of a controller.
 std::vector<double> list_carried(const TorqueData& data, int) {
   return count_laws(data) == 0 && data.feet.empty() ? list_tilt(data, 0) : kNone;
 }
 
-std::vector<double> list_bus_delays(const TorqueData& data, int) { return count_laws(data) > 1 ? list_delays() : kNone; }
+std::vector<double> list_bus_delays(const TorqueData& data, int) {
+  return count_laws(data) > 1 ? list_delays() : kNone;
+}
 
 }  // namespace
 
@@ -109,8 +123,10 @@ class WholeColumns {
       for (const Term& term : terms_) {
         const auto own = rows->middleCols(column, term.columns());
         const bool known = term.row->late || !tree_.floating_base;
-        if (known && term.row->moves_model == moving) (this->*term.row->fill_columns)(term, own);
-        else if (!known) rows->middleCols(column, term.columns()).setZero();
+        if (known && term.row->moves_model == moving)
+          (this->*term.row->fill_columns)(term, own);
+        else if (!known)
+          rows->middleCols(column, term.columns()).setZero();
         column += term.columns();
       }
     }
@@ -125,7 +141,8 @@ class WholeColumns {
   }
 
   void fill_mass(const Term& t, Block columns) {
-    columns.col(0) = get_regressor(t.place) * mine_.segment(static_cast<long>(t.place) * kInertialParameters, kInertialParameters);
+    columns.col(0) =
+        get_regressor(t.place) * mine_.segment(static_cast<long>(t.place) * kInertialParameters, kInertialParameters);
   }
 
   void fill_payload(const Term& t, Block columns) {  // column of m contains the inertia at its position; m c
@@ -162,13 +179,15 @@ class WholeColumns {
 
   // Model on a base that is rotated by +- kAngleStep about x (roll) or y (pitch).
   Model turn(int axis, double sign) const {
-    const Vector3d gravity_B = Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data_.experiment->scenario.gravity_W;
+    const Vector3d gravity_B =
+        Eigen::AngleAxisd(-sign * kAngleStep, Vector3d::Unit(axis)) * data_.experiment->scenario.gravity_W;
     return Model(loaded_, gravity_B);
   }
 
   void fill_tilt(const Term&, Block columns) {
     for (size_t axis = 0; axis < 2; ++axis)  // central: a one-sided step changes gravity's size, like a weight
-      columns.col(static_cast<long>(axis)) = (calc_under(turned_[2 * axis]) - calc_under(turned_[2 * axis + 1])) / (2.0 * kAngleStep);
+      columns.col(static_cast<long>(axis)) =
+          (calc_under(turned_[2 * axis]) - calc_under(turned_[2 * axis + 1])) / (2.0 * kAngleStep);
   }
 
   void fill_carried(const Term&, Block columns) { columns.col(0) = calc_under(weightless_) - calc_under(model_); }
@@ -185,7 +204,7 @@ class WholeColumns {
   const TorqueRecording& recording_;
   const std::vector<Term>& terms_;
   const TreeSpec& tree_;
-  const TreeSpec loaded_;                  // with the loads of this recording
+  const TreeSpec loaded_;  // with the loads of this recording
   const std::vector<SteadyForce> pulls_;
   const Model model_;
   Data kinematics_;
@@ -199,33 +218,58 @@ class WholeColumns {
 };
 
 // The prior cost of a term includes its number of parameters.
-// The equation of a joint without a drive is homogeneous: a link without mass and weight would explain any motion. Terms
-// that take mass or weight away need the torque of a drive beside which they are measured.
+// The equation of a joint without a drive is homogeneous: a link without mass and weight would explain any motion.
+// Terms that take mass or weight away need the torque of a drive beside which they are measured.
 std::vector<TermRow> make_whole_rows() {
   using T = TermRow;
   using At = WholeColumns;
-  return {
-      Row("payload", 9.0, kPostures).in_all_rows(PlaceKind::kLink, 4, &At::fill_payload)
-          .parameters(&make_payload, &take_payload).is(&T::load),
-      Row("mass_error", 4.0, kPostures).in_all_rows(PlaceKind::kLink, 1, &At::fill_mass)
-          .parameters(&make_scale, &take_scale).within(kLeastMass - 1.0, kMostMass - 1.0).shapes(&list_own_mass)
-          .worth_saying_from(kMaterialFactor).is(&T::factor).is(&T::needs_drive),
-      Row("com_error", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_com)
-          .shapes(&list_own_mass).is(&T::within_reach).is(&T::needs_drive),
-      Row("external_force", 7.0, kPostures).in_all_rows(PlaceKind::kLink, 3, &At::fill_force).is(&T::needs_drive).is(&T::pulls),
-      Row("joint_offset", 4.0, kSweeps).in_all_rows(PlaceKind::kJoint, 1, &At::fill_offset)
-          .small_angle(kMostAngle).is(&T::moves_model),
-      Row("base_tilt", 5.0, kPostures).in_all_rows(PlaceKind::kNone, 2, &At::fill_tilt)
-          .shapes(&list_tilt).small_angle(kMostAngle).is(&T::moves_model),
-      Row("gravity_compensation", 5.0, kLook).in_all_rows(PlaceKind::kNone, 1, &At::fill_carried)
-          .parameters(&make_share, nullptr).within(kLeastCarried, kMostCarried).shapes(&list_carried)
-          .is(&T::moves_model).is(&T::needs_drive),
-      Row("command_delay", 4.0, kReversals).in_all_rows(PlaceKind::kJoint, 1, &At::fill_late)
-          .shapes(&list_bus_delays).within(0.0, kLongest).is(&T::late)};
+  return {Row("payload", 9.0, kPostures)
+              .in_all_rows(PlaceKind::kLink, 4, &At::fill_payload)
+              .parameters(&make_payload, &take_payload)
+              .is(&T::load),
+          Row("mass_error", 4.0, kPostures)
+              .in_all_rows(PlaceKind::kLink, 1, &At::fill_mass)
+              .parameters(&make_scale, &take_scale)
+              .within(kLeastMass - 1.0, kMostMass - 1.0)
+              .shapes(&list_own_mass)
+              .worth_saying_from(kMaterialFactor)
+              .is(&T::factor)
+              .is(&T::needs_drive),
+          Row("com_error", 7.0, kPostures)
+              .in_all_rows(PlaceKind::kLink, 3, &At::fill_com)
+              .shapes(&list_own_mass)
+              .is(&T::within_reach)
+              .is(&T::needs_drive),
+          Row("external_force", 7.0, kPostures)
+              .in_all_rows(PlaceKind::kLink, 3, &At::fill_force)
+              .is(&T::needs_drive)
+              .is(&T::pulls),
+          Row("joint_offset", 4.0, kSweeps)
+              .in_all_rows(PlaceKind::kJoint, 1, &At::fill_offset)
+              .small_angle(kMostAngle)
+              .is(&T::moves_model),
+          Row("base_tilt", 5.0, kPostures)
+              .in_all_rows(PlaceKind::kNone, 2, &At::fill_tilt)
+              .shapes(&list_tilt)
+              .small_angle(kMostAngle)
+              .is(&T::moves_model),
+          Row("gravity_compensation", 5.0, kLook)
+              .in_all_rows(PlaceKind::kNone, 1, &At::fill_carried)
+              .parameters(&make_share, nullptr)
+              .within(kLeastCarried, kMostCarried)
+              .shapes(&list_carried)
+              .is(&T::moves_model)
+              .is(&T::needs_drive),
+          Row("command_delay", 4.0, kReversals)
+              .in_all_rows(PlaceKind::kJoint, 1, &At::fill_late)
+              .shapes(&list_bus_delays)
+              .within(0.0, kLongest)
+              .is(&T::late)};
 }
 
 // Kept samples of columns along the sharp motion, filtered like the efforts. Late commands are filtered already.
-Eigen::MatrixXd condition_columns(const TorqueData& data, const TorqueRecording& r, const std::vector<Term>& terms, const Eigen::MatrixXd& full) {
+Eigen::MatrixXd condition_columns(const TorqueData& data, const TorqueRecording& r, const std::vector<Term>& terms,
+                                  const Eigen::MatrixXd& full) {
   Eigen::MatrixXd kept(r.kept(), full.cols());
   long column = 0;
   for (const Term& term : terms) {

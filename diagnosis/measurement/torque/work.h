@@ -20,11 +20,11 @@ struct TorqueWork {
   const BodyTorques& bodies;
   const Plant plant;
   TorqueData data;
-  std::vector<double> noise;       // [rad] by joint
-  std::vector<Flags> still;        // by recording of the experiment, full grid
-  std::vector<Flags> sudden;       // the same; of robots with loaded feet
-  std::vector<SharpMotion> sharp;  // by recording of the experiment
-  bool curved = false;             // the torque of the smoothed motion is not the smoothed torque
+  std::vector<double> noise;                             // [rad] by joint
+  std::vector<Flags> still;                              // by recording of the experiment, full grid
+  std::vector<Flags> sudden;                             // the same; of robots with loaded feet
+  std::vector<SharpMotion> sharp;                        // by recording of the experiment
+  bool curved = false;                                   // the torque of the smoothed motion is not the smoothed torque
   std::vector<std::vector<std::vector<double>>> closed;  // by recording, by joint: positions from a held foot
 };
 

@@ -12,8 +12,8 @@ namespace hrp {
 namespace {
 
 std::string name_end(const EndSeen& end) {
-  return std::string("a ") + (end.writer ? "writer" : "reader") + " of " + make_printable_line(end.topic) + " (" + end.vendor +
-         ", participant " + end.participant + ")";
+  return std::string("a ") + (end.writer ? "writer" : "reader") + " of " + make_printable_line(end.topic) + " (" +
+         end.vendor + ", participant " + end.participant + ")";
 }
 
 std::string find_mismatch(const EndSeen& reader, const EndSeen& writer) {
@@ -36,8 +36,9 @@ bool misses_last(const EndSeen& end) {
 
 std::vector<std::string> list_our_names() {
   std::vector<std::string> names;
-  for (const char* name : {"robot_description", "model_refused", "robot_state", "sensor_data", "contact_set", "contact_forces",
-                           "events", "joint_commands", "server_status", "step_grant", "run_control", "run_status", "view"}) {
+  for (const char* name :
+       {"robot_description", "model_refused", "robot_state", "sensor_data", "contact_set", "contact_forces", "events",
+        "joint_commands", "server_status", "step_grant", "run_control", "run_status", "view"}) {
     names.push_back(std::string("hrp/") + name);
   }
   return names;
@@ -67,11 +68,16 @@ Findings judge_qos(const std::vector<EndSeen>& ends) {
       if (!writer.writer || writer.topic != reader.topic || writer.participant == reader.participant) continue;
       const std::string mismatch = find_mismatch(reader, writer);
       if (mismatch.empty()) continue;
-      add_once(&said, reader.topic + mismatch, make_problem("qos", make_printable_line(reader.topic) + ": " + mismatch + ", so they do not match", kQosMend), &findings);
+      add_once(
+          &said, reader.topic + mismatch,
+          make_problem("qos", make_printable_line(reader.topic) + ": " + mismatch + ", so they do not match", kQosMend),
+          &findings);
     }
     if (misses_last(reader)) {
       add_once(&said, reader.topic + "last",
-               make_problem("qos", name_end(reader) + " does not get what was sent before it came", "make it RELIABLE and TRANSIENT_LOCAL"), &findings);
+               make_problem("qos", name_end(reader) + " does not get what was sent before it came",
+                            "make it RELIABLE and TRANSIENT_LOCAL"),
+               &findings);
     }
   }
   if (findings.empty()) findings.push_back(make_ok("qos", "every reader asks for what its writers offer"));
@@ -87,8 +93,11 @@ Findings judge_types(const std::vector<EndSeen>& ends) {
     const std::string& expected = types.emplace(end.topic, known ? known->type_name : end.type_name).first->second;
     if (end.type_name == expected) continue;
     add_once(&said, end.topic + end.type_name,
-             make_problem("types", name_end(end) + " has the type " + make_printable_line(end.type_name) + ", not " + make_printable_line(expected),
-                          "generate its types from idl/ (build/bin/hrp-topic type " + expected.substr(expected.rfind(':') + 1) + ")"),
+             make_problem("types",
+                          name_end(end) + " has the type " + make_printable_line(end.type_name) + ", not " +
+                              make_printable_line(expected),
+                          "generate its types from idl/ (build/bin/hrp-topic type " +
+                              expected.substr(expected.rfind(':') + 1) + ")"),
              &findings);
   }
   if (findings.empty()) findings.push_back(make_ok("types", "every topic has one type"));
@@ -100,11 +109,13 @@ Findings judge_names(const std::vector<EndSeen>& ends) {
   std::set<std::string> said;
   for (const EndSeen& end : ends) {
     if (topics::find_any_topic(end.topic)) continue;
-    const std::string ros_topic = topics::find_ros_topic(end.topic), plain = ros_topic.empty() ? end.topic : ros_topic.substr(1);
+    const std::string ros_topic = topics::find_ros_topic(end.topic),
+                      plain = ros_topic.empty() ? end.topic : ros_topic.substr(1);
     std::string nearest = find_nearest(plain, list_our_names());
     if (nearest.empty()) nearest = find_nearest("hrp/" + plain, list_our_names());
     if (nearest.empty()) continue;
-    add_once(&said, end.topic, make_problem("names", name_end(end) + " meets nobody of ours", "is it " + nearest + "?"), &findings);
+    add_once(&said, end.topic, make_problem("names", name_end(end) + " meets nobody of ours", "is it " + nearest + "?"),
+             &findings);
   }
   if (findings.empty()) findings.push_back(make_ok("names", "no topic is misspelt"));
   return findings;

@@ -9,8 +9,8 @@ namespace hrp {
 
 // Who is there: how many participants of which vendor. A problem when `expected` and nobody is.
 Finding judge_participants(const std::vector<EndSeen>& ends, bool expected);
-// A reader that asks for more than a writer of its topic offers gets nothing from it (DDS 2.2.3, request and offer). One
-// that wants too little of a topic whose last sample is kept misses what was sent before it came.
+// A reader that asks for more than a writer of its topic offers gets nothing from it (DDS 2.2.3, request and offer).
+// One that wants too little of a topic whose last sample is kept misses what was sent before it came.
 Findings judge_qos(const std::vector<EndSeen>& ends);
 // Ends of one topic with different types do not match; known topics have one type.
 Findings judge_types(const std::vector<EndSeen>& ends);

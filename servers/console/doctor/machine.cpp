@@ -12,13 +12,13 @@
 #include <sys/timex.h>
 #include <unistd.h>
 
+#include <fcntl.h>
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <fcntl.h>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -33,8 +33,8 @@
 namespace hrp {
 namespace {
 
-constexpr rlim_t kFewFiles = 128;               // a server has up to 40 open, the viewer 64 clients more
-constexpr long long kFirstGoodTime = 1704067200;  // [s] 2024-01-01: this program is younger
+constexpr rlim_t kFewFiles = 128;                            // a server has up to 40 open, the viewer 64 clients more
+constexpr long long kFirstGoodTime = 1704067200;             // [s] 2024-01-01: this program is younger
 constexpr auto kPatience = std::chrono::milliseconds(3000);  // for a message that takes 20 ms as a rule
 
 // Closes itself.
@@ -73,7 +73,7 @@ bool find_interface(const std::string& address, std::string* name, unsigned* fla
 // A packet to the group of discovery (RTPS 9.6.1.4) comes back on this interface.
 bool returns_multicast(const std::string& address) {
   const Socket receiver, sender;
-  in_addr interface{};
+  in_addr interface {};
   inet_pton(AF_INET, address.c_str(), &interface);
   ip_mreq group{};
   inet_pton(AF_INET, "239.255.0.1", &group.imr_multiaddr);
@@ -124,7 +124,8 @@ Finding try_pair(const std::string& from, const std::string& to, int domain) {
     options.vendor = to;
     const auto second = make_bus(options);
     if (brings_back(*first, *second)) return make_ok("vendor", name + " brings a message over loopback");
-    return make_problem("vendor", name + ": no message came over loopback", "a firewall on lo? sudo iptables -L; packages: scripts/install_deps.sh");
+    return make_problem("vendor", name + ": no message came over loopback",
+                        "a firewall on lo? sudo iptables -L; packages: scripts/install_deps.sh");
   } catch (const std::exception& error) {
     return make_problem("vendor", name + ": " + error.what(), "packages: scripts/install_deps.sh");
   }
@@ -178,7 +179,8 @@ void check_file_variable(const char* name, Findings* findings) {
   if (file.empty() || file[0] == '<') return;
   if (file.rfind("file://", 0) == 0) file = file.substr(7);
   if (std::ifstream(file)) return;
-  findings->push_back(make_problem("environment", std::string(name) + " names " + file + ", which cannot be read", std::string("unset ") + name));
+  findings->push_back(make_problem("environment", std::string(name) + " names " + file + ", which cannot be read",
+                                   std::string("unset ") + name));
 }
 
 }  // namespace
@@ -204,29 +206,37 @@ Finding check_interface(const std::string& address) {
     const std::string mend = address.empty() ? "sudo ip link set lo up" : "an address of: ip -4 addr";
     return make_problem("interface", "no interface that is up has " + meant, mend);
   }
-  if (!(flags & IFF_UP)) return make_problem("interface", name + " (" + meant + ") is down", "sudo ip link set " + name + " up");
-  return make_ok("interface", name + " (" + meant + ") is up" + (address.empty() ? "; runs stay on it by default" : ""));
+  if (!(flags & IFF_UP))
+    return make_problem("interface", name + " (" + meant + ") is down", "sudo ip link set " + name + " up");
+  return make_ok("interface",
+                 name + " (" + meant + ") is up" + (address.empty() ? "; runs stay on it by default" : ""));
 }
 
 Finding check_multicast(const std::string& address) {
   if (address.empty()) return make_ok("multicast", "is not used: on loopback peers are found without it");
   std::string name;
   unsigned flags = 0;
-  if (!find_interface(address, &name, &flags)) return make_problem("multicast", "no interface has " + address, "an address of: ip -4 addr");
-  if (!(flags & IFF_MULTICAST)) return make_problem("multicast", name + " does not pass it, so nobody is found", "sudo ip link set " + name + " multicast on, or peers in --dds-config");
+  if (!find_interface(address, &name, &flags))
+    return make_problem("multicast", "no interface has " + address, "an address of: ip -4 addr");
+  if (!(flags & IFF_MULTICAST))
+    return make_problem("multicast", name + " does not pass it, so nobody is found",
+                        "sudo ip link set " + name + " multicast on, or peers in --dds-config");
   if (returns_multicast(address)) return make_ok("multicast", "packets to 239.255.0.1 come back on " + name);
-  return make_problem("multicast", "packets to 239.255.0.1 do not come back on " + name, "sudo ip route add 224.0.0.0/4 dev " + name + "; or a firewall, or peers in --dds-config");
+  return make_problem("multicast", "packets to 239.255.0.1 do not come back on " + name,
+                      "sudo ip route add 224.0.0.0/4 dev " + name + "; or a firewall, or peers in --dds-config");
 }
 
 Findings check_vendors() {
   Findings findings;
   try {
     const DomainClaim claim = claim_free_domain("hrp-doctor");
-    for (const auto& [from, to] : {std::pair("cyclone", "cyclone"), std::pair("fast", "fast"), std::pair("cyclone", "fast"), std::pair("fast", "cyclone")}) {
+    for (const auto& [from, to] : {std::pair("cyclone", "cyclone"), std::pair("fast", "fast"),
+                                   std::pair("cyclone", "fast"), std::pair("fast", "cyclone")}) {
       findings.push_back(try_pair(from, to, claim.domain()));
     }
   } catch (const std::exception& error) {
-    findings.push_back(make_problem("vendor", error.what(), "see the folder above; or end runs: build/bin/hrp-run list"));
+    findings.push_back(
+        make_problem("vendor", error.what(), "see the folder above; or end runs: build/bin/hrp-run list"));
   }
   return findings;
 }
@@ -235,7 +245,8 @@ Finding check_places(int domain) {
   const std::set<int> ports = read_udp_ports();
   int taken = 0;
   for (int i = 0; i < kMostParticipants; ++i) taken += static_cast<int>(ports.count(7400 + 250 * domain + 10 + 2 * i));
-  const std::string says = std::to_string(taken) + " of " + std::to_string(kMostParticipants) + " places for participants are taken in domain " + std::to_string(domain);
+  const std::string says = std::to_string(taken) + " of " + std::to_string(kMostParticipants) +
+                           " places for participants are taken in domain " + std::to_string(domain);
   if (taken + 2 <= kMostParticipants) return make_ok("domain", says);
   return make_problem("domain", says, "end some of its programs, or start the run again: it takes another domain");
 }
@@ -243,19 +254,24 @@ Finding check_places(int domain) {
 Finding check_shared_memory(const std::string& folder) {
   const std::vector<std::string> stale = find_stale(folder);
   if (stale.empty()) return make_ok("shared memory", "nothing stale in " + folder + "; our programs do not use it");
-  return make_problem("shared memory", std::to_string(stale.size()) + " files of Fast DDS programs that are gone, as " + folder + "/" + stale[0],
-                      "when no Fast DDS program runs: rm " + folder + "/*fastrtps_*");
+  return make_problem(
+      "shared memory",
+      std::to_string(stale.size()) + " files of Fast DDS programs that are gone, as " + folder + "/" + stale[0],
+      "when no Fast DDS program runs: rm " + folder + "/*fastrtps_*");
 }
 
 Findings check_environment(int domain) {
   Findings findings;
   const std::string ros = get_variable("ROS_DOMAIN_ID");
   if (domain >= 0 && !ros.empty() && std::atoi(ros.c_str()) != domain) {
-    findings.push_back(make_problem("environment", "ROS_DOMAIN_ID is " + ros + ", the run is in domain " + std::to_string(domain),
+    findings.push_back(make_problem("environment",
+                                    "ROS_DOMAIN_ID is " + ros + ", the run is in domain " + std::to_string(domain),
                                     "export ROS_DOMAIN_ID=" + std::to_string(domain)));
   }
-  if (get_variable("ROS_LOCALHOST_ONLY") == "0" && get_variable("CYCLONEDDS_URI").empty() && get_variable("RMW_IMPLEMENTATION") == "rmw_cyclonedds_cpp") {
-    findings.push_back(make_problem("environment", "ROS 2 looks on a network interface, the run is on loopback", "export CYCLONEDDS_URI=file://$PWD/idl/example_c/cyclone.xml"));
+  if (get_variable("ROS_LOCALHOST_ONLY") == "0" && get_variable("CYCLONEDDS_URI").empty() &&
+      get_variable("RMW_IMPLEMENTATION") == "rmw_cyclonedds_cpp") {
+    findings.push_back(make_problem("environment", "ROS 2 looks on a network interface, the run is on loopback",
+                                    "export CYCLONEDDS_URI=file://$PWD/idl/example_c/cyclone.xml"));
   }
   check_file_variable("CYCLONEDDS_URI", &findings);
   check_file_variable("FASTRTPS_DEFAULT_PROFILES_FILE", &findings);
@@ -265,15 +281,20 @@ Findings check_environment(int domain) {
 
 Finding check_clock(const std::vector<RunEntry>& runs, bool several_machines) {
   const long long now = static_cast<long long>(std::time(nullptr));
-  if (now < kFirstGoodTime) return make_problem("clock", "this machine's clock is before 2024", "sudo timedatectl set-ntp true");
+  if (now < kFirstGoodTime)
+    return make_problem("clock", "this machine's clock is before 2024", "sudo timedatectl set-ntp true");
   for (const RunEntry& run : runs) {
     if (run.started <= now + 5) continue;
-    return make_problem("clock", "run " + std::to_string(run.process_id) + " began " + std::to_string(run.started - now) + " s in the future: the clock jumped",
+    return make_problem("clock",
+                        "run " + std::to_string(run.process_id) + " began " + std::to_string(run.started - now) +
+                            " s in the future: the clock jumped",
                         "sudo timedatectl set-ntp true; states never depend on it, certificates do");
   }
   timex state{};
   const bool synchronised = adjtimex(&state) != TIME_ERROR;
-  if (several_machines && !synchronised) return make_problem("clock", "nobody sets this machine's clock, and certificates need one", "sudo timedatectl set-ntp true");
+  if (several_machines && !synchronised)
+    return make_problem("clock", "nobody sets this machine's clock, and certificates need one",
+                        "sudo timedatectl set-ntp true");
   return make_ok("clock", synchronised ? "is set from outside" : "runs free; on one machine nothing depends on it");
 }
 

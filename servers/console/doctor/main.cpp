@@ -53,7 +53,8 @@ hrp::Findings check_all(const hrp::JoinOptions& join, const hrp::BusOptions& opt
   const auto runs = hrp::find_runs();
   const hrp::RunChoice choice = hrp::choose_run(join, runs);
   const bool several_machines = !options.network_interface.empty() || !options.config_file.empty();
-  add({hrp::judge_choice(choice), hrp::check_interface(options.network_interface), hrp::check_multicast(options.network_interface)});
+  add({hrp::judge_choice(choice), hrp::check_interface(options.network_interface),
+       hrp::check_multicast(options.network_interface)});
   add(hrp::check_vendors());
   add({hrp::check_shared_memory()});
   add(hrp::check_environment(choice.run ? choice.run->entry.domain : -1));
@@ -87,19 +88,25 @@ constexpr const char* kChecks =
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Finds out why a program sees no run or no data. Checks this machine, this session and one run. Prints one line\n"
-               "per check: ok, or the problem and how to solve it. Does not change the run. Takes about five seconds.", "hrp-doctor");
+  CLI::App app(
+      "Finds out why a program sees no run or no data. Checks this machine, this session and one run. Prints one line\n"
+      "per check: ok, or the problem and how to solve it. Does not change the run. Takes about five seconds.",
+      "hrp-doctor");
   app.set_version_flag("--version", hrp::get_version_text("hrp-doctor"));
   app.footer(kChecks);
   hrp::JoinOptions join;
   join.only_looks = true;
   hrp::BusOptions options;
   hrp::add_join_options(app, &join);
-  app.add_option("--network-interface", options.network_interface, "IPv4 address of the interface that the run uses; default: loopback");
-  app.add_option("--dds-config", options.config_file, "file in the DDS vendor's own format, the same as for the servers")->check(CLI::ExistingFile);
+  app.add_option("--network-interface", options.network_interface,
+                 "IPv4 address of the interface that the run uses; default: loopback");
+  app.add_option("--dds-config", options.config_file,
+                 "file in the DDS vendor's own format, the same as for the servers")
+      ->check(CLI::ExistingFile);
   if (const auto status = hrp::take_command_line(&app, argc, argv)) return *status;
   const hrp::Findings all = check_all(join, options);
   const auto problems = std::count_if(all.begin(), all.end(), [](const hrp::Finding& each) { return each.problem; });
-  std::printf("%s\n", problems == 0 ? "no problem" : (std::to_string(problems) + (problems == 1 ? " problem" : " problems")).c_str());
+  std::printf("%s\n", problems == 0 ? "no problem"
+                                    : (std::to_string(problems) + (problems == 1 ? " problem" : " problems")).c_str());
   return problems == 0 ? hrp::kExitOk : hrp::kExitFailed;
 }

@@ -26,10 +26,14 @@ Finding judge_phase(const msg::RunStatus& status) {
     case msg::RUN_RUNNING:
       if (late.empty()) return make_ok("phase", "it runs, " + place);
       return make_problem("phase", "it waits for " + late + " at " + place, "start or mend " + late);
-    case msg::RUN_PAUSED: return make_problem("phase", "it is paused at " + place + ", so nothing is sent", "build/bin/hrp-run run");
+    case msg::RUN_PAUSED:
+      return make_problem("phase", "it is paused at " + place + ", so nothing is sent", "build/bin/hrp-run run");
     case msg::RUN_FINISHED: return make_problem("phase", "it has ended", "start another: scripts/simulate.sh");
-    case msg::RUN_FAILED: return make_problem("phase", "it has failed: " + join_lines(status.message()), "see its terminal");
-    default: return make_problem("phase", "it waits for " + (late.empty() ? "its servers" : late), "start " + (late.empty() ? "them" : late));
+    case msg::RUN_FAILED:
+      return make_problem("phase", "it has failed: " + join_lines(status.message()), "see its terminal");
+    default:
+      return make_problem("phase", "it waits for " + (late.empty() ? "its servers" : late),
+                          "start " + (late.empty() ? "them" : late));
   }
 }
 
@@ -38,22 +42,29 @@ Finding judge_phase(const msg::RunStatus& status) {
 Finding judge_choice(const RunChoice& choice) {
   if (choice.run && choice.run->registered) return make_ok("run", join_lines(describe_entry(choice.run->entry)));
   if (choice.run) {
-    const std::string says = "domain " + std::to_string(choice.run->entry.domain) + " is no run of this user on this machine";
-    if (choice.run->entry.token.empty()) return make_problem("run", says + ": it may be looked at, not steered", "HRP_RUN_TOKEN of that run, or its domain: build/bin/hrp-run list");
+    const std::string says =
+        "domain " + std::to_string(choice.run->entry.domain) + " is no run of this user on this machine";
+    if (choice.run->entry.token.empty())
+      return make_problem("run", says + ": it may be looked at, not steered",
+                          "HRP_RUN_TOKEN of that run, or its domain: build/bin/hrp-run list");
     return make_ok("run", says + "; HRP_RUN_TOKEN is set");
   }
-  if (!choice.several.empty()) return make_problem("run", "several go on, so programs ask which", "add --run " + std::to_string(choice.several[0].process_id) + " (build/bin/hrp-run list)");
-  return make_problem("run", join_lines(choice.problem), "scripts/simulate.sh; as the same user, with the same XDG_RUNTIME_DIR");
+  if (!choice.several.empty())
+    return make_problem("run", "several go on, so programs ask which",
+                        "add --run " + std::to_string(choice.several[0].process_id) + " (build/bin/hrp-run list)");
+  return make_problem("run", join_lines(choice.problem),
+                      "scripts/simulate.sh; as the same user, with the same XDG_RUNTIME_DIR");
 }
 
 Finding check_phase(Bus& bus, const RunEntry& run) {
   msg::RunStatus status;
   bool heard = false;
-  const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-    if (!may_believe(run.token, status, m)) return;
-    status = m;
-    heard = true;
-  });
+  const auto reader =
+      subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+        if (!may_believe(run.token, status, m)) return;
+        status = m;
+        heard = true;
+      });
   const auto end = std::chrono::steady_clock::now() + kPatience;
   while (std::chrono::steady_clock::now() < end) {
     {
@@ -62,7 +73,8 @@ Finding check_phase(Bus& bus, const RunEntry& run) {
     }
     bus.spin(std::chrono::milliseconds(10));
   }
-  return make_problem("phase", "no scheduler is heard in domain " + std::to_string(run.domain), "another domain, vendor file or interface; see the lines above");
+  return make_problem("phase", "no scheduler is heard in domain " + std::to_string(run.domain),
+                      "another domain, vendor file or interface; see the lines above");
 }
 
 }  // namespace hrp

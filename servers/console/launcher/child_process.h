@@ -14,7 +14,7 @@ struct ChildSpec {
   std::string role;
   std::vector<std::string> arguments;  // [0] is the program's path
   std::vector<int> cores;              // empty: any
-  int input = -1, output = -1;         // files in the place of standard input, and of output and errors; < 0: /dev/null, ours
+  int input = -1, output = -1;  // files in the place of standard input, and of output and errors; < 0: /dev/null, ours
 };
 
 struct ChildEnd {

@@ -14,8 +14,8 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/has.h"
-#include "common/node/node.h"
 #include "common/base/read_file.h"
+#include "common/node/node.h"
 
 namespace hrp {
 namespace {
@@ -30,12 +30,16 @@ const std::vector<std::string> kKeys{"address", "user", "programs", "secure"};
 void check_role(const std::string& role, const std::string& file, int line) {
   if (!find_robot_of(role).empty() || has(kMovable, role)) return;
   if (role == "model_parser" || role == "scheduler" || role == "logger") {
-    refuse(file, line, role + " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker, "
-                       "controller and vision can go to others");
+    refuse(file, line,
+           role +
+               " stays on the launcher's machine, where scenario, robot and log are; dynamics, collision_checker, "
+               "controller and vision can go to others");
   }
   const std::string nearest = find_nearest(role, kMovable);
-  refuse(file, line, "there is no server '" + role + "' that can go to another machine" +
-                         (nearest.empty() ? ": dynamics, collision_checker, controller, vision" : "; did you mean " + nearest + "?"));
+  refuse(
+      file, line,
+      "there is no server '" + role + "' that can go to another machine" +
+          (nearest.empty() ? ": dynamics, collision_checker, controller, vision" : "; did you mean " + nearest + "?"));
 }
 
 // A name that begins with '-' would be an option of ssh.
@@ -44,7 +48,8 @@ Host parse_host(const std::string& word, const std::string& file, int line) {
   const size_t at = word.find('@');
   if (at != std::string::npos) host.user = word.substr(0, at);
   host.name = at == std::string::npos ? word : word.substr(at + 1);
-  if (host.name.empty() || word.front() == '-' || word.front() == '@') refuse(file, line, "'" + word + "' is no [USER@]HOST");
+  if (host.name.empty() || word.front() == '-' || word.front() == '@')
+    refuse(file, line, "'" + word + "' is no [USER@]HOST");
   return host;
 }
 
@@ -53,12 +58,18 @@ void set_key(const std::string& word, const std::string& file, int line, Host* h
   const std::string key = word.substr(0, equals);
   if (equals == std::string::npos || !has(kKeys, key)) {
     const std::string nearest = find_nearest(key, kKeys);
-    refuse(file, line, "'" + word + "' is none of address=, user=, programs=, secure=" + (nearest.empty() ? "" : "; did you mean " + nearest + "=?"));
+    refuse(file, line,
+           "'" + word + "' is none of address=, user=, programs=, secure=" +
+               (nearest.empty() ? "" : "; did you mean " + nearest + "=?"));
   }
   const std::string value = word.substr(equals + 1);
   if (value.empty()) refuse(file, line, "'" + word + "' has no value");
-  if ((key == "programs" || key == "secure") && value.front() != '/') refuse(file, line, "'" + word + "': expected an absolute path on that machine");
-  (key == "address" ? host->address : key == "user" ? host->user : key == "programs" ? host->programs : host->secure) = value;
+  if ((key == "programs" || key == "secure") && value.front() != '/')
+    refuse(file, line, "'" + word + "': expected an absolute path on that machine");
+  (key == "address"    ? host->address
+   : key == "user"     ? host->user
+   : key == "programs" ? host->programs
+                       : host->secure) = value;
 }
 
 bool is_address(const std::string& text) {
@@ -70,7 +81,8 @@ bool is_address(const std::string& text) {
 
 std::pair<std::string, Host> parse_on(const std::string& words) {
   const size_t equals = words.find('=');
-  if (equals == std::string::npos || equals == 0 || equals + 1 == words.size()) refuse("", 0, "'" + words + "' is not SERVER=[USER@]HOST");
+  if (equals == std::string::npos || equals == 0 || equals + 1 == words.size())
+    refuse("", 0, "'" + words + "' is not SERVER=[USER@]HOST");
   const std::string role = words.substr(0, equals);
   check_role(role, "", 0);
   return {role, parse_host(words.substr(equals + 1), "", 0)};

@@ -24,8 +24,8 @@ std::pair<std::string, Host> parse_on(const std::string& words);
 // A line "SERVER HOST [KEY=VALUE ...]" each, '#' begins a comment. Throws InputError with file and line.
 std::map<std::string, Host> read_hosts(const std::string& file);
 
-// ssh with options that end a dead connection within ten seconds and never ask for a password; any other command is left
-// as it is.
+// ssh with options that end a dead connection within ten seconds and never ask for a password; any other command is
+// left as it is.
 std::vector<std::string> make_ssh_command(std::vector<std::string> words);
 
 // The IPv4 address of a host. Throws std::runtime_error when its name leads to none.
@@ -33,8 +33,8 @@ std::string find_address(const Host& host);
 // Which of this machine's addresses packets to `address` leave from.
 std::string find_own_address(const std::string& address);
 
-// "192.168.1.10,192.168.1.10,192.168.1.11": this machine's interface to the hosts, then all machines (network_choice.h).
-// Throws std::runtime_error when they are not behind one interface.
+// "192.168.1.10,192.168.1.10,192.168.1.11": this machine's interface to the hosts, then all machines
+// (network_choice.h). Throws std::runtime_error when they are not behind one interface.
 std::string find_network(const std::map<std::string, Host>& on);
 // The same, as the machine with `address` has to see it.
 std::string turn_network(const std::string& network, const std::string& address);

@@ -23,11 +23,12 @@ RunMonitor::RunMonitor(Bus& bus, std::string token, const std::vector<std::strin
 
 void RunMonitor::listen_for_falls(const std::string& robot) {
   const TopicSpec topic = topics::of_robot(topics::kEvents, robot);
-  readers_.push_back(subscribe<msg::RobotEvent>(bus_, topic, Delivery::kReliable, [this, robot](const msg::RobotEvent& event) {
-    if (event.kind() != msg::EVENT_FALL) return;
-    fall_ = event.header();
-    fallen_ = robot;
-  }));
+  readers_.push_back(
+      subscribe<msg::RobotEvent>(bus_, topic, Delivery::kReliable, [this, robot](const msg::RobotEvent& event) {
+        if (event.kind() != msg::EVENT_FALL) return;
+        fall_ = event.header();
+        fallen_ = robot;
+      }));
 }
 
 void RunMonitor::take(const msg::ServerStatus& status) {
@@ -105,7 +106,8 @@ void RunMonitor::stop(const std::string& reason) {
   control_.publish(control);
 }
 
-std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet, const std::string& fall) {
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet,
+                            const std::string& fall) {
   std::string line = format("%-8s t = %8.3f s", get_phase_text(status.phase()), status.time());
   if (status.end_time() > 0.0) line += format(" of %g s", status.end_time());
   line += format("  %5.1f x real time", status.real_time_factor());

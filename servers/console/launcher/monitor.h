@@ -58,7 +58,8 @@ class RunMonitor {
 
 // The line of progress: simulated time, real-time factor, vertical force of each foot, who is late,
 // and a fall.
-std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet, const std::string& fall);
+std::string format_progress(const msg::RunStatus& status, const std::vector<std::string>& feet,
+                            const std::string& fall);
 
 // Draws the line over and over on a terminal, and every few seconds elsewhere.
 class ProgressLine {

@@ -37,13 +37,14 @@ While it runs, from a second terminal:
 Exit status: 0 the run ended as planned or was stopped (Ctrl-C, hrp-run stop); 1 a server failed; 2 scenario, model or
 command line cannot be used.)";
 
-const std::vector<std::string> kRoles{"model_parser", "scheduler",  "logger",
-                                      "dynamics",     "collision_checker", "controller", "vision"};
+const std::vector<std::string> kRoles{"model_parser",      "scheduler",  "logger", "dynamics",
+                                      "collision_checker", "controller", "vision"};
 
 // Which robots there are is known when the scenario is read: check_robots().
 std::string find_role_fault(const std::string& role) {
   if (has(kRoles, role) || !find_robot_of(role).empty()) return "";
-  return "there is no server '" + role + "'; the servers are " + CLI::detail::join(kRoles, ", ") + ", and controller.ROBOT of other robots";
+  return "there is no server '" + role + "'; the servers are " + CLI::detail::join(kRoles, ", ") +
+         ", and controller.ROBOT of other robots";
 }
 
 // "role=value" for a known role.
@@ -94,7 +95,8 @@ void check_hosts(const LaunchOptions& options) {
   if (options.in_process) refuse("excludes --in-process: all servers are in one process");
   if (options.keep_going) refuse("excludes --keep-going: a server on another machine is not started again");
   for (const auto& [role, words] : options.commands) {
-    if (options.on.count(role) > 0) refuse(role + ": excludes a command in its place, which knows nothing of a launcher on another machine");
+    if (options.on.count(role) > 0)
+      refuse(role + ": excludes a command in its place, which knows nothing of a launcher on another machine");
   }
   for (const auto& [role, host] : options.on) {
     const auto& without = options.without;
@@ -111,9 +113,12 @@ struct Words {
 
 // Scenario, bus, time, and what is kept of the run.
 void add_run_options(CLI::App* app, Words* words, LaunchOptions* options) {
-  app->add_option("SCENARIO", options->scenario, "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
+  app->add_option("SCENARIO", options->scenario,
+                  "scenario file (YAML), or the name of an installed one: default, squat, paper_a/fig9")
       ->required();
-  app->add_option("--dds", options->dds, "DDS of all servers")->check(CLI::IsMember({"cyclone", "fast"}))->capture_default_str();
+  app->add_option("--dds", options->dds, "DDS of all servers")
+      ->check(CLI::IsMember({"cyclone", "fast"}))
+      ->capture_default_str();
   app->add_option("--dds-for", words->dds_for, "SERVER=cyclone|fast: DDS of one server; may be repeated");
   app->add_option("--duration", options->duration, "[s] of simulated time, 0 = until stopped; default: the scenario's")
       ->check([](const std::string& word) { return find_duration_fault(std::strtod(word.c_str(), nullptr)); });
@@ -121,25 +126,37 @@ void add_run_options(CLI::App* app, Words* words, LaunchOptions* options) {
   app->add_flag("--realtime", words->realtime, "at most real time (= --speed 1)");
   app->add_option("--speed", options->speed, "at most this many simulated seconds per second; 0 = no limit")
       ->check([](const std::string& word) { return find_speed_fault(std::strtod(word.c_str(), nullptr)); });
-  app->add_option("--ros-rate", options->ros_rate, "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
+  app->add_option("--ros-rate", options->ros_rate,
+                  "[Hz of simulated time] rate of /joint_states and /tf for ROS 2; 0 = every control period")
       ->check([](const std::string& word) { return find_ros_rate_fault(std::strtod(word.c_str(), nullptr)); });
-  app->add_flag("--ros-services", options->ros_services, "offers the ROS 2 services /run/pause, /run/resume, /run/step, /run/reset to anybody who reaches the domain");
+  app->add_flag(
+      "--ros-services", options->ros_services,
+      "offers the ROS 2 services /run/pause, /run/resume, /run/step, /run/reset to anybody who reaches the domain");
   app->add_option("--log", options->log, "log file (MCAP); default: the scenario's, else logs/SCENARIO-TIME.mcap");
   app->add_flag("--force", options->force, "overwrite an existing log");
-  app->add_flag("--durable", options->durable, "flush each part of the log to the disk: a power cut loses no step that counts as logged");
+  app->add_flag("--durable", options->durable,
+                "flush each part of the log to the disk: a power cut loses no step that counts as logged");
 }
 
 // Which programs are its servers, and where they run.
 void add_server_options(CLI::App* app, Words* words, LaunchOptions* options) {
   app->add_option("--without", options->without, "do not start this server: you start it yourself; may be repeated")
       ->check(find_role_fault);
-  app->add_option("--program", words->programs, "SERVER=PROGRAM: replaces a server by another program; may be repeated");
-  app->add_option("--controller", words->controller, "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
-  app->add_option("--controller-of", words->controllers, "ROBOT=COMMAND: the same for another robot of the scenario; may be repeated");
-  app->add_option("--on", words->on, "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
-  app->add_option("--hosts", words->hosts, "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
+  app->add_option("--program", words->programs,
+                  "SERVER=PROGRAM: replaces a server by another program; may be repeated");
+  app->add_option(
+      "--controller", words->controller,
+      "command that replaces our controller, such as my-controller or \"python3 python/examples/my_controller.py\"");
+  app->add_option("--controller-of", words->controllers,
+                  "ROBOT=COMMAND: the same for another robot of the scenario; may be repeated");
+  app->add_option("--on", words->on,
+                  "SERVER=[USER@]HOST: start this server on another machine, over ssh; may be repeated");
+  app->add_option(
+         "--hosts", words->hosts,
+         "file with one line \"SERVER HOST [address=] [user=] [programs=] [secure=]\" per server on another machine")
       ->check(CLI::ExistingFile);
-  app->add_option("--ssh", words->ssh, "command that runs a program on another machine, such as \"ssh -p 2222\" or \"ip netns exec\"")
+  app->add_option("--ssh", words->ssh,
+                  "command that runs a program on another machine, such as \"ssh -p 2222\" or \"ip netns exec\"")
       ->capture_default_str();
 }
 
@@ -148,11 +165,14 @@ void add_other_options(CLI::App* app, Words* words, LaunchOptions* options) {
   app->add_flag("--paused", options->paused, "wait for hrp-run before the first step");
   app->add_flag("--keep-going", options->keep_going, "restart a server that died, instead of ending the run");
   app->add_option("--domain", options->domain, "DDS domain; default: a free one")->check(CLI::Range(0, 230));
-  app->add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only these may join")->check(CLI::ExistingDirectory);
+  app->add_option("--secure", options->secure, "folder of identities (scripts/secure.sh makes it): only these may join")
+      ->check(CLI::ExistingDirectory);
   app->add_flag("--no-pin", words->no_pin, "let the kernel choose the core of each server");
   app->add_flag("--no-plot", words->no_plot, "no plot of the contact forces at the end");
-  app->add_flag("--view", options->view, "prints the address of a page that shows the run; real time unless --speed is given");
-  app->add_option("--view-port", options->view_port, "port of the page; default: a free one")->check(CLI::Range(0, 65535));
+  app->add_flag("--view", options->view,
+                "prints the address of a page that shows the run; real time unless --speed is given");
+  app->add_option("--view-port", options->view_port, "port of the page; default: a free one")
+      ->check(CLI::Range(0, 65535));
   app->add_flag("--verbose", options->verbose, "every warning about the robot in full");
   app->add_flag("--quiet", options->quiet, "no progress line");
 }
@@ -180,13 +200,15 @@ void check_commands(const LaunchOptions& options) {
   for (const auto& [role, words] : options.commands) {
     const bool left_out = has(options.without, role);
     if (!left_out && options.programs.count(role) == 0) continue;
-    throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of", "excludes --without " + role + " and --program " + role + "=...");
+    throw CLI::ValidationError(role == "controller" ? "--controller" : "--controller-of",
+                               "excludes --without " + role + " and --program " + role + "=...");
   }
 }
 
 void check_vendors(const LaunchOptions& options) {
   for (const auto& [role, vendor] : options.dds_for) {
-    if (vendor != "cyclone" && vendor != "fast") throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
+    if (vendor != "cyclone" && vendor != "fast")
+      throw CLI::ValidationError("--dds-for", vendor + " is no DDS: cyclone or fast");
     if (!options.secure.empty() && vendor != options.dds) throw CLI::ValidationError("--dds-for", kNoSecureMix);
   }
 }
@@ -220,8 +242,9 @@ void check_robots(const LaunchOptions& options, const Scenario& scenario) {
   const std::vector<std::string> roles = list_roles(scenario);
   const auto check = [&](const std::string& option, const std::string& role) {
     if (has(roles, role)) return;
-    throw InputError(scenario.make_diagnostic("robots", "has no robot '" + find_robot_of(role) + "', which " + option + " names" +
-                                                            (scenario.robots.empty() ? "; the scenario has one robot" : "")));
+    throw InputError(
+        scenario.make_diagnostic("robots", "has no robot '" + find_robot_of(role) + "', which " + option + " names" +
+                                               (scenario.robots.empty() ? "; the scenario has one robot" : "")));
   };
   for (const auto& [role, program] : options.programs) check("--program", role);
   for (const auto& [role, words] : options.commands) check("--controller-of", role);
@@ -233,7 +256,8 @@ void check_robots(const LaunchOptions& options, const Scenario& scenario) {
 void leave_out_absent_controllers(const Scenario& scenario, LaunchOptions* options) {
   if (scenario.controller.type == "none") options->without.push_back("controller");
   for (const RobotPlacement& robot : scenario.robots) {
-    if (load_scenario(robot.scenario).controller.type == "none") options->without.push_back(make_controller_role(robot.name));
+    if (load_scenario(robot.scenario).controller.type == "none")
+      options->without.push_back(make_controller_role(robot.name));
   }
 }
 

@@ -51,14 +51,16 @@ RemoteServer::~RemoteServer() {
 
 void RemoteServer::start(const std::vector<std::string>& ssh, Children* children) {
   int to[2], from[2];
-  if (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0) throw std::runtime_error(std::string("cannot make a pipe: ") + strerror(errno));
+  if (pipe2(to, O_CLOEXEC) != 0 || pipe2(from, O_CLOEXEC) != 0)
+    throw std::runtime_error(std::string("cannot make a pipe: ") + strerror(errno));
   input_ = to[1];
   output_ = from[0];
   for (const int file : {input_, output_}) fcntl(file, F_SETFL, O_NONBLOCK);
   ChildSpec child;
   child.role = command_.role;
   child.arguments = ssh;
-  child.arguments.push_back(command_.host.user.empty() ? command_.host.name : command_.host.user + "@" + command_.host.name);
+  child.arguments.push_back(command_.host.user.empty() ? command_.host.name
+                                                       : command_.host.user + "@" + command_.host.name);
   child.arguments.push_back("sh");
   child.input = to[0];
   child.output = from[1];
@@ -84,9 +86,11 @@ void RemoteServer::take_line(const std::string& line, std::vector<std::string>* 
     return send(command_.token + "\n");
   }
   if (said.rfind("runs ", 0) == 0) {
-    fault_ = name() + ": " + command_.arguments[0] + " there is another version: '" + said.substr(5) + "', here it is '" + ours + "'";
+    fault_ = name() + ": " + command_.arguments[0] + " there is another version: '" + said.substr(5) +
+             "', here it is '" + ours + "'";
   } else {
-    fault_ = name() + ": " + command_.host.name + " " + said + ", or it cannot be used; programs and files have to be there at the path "
+    fault_ = name() + ": " + command_.host.name + " " + said +
+             ", or it cannot be used; programs and files have to be there at the path "
              "of this machine, or programs= and secure= of a --hosts file say where they are";
   }
 }
@@ -94,13 +98,15 @@ void RemoteServer::take_line(const std::string& line, std::vector<std::string>* 
 std::vector<std::string> RemoteServer::update() {
   std::vector<std::string> shown;
   char buffer[4096];
-  for (ssize_t size; (size = read(output_, buffer, sizeof buffer)) > 0;) text_.append(buffer, static_cast<size_t>(size));
+  for (ssize_t size; (size = read(output_, buffer, sizeof buffer)) > 0;)
+    text_.append(buffer, static_cast<size_t>(size));
   for (size_t end; (end = text_.find('\n')) != std::string::npos;) {
     take_line(text_.substr(0, end), &shown);
     text_.erase(0, end + 1);
   }
   const auto now = Clock::now();
-  if (!runs_ && fault_.empty() && now - start_ > kAnswer) fault_ = name() + ": " + command_.host.name + " has not answered for 30 s";
+  if (!runs_ && fault_.empty() && now - start_ > kAnswer)
+    fault_ = name() + ": " + command_.host.name + " has not answered for 30 s";
   if (runs_ && now - last_beat_ >= kBeat) {
     last_beat_ = now;
     send("\n");
@@ -111,8 +117,11 @@ std::vector<std::string> RemoteServer::update() {
 std::string RemoteServer::describe_end(int status) const {
   if (!fault_.empty()) return fault_;
   const std::string how = hrp::describe_end(status);
-  if (!runs_) return name() + ": " + command_.host.name + " cannot be reached (the command that leads there " + how + ", its words are above)";
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 255) return name() + ": the connection to " + command_.host.name + " is lost";
+  if (!runs_)
+    return name() + ": " + command_.host.name + " cannot be reached (the command that leads there " + how +
+           ", its words are above)";
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 255)
+    return name() + ": the connection to " + command_.host.name + " is lost";
   return name() + " " + how;
 }
 

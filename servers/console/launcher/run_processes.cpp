@@ -28,8 +28,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// The reason of a stop is with the scheduler. It ends everybody within this time (after the steps that it granted, or two
-// seconds), else signals do.
+// The reason of a stop is with the scheduler. It ends everybody within this time (after the steps that it granted, or
+// two seconds), else signals do.
 constexpr auto kOrderlyEnd = std::chrono::seconds(3);
 // What the others said last reaches the scheduler, and its answer this process, within this time.
 constexpr auto kLastWords = std::chrono::milliseconds(100);
@@ -48,7 +48,11 @@ constexpr auto kWaitPatience = std::chrono::milliseconds(1000);
 class ProcessRun {
  public:
   ProcessRun(const LaunchOptions& options, const Scenario& scenario, const std::string& log)
-      : options_(options), scenario_(scenario), log_(log), commands_(options, scenario, log), progress_(options.quiet) {}
+      : options_(options),
+        scenario_(scenario),
+        log_(log),
+        commands_(options, scenario, log),
+        progress_(options.quiet) {}
 
   RunOutcome run();
 
@@ -120,7 +124,8 @@ void ProcessRun::look_at_remotes() {
 std::string ProcessRun::describe_end_of(const ChildEnd& end) const {
   const std::string step = " at step " + std::to_string(monitor_->find_step_of_end(end.role));
   if (const RemoteServer* remote = find_remote(end.role)) return remote->describe_end(end.status) + step;
-  return end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " + describe_end(end.status) + step;
+  return end.role + " (" + end.program + ", process " + std::to_string(end.process_id) + ") " +
+         describe_end(end.status) + step;
 }
 
 void ProcessRun::start_server(const std::string& role) {
@@ -135,7 +140,8 @@ void ProcessRun::start_server(const std::string& role) {
 }
 
 void ProcessRun::start_all() {
-  claim_ = options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
+  claim_ =
+      options_.domain >= 0 ? claim_domain(options_.domain, options_.scenario) : claim_free_domain(options_.scenario);
   RunEntry entry = claim_.entry();
   entry.vendor = options_.dds;
   entry.network = options_.on.empty() ? "" : find_network(options_.on);
@@ -167,10 +173,11 @@ void ProcessRun::say_what_is_missing() {
     std::printf("The place of %s is free, on DDS domain %d (%s). To join from another terminal:\n  %s\n", role.c_str(),
                 claim_.domain(), options_.dds.c_str(), commands_.make_join_command(role).c_str());
     if (is_controller(role)) {
-      std::printf("  source: controller/template/my_controller.cpp; any program that reads %s and answers each\n"
-                  "  sample with %s of the same epoch and step will do (docs/client_in_c.md)\n",
-                  topics::of_robot(topics::kSensorData, find_robot_of(role)).name.c_str(),
-                  topics::of_robot(topics::kJointCommands, find_robot_of(role)).name.c_str());
+      std::printf(
+          "  source: controller/template/my_controller.cpp; any program that reads %s and answers each\n"
+          "  sample with %s of the same epoch and step will do (docs/client_in_c.md)\n",
+          topics::of_robot(topics::kSensorData, find_robot_of(role)).name.c_str(),
+          topics::of_robot(topics::kJointCommands, find_robot_of(role)).name.c_str());
     }
   }
   std::fflush(stdout);
@@ -178,8 +185,10 @@ void ProcessRun::say_what_is_missing() {
 
 void ProcessRun::say_who_can_listen() const {
   if (options_.on.empty() || !options_.secure.empty()) return;
-  std::fprintf(stderr, "hrp-simulate: warning: this run leaves the machine without encryption; everybody on that network can read it and\n"
-                       "  disturb it. --secure DIR lets in only those with a certificate (docs/tutorials/secure.md)\n");
+  std::fprintf(stderr,
+               "hrp-simulate: warning: this run leaves the machine without encryption; everybody on that network can "
+               "read it and\n"
+               "  disturb it. --secure DIR lets in only those with a certificate (docs/tutorials/secure.md)\n");
 }
 
 // Tells joiners whom everybody waits for, and people how to help when it is somebody of theirs.
@@ -241,8 +250,8 @@ void ProcessRun::handle_end(const ChildEnd& end) {
 // The run does not need it, but whoever looks at a page that stands still should know why.
 void ProcessRun::say_viewer_ended(const ChildEnd& end) {
   progress_.clear();
-  std::fprintf(stderr, "hrp-simulate: the viewer (%s, process %d) %s; the run goes on without it\n", end.program.c_str(),
-               static_cast<int>(end.process_id), describe_end(end.status).c_str());
+  std::fprintf(stderr, "hrp-simulate: the viewer (%s, process %d) %s; the run goes on without it\n",
+               end.program.c_str(), static_cast<int>(end.process_id), describe_end(end.status).c_str());
 }
 
 // On a busy machine the set may have refused its model and gone before this process was discovered.
@@ -266,7 +275,8 @@ bool ProcessRun::ends_well(const ChildEnd& end) const {
 void ProcessRun::settle_pending() {
   if (pending_.empty() || has_ended()) return;
   const auto& [end, since] = pending_.front();
-  if (Clock::now() - since < (ends_well(end) ? Clock::duration(kFinishPatience) : Clock::duration(kReasonPatience))) return;
+  if (Clock::now() - since < (ends_well(end) ? Clock::duration(kFinishPatience) : Clock::duration(kReasonPatience)))
+    return;
   const std::string refusal = find_refusal();
   if (!refusal.empty()) return fail(refusal);
   fail(describe_end_of(end));
@@ -338,7 +348,8 @@ RunOutcome ProcessRun::make_outcome() {
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
   outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
   outcome.parts = monitor_->find_parts();
-  if (finished_ && outcome.parts.empty()) outcome.parts = {static_cast<double>(monitor_->find_step_of_end("dynamics")) * scenario_.time_step};
+  if (finished_ && outcome.parts.empty())
+    outcome.parts = {static_cast<double>(monitor_->find_step_of_end("dynamics")) * scenario_.time_step};
   outcome.logs = monitor_->find_logs();
   outcome.viewer = viewer_;
   return outcome;

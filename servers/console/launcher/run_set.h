@@ -14,10 +14,10 @@ class Children;
 
 struct RunOutcome {
   int exit_code = 0;
-  std::string failure;         // empty: ended as planned
-  double wall_time = 0.0;      // [s] from the first step to the last
-  std::vector<double> parts;   // [s] simulated time of each epoch: a reset begins another one
-  std::vector<std::string> logs;  // files that were written, as the logger said
+  std::string failure;               // empty: ended as planned
+  double wall_time = 0.0;            // [s] from the first step to the last
+  std::vector<double> parts;         // [s] simulated time of each epoch: a reset begins another one
+  std::vector<std::string> logs;     // files that were written, as the logger said
   std::shared_ptr<Children> viewer;  // goes on with the log when the run is over; none unless asked for
 };
 

@@ -51,8 +51,10 @@ std::vector<std::string> list_meshes(const RobotDescription& robot, bool visible
   const auto add = [&files](const CollisionShape& shape) {
     if (!shape.mesh.empty()) files.push_back(shape.mesh);
   };
-  if (!visible) std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
-  else for (const VisualShape& visual : robot.visuals) add(visual.shape);
+  if (!visible)
+    std::for_each(robot.shapes.begin(), robot.shapes.end(), add);
+  else
+    for (const VisualShape& visual : robot.visuals) add(visual.shape);
   return files;
 }
 
@@ -70,9 +72,7 @@ std::string find_command(const std::string& name) {
   return own;
 }
 
-bool ServerCommands::is_left_out(const std::string& role) const {
-  return has(options_.without, role);
-}
+bool ServerCommands::is_left_out(const std::string& role) const { return has(options_.without, role); }
 
 std::vector<int> ServerCommands::find_cores_of(const std::string& role, int domain) const {
   // Processes that take turns are fastest on one core: a wake-up across cores costs several times a switch on one.
@@ -102,9 +102,11 @@ std::vector<std::string> ServerCommands::make_role_arguments(const std::string& 
   std::vector<std::string> arguments;
   if (role == "model_parser") arguments.push_back(options_.scenario);
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
-  if (role == "dynamics" && options_.ros_rate > 0.0) arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
+  if (role == "dynamics" && options_.ros_rate > 0.0)
+    arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
-  if (role == "logger" && !scenario_.robots.empty()) arguments.insert(arguments.end(), {"--robots", join_robots(scenario_)});
+  if (role == "logger" && !scenario_.robots.empty())
+    arguments.insert(arguments.end(), {"--robots", join_robots(scenario_)});
   if (!find_robot_of(role).empty()) arguments.insert(arguments.end(), {"--robot", find_robot_of(role)});
   if (role == "logger" && options_.force) arguments.push_back("--force");
   if (role == "logger" && options_.durable) arguments.push_back("--durable");
@@ -160,7 +162,8 @@ std::vector<std::string> ServerCommands::find_motion(const std::string& robot) c
   for (const RobotPlacement& placement : scenario_.robots) {
     if (placement.name == robot) scenario = load_scenario(placement.scenario);
   }
-  return scenario.controller.type == "motion" ? std::vector<std::string>{scenario.controller.motion} : std::vector<std::string>{};
+  return scenario.controller.type == "motion" ? std::vector<std::string>{scenario.controller.motion}
+                                              : std::vector<std::string>{};
 }
 
 RemoteCommand ServerCommands::make_remote(const std::string& role, const RunEntry& entry) const {
@@ -170,12 +173,22 @@ RemoteCommand ServerCommands::make_remote(const std::string& role, const RunEntr
   command.token = entry.token;
   command.files = find_files_of(role);
   std::string path = get_program(role);
-  if (path.find('/') == std::string::npos) path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
-  command.arguments = {path, "--domain", std::to_string(entry.domain), "--dds", get_vendor(role),
-                       "--far-launcher", "--network-interface", turn_network(entry.network, find_address(command.host))};
+  if (path.find('/') == std::string::npos)
+    path = (command.host.programs.empty() ? find_own_folder() : command.host.programs) + "/" + path;
+  command.arguments = {path,
+                       "--domain",
+                       std::to_string(entry.domain),
+                       "--dds",
+                       get_vendor(role),
+                       "--far-launcher",
+                       "--network-interface",
+                       turn_network(entry.network, find_address(command.host))};
   for (const std::string& word : make_role_arguments(role)) command.arguments.push_back(word);
   if (!options_.secure.empty()) {
-    command.arguments.insert(command.arguments.end(), {"--secure", command.host.secure.empty() ? std::filesystem::absolute(options_.secure).string() : command.host.secure});
+    command.arguments.insert(
+        command.arguments.end(),
+        {"--secure",
+         command.host.secure.empty() ? std::filesystem::absolute(options_.secure).string() : command.host.secure});
     command.files.push_back(command.arguments.back());
   }
   return command;
@@ -184,8 +197,15 @@ RemoteCommand ServerCommands::make_remote(const std::string& role, const RunEntr
 ChildSpec ServerCommands::make_viewer(const RunEntry& entry) const {
   ChildSpec child;
   child.role = "viewer";
-  child.arguments = {find_program("hrp-viewer"), "--domain", std::to_string(entry.domain), "--dds", options_.dds,
-                     "--port", std::to_string(options_.view_port), "--then", log_};
+  child.arguments = {find_program("hrp-viewer"),
+                     "--domain",
+                     std::to_string(entry.domain),
+                     "--dds",
+                     options_.dds,
+                     "--port",
+                     std::to_string(options_.view_port),
+                     "--then",
+                     log_};
   if (!options_.secure.empty()) child.arguments.insert(child.arguments.end(), {"--secure", options_.secure});
   return child;
 }

@@ -92,9 +92,7 @@ std::string make_time_stamp() {
   return text;
 }
 
-[[noreturn]] void refuse_log(const std::string& reason) {
-  refuse_input({""}, "the log cannot be written: " + reason);
-}
+[[noreturn]] void refuse_log(const std::string& reason) { refuse_input({""}, "the log cannot be written: " + reason); }
 
 // A name that nobody has: "run.mcap", else "run-2.mcap", "run-3.mcap", ... The file, without a step, keeps it for us.
 fs::path reserve_name(const fs::path& wanted) {
@@ -139,14 +137,16 @@ bool print_log(const std::string& log, bool plot) {
   try {
     const LogEnd end = find_log_end(log);
     if (end.any) {
-      std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step), end.time);
+      std::printf("           complete up to step %llu, t = %.3f s\n", static_cast<unsigned long long>(end.step),
+                  end.time);
       for (const std::string& fall : end.falls) std::printf("fall       %s\n", fall.c_str());
       std::printf("state hash %s\n", format_hash(end.hash).c_str());
     } else {
       std::printf("           holds no step\n");
     }
     if (end.any && plot) print_plot(log);
-    if (!end.damage.empty()) std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
+    if (!end.damage.empty())
+      std::printf("           the file was cut short and is readable up to there: %s\n", end.damage.c_str());
     return end.any;
   } catch (const std::exception& error) {
     std::printf("           the log cannot be read: %s\n", error.what());
@@ -164,9 +164,7 @@ void print_playback(const std::vector<std::string>& logs) {
 
 }  // namespace
 
-bool is_logged(const LaunchOptions& options) {
-  return !has(options.without, "logger");
-}
+bool is_logged(const LaunchOptions& options) { return !has(options.without, "logger"); }
 
 LogName::~LogName() {
   try {

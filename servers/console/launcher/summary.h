@@ -11,9 +11,9 @@ namespace hrp {
 // Whether the set has a logger.
 bool is_logged(const LaunchOptions& options);
 
-// The file that the command line names; it must be new, or empty, unless --force is given. Without one the file that the
-// scenario names, else "logs/SCENARIO-YYYYMMDD-HHMMSS.mcap" under the working folder; "-2", "-3", ... is added to these
-// when they are taken. Makes the folder. Throws InputError when that fails.
+// The file that the command line names; it must be new, or empty, unless --force is given. Without one the file that
+// the scenario names, else "logs/SCENARIO-YYYYMMDD-HHMMSS.mcap" under the working folder; "-2", "-3", ... is added to
+// these when they are taken. Makes the folder. Throws InputError when that fails.
 std::string choose_log_file(const LaunchOptions& options, const Scenario& scenario);
 
 // The name of a log. An empty file that kept the name is removed at the end.

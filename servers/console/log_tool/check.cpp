@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "common/base/bit_hash.h"
-#include "common/mcap/writer.h"
 #include "common/base/printable.h"
+#include "common/mcap/writer.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 
@@ -145,8 +145,8 @@ int show_hashes(const std::string& file) {
     return true;
   });
   for (const auto& [id, topic] : log.topics()) {
-    std::printf("%-24s %10llu messages  %s\n", make_printable_line(topic.topic).c_str(), static_cast<unsigned long long>(hashes[id].first),
-                format_hash(hashes[id].second).c_str());
+    std::printf("%-24s %10llu messages  %s\n", make_printable_line(topic.topic).c_str(),
+                static_cast<unsigned long long>(hashes[id].first), format_hash(hashes[id].second).c_str());
   }
   if (!state_hash.empty()) std::printf("state hash %s at step %s\n", state_hash.c_str(), state_step.c_str());
   return say_damage(log.reader());
@@ -176,8 +176,8 @@ int compare_logs(const std::string& one_path, const std::string& other_path) {
     if (i < count) {
       differences.push_back({topic, i, stamps[i].step});
     } else if (stamps.size() != found->second.size()) {
-      std::printf("%s: %zu messages against %zu, equal as far as both go\n", make_printable_line(topic).c_str(), stamps.size(),
-                  found->second.size());
+      std::printf("%s: %zu messages against %zu, equal as far as both go\n", make_printable_line(topic).c_str(),
+                  stamps.size(), found->second.size());
       const auto& longer = stamps.size() > count ? stamps : found->second;
       differences.push_back({topic, count, longer[count].step});
     }
@@ -207,7 +207,8 @@ int recover_log(const std::string& in, const std::string& out, bool force) {
   bool any = false;
   reader.read_messages([&](const mcap::Message&) { return !(any = true); });
   if (!any) {
-    throw mcap::McapError(in + ": nothing can be recovered" + (reader.damage().empty() ? ", it holds no message" : ": " + reader.damage()));
+    throw mcap::McapError(in + ": nothing can be recovered" +
+                          (reader.damage().empty() ? ", it holds no message" : ": " + reader.damage()));
   }
   mcap::Writer writer(mcap::ClaimedFile(out, force ? mcap::Existing::kReplace : mcap::Existing::kRefuse),
                       mcap::Compression::kZstd);
@@ -216,7 +217,8 @@ int recover_log(const std::string& in, const std::string& out, bool force) {
     const mcap::Channel& channel = reader.channels().at(id);
     const auto found = reader.schemas().find(channel.schema_id);
     const mcap::Schema schema = found == reader.schemas().end() ? mcap::Schema{} : found->second;
-    if (schemas.count(schema.id) == 0) schemas[schema.id] = writer.add_schema(schema.name, schema.encoding, schema.text);
+    if (schemas.count(schema.id) == 0)
+      schemas[schema.id] = writer.add_schema(schema.name, schema.encoding, schema.text);
     channels[id] = writer.add_channel(channel.topic, schemas[schema.id], channel.message_encoding);
   };
   for (const auto& [id, channel] : reader.channels()) add_channel(id);

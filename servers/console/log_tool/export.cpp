@@ -8,8 +8,8 @@
 #include "common/base/diagnostics.h"
 #include "common/base/exact_number.h"
 #include "common/base/suggest.h"
-#include "common/plot/svg_plot.h"
 #include "common/log/log_table.h"
+#include "common/plot/svg_plot.h"
 #include "servers/console/log_tool/commands.h"
 #include "servers/console/log_tool/log_file.h"
 

@@ -23,16 +23,23 @@ class LogTool {
     add("info", "topics, counts, steps, and whether the file is complete", [this] { return show_info(file_); });
     add_cat();
     add_output(add("csv", "sensors and commands as a CSV table, with the columns of recordings",
-                   [this] { return write([this] { return write_csv(file_, out_); }); }), "CSV file");
+                   [this] { return write([this] { return write_csv(file_, out_); }); }),
+               "CSV file");
     add_plot();
     add_pictures();
     add_image();
-    add_converter("foxglove", "a file for Foxglove: the log, and the robot with its forces in the 3D panel", "MCAP file", write_foxglove);
-    add_converter("rosbag", "a ROS 2 bag for rosbag2 and PlotJuggler: /tf, /joint_states, /zmp, ...", "folder", write_rosbag);
-    add("pushes", "pushes that people gave live, as the section 'pushes' of a scenario that repeats the run", [this] { return show_pushes(file_); });
-    add("hash", "hash of all payloads of each topic; equal runs have equal hashes", [this] { return show_hashes(file_); });
-    add("compare", "first difference of two logs; exit status 1 if there is one", [this] { return compare_logs(file_, other_); })
-        ->add_option("other", other_, "second log")->required();
+    add_converter("foxglove", "a file for Foxglove: the log, and the robot with its forces in the 3D panel",
+                  "MCAP file", write_foxglove);
+    add_converter("rosbag", "a ROS 2 bag for rosbag2 and PlotJuggler: /tf, /joint_states, /zmp, ...", "folder",
+                  write_rosbag);
+    add("pushes", "pushes that people gave live, as the section 'pushes' of a scenario that repeats the run",
+        [this] { return show_pushes(file_); });
+    add("hash", "hash of all payloads of each topic; equal runs have equal hashes",
+        [this] { return show_hashes(file_); });
+    add("compare", "first difference of two logs; exit status 1 if there is one",
+        [this] { return compare_logs(file_, other_); })
+        ->add_option("other", other_, "second log")
+        ->required();
     add_recover();
   }
 
@@ -78,29 +85,36 @@ class LogTool {
     CLI::App* plot = add("plot", "an SVG plot of signals; by default, of the vertical forces on the feet",
                          [this] { return write([this] { return write_plot(file_, signals_, out_); }); });
     add_output(plot, "SVG file");
-    plot->add_option("--signal", signals_, "a CSV column, or topic:field, such as contact_forces:pairs[0].total.force.z");
+    plot->add_option("--signal", signals_,
+                     "a CSV column, or topic:field, such as contact_forces:pairs[0].total.force.z");
   }
 
   void add_pictures() {
-    CLI::App* pictures = add("pictures", "pictures of the robots at equal intervals, side by side, as SVG", [this] {
-      return write([this] { return write_robot_pictures(file_, look_, out_), 0; });
-    });
+    CLI::App* pictures = add("pictures", "pictures of the robots at equal intervals, side by side, as SVG",
+                             [this] { return write([this] { return write_robot_pictures(file_, look_, out_), 0; }); });
     add_output(pictures, "SVG file");
     pictures->add_option("--from", look_.from, "simulated time of the first picture [s]")->check(refuse_nan);
-    pictures->add_option("--to", look_.to, "simulated time of the last picture [s]; default: the end")->check(refuse_nan);
+    pictures->add_option("--to", look_.to, "simulated time of the last picture [s]; default: the end")
+        ->check(refuse_nan);
     pictures->add_option("--robot", look_.robot, "name of the robot that the camera follows; default: the first one");
     pictures->add_option("--count", look_.count, "number of pictures")->check(CLI::Range(1, 40));
-    pictures->add_option("--azimuth", look_.azimuth, "direction of the camera: 0 in front, pi/2 on the robot's left [rad]")->check(refuse_nan);
+    pictures
+        ->add_option("--azimuth", look_.azimuth, "direction of the camera: 0 in front, pi/2 on the robot's left [rad]")
+        ->check(refuse_nan);
     pictures->add_option("--elevation", look_.elevation, "elevation of the camera [rad]")->check(refuse_nan);
   }
 
   void add_image() {
-    CLI::App* picture = add("image", "one picture of a camera as PNG: colours, or depth in millimetres with 16 bits", [this] {
-      image_.file = file_, image_.out = out_;
-      return write([this] { return write_image(image_); });
-    });
-    picture->add_option("topic", image_.topic, "topic of the picture, such as head/image_raw or head/depth/image_raw")->required();
-    picture->add_option("--at", image_.at, "simulated time [s]: writes the first picture at or after it")->check(refuse_nan)->capture_default_str();
+    CLI::App* picture =
+        add("image", "one picture of a camera as PNG: colours, or depth in millimetres with 16 bits", [this] {
+          image_.file = file_, image_.out = out_;
+          return write([this] { return write_image(image_); });
+        });
+    picture->add_option("topic", image_.topic, "topic of the picture, such as head/image_raw or head/depth/image_raw")
+        ->required();
+    picture->add_option("--at", image_.at, "simulated time [s]: writes the first picture at or after it")
+        ->check(refuse_nan)
+        ->capture_default_str();
     add_output(picture, "PNG file");
   }
 
@@ -111,7 +125,9 @@ class LogTool {
     });
     add_output(command, out_text);
     command->add_option("--rate", convert_.rate, "samples per simulated second [Hz]; 0: every sample")
-        ->check(refuse_nan)->check(CLI::NonNegativeNumber)->capture_default_str();
+        ->check(refuse_nan)
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
   }
 
   void add_recover() {

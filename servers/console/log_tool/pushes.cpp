@@ -84,8 +84,10 @@ int show_pushes(const std::string& file) {
   size_t number = 0;
   for (const Stretch& stretch : finder.stretches()) {
     const double dt = finder.time_step();
-    std::printf("  live_%zu: {link: %s, xyz: %s, force: %s, start: %s, duration: %s}\n", ++number, stretch.push.link().c_str(),
-                format_vector(stretch.push.p_LQ()).c_str(), format_vector(stretch.push.force()).c_str(), format_exact(static_cast<double>(stretch.first) * dt).c_str(),
+    std::printf("  live_%zu: {link: %s, xyz: %s, force: %s, start: %s, duration: %s}\n", ++number,
+                stretch.push.link().c_str(), format_vector(stretch.push.p_LQ()).c_str(),
+                format_vector(stretch.push.force()).c_str(),
+                format_exact(static_cast<double>(stretch.first) * dt).c_str(),
                 format_exact(static_cast<double>(stretch.last - stretch.first) * dt).c_str());
   }
   return say_damage(log.reader());

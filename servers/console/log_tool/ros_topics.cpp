@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/console/log_tool/ros_topics.h"
 
+#include "common/base/ros_definitions.h"
 #include "common/messages/ros_convert.h"
 #include "common/messages/topics.h"
-#include "common/base/ros_definitions.h"
 
 namespace hrp {
 namespace {
@@ -18,9 +18,10 @@ constexpr const char* kWrench = "geometry_msgs/msg/WrenchStamped";
 // Numbers are those of the enumerations of rmw: history keep last, reliability reliable, durability transient local or
 // volatile, liveliness automatic.
 std::string make_qos_text(bool latched) {
-  return std::string("- history: 1\n  depth: ") + (latched ? "1" : "10") + "\n  reliability: 1\n  durability: " +
-         (latched ? "1" : "2") + "\n  deadline: " + kForever + "\n  lifespan: " + kForever +
-         "\n  liveliness: 1\n  liveliness_lease_duration: " + kForever + "\n  avoid_ros_namespace_conventions: false";
+  return std::string("- history: 1\n  depth: ") + (latched ? "1" : "10") +
+         "\n  reliability: 1\n  durability: " + (latched ? "1" : "2") + "\n  deadline: " + kForever +
+         "\n  lifespan: " + kForever + "\n  liveliness: 1\n  liveliness_lease_duration: " + kForever +
+         "\n  avoid_ros_namespace_conventions: false";
 }
 
 RosTopics::RosTopics(mcap::Writer* writer, Frames frames) : writer_(*writer), frames_(frames) {}
@@ -31,15 +32,16 @@ RosTopic& RosTopics::find_topic(const std::string& name, const std::string& type
     if (topic.name == name) return topic;
   }
   if (schemas_.count(type) == 0) schemas_[type] = writer_.add_schema(type, "ros2msg", make_ros_schema(type));
-  const uint16_t channel =
-      writer_.add_channel(name, schemas_[type], "cdr",
-                          {{"offered_qos_profiles", make_qos_text(latched)}, {"topic_type_hash", calc_ros_type_hash(type)}});
+  const uint16_t channel = writer_.add_channel(
+      name, schemas_[type], "cdr",
+      {{"offered_qos_profiles", make_qos_text(latched)}, {"topic_type_hash", calc_ros_type_hash(type)}});
   topics_.push_back({name, type, latched, channel, 0});
   return topics_.back();
 }
 
 template <typename Message>
-void RosTopics::write(const std::string& topic, const char* type, const Message& message, const LogPlace& place, bool latched) {
+void RosTopics::write(const std::string& topic, const char* type, const Message& message, const LogPlace& place,
+                      bool latched) {
   write_sample(encode(message, &buffer_), place, &find_topic(topic, type, latched));
 }
 
@@ -65,13 +67,15 @@ void RosTopics::write_frames(const std::vector<NamedTransform>& frames, const Lo
   write(fixed ? "/tf_static" : "/tf", "tf2_msgs/msg/TFMessage", message, place, fixed);
 }
 
-RosTopics::Robot::Robot(const Mover& its_body, const FrameTree& its_tree) : body(its_body), tree(its_tree), model(body.robot.tree), data(model) {
+RosTopics::Robot::Robot(const Mover& its_body, const FrameTree& its_tree)
+    : body(its_body), tree(its_tree), model(body.robot.tree), data(model) {
   const TreeSpec& links = body.robot.tree;
   for (int i = 0; i < links.num_joints(); ++i) joint_states.name().push_back(links.joint(i).name);
   joint_commands.name() = joint_states.name();
   const SensorsSpec& sensors = body.scenario.sensors;
   for (const ImuSpec& imu : sensors.imus) imus.emplace_back().header().frame_id(tree.find_frame(imu.link));
-  for (const WrenchSpec& wrench : sensors.wrenches) wrenches.emplace_back().header().frame_id(tree.find_frame(wrench.link));
+  for (const WrenchSpec& wrench : sensors.wrenches)
+    wrenches.emplace_back().header().frame_id(tree.find_frame(wrench.link));
 }
 
 void RosTopics::on_robot(const RobotDescription& robot, const Scenario& scenario, const LogPlace& place) {
@@ -117,7 +121,8 @@ void RosTopics::write_link_force(const Robot& robot, const LinkForce& force, con
   ros::set(Vector3d(X_WL.R.transpose() * force.force), &message.wrench().force());
   const Vector3d moment_L = force.moment + (force.p_WC - X_WL.p).cross(force.force);
   ros::set(Vector3d(X_WL.R.transpose() * moment_L), &message.wrench().torque());
-  write(robot.find_topic("/contact/" + robot.body.robot.tree.links[static_cast<size_t>(force.link)].name), kWrench, message, place);
+  write(robot.find_topic("/contact/" + robot.body.robot.tree.links[static_cast<size_t>(force.link)].name), kWrench,
+        message, place);
 }
 
 void RosTopics::write_forces(const Robot& robot, const ContactForces& forces, const LogPlace& place) {
@@ -132,7 +137,8 @@ void RosTopics::write_forces(const Robot& robot, const ContactForces& forces, co
   geometry_msgs::msg::dds_::PolygonStamped_ polygon;
   ros::set_time(place.time, &polygon.header().stamp());
   polygon.header().frame_id(robot.tree.world());
-  for (const Vector3d& p : calc_support_polygon(forces, ground_)) ros::set(p, &polygon.polygon().points().emplace_back());
+  for (const Vector3d& p : calc_support_polygon(forces, ground_))
+    ros::set(p, &polygon.polygon().points().emplace_back());
   write(robot.find_topic("/support_polygon"), "geometry_msgs/msg/PolygonStamped", polygon, place);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A run as topics of ROS 2 in an MCAP file: `ros2msg` schemas, CDR, the quality of service as channel metadata. All but clock
-// and frames of robot "partner" is in its namespace, /partner.
+// A run as topics of ROS 2 in an MCAP file: `ros2msg` schemas, CDR, the quality of service as channel metadata. All but
+// clock and frames of robot "partner" is in its namespace, /partner.
 #pragma once
 
 #include <map>
@@ -56,7 +56,8 @@ class RosTopics final : public RunListener {
   };
   // Channels are made with their first message.
   template <typename Message>
-  void write(const std::string& topic, const char* type, const Message& message, const LogPlace& place, bool latched = false);
+  void write(const std::string& topic, const char* type, const Message& message, const LogPlace& place,
+             bool latched = false);
   void write_sample(Bytes sample, const LogPlace& place, RosTopic* topic);
   RosTopic& find_topic(const std::string& name, const std::string& type, bool latched);
   void write_frames(const std::vector<NamedTransform>& frames, const LogPlace& place, bool fixed);

@@ -67,8 +67,8 @@ class Pass {
     listener_.on_robot(robot, scenario, place_);
   }
   void add_robot(const std::string& name) {
-    robots_.push_back({topics::of_robot(topics::kSensorData, name).name, topics::of_robot(topics::kJointCommands, name).name,
-                       Thinner(rate_), Thinner(rate_)});
+    robots_.push_back({topics::of_robot(topics::kSensorData, name).name,
+                       topics::of_robot(topics::kJointCommands, name).name, Thinner(rate_), Thinner(rate_)});
   }
 
   void take_sensors(size_t robot, Bytes sample) {

@@ -19,7 +19,7 @@ namespace hrp {
 struct LogPlace {
   uint64_t log_time = 0;  // [ns] simulated
   uint32_t sequence = 0;
-  double time = 0.0;      // [s] simulated
+  double time = 0.0;  // [s] simulated
 };
 
 struct RunStep {

@@ -37,15 +37,14 @@ int show_info(const std::string& file) {
   size_t longest = 24;
   for (const auto& [id, topic] : log.topics()) longest = std::max(longest, topic.topic.size());
   const int width = static_cast<int>(std::min<size_t>(longest, 60));
-  std::printf("%-*s %-28s %10s %10s %10s %10s %12s\n", width, "topic", "type", "messages", "MB", "first step", "last step",
-              "last time/s");
+  std::printf("%-*s %-28s %10s %10s %10s %10s %12s\n", width, "topic", "type", "messages", "MB", "first step",
+              "last step", "last time/s");
   for (const auto& [id, topic] : log.topics()) {
     const TopicCount& count = counts[id];
     std::printf("%-*s %-28s %10llu %10.2f %10llu %10llu %12.4f\n", width, make_printable_line(topic.topic).c_str(),
-                topic.type != nullptr ? topic.type->name.c_str() : "?",
-                static_cast<unsigned long long>(count.messages), static_cast<double>(count.bytes) * 1e-6,
-                static_cast<unsigned long long>(count.first_step), static_cast<unsigned long long>(count.last_step),
-                count.last_time);
+                topic.type != nullptr ? topic.type->name.c_str() : "?", static_cast<unsigned long long>(count.messages),
+                static_cast<double>(count.bytes) * 1e-6, static_cast<unsigned long long>(count.first_step),
+                static_cast<unsigned long long>(count.last_step), count.last_time);
   }
   return say_damage(log.reader());
 }
@@ -78,12 +77,12 @@ int show_messages(const CatOptions& options) {
         }
         if (!text) return true;
         if (options.json) {
-          return std::printf("{\"topic\":\"%s\",\"step\":%u,\"time\":%.9g,\"message\":%s}\n", make_printable_line(topic.topic).c_str(),
-                             message.sequence, time, text->c_str()) >= 0;
+          return std::printf("{\"topic\":\"%s\",\"step\":%u,\"time\":%.9g,\"message\":%s}\n",
+                             make_printable_line(topic.topic).c_str(), message.sequence, time, text->c_str()) >= 0;
         }
         const char* end = text->empty() || text->back() != '\n' ? "\n" : "";
-        return std::printf("--- %s step %u, %.9g s\n%s%s", make_printable_line(topic.topic).c_str(), message.sequence, time, text->c_str(),
-                           end) >= 0;
+        return std::printf("--- %s step %u, %.9g s\n%s%s", make_printable_line(topic.topic).c_str(), message.sequence,
+                           time, text->c_str(), end) >= 0;
       },
       wanted);
   return say_damage(log.reader());

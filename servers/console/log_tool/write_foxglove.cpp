@@ -42,8 +42,12 @@ class FoxgloveFile final : public RunListener {
     write(pushes_, scene_->make_pushes(step.state, step.others, step.pushes, place.time), place);
     ros_.on_step(step, place);
   }
-  void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override { ros_.on_sensors(robot, sensors, place); }
-  void on_commands(size_t robot, const msg::JointCommands& commands, const LogPlace& place) override { ros_.on_commands(robot, commands, place); }
+  void on_sensors(size_t robot, const msg::SensorData& sensors, const LogPlace& place) override {
+    ros_.on_sensors(robot, sensors, place);
+  }
+  void on_commands(size_t robot, const msg::JointCommands& commands, const LogPlace& place) override {
+    ros_.on_commands(robot, commands, place);
+  }
   void on_picture(const std::string& topic, const std::string& type, Bytes sample, const LogPlace& place) override {
     ros_.on_picture(topic, type, sample, place);
     has_pictures_ = true;
@@ -58,7 +62,8 @@ class FoxgloveFile final : public RunListener {
   }
   void add_attachments() {
     for (const Mover& robot : scene_->robots()) {
-      writer_.add_attachment(robot.name.empty() ? "robot.urdf" : robot.name + ".urdf", "application/xml", robot.robot.urdf);
+      writer_.add_attachment(robot.name.empty() ? "robot.urdf" : robot.name + ".urdf", "application/xml",
+                             robot.robot.urdf);
     }
     writer_.add_attachment("scenario.yaml", "application/yaml", scenario_);
   }
@@ -68,7 +73,8 @@ class FoxgloveFile final : public RunListener {
  private:
   void copy_channels(const mcap::Reader& log) {
     std::map<uint16_t, uint16_t> schemas;
-    for (const auto& [id, schema] : log.schemas()) schemas[id] = writer_.add_schema(schema.name, schema.encoding, schema.text);
+    for (const auto& [id, schema] : log.schemas())
+      schemas[id] = writer_.add_schema(schema.name, schema.encoding, schema.text);
     for (const auto& [id, channel] : log.channels()) {
       if (!topics::find_ros_topic(channel.topic).empty()) continue;
       channels_[id] = writer_.add_channel(channel.topic, schemas.at(channel.schema_id), channel.message_encoding);

@@ -72,15 +72,16 @@ std::string make_metadata(const BagFileListener& bag, const std::string& file) {
   for (const RosTopic& topic : bag.topics()) {
     count += topic.count;
     topics << "    - topic_metadata:\n        name: " << topic.name << "\n        type: " << topic.type
-           << "\n        serialization_format: cdr\n        offered_qos_profiles: " << quote(make_qos_text(topic.latched))
-           << "\n      message_count: " << topic.count << "\n";
+           << "\n        serialization_format: cdr\n        offered_qos_profiles: "
+           << quote(make_qos_text(topic.latched)) << "\n      message_count: " << topic.count << "\n";
   }
   std::ostringstream span, yaml;
   yaml << "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: mcap\n  duration:\n    nanoseconds: "
-       << bag.duration() << "\n  starting_time:\n    nanoseconds_since_epoch: " << bag.begin() << "\n  message_count: " << count
-       << "\n  topics_with_message_count:\n" << topics.str()
-       << "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - " << file
-       << "\n  files:\n    - path: " << file << "\n      starting_time:\n        nanoseconds_since_epoch: " << bag.begin()
+       << bag.duration() << "\n  starting_time:\n    nanoseconds_since_epoch: " << bag.begin()
+       << "\n  message_count: " << count << "\n  topics_with_message_count:\n"
+       << topics.str() << "  compression_format: \"\"\n  compression_mode: \"\"\n  relative_file_paths:\n    - " << file
+       << "\n  files:\n    - path: " << file
+       << "\n      starting_time:\n        nanoseconds_since_epoch: " << bag.begin()
        << "\n      duration:\n        nanoseconds: " << bag.duration() << "\n      message_count: " << count << "\n";
   return yaml.str();
 }
@@ -90,7 +91,8 @@ std::string make_metadata(const BagFileListener& bag, const std::string& file) {
 int write_rosbag(const ConvertOptions& options) {
   mcap::Reader log(options.file);
   const fs::path folder = fs::path(options.out).lexically_normal();
-  const std::string name = (folder.has_filename() ? folder.filename() : folder.parent_path().filename()).string() + "_0.mcap";
+  const std::string name =
+      (folder.has_filename() ? folder.filename() : folder.parent_path().filename()).string() + "_0.mcap";
   const std::string path = (folder / name).string();
   fs::create_directories(folder);
   check_output(options.file, path, options.force);

@@ -28,12 +28,20 @@ struct PushWords {
 };
 
 CLI::App* add_push(CLI::App& app, PushWords* words, hrp::msg::RunControl* control) {
-  CLI::App* command = add_request(app, "push", "push a link or an object: a constant force in world axes, from the next step that is not granted yet",
-                                  hrp::msg::REQUEST_PUSH, control);
-  command->add_option("LINK", control->push().link(), "link of the robot, object of the scenario, or ROBOT/LINK of another robot")->required();
+  CLI::App* command = add_request(
+      app, "push",
+      "push a link or an object: a constant force in world axes, from the next step that is not granted yet",
+      hrp::msg::REQUEST_PUSH, control);
+  command
+      ->add_option("LINK", control->push().link(),
+                   "link of the robot, object of the scenario, or ROBOT/LINK of another robot")
+      ->required();
   command->add_option("--force", words->force, "X Y Z [N], world axes; 0 0 0 lets go")->required()->expected(3);
-  command->add_option("--at", words->point, "X Y Z [m], where the force acts, link axes; default: the link's origin")->expected(3);
-  command->add_option("--steps", control->push().steps(), "how many steps it lasts; the next push of this link ends it earlier")
+  command->add_option("--at", words->point, "X Y Z [m], where the force acts, link axes; default: the link's origin")
+      ->expected(3);
+  command
+      ->add_option("--steps", control->push().steps(),
+                   "how many steps it lasts; the next push of this link ends it earlier")
       ->check(CLI::Range(0, 1000000));
   return command;
 }
@@ -52,10 +60,14 @@ int main(int argc, char** argv) {
   std::optional<double> speed;
   unsigned long long steps = 1;
   bool follow = false;
-  add_request(app, "pause", "pause the run after the steps that are granted already", hrp::msg::REQUEST_PAUSE, &control);
+  add_request(app, "pause", "pause the run after the steps that are granted already", hrp::msg::REQUEST_PAUSE,
+              &control);
   add_request(app, "run", "resume the run", hrp::msg::REQUEST_RUN, &control)
-      ->add_option("--speed", speed, "at most this many simulated seconds per second; 0 = no limit; default: unchanged");
-  add_request(app, "step", "make N steps and pause again", hrp::msg::REQUEST_STEP, &control)->add_option("N", steps, "number of steps")->check(CLI::Range(1, 1000000));
+      ->add_option("--speed", speed,
+                   "at most this many simulated seconds per second; 0 = no limit; default: unchanged");
+  add_request(app, "step", "make N steps and pause again", hrp::msg::REQUEST_STEP, &control)
+      ->add_option("N", steps, "number of steps")
+      ->check(CLI::Range(1, 1000000));
   add_request(app, "reset", "start the run again at step 0", hrp::msg::REQUEST_RESET, &control);
   add_request(app, "stop", "end the run and close the log", hrp::msg::REQUEST_STOP, &control);
   control.push().steps(100);
@@ -70,7 +82,8 @@ int main(int argc, char** argv) {
   control.speed(speed.value_or(0.0));
   control.change_speed(speed.has_value());
   control.steps(steps);
-  if (push->parsed()) control.push().force(make_vector(push_words.force)), control.push().p_LQ(make_vector(push_words.point));
+  if (push->parsed())
+    control.push().force(make_vector(push_words.force)), control.push().p_LQ(make_vector(push_words.point));
   hrp::handle_stop_signals();
   try {
     if (list->parsed()) {

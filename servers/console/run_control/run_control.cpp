@@ -53,7 +53,8 @@ bool has_taken(const msg::RunControl& control, const msg::RunStatus& before, con
   switch (control.request()) {
     case msg::REQUEST_RUN: return now.phase() == msg::RUN_RUNNING || is_over(now);
     case msg::REQUEST_PAUSE: return now.phase() == msg::RUN_PAUSED || is_over(now);
-    case msg::REQUEST_STEP: return (now.phase() == msg::RUN_PAUSED && now.step() >= before.step() + control.steps()) || is_over(now);
+    case msg::REQUEST_STEP:
+      return (now.phase() == msg::RUN_PAUSED && now.step() >= before.step() + control.steps()) || is_over(now);
     case msg::REQUEST_RESET: return now.epoch() > before.epoch();
     case msg::REQUEST_STOP: return is_over(now);
     case msg::REQUEST_PUSH: return now.answered() == control.nonce();
@@ -69,13 +70,15 @@ int send_request(Bus& bus, const JoinedRun& run, msg::RunControl control) {
   msg::RunStatus status;
   std::string refused;
   bool heard = false;
-  const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-    if (!may_believe(run.entry.token, status, m)) return;
-    status = m;
-    if (!m.refused().empty()) refused = m.refused();
-    heard = true;
-  });
-  if (!wait_for(bus, kPatience, &voice, kScheduler, [&] { return heard && publisher.has_readers(); })) return say_no_scheduler(run);
+  const auto reader =
+      subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+        if (!may_believe(run.entry.token, status, m)) return;
+        status = m;
+        if (!m.refused().empty()) refused = m.refused();
+        heard = true;
+      });
+  if (!wait_for(bus, kPatience, &voice, kScheduler, [&] { return heard && publisher.has_readers(); }))
+    return say_no_scheduler(run);
   const msg::RunStatus before = status;
   refused.clear();
   control.nonce(make_nonce());
@@ -96,11 +99,12 @@ int show_status(Bus& bus, const JoinedRun& run, bool follow) {
   WaitVoice voice("hrp-run", run);
   msg::RunStatus status;
   bool fresh = false, heard = false;
-  const auto reader = subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-    if (!may_believe(run.entry.token, status, m)) return;
-    status = m;
-    fresh = heard = true;
-  });
+  const auto reader =
+      subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
+        if (!may_believe(run.entry.token, status, m)) return;
+        status = m;
+        fresh = heard = true;
+      });
   while (!g_stop_signal) {
     if (!wait_for(bus, heard ? std::chrono::seconds(2) : kPatience, &voice, kScheduler, [&] { return fresh; })) break;
     std::lock_guard<std::recursive_mutex> lock(bus.mutex());

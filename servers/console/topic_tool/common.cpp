@@ -17,9 +17,7 @@ namespace {
 // Two topics that a short name may mean are both looked for this long before one of them is taken.
 constexpr auto kDiscovery = std::chrono::milliseconds(300);
 
-std::string join(const std::vector<std::string>& names) {
-  return join_words(names, make_printable_line);
-}
+std::string join(const std::vector<std::string>& names) { return join_words(names, make_printable_line); }
 
 // Topics that somebody writes.
 std::vector<TopicSeen> find_written(Bus& bus) {
@@ -33,7 +31,8 @@ std::vector<TopicSeen> find_written(Bus& bus) {
 std::string describe_wait(const std::string& name, const std::vector<std::string>& names) {
   const std::string nearest = find_nearest(name, names);
   if (names.empty()) return name + "; nothing is written there yet";
-  return name + ", which nobody writes" + (nearest.empty() ? "" : "; is it " + make_printable_line(nearest) + "?") + " (written: " + join(names) + ")";
+  return name + ", which nobody writes" + (nearest.empty() ? "" : "; is it " + make_printable_line(nearest) + "?") +
+         " (written: " + join(names) + ")";
 }
 
 }  // namespace

@@ -56,8 +56,10 @@ class TrafficCount {
 };
 
 void print_json_line(const TopicSeen& topic, int readers, double rate, double bytes) {
-  std::printf("{\"topic\":\"%s\",\"type\":\"%s\",\"writers\":%d,\"readers\":%d,\"rate\":%.6g,\"bytes_per_second\":%.6g}\n",
-              make_printable_line(topic.name).c_str(), make_printable_line(topic.type_name).c_str(), topic.writers, readers, rate, bytes);
+  std::printf(
+      "{\"topic\":\"%s\",\"type\":\"%s\",\"writers\":%d,\"readers\":%d,\"rate\":%.6g,\"bytes_per_second\":%.6g}\n",
+      make_printable_line(topic.name).c_str(), make_printable_line(topic.type_name).c_str(), topic.writers, readers,
+      rate, bytes);
 }
 
 }  // namespace
@@ -76,7 +78,8 @@ int list_topics(const ToolContext& context, double seconds, bool json) {
     const Traffic* traffic = count.find(topic.name);
     const int readers = topic.readers - (traffic ? 1 : 0);  // not this tool
     const double rate = traffic ? traffic->find_rate() : 0.0;
-    const double bytes = rate > 0 ? rate * static_cast<double>(traffic->bytes) / static_cast<double>(traffic->samples) : 0.0;
+    const double bytes =
+        rate > 0 ? rate * static_cast<double>(traffic->bytes) / static_cast<double>(traffic->samples) : 0.0;
     if (json) {
       print_json_line(topic, readers, rate, bytes);
     } else {

@@ -26,13 +26,14 @@ TopicSpec find_command_topic(const std::string& name) {
     const TopicSpec found = topics::of_robot(*topic, robot);
     if (topics::find_ros_topic(found.name) == "/" + plain) return found;
   }
-  throw std::runtime_error("nothing can be sent on '" + name + "'; topics for commands: " + topics::kRosJointTrajectory.name + ", " +
-                           topics::kRosPositionCommands.name);
+  throw std::runtime_error("nothing can be sent on '" + name + "'; topics for commands: " +
+                           topics::kRosJointTrajectory.name + ", " + topics::kRosPositionCommands.name);
 }
 
 void spin(const ToolContext& context, std::chrono::milliseconds time) {
   const auto end = std::chrono::steady_clock::now() + time;
-  while (std::chrono::steady_clock::now() < end && !context.must_stop()) context.bus->spin(std::chrono::milliseconds(10));
+  while (std::chrono::steady_clock::now() < end && !context.must_stop())
+    context.bus->spin(std::chrono::milliseconds(10));
 }
 
 Bytes get_bytes(const std::vector<uint8_t>& sample) { return {sample.data(), sample.size()}; }
@@ -45,7 +46,8 @@ CommandSample make_command_sample(const std::string& topic, const std::string& t
 }
 
 int print_command(const CommandSample& command) {
-  std::printf("%s\n", print_json(*get_schema().find_struct(command.topic.type_name), get_bytes(command.sample)).c_str());
+  std::printf("%s\n",
+              print_json(*get_schema().find_struct(command.topic.type_name), get_bytes(command.sample)).c_str());
   return 0;
 }
 

@@ -53,22 +53,26 @@ class TextEncoder {
 
  private:
   void add_struct(const StructType& type, const YAML::Node& node, const std::string& path) {
-    if (node.IsDefined() && !node.IsNull() && !node.IsMap()) refuse(node, path, "expected the fields of " + type.name + " as {field: value}");
+    if (node.IsDefined() && !node.IsNull() && !node.IsMap())
+      refuse(node, path, "expected the fields of " + type.name + " as {field: value}");
     std::vector<std::string> names;
     for (const Field& field : type.fields) names.push_back(field.name);
     if (node.IsDefined() && node.IsMap()) check_keys(node, names, path, type.name);
     for (const Field& field : type.fields) {
-      const YAML::Node value = node.IsDefined() && node.IsMap() ? node[field.name] : YAML::Node(YAML::NodeType::Undefined);
+      const YAML::Node value =
+          node.IsDefined() && node.IsMap() ? node[field.name] : YAML::Node(YAML::NodeType::Undefined);
       add_field(field.type, value, path.empty() ? field.name : path + "." + field.name);
     }
   }
 
-  static void check_keys(const YAML::Node& node, const std::vector<std::string>& names, const std::string& path, const std::string& type) {
+  static void check_keys(const YAML::Node& node, const std::vector<std::string>& names, const std::string& path,
+                         const std::string& type) {
     for (const auto& entry : node) {
       const std::string key = entry.first.as<std::string>();
       if (has(names, key)) continue;
       const std::string nearest = find_nearest(key, names);
-      refuse(entry.first, path, "'" + key + "' is no field of " + type + (nearest.empty() ? "" : "; is it '" + nearest + "'?"));
+      refuse(entry.first, path,
+             "'" + key + "' is no field of " + type + (nearest.empty() ? "" : "; is it '" + nearest + "'?"));
     }
   }
 
@@ -77,7 +81,8 @@ class TextEncoder {
     const bool given = node.IsDefined() && !node.IsNull();
     if (given && !node.IsSequence()) refuse(node, path, "expected a list");
     const size_t size = given ? node.size() : type.array_size;
-    if (type.array_size > 0 && size != type.array_size) refuse(node, path, std::to_string(size) + " values; expected " + std::to_string(type.array_size));
+    if (type.array_size > 0 && size != type.array_size)
+      refuse(node, path, std::to_string(size) + " values; expected " + std::to_string(type.array_size));
     if (type.is_sequence) bytes_.add(static_cast<uint32_t>(size));
     for (size_t i = 0; i < size; ++i) {
       add_value(type, given ? node[i] : YAML::Node(YAML::NodeType::Undefined), path + "[" + std::to_string(i) + "]");
@@ -87,7 +92,8 @@ class TextEncoder {
   template <typename Number>
   void add_number(const YAML::Node& node, const std::string& path, const char* expected) {
     Number value{};
-    if (node.IsDefined() && !YAML::convert<Number>::decode(node, value)) refuse(node, path, "'" + print(node) + "'; expected " + expected);
+    if (node.IsDefined() && !YAML::convert<Number>::decode(node, value))
+      refuse(node, path, "'" + print(node) + "'; expected " + expected);
     bytes_.add(value);
   }
 
@@ -103,7 +109,8 @@ class TextEncoder {
       case ValueKind::kString:
         if (node.IsDefined() && !node.IsScalar()) refuse(node, path, "expected a text");
         return bytes_.add_text(node.IsDefined() ? node.Scalar() : "");
-      default: refuse(node, path, "values of this type cannot be sent");  // none of the messages that take commands has them
+      default:
+        refuse(node, path, "values of this type cannot be sent");  // none of the messages that take commands has them
     }
   }
 

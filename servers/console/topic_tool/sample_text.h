@@ -10,8 +10,8 @@
 
 namespace hrp {
 
-// "{joint_names: [knee], points: [{positions: [0.3], time_from_start: {sec: 2}}]}". What the text does not mention is zero or
-// empty. Throws InputError naming field, value and what was expected.
+// "{joint_names: [knee], points: [{positions: [0.3], time_from_start: {sec: 2}}]}". What the text does not mention is
+// zero or empty. Throws InputError naming field, value and what was expected.
 std::vector<uint8_t> encode_text(const StructType& type, const std::string& text);
 
 }  // namespace hrp

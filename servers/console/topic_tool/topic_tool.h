@@ -21,7 +21,7 @@ struct EchoOptions {
 // What the tool needs to know of its surroundings.
 struct ToolContext {
   Bus* bus = nullptr;
-  std::function<bool()> must_stop;  // signal, or the run has ended
+  std::function<bool()> must_stop;                        // signal, or the run has ended
   std::function<void(const std::string& what)> wait_for;  // called over and over while something is missing
 };
 
@@ -39,7 +39,8 @@ struct CommandSample {
   TopicSpec topic;
   std::vector<uint8_t> sample;
 };
-// `text`: see sample_text.h. Throws std::runtime_error when the topic takes no commands or the text is no message of it.
+// `text`: see sample_text.h. Throws std::runtime_error when the topic takes no commands or the text is no message of
+// it.
 CommandSample make_command_sample(const std::string& topic, const std::string& text);
 // Prints it as one line of JSON.
 int print_command(const CommandSample& command);

@@ -26,7 +26,8 @@ class Table {
     std::fprintf(file_, "time");
     for (const std::string& foot : scenario.feet) std::fprintf(file_, ",%s/force_z", foot.c_str());
     for (const hrp::WrenchSpec& wrench : scenario.sensors.wrenches) {
-      for (const char* part : {"fx", "fy", "fz", "tx", "ty", "tz"}) std::fprintf(file_, ",%s/%s", wrench.name.c_str(), part);
+      for (const char* part : {"fx", "fy", "fz", "tx", "ty", "tz"})
+        std::fprintf(file_, ",%s/%s", wrench.name.c_str(), part);
     }
     for (const hrp::ImuSpec& imu : scenario.sensors.imus) {
       std::fprintf(file_, ",%s/roll,%s/pitch", imu.name.c_str(), imu.name.c_str());
@@ -50,17 +51,19 @@ class Table {
  private:
   // Roll and pitch [rad].
   void write_lean(const hrp::Matrix3d& R) {
-    std::fprintf(file_, ",%.6f,%.6f", std::atan2(R(2, 1), R(2, 2)), -std::asin(std::fmin(1.0, std::fmax(-1.0, R(2, 0)))));
+    std::fprintf(file_, ",%.6f,%.6f", std::atan2(R(2, 1), R(2, 2)),
+                 -std::asin(std::fmin(1.0, std::fmax(-1.0, R(2, 0)))));
   }
 
   std::FILE* file_;
 };
 
 void print(const std::string& name, const hrp::Trial& trial, const hrp::TrialResult& r) {
-  std::printf("{\"scenario\": \"%s\", \"fallen\": %s, \"fall_time\": %.3f, \"duration\": %.3f, \"largest_lean\": %.4f, "
-              "\"travelled\": [%.4f, %.4f, %.4f], \"turned\": %.4f, \"landings\": [",
-              name.c_str(), r.fallen ? "true" : "false", r.fall_time, r.duration, r.largest_lean, r.travelled.x(),
-              r.travelled.y(), r.travelled.z(), r.turned);
+  std::printf(
+      "{\"scenario\": \"%s\", \"fallen\": %s, \"fall_time\": %.3f, \"duration\": %.3f, \"largest_lean\": %.4f, "
+      "\"travelled\": [%.4f, %.4f, %.4f], \"turned\": %.4f, \"landings\": [",
+      name.c_str(), r.fallen ? "true" : "false", r.fall_time, r.duration, r.largest_lean, r.travelled.x(),
+      r.travelled.y(), r.travelled.z(), r.turned);
   for (size_t i = 0; i < r.landings.size(); ++i) std::printf("%s%d", i ? ", " : "", r.landings[i]);
   std::printf("], \"state_hash\": \"%016llx\", \"fault\": \"%s\"}\n", trial.engine().state_hash(), r.fault.c_str());
   std::fflush(stdout);
@@ -69,7 +72,8 @@ void print(const std::string& name, const hrp::Trial& trial, const hrp::TrialRes
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Runs scenarios in this process, without bus and log. Prints one line of JSON per scenario.", "hrp-trial");
+  CLI::App app("Runs scenarios in this process, without bus and log. Prints one line of JSON per scenario.",
+               "hrp-trial");
   app.set_version_flag("--version", hrp::get_version_text("hrp-trial"));
   std::vector<std::string> paths;
   std::string csv;

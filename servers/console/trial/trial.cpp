@@ -27,7 +27,9 @@ double calc_heading(const State& state) {
 }  // namespace
 
 Trial::Trial(const Scenario& scenario, const ControllerMaker& make_controller)
-    : robot_(load_robot(scenario)), scenario_(adopt_loops(adopt_world(scenario, robot_.scenario), robot_.scenario)), world_(robot_, scenario_),
+    : robot_(load_robot(scenario)),
+      scenario_(adopt_loops(adopt_world(scenario, robot_.scenario), robot_.scenario)),
+      world_(robot_, scenario_),
       engine_(std::make_unique<SimulatorEngine>(robot_, scenario_)) {
   for (const Mover& mover : make_robots(robot_, scenario_)) {
     const Robot robot = make_robot(mover.robot, mover.scenario);
@@ -87,7 +89,8 @@ void Trial::ask_controllers() {
   if (tamper) tamper(&sensors);
   command_ = drivers_[0].controller->control(sensors, drivers_[0].robot);
   for (size_t k = 1; k < drivers_.size(); ++k) {
-    engine_->command_other(k - 1, drivers_[k].controller->control(make_sensors(engine_->other_sensors(k - 1)), drivers_[k].robot));
+    engine_->command_other(
+        k - 1, drivers_[k].controller->control(make_sensors(engine_->other_sensors(k - 1)), drivers_[k].robot));
   }
 }
 

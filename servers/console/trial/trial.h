@@ -19,13 +19,13 @@ namespace hrp {
 // What happened. The robot counts as fallen when its base leans by more than 1 rad or has lost half its height.
 struct TrialResult {
   bool fallen = false;
-  double fall_time = 0.0;       // [s]
-  double duration = 0.0;        // [s] that were simulated
-  double largest_lean = 0.0;    // [rad] of the base against the vertical
+  double fall_time = 0.0;                 // [s]
+  double duration = 0.0;                  // [s] that were simulated
+  double largest_lean = 0.0;              // [rad] of the base against the vertical
   Vector3d travelled = Vector3d::Zero();  // [m] of the base
-  double turned = 0.0;          // [rad] heading of the base
-  std::vector<int> landings;    // by foot: how often it came down after it had been in the air for 0.1 s
-  std::string fault;            // of the simulator; empty when all went well
+  double turned = 0.0;                    // [rad] heading of the base
+  std::vector<int> landings;              // by foot: how often it came down after it had been in the air for 0.1 s
+  std::string fault;                      // of the simulator; empty when all went well
 };
 
 // What decides the future of a run: physics with all memories, the command that acts, the controller's memory.
@@ -40,14 +40,16 @@ struct TrialState {
 
 class Trial {
  public:
-  // With the scenario's controller, or another one; its other robots have those of their own scenarios. Throws InputError.
+  // With the scenario's controller, or another one; its other robots have those of their own scenarios. Throws
+  // InputError.
   explicit Trial(const Scenario& scenario, const ControllerMaker& make_controller = make_scenario_controller);
   // Stands between dynamics and the controller: what it changes is what the controller sees.
   std::function<void(SensorData*)> tamper;
   // As the server set does; what is reported of the run is what was until the fall.
   bool go_on_after_fall = false;
-  // Pushes a link of the first robot, or a body of others as Mover::name_body() has it, from the next step on, until `steps` are
-  // over or the link is pushed again; 0 lets go. p_LQ [m] in link axes, force_W [N]. Throws InputError for what cannot be.
+  // Pushes a link of the first robot, or a body of others as Mover::name_body() has it, from the next step on, until
+  // `steps` are over or the link is pushed again; 0 lets go. p_LQ [m] in link axes, force_W [N]. Throws InputError for
+  // what cannot be.
   void push(const std::string& link, const Vector3d& p_LQ, const Vector3d& force_W, uint64_t steps);
   // One physics step; false when it failed.
   bool step();

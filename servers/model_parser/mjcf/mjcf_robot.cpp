@@ -22,7 +22,8 @@ Transform get_pose(const mjtNum* p, const mjtNum* quaternion) {
 
 class Converter {
  public:
-  Converter(const mjModel& model, const mjModel* with_spheres, const MjcfText& text, const std::string& file, Diagnostics* diagnostics)
+  Converter(const mjModel& model, const mjModel* with_spheres, const MjcfText& text, const std::string& file,
+            Diagnostics* diagnostics)
       : m_(model), with_spheres_(with_spheres), text_(text), file_(file), diagnostics_(diagnostics) {}
 
   BodyTree convert(bool floating_base) {
@@ -45,14 +46,18 @@ class Converter {
   std::string get_body_name(int b) const { return names_[static_cast<size_t>(b)]; }
   std::string get_joint_name(int j) const {
     const std::string name = get_name(mjOBJ_JOINT, j);
-    return name.empty() ? get_body_name(m_.jnt_bodyid[j]) + "_joint" + (m_.body_jntnum[m_.jnt_bodyid[j]] > 1 ? std::to_string(j) : "") : name;
+    return name.empty() ? get_body_name(m_.jnt_bodyid[j]) + "_joint" +
+                              (m_.body_jntnum[m_.jnt_bodyid[j]] > 1 ? std::to_string(j) : "")
+                        : name;
   }
 
   void add(const std::string& kind, const std::string& name, const std::string& message, bool is_error) {
     const InputPlace place(file_, "<" + kind + " name=\"" + name + "\">", text_.find_line(kind, name));
     is_error ? diagnostics_->add_error(place, message) : diagnostics_->add_warning(place, message);
   }
-  void error(const std::string& kind, const std::string& name, const std::string& message) { add(kind, name, message, true); }
+  void error(const std::string& kind, const std::string& name, const std::string& message) {
+    add(kind, name, message, true);
+  }
 
   // MuJoCo lets bodies be without names.
   void name_bodies() {
@@ -78,9 +83,11 @@ class Converter {
     const bool bodies = m_.eq_type[e] == mjEQ_CONNECT || m_.eq_type[e] == mjEQ_WELD;
     const char* kind = m_.eq_type[e] == mjEQ_CONNECT ? "connect" : m_.eq_type[e] == mjEQ_WELD ? "weld" : "equality";
     std::string between;
-    if (bodies) between = " between bodies '" + get_body_name(m_.eq_obj1id[e]) + "' and '" + get_body_name(m_.eq_obj2id[e]) + "'";
-    error(kind, get_name(mjOBJ_EQUALITY, e), "this equality constraint" + between + " is not supported" +
-                                                 (bodies ? "; take it out and close the chain in the scenario: 'loops'" : ""));
+    if (bodies)
+      between = " between bodies '" + get_body_name(m_.eq_obj1id[e]) + "' and '" + get_body_name(m_.eq_obj2id[e]) + "'";
+    error(kind, get_name(mjOBJ_EQUALITY, e),
+          "this equality constraint" + between + " is not supported" +
+              (bodies ? "; take it out and close the chain in the scenario: 'loops'" : ""));
   }
 
   bool is_free(int b) const { return m_.body_jntnum[b] == 1 && m_.jnt_type[m_.body_jntadr[b]] == mjJNT_FREE; }
@@ -96,11 +103,13 @@ class Converter {
     }
     if (tops.empty()) return error("worldbody", "", "has no <body>: there is no robot");
     for (size_t i = 1; i < floating.size(); ++i) {
-      error("body", get_body_name(floating[i]), "floats, and so does '" + get_body_name(floating[0]) + "': a scenario has one robot");
+      error("body", get_body_name(floating[i]),
+            "floats, and so does '" + get_body_name(floating[0]) + "': a scenario has one robot");
     }
     const bool floats = !floating.empty();
     if (!floats && floating_base) {
-      error("body", get_body_name(tops[0]), "has no <freejoint/>, it is held by the world: the scenario must say 'base: fixed'");
+      error("body", get_body_name(tops[0]),
+            "has no <freejoint/>, it is held by the world: the scenario must say 'base: fixed'");
     }
     const bool alone = tops.size() == 1 && (floats || is_plain(tops[0]));
     root_ = floats ? floating[0] : alone ? tops[0] : 0;
@@ -151,8 +160,10 @@ class Converter {
     spec.name = get_joint_name(j);
     joint.line = text_.find_line("joint", spec.name);
     if (m_.jnt_type[j] != mjJNT_HINGE && m_.jnt_type[j] != mjJNT_SLIDE) {
-      return error("joint", spec.name, std::string("of body '") + body->name + "' is of type '" +
-                                           (m_.jnt_type[j] == mjJNT_BALL ? "ball" : "free") + "', expected hinge or slide, or free at the root");
+      return error("joint", spec.name,
+                   std::string("of body '") + body->name + "' is of type '" +
+                       (m_.jnt_type[j] == mjJNT_BALL ? "ball" : "free") +
+                       "', expected hinge or slide, or free at the root");
     }
     spec.kind = m_.jnt_type[j] == mjJNT_SLIDE ? JointKind::kPrismatic : JointKind::kRevolute;
     spec.axis_F = get_vector(m_.jnt_axis + 3 * j);
@@ -181,8 +192,9 @@ class Converter {
       const mjtNum* c = m_.eq_data + mjNEQDATA * e;
       const int followed = m_.eq_obj2id[e];
       if (followed < 0 || c[2] != 0.0 || c[3] != 0.0 || c[4] != 0.0 || !joint->follows.empty()) {
-        return error("joint", get_name(mjOBJ_EQUALITY, e), "this equality constraint of joint '" + joint->spec.name +
-                                                               "' is not supported, expected one that follows another joint linearly");
+        return error("joint", get_name(mjOBJ_EQUALITY, e),
+                     "this equality constraint of joint '" + joint->spec.name +
+                         "' is not supported, expected one that follows another joint linearly");
       }
       joint->follows = get_joint_name(followed);
       joint->multiplier = c[1];
@@ -237,7 +249,8 @@ class Converter {
     for (int s = 0; s < m_.nsite; ++s) {
       const std::string name = get_name(mjOBJ_SITE, s);
       if (m_.site_bodyid[s] != b || name.empty()) continue;
-      body->frames.push_back({name, get_pose(m_.site_pos + 3 * s, m_.site_quat + 4 * s), text_.find_line("site", name)});
+      body->frames.push_back(
+          {name, get_pose(m_.site_pos + 3 * s, m_.site_quat + 4 * s), text_.find_line("site", name)});
     }
   }
 
@@ -257,9 +270,12 @@ class Converter {
       case mjGEOM_MESH: return add_mesh(g, name, shape, body);
       default: break;
     }
-    const char* what = m_.geom_type[g] == mjGEOM_ELLIPSOID ? "an ellipsoid" : m_.geom_type[g] == mjGEOM_PLANE ? "a plane" : "a height field";
+    const char* what = m_.geom_type[g] == mjGEOM_ELLIPSOID ? "an ellipsoid"
+                       : m_.geom_type[g] == mjGEOM_PLANE   ? "a plane"
+                                                           : "a height field";
     if (shape.touches) {
-      error("geom", name, "of body '" + body->name + "' is " + what + ", expected box, sphere, cylinder, capsule or mesh");
+      error("geom", name,
+            "of body '" + body->name + "' is " + what + ", expected box, sphere, cylinder, capsule or mesh");
     }
   }
 
@@ -275,8 +291,12 @@ class Converter {
                        with_spheres_->geom_type[g] == mjGEOM_SPHERE;
     if (!known) {
       if (shape.touches) {
-        add("geom", name, std::string("of body '") + body->name + "' is a mesh without a file of its own, or with a class, refpos or refquat, "
-            "or of an included file" + kWithoutMesh, false);
+        add("geom", name,
+            std::string("of body '") + body->name +
+                "' is a mesh without a file of its own, or with a class, refpos or refquat, "
+                "or of an included file" +
+                kWithoutMesh,
+            false);
       }
       return;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A robot in MJCF, MuJoCo's format, as MuJoCo's own compiler understands it: classes, includes and inertias of geometry are
-// resolved there.
+// A robot in MJCF, MuJoCo's format, as MuJoCo's own compiler understands it: classes, includes and inertias of geometry
+// are resolved there.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 namespace hrp {
 
 // Adds to `diagnostics` what is wrong and what this simulator does not hold: tendons, equality constraints other than a
-// joint that follows a joint linearly, ball joints, several free bodies, ellipsoids and planes that touch. Warns of what is
-// the scenario's in its place: geometry of the world, servo gains.
+// joint that follows a joint linearly, ball joints, several free bodies, ellipsoids and planes that touch. Warns of
+// what is the scenario's in its place: geometry of the world, servo gains.
 BodyTree read_mjcf(const std::string& text, const std::string& path, bool floating_base, Diagnostics* diagnostics);
 
 }  // namespace hrp

@@ -28,7 +28,8 @@ std::string find_model(const std::string& uri, const fs::path& file) {
   return "";
 }
 
-// Everything that SDF knows. LoadSdfString() reads libsdformat's own forty files of it for every text: half of its time.
+// Everything that SDF knows. LoadSdfString() reads libsdformat's own forty files of it for every text: half of its
+// time.
 const sdf::Element& get_schema() {
   static const sdf::ElementPtr schema = [] {
     const sdf::SDFPtr all = std::make_shared<sdf::SDF>();
@@ -44,8 +45,10 @@ sdf::SDFPtr make_empty_sdf() {
   const sdf::ElementPtr root = std::make_shared<sdf::Element>();
   root->SetName(schema.GetName());
   root->SetRequired(schema.GetRequired());
-  for (const sdf::ParamPtr& a : schema.GetAttributes()) root->AddAttribute(a->GetKey(), a->GetTypeName(), a->GetDefaultAsString(), a->GetRequired(), a->GetDescription());
-  for (size_t i = 0; i < schema.GetElementDescriptionCount(); ++i) root->AddElementDescription(schema.GetElementDescription(static_cast<unsigned int>(i)));
+  for (const sdf::ParamPtr& a : schema.GetAttributes())
+    root->AddAttribute(a->GetKey(), a->GetTypeName(), a->GetDefaultAsString(), a->GetRequired(), a->GetDescription());
+  for (size_t i = 0; i < schema.GetElementDescriptionCount(); ++i)
+    root->AddElementDescription(schema.GetElementDescription(static_cast<unsigned int>(i)));
   sdf::SDFPtr out = std::make_shared<sdf::SDF>();
   out->Root(root);
   return out;

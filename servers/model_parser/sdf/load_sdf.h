@@ -11,9 +11,10 @@
 
 namespace hrp {
 
-// Loads SDF text that was read from `path`. Models that it includes ("model://NAME") are looked for in the file's folder and
-// in every folder above it. False after errors, which go to `diagnostics`.
-[[nodiscard]] bool load_sdf(const std::string& text, const std::string& path, sdf::Root* root, Diagnostics* diagnostics);
+// Loads SDF text that was read from `path`. Models that it includes ("model://NAME") are looked for in the file's
+// folder and in every folder above it. False after errors, which go to `diagnostics`.
+[[nodiscard]] bool load_sdf(const std::string& text, const std::string& path, sdf::Root* root,
+                            Diagnostics* diagnostics);
 
 inline Vector3d make_vector(const ignition::math::Vector3d& v) { return {v.X(), v.Y(), v.Z()}; }
 

@@ -34,12 +34,14 @@ class Converter {
   BodyTree convert(bool floating_base) {
     tree_.name = model_.Name();
     for (uint64_t i = 0; i < model_.ModelCount(); ++i) {
-      error(find_line(*model_.ModelByIndex(i)), "model '" + model_.ModelByIndex(i)->Name() + "'", "nested models are not supported");
+      error(find_line(*model_.ModelByIndex(i)), "model '" + model_.ModelByIndex(i)->Name() + "'",
+            "nested models are not supported");
     }
     index_joints();
     if (diagnostics_->has_errors()) return {};
     add_root(floating_base);
-    for (uint64_t i = 0; i < model_.JointCount() && !diagnostics_->has_errors(); ++i) add_child(*model_.JointByIndex(i));
+    for (uint64_t i = 0; i < model_.JointCount() && !diagnostics_->has_errors(); ++i)
+      add_child(*model_.JointByIndex(i));
     return std::move(tree_);
   }
 
@@ -65,8 +67,10 @@ class Converter {
       take(joint.ResolveChildLink(ends.child), find_line(joint), field);
       const auto [first, fresh] = mover_.emplace(ends.child, joint.Name());
       if (!fresh) {
-        error(find_line(joint), field, "moves link '" + ends.child + "', which joint '" + first->second +
-                                           "' moves already: a link has one parent; take one joint out and close the chain in the scenario: 'loops'");
+        error(find_line(joint), field,
+              "moves link '" + ends.child + "', which joint '" + first->second +
+                  "' moves already: a link has one parent; take one joint out and close the chain in the scenario: "
+                  "'loops'");
       }
       ends_[joint.Name()] = ends;
     }
@@ -83,7 +87,9 @@ class Converter {
   void add_root(bool floating_base) {
     held_ = hangs_from_world();
     if (held_) {
-      if (floating_base) error(find_line(model_), "model '" + tree_.name + "'", "a joint holds it to the world: the scenario must say 'base: fixed'");
+      if (floating_base)
+        error(find_line(model_), "model '" + tree_.name + "'",
+              "a joint holds it to the world: the scenario must say 'base: fixed'");
       Body world;
       world.name = "world";
       tree_.bodies.push_back(world);
@@ -92,14 +98,17 @@ class Converter {
       const sdf::Link& link = *model_.LinkByIndex(i);
       if (mover_.count(link.Name()) > 0) continue;
       if (!tree_.bodies.empty()) {
-        error(find_line(link), "link '" + link.Name() + "'", "hangs from no joint, and neither does '" + tree_.bodies[0].name + "': a robot has one root");
+        error(find_line(link), "link '" + link.Name() + "'",
+              "hangs from no joint, and neither does '" + tree_.bodies[0].name + "': a robot has one root");
         continue;
       }
       Body root;
       add_link(link, &root);
       tree_.bodies.push_back(root);
     }
-    if (tree_.bodies.empty()) error(find_line(model_), "model '" + tree_.name + "'", "has no link that hangs from nothing: its joints form a circle");
+    if (tree_.bodies.empty())
+      error(find_line(model_), "model '" + tree_.name + "'",
+            "has no link that hangs from nothing: its joints form a circle");
   }
 
   void add_child(const sdf::Joint& joint) {
@@ -121,7 +130,8 @@ class Converter {
     const sdf::JointType type = joint.Type();
     const bool turns = type == sdf::JointType::REVOLUTE || type == sdf::JointType::CONTINUOUS;
     if (!turns && type != sdf::JointType::PRISMATIC) {
-      return error(line, field, "is of type '" + get_type_name(type) + "', expected revolute, continuous, prismatic or fixed");
+      return error(line, field,
+                   "is of type '" + get_type_name(type) + "', expected revolute, continuous, prismatic or fixed");
     }
     const sdf::JointAxis* axis = joint.Axis(0);
     if (axis == nullptr) return error(line, field, "has no <axis>");
@@ -172,7 +182,8 @@ class Converter {
     BodyShape shape;
     shape.touches = touches;
     shape.line = find_line(part);
-    const std::string field = "link '" + link.Name() + "' <" + (touches ? "collision" : "visual") + " name=\"" + part.Name() + "\">";
+    const std::string field =
+        "link '" + link.Name() + "' <" + (touches ? "collision" : "visual") + " name=\"" + part.Name() + "\">";
     ignition::math::Pose3d pose;
     take(part.SemanticPose().Resolve(pose, link.Name()), shape.line, field);
     shape.shape.X_LG = make_transform(pose);

@@ -37,7 +37,8 @@ class Reader {
     const std::string field = "model '" + model.Name() + "'";
     const int line = find_line(model);
     if (!model.Static()) {
-      return error(line, field, "is not <static>: movable objects are not simulated, and the robot is the scenario's 'robot'");
+      return error(line, field,
+                   "is not <static>: movable objects are not simulated, and the robot is the scenario's 'robot'");
     }
     if (model.ModelCount() > 0) return error(line, field, "holds nested models, which are not supported");
     const Transform X_WM = resolve(model.SemanticPose(), "", line, field);
@@ -47,7 +48,8 @@ class Reader {
       for (uint64_t k = 0; k < link.CollisionCount(); ++k) {
         const sdf::Collision& collision = *link.CollisionByIndex(k);
         const std::string where = field + " <collision name=\"" + collision.Name() + "\">";
-        read_collision(model.Name(), collision, X_WL * resolve(collision.SemanticPose(), link.Name(), find_line(collision), where), where);
+        read_collision(model.Name(), collision,
+                       X_WL * resolve(collision.SemanticPose(), link.Name(), find_line(collision), where), where);
       }
     }
   }
@@ -62,7 +64,8 @@ class Reader {
     return at->Get<double>();
   }
 
-  void read_collision(const std::string& model, const sdf::Collision& collision, const Transform& X_WG, const std::string& where) {
+  void read_collision(const std::string& model, const sdf::Collision& collision, const Transform& X_WG,
+                      const std::string& where) {
     ObstacleSpec obstacle;
     obstacle.X_WG = X_WG;
     obstacle.friction = find_friction(collision);
@@ -75,7 +78,8 @@ class Reader {
     const sdf::Geometry& geometry = *collision.Geom();
     if (const sdf::Box* box = geometry.BoxShape()) return add("box", make_vector(box->Size()));
     if (const sdf::Sphere* sphere = geometry.SphereShape()) return add("sphere", {sphere->Radius(), 0, 0});
-    if (const sdf::Cylinder* cylinder = geometry.CylinderShape()) return add("cylinder", {cylinder->Radius(), cylinder->Length(), 0});
+    if (const sdf::Cylinder* cylinder = geometry.CylinderShape())
+      return add("cylinder", {cylinder->Radius(), cylinder->Length(), 0});
     if (const sdf::Capsule* capsule = geometry.CapsuleShape()) {
       add("cylinder", {capsule->Radius(), capsule->Length(), 0});
       for (const double z : {-0.5 * capsule->Length(), 0.5 * capsule->Length()}) {
@@ -84,14 +88,18 @@ class Reader {
       }
       return;
     }
-    if (const sdf::Plane* plane = geometry.PlaneShape()) return set_ground(make_vector(plane->Normal()), obstacle, line, where);
+    if (const sdf::Plane* plane = geometry.PlaneShape())
+      return set_ground(make_vector(plane->Normal()), obstacle, line, where);
     if (const sdf::Mesh* mesh = geometry.MeshShape()) return add_mesh(model, *mesh, obstacle, line, where);
     if (geometry.Type() == sdf::GeometryType::EMPTY) return;
-    error(line, where, "is of a shape that is not supported, expected box, sphere, cylinder, capsule, mesh or plane; images of heights "
-                       "are obstacles of shape 'height_field'");
+    error(line, where,
+          "is of a shape that is not supported, expected box, sphere, cylinder, capsule, mesh or plane; images of "
+          "heights "
+          "are obstacles of shape 'height_field'");
   }
 
-  void add_mesh(const std::string& model, const sdf::Mesh& mesh, ObstacleSpec obstacle, int line, const std::string& where) {
+  void add_mesh(const std::string& model, const sdf::Mesh& mesh, ObstacleSpec obstacle, int line,
+                const std::string& where) {
     obstacle.shape = "mesh";
     obstacle.scale = make_vector(mesh.Scale());
     obstacle.file = find_mesh(make_mesh_name(mesh.Uri()), mesh.FilePath().empty() ? scenario_.world : mesh.FilePath());
@@ -114,7 +122,8 @@ class Reader {
   // The model's name; with a number from the second shape on. Dots and brackets are for paths of keys.
   void add_obstacle(const std::string& model, ObstacleSpec obstacle) {
     std::string name = model;
-    std::replace_if(name.begin(), name.end(), [](char c) { return c == '.' || c == '[' || c == ':'; }, '_');
+    std::replace_if(
+        name.begin(), name.end(), [](char c) { return c == '.' || c == '[' || c == ':'; }, '_');
     obstacle.name = name;
     for (int i = 2; !names_.insert(obstacle.name).second; ++i) obstacle.name = name + "_" + std::to_string(i);
     spec_.obstacles.push_back(obstacle);

@@ -11,8 +11,8 @@
 namespace hrp {
 namespace {
 
-// SSE2 is what every x86-64 has: the same instructions, and so the same choice at the edges of triangles, everywhere. It
-// costs a tenth against AVX2. One thread: the vision server takes no more than one core.
+// SSE2 is what every x86-64 has: the same instructions, and so the same choice at the edges of triangles, everywhere.
+// It costs a tenth against AVX2. One thread: the vision server takes no more than one core.
 constexpr const char* kConfig = "threads=1,set_affinity=0,isa=sse2";
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -43,10 +43,10 @@ struct RayCaster::Impl {
 
   std::vector<VisibleShape> shapes;
   std::vector<Transform> X_WG;
-  std::vector<size_t> planes;          // without an end, so no matter for a tree of boxes
-  std::vector<size_t> solids;          // shape of each primitive of solid_geometry
-  std::vector<RTCGeometry> instances;  // of meshes
-  std::vector<size_t> instance_shapes; // shape of each instance; its geometry's number in the scene is the same
+  std::vector<size_t> planes;           // without an end, so no matter for a tree of boxes
+  std::vector<size_t> solids;           // shape of each primitive of solid_geometry
+  std::vector<RTCGeometry> instances;   // of meshes
+  std::vector<size_t> instance_shapes;  // shape of each instance; its geometry's number in the scene is the same
   std::map<const Mesh*, RTCScene> mesh_scenes;
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
@@ -55,14 +55,18 @@ struct RayCaster::Impl {
 
 RayCaster::Impl::Impl(const std::vector<VisibleShape>& all) : shapes(all), X_WG(all.size()) {
   device = rtcNewDevice(kConfig);
-  if (device == nullptr) throw std::runtime_error("Embree cannot be started: error " + std::to_string(rtcGetDeviceError(nullptr)));
+  if (device == nullptr)
+    throw std::runtime_error("Embree cannot be started: error " + std::to_string(rtcGetDeviceError(nullptr)));
   scene = rtcNewScene(device);
   // Robust: no ray slips through between two triangles. Dynamic: only the poses change between pictures.
   rtcSetSceneFlags(scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
   for (size_t i = 0; i < shapes.size(); ++i) {
-    if (shapes[i].kind == VisibleKind::kMesh) add_mesh(i);
-    else if (shapes[i].kind == VisibleKind::kPlane) planes.push_back(i);
-    else solids.push_back(i);
+    if (shapes[i].kind == VisibleKind::kMesh)
+      add_mesh(i);
+    else if (shapes[i].kind == VisibleKind::kPlane)
+      planes.push_back(i);
+    else
+      solids.push_back(i);
   }
   if (!solids.empty()) add_solids();
 }
@@ -134,7 +138,9 @@ std::optional<SceneHit> RayCaster::Impl::hit_mesh(const RTCRayHit& found, const 
   const size_t index = instance_shapes[found.hit.instID[0]];
   const Mesh& mesh = *shapes[index].mesh;
   const auto& triangle = mesh.triangles[found.hit.primID];
-  const auto corner = [&](int k) -> const Vector3d& { return mesh.vertices[static_cast<size_t>(triangle[static_cast<size_t>(k)])]; };
+  const auto corner = [&](int k) -> const Vector3d& {
+    return mesh.vertices[static_cast<size_t>(triangle[static_cast<size_t>(k)])];
+  };
   const auto hit = hit_triangle_plane(move_ray(ray_W, X_WG[index]), {corner(0), corner(1), corner(2)});
   if (!hit) return std::nullopt;
   return SceneHit{hit->t, X_WG[index].R * hit->n_G, index};
@@ -213,8 +219,10 @@ std::optional<SceneHit> RayCaster::cast(const Ray& ray) const {
   rtcIntersect1(impl_->scene, &context.base, &found);
 
   std::optional<SceneHit> nearest;
-  if (found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID) nearest = impl_->hit_mesh(found, ray);
-  else if (found.hit.geomID != RTC_INVALID_GEOMETRY_ID) nearest = context.hit;
+  if (found.hit.instID[0] != RTC_INVALID_GEOMETRY_ID)
+    nearest = impl_->hit_mesh(found, ray);
+  else if (found.hit.geomID != RTC_INVALID_GEOMETRY_ID)
+    nearest = context.hit;
   for (const size_t plane : impl_->planes) {
     const auto hit = impl_->hit_solid(plane, ray);
     if (hit && (!nearest || hit->t < nearest->t)) nearest = SceneHit{hit->t, impl_->X_WG[plane].R * hit->n_G, plane};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which shape a ray meets first. Embree finds it; where it is met is then computed in double precision by solid_hit.h, so
-// that a depth depends neither on the processor's instruction set nor on single precision. The only folder that includes
-// Embree.
+// Which shape a ray meets first. Embree finds it; where it is met is then computed in double precision by solid_hit.h,
+// so that a depth depends neither on the processor's instruction set nor on single precision. The only folder that
+// includes Embree.
 #pragma once
 
 #include <memory>

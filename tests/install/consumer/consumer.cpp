@@ -37,6 +37,6 @@ size_t count_positions_after_the_wire() {
 int main(int, char** argv) {
   hrp::mcap::Reader log(argv[1]);
   const hrp::LogTable table = hrp::read_log_table(&log);
-  std::printf("hinge %.3f kg m^2, %zu positions, log begins with %s\n", calc_hinge_inertia(), count_positions_after_the_wire(),
-              table.names.at(0).c_str());
+  std::printf("hinge %.3f kg m^2, %zu positions, log begins with %s\n", calc_hinge_inertia(),
+              count_positions_after_the_wire(), table.names.at(0).c_str());
 }

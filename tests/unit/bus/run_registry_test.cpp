@@ -29,7 +29,9 @@ using ::testing::IsEmpty;
 
 class RunFolder : public test::OwnRunFolder {
  protected:
-  std::string find_refusal() { return catch_complaint<BusError>([&] { claim_free_domain("test"); }); }
+  std::string find_refusal() {
+    return catch_complaint<BusError>([&] { claim_free_domain("test"); });
+  }
 };
 
 int find_mode(const std::string& path) {
@@ -226,8 +228,9 @@ TEST(Choice, WhatIsNamedCounts) {
 }
 
 TEST(TopicNames, TheEndOfANameWillDoWhenItIsTheOnlyOne) {
-  const std::vector<std::string> names{"hrp/contact_forces", "rt/imu/chest", "rt/wrench/left_foot", "rt/imu/left_foot", "hrp/forces",
-                                       "hrp/sensor_data", "hrp/partner/sensor_data"};
+  const std::vector<std::string> names{"hrp/contact_forces",     "rt/imu/chest", "rt/wrench/left_foot",
+                                       "rt/imu/left_foot",       "hrp/forces",   "hrp/sensor_data",
+                                       "hrp/partner/sensor_data"};
   EXPECT_THAT(topics::find_meant_topics("contact_forces", names), ElementsAre("hrp/contact_forces"));
   EXPECT_THAT(topics::find_meant_topics("/hrp/contact_forces", names), ElementsAre("hrp/contact_forces"));
   EXPECT_THAT(topics::find_meant_topics("imu/chest", names), ElementsAre("rt/imu/chest"));

@@ -77,7 +77,8 @@ TEST(CollisionWorld, SeparatingTurnLevelsATiltedBox) {
   state.R_WB = Eigen::Quaterniond(make_rotation_from_rpy({0.02, -0.01, 0.3}));
   const ContactSet& contacts = world.calc_contacts(state);
   ASSERT_EQ(contacts.size(), 1u);
-  const Matrix3d turn = Eigen::AngleAxisd(contacts[0].separation_turn.norm(), contacts[0].separation_turn.normalized()).toRotationMatrix();
+  const Matrix3d turn = Eigen::AngleAxisd(contacts[0].separation_turn.norm(), contacts[0].separation_turn.normalized())
+                            .toRotationMatrix();
   // The turn is exact to first order: what is left is of the order of the angle cubed (0.022^3 = 1e-5).
   EXPECT_NEAR((turn * state.R_WB.toRotationMatrix() * Vector3d::UnitZ()).z(), 1.0, 1e-9);
 }
@@ -136,8 +137,10 @@ TEST(CollisionWorld, ALyingRobotTouchesTheGroundWithItsTrunkUnlessFeetAloneMay) 
 }
 
 TEST(CollisionWorld, NormalsPointFromTheObstacleTowardsTheRobot) {
-  for (const char* shape : {"shape: box, size: [1, 1, 1]", "shape: sphere, radius: 0.5", "shape: cylinder, radius: 0.5, length: 1"}) {
-    const Case s = make_box(std::string("ground: {type: none}\nobstacles: {thing: {") + shape + ", position: [0, 0, -0.5], friction: 0.3}}\n");
+  for (const char* shape :
+       {"shape: box, size: [1, 1, 1]", "shape: sphere, radius: 0.5", "shape: cylinder, radius: 0.5, length: 1"}) {
+    const Case s = make_box(std::string("ground: {type: none}\nobstacles: {thing: {") + shape +
+                            ", position: [0, 0, -0.5], friction: 0.3}}\n");
     CollisionWorld world(s.robot, s.scenario);
     State state = world.start_state();
     state.p_WB = {0.0, 0.0, 0.1 - 0.002};
@@ -246,9 +249,11 @@ TEST(SoleContact, CylinderRollsOnItsLowestLine) {
 std::vector<int> touch_all(const std::string& no_contact) {
   const std::string path = testing::TempDir() + "/no_contact_" + std::to_string(getpid()) + ".csv";
   std::ofstream(path) << "0,0\n0,0\n";
-  const Case s = make_box("initial: {position: [0, 0, 0.095]}\nobstacles:\n"
-                          "  table: {size: [1, 1, 0.1], position: [0, 0, -0.05]}\n"
-                          "  land: {shape: height_field, spacing: 4, file: " + path + "}\n" + no_contact);
+  const Case s = make_box(
+      "initial: {position: [0, 0, 0.095]}\nobstacles:\n"
+      "  table: {size: [1, 1, 0.1], position: [0, 0, -0.05]}\n"
+      "  land: {shape: height_field, spacing: 4, file: " +
+      path + "}\n" + no_contact);
   CollisionWorld world(s.robot, s.scenario);
   std::vector<int> touched;
   for (const ContactPair& pair : world.calc_contacts(world.start_state())) touched.push_back(pair.body_b);
@@ -277,7 +282,8 @@ TEST(NoContact, NamesThatAreNobodyAreRefusedWithTheirPlace) {
     make_box("no_contact:\n  box: [tabl]\nobstacles: {table: {size: [1, 1, 1]}}\n");
     FAIL();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr(":4:9: error: no_contact.box[0]: the robot has no link, and the scenario no obstacle 'tabl'; did you mean 'table'?"));
+    EXPECT_THAT(error.what(), HasSubstr(":4:9: error: no_contact.box[0]: the robot has no link, and the scenario no "
+                                        "obstacle 'tabl'; did you mean 'table'?"));
   }
 }
 

@@ -26,7 +26,8 @@ Surface make_grid(int columns, int rows, double spacing, const std::function<dou
   surface.spacing = spacing;
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < columns; ++j) {
-      surface.heights.push_back(height(find_first_coordinate(columns, spacing) + j * spacing, -find_first_coordinate(rows, spacing) - i * spacing));
+      surface.heights.push_back(height(find_first_coordinate(columns, spacing) + j * spacing,
+                                       -find_first_coordinate(rows, spacing) - i * spacing));
     }
   }
   return surface;
@@ -43,7 +44,8 @@ Surface make_sheet(int n, double size, const std::function<double(double, double
 Surface make_block(const Vector3d& low, const Vector3d& high) {
   Surface surface;
   for (int i = 0; i < 8; ++i) {
-    surface.mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z());
+    surface.mesh.vertices.emplace_back(i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(),
+                                       i & 4 ? high.z() : low.z());
   }
   surface.mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
                             {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
@@ -56,12 +58,14 @@ double calc_flat(double, double) { return 0.0; }
 class BoxOn {
  public:
   explicit BoxOn(Surface surface, const std::string& pose = "", const std::string& more = "") {
-    const std::string path = kModels + "test.yaml", head = "robot: " + kModels + "test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n" + more;
+    const std::string path = kModels + "test.yaml",
+                      head = "robot: " + kModels + "test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n" + more;
     RobotDescription robot = load_robot(parse_scenario(head, path));
     surface.obstacle = "land";
     robot.surfaces.push_back(std::make_shared<Surface>(surface));
     world_ = std::make_unique<CollisionWorld>(
-        robot, parse_scenario(head + "obstacles: {land: {shape: mesh, file: none.obj, friction: 0.3" + pose + "}}\n", path));
+        robot,
+        parse_scenario(head + "obstacles: {land: {shape: mesh, file: none.obj, friction: 0.3" + pose + "}}\n", path));
   }
   // With the middle of its lower side here.
   ContactSet find(const Vector3d& p, const Vector3d& rpy = Vector3d::Zero()) {
@@ -89,9 +93,15 @@ void expect_four_corners(const ContactSet& contacts, double depth) {
   }
 }
 
-TEST(SurfaceContact, OnAFlatMeshABoxTouchesWithItsFourCorners) { expect_four_corners(BoxOn(make_sheet(7, 2.0, calc_flat)).find({0, 0, -0.002}), 0.002); }
-TEST(SurfaceContact, OnAFlatFieldABoxTouchesWithItsFourCorners) { expect_four_corners(BoxOn(make_grid(60, 50, 0.05, calc_flat)).find({0, 0, -0.002}), 0.002); }
-TEST(SurfaceContact, OnABlockABoxTouchesWithItsFourCorners) { expect_four_corners(BoxOn(make_block({-1, -1, -0.3}, {1, 1, 0.0})).find({0, 0, -0.002}), 0.002); }
+TEST(SurfaceContact, OnAFlatMeshABoxTouchesWithItsFourCorners) {
+  expect_four_corners(BoxOn(make_sheet(7, 2.0, calc_flat)).find({0, 0, -0.002}), 0.002);
+}
+TEST(SurfaceContact, OnAFlatFieldABoxTouchesWithItsFourCorners) {
+  expect_four_corners(BoxOn(make_grid(60, 50, 0.05, calc_flat)).find({0, 0, -0.002}), 0.002);
+}
+TEST(SurfaceContact, OnABlockABoxTouchesWithItsFourCorners) {
+  expect_four_corners(BoxOn(make_block({-1, -1, -0.3}, {1, 1, 0.0})).find({0, 0, -0.002}), 0.002);
+}
 
 TEST(SurfaceContact, NothingTouchesAMillimetreAbove) {
   EXPECT_THAT(BoxOn(make_sheet(7, 2.0, calc_flat)).find({0, 0, 0.001}), SizeIs(0));
@@ -110,7 +120,8 @@ TEST(SurfaceContact, CornersOnSeamsOfTrianglesCountOnce) {
 TEST(SurfaceContact, AFieldsSlopeTurnsTheNormal) {
   const double slope = 0.2;
   const auto incline = [&](double x, double) { return std::tan(slope) * x; };
-  const ContactSet contacts = BoxOn(make_grid(60, 50, 0.05, incline)).find(Vector3d(0, 0, -0.001 / std::cos(slope)), {0, -slope, 0});
+  const ContactSet contacts =
+      BoxOn(make_grid(60, 50, 0.05, incline)).find(Vector3d(0, 0, -0.001 / std::cos(slope)), {0, -slope, 0});
   ASSERT_EQ(contacts.size(), 1u);
   ASSERT_EQ(contacts[0].points.size(), 4u);
   for (const ContactPoint& point : contacts[0].points) {
@@ -132,7 +143,8 @@ TEST(SurfaceContact, APoseOfTheSurfaceTurnsEverything) {
 }
 
 TEST(SurfaceContact, TheNoseOfAStepUnderTheSoleCarriesAcrossIt) {
-  // The step ends at x = 0, under the middle of the box: two corners stand on it, the nose leaves the sole at both sides.
+  // The step ends at x = 0, under the middle of the box: two corners stand on it, the nose leaves the sole at both
+  // sides.
   const ContactSet contacts = BoxOn(make_block({-1, -1, -0.3}, {0, 1, 0.0})).find({0, 0, -0.002});
   ASSERT_EQ(contacts.size(), 1u);
   ASSERT_EQ(contacts[0].points.size(), 4u);
@@ -208,7 +220,8 @@ CollisionShape make_round(ShapeKind kind, double radius, double length = 0.0) {
 
 TEST(SurfaceContact, ABallTouchesATriangleOnce) {
   for (const double x : {0.0, 0.013, 0.1}) {
-    const auto points = touch(make_sheet(20, 2.0, calc_flat), make_round(ShapeKind::kSphere, 0.05), {Matrix3d::Identity(), {x, 0.02, 0.049}});
+    const auto points = touch(make_sheet(20, 2.0, calc_flat), make_round(ShapeKind::kSphere, 0.05),
+                              {Matrix3d::Identity(), {x, 0.02, 0.049}});
     ASSERT_EQ(points.size(), 1u);
     EXPECT_NEAR(points[0].depth, 0.001, 1e-12);
     EXPECT_NEAR(points[0].p_WC.z(), -0.0005, 1e-12);
@@ -218,7 +231,8 @@ TEST(SurfaceContact, ABallTouchesATriangleOnce) {
 TEST(SurfaceContact, ABallBesideARidgeIsPushedAwayFromIt) {
   // 30 degrees off the nose at x = 0, z = 0.
   const Vector3d away(std::sin(M_PI / 6.0), 0.0, std::cos(M_PI / 6.0));
-  const auto points = touch(make_block({-1, -1, -0.3}, {0, 1, 0}), make_round(ShapeKind::kSphere, 0.05), {Matrix3d::Identity(), 0.049 * away});
+  const auto points = touch(make_block({-1, -1, -0.3}, {0, 1, 0}), make_round(ShapeKind::kSphere, 0.05),
+                            {Matrix3d::Identity(), 0.049 * away});
   ASSERT_EQ(points.size(), 1u);
   EXPECT_NEAR(points[0].depth, 0.001, 1e-12);
   EXPECT_NEAR((points[0].n_BA_W - away).norm(), 0.0, 1e-12);
@@ -227,7 +241,8 @@ TEST(SurfaceContact, ABallBesideARidgeIsPushedAwayFromIt) {
 TEST(SurfaceContact, ABallInAValleyTouchesBothSides) {
   const auto valley = [](double x, double) { return std::abs(x); };
   const double height = 0.05 * std::sqrt(2.0) - 0.001;  // [m] of a ball of 0.05 m that sinks in by 1 mm / sqrt(2)
-  const auto points = touch(make_grid(41, 41, 0.05, valley), make_round(ShapeKind::kSphere, 0.05), {Matrix3d::Identity(), {0, 0.01, height}});
+  const auto points = touch(make_grid(41, 41, 0.05, valley), make_round(ShapeKind::kSphere, 0.05),
+                            {Matrix3d::Identity(), {0, 0.01, height}});
   ASSERT_EQ(points.size(), 2u);
   for (const ContactPoint& point : points) {
     EXPECT_NEAR(point.depth, 0.001 / std::sqrt(2.0), 1e-12);
@@ -237,7 +252,8 @@ TEST(SurfaceContact, ABallInAValleyTouchesBothSides) {
 
 TEST(SurfaceContact, ALyingCylinderTouchesWithBothEnds) {
   const Matrix3d lying = make_rotation_from_rpy({M_PI / 2.0, 0.0, 0.0});
-  const auto points = touch(make_sheet(20, 2.0, calc_flat), make_round(ShapeKind::kCylinder, 0.05, 0.21), {lying, {0.01, 0.0, 0.049}});
+  const auto points =
+      touch(make_sheet(20, 2.0, calc_flat), make_round(ShapeKind::kCylinder, 0.05, 0.21), {lying, {0.01, 0.0, 0.049}});
   ASSERT_EQ(points.size(), 2u);
   for (const ContactPoint& point : points) {
     EXPECT_NEAR(point.depth, 0.001, 1e-9);

@@ -28,10 +28,13 @@ std::string make_urdf(double gripper) {
   const char *origin[] = {"0 0 0.1", "0 0 0.2", "0.4 0 0", "0.3 0 0"}, *axis[] = {"0 0 1", "0 1 0", "0 1 0", "1 0 0"};
   const double mass[] = {3.0, 4.0, 2.0, 0.5 + gripper}, x[] = {0.02, 0.2, 0.15, 0.05}, y[] = {0.0, 0.01, 0.02, 0.03};
   for (int j = 0; j < kJoints; ++j) {
-    s << "<link name=\"l" << j + 1 << "\"><inertial><origin xyz=\"" << x[j] << " " << y[j] << " 0\"/><mass value=\"" << mass[j]
-      << "\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/></inertial></link><joint name=\"j" << j + 1
-      << "\" type=\"revolute\"><parent link=\"" << (j == 0 ? "base" : "l" + std::to_string(j)) << "\"/><child link=\"l" << j + 1
-      << "\"/><origin xyz=\"" << origin[j] << "\"/><axis xyz=\"" << axis[j] << "\"/><limit lower=\"-3\" upper=\"3\" effort=\"150\" velocity=\"9\"/></joint>";
+    s << "<link name=\"l" << j + 1 << "\"><inertial><origin xyz=\"" << x[j] << " " << y[j] << " 0\"/><mass value=\""
+      << mass[j]
+      << "\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/></inertial></link><joint "
+         "name=\"j"
+      << j + 1 << "\" type=\"revolute\"><parent link=\"" << (j == 0 ? "base" : "l" + std::to_string(j))
+      << "\"/><child link=\"l" << j + 1 << "\"/><origin xyz=\"" << origin[j] << "\"/><axis xyz=\"" << axis[j]
+      << "\"/><limit lower=\"-3\" upper=\"3\" effort=\"150\" velocity=\"9\"/></joint>";
   }
   s << "</robot>";
   return s.str();
@@ -40,10 +43,13 @@ std::string make_urdf(double gripper) {
 using Motion = JointMotion;
 
 Motion make_motion(int recording) {
-  return make_joint_sines({kJoints, kStep, kSeconds, 0.9, 0.13, 0.5, [](int j) { return 0.4 * (j + 1) - 0.8; }}, recording);
+  return make_joint_sines({kJoints, kStep, kSeconds, 0.9, 0.13, 0.5, [](int j) { return 0.4 * (j + 1) - 0.8; }},
+                          recording);
 }
 
-Eigen::MatrixXd calc_friction(const Motion& m) { return (0.6 * (m.v / 0.005).array().tanh() + 0.4 * m.v.array()).matrix(); }
+Eigen::MatrixXd calc_friction(const Motion& m) {
+  return (0.6 * (m.v / 0.005).array().tanh() + 0.4 * m.v.array()).matrix();
+}
 
 // The efforts of the log, of friction, the arm without a gripper and the arm with it [N m].
 using Efforts = std::function<Eigen::MatrixXd(const Motion&, const Plant& nominal, const Plant& with_gripper)>;
@@ -70,7 +76,8 @@ Experiment make_arm(const std::string& name, const Efforts& efforts) {
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings:\n"
                                                "- {file: r0.csv, role: train}\n- {file: r1.csv, role: validate}\n";
-  for (int r = 0; r < 2; ++r) write_recording(folder / ("r" + std::to_string(r) + ".csv"), make_motion(r), calc_friction(make_motion(r)));
+  for (int r = 0; r < 2; ++r)
+    write_recording(folder / ("r" + std::to_string(r) + ".csv"), make_motion(r), calc_friction(make_motion(r)));
   const Plant with_gripper = make_plant(load(folder, 1.0), {}), nominal = make_plant(load(folder, 0.0), {});
   TestNoise noise;
   for (int r = 0; r < 2; ++r) {

@@ -43,7 +43,9 @@ class CdrWriter {
     return *this;
   }
   CdrWriter& header(int64_t stamp_ns) {
-    return put(static_cast<int32_t>(stamp_ns / 1000000000)).put(static_cast<uint32_t>(stamp_ns % 1000000000)).put(std::string("base"));
+    return put(static_cast<int32_t>(stamp_ns / 1000000000))
+        .put(static_cast<uint32_t>(stamp_ns % 1000000000))
+        .put(std::string("base"));
   }
   CdrWriter& zeros(int count) {
     for (int i = 0; i < count; ++i) put(0.0);
@@ -108,14 +110,18 @@ inline void write_sqlite(const std::string& path, bool pack_messages, const std:
                          const std::vector<Message>& messages) {
   sqlite3* db = nullptr;
   sqlite3_open(path.c_str(), &db);
-  sqlite3_exec(db,
-               "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT "
-               "NOT NULL, offered_qos_profiles TEXT NOT NULL);"
-               "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB "
-               "NOT NULL); BEGIN;",
-               nullptr, nullptr, nullptr);
+  sqlite3_exec(
+      db,
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL, serialization_format TEXT "
+      "NOT NULL, offered_qos_profiles TEXT NOT NULL);"
+      "CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB "
+      "NOT NULL); BEGIN;",
+      nullptr, nullptr, nullptr);
   for (size_t i = 0; i < topics.size(); ++i)
-    sqlite3_exec(db, ("INSERT INTO topics VALUES(" + std::to_string(i + 1) + ",'" + topics[i].name + "','" + topics[i].type + "','cdr','')").c_str(),
+    sqlite3_exec(db,
+                 ("INSERT INTO topics VALUES(" + std::to_string(i + 1) + ",'" + topics[i].name + "','" +
+                  topics[i].type + "','cdr','')")
+                     .c_str(),
                  nullptr, nullptr, nullptr);
   sqlite3_stmt* insert = nullptr;
   sqlite3_prepare_v2(db, "INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", -1, &insert, nullptr);
@@ -140,15 +146,17 @@ inline void write_bag(const std::filesystem::path& folder, Storage storage, cons
                       const std::vector<Message>& messages) {
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
-  const bool sqlite = storage == Storage::kSqlite || storage == Storage::kSqliteFileZstd || storage == Storage::kSqliteMessageZstd;
+  const bool sqlite =
+      storage == Storage::kSqlite || storage == Storage::kSqliteFileZstd || storage == Storage::kSqliteMessageZstd;
   std::string file = sqlite ? "bag_0.db3" : "bag_0.mcap";
   const std::string path = (folder / file).string();
   if (sqlite)
     write_sqlite(path, storage == Storage::kSqliteMessageZstd, topics, messages);
   else
-    write_mcap(path, storage == Storage::kMcap      ? mcap::Compression::kZstd
-                     : storage == Storage::kMcapLz4 ? mcap::Compression::kLz4
-                                                    : mcap::Compression::kNone,
+    write_mcap(path,
+               storage == Storage::kMcap      ? mcap::Compression::kZstd
+               : storage == Storage::kMcapLz4 ? mcap::Compression::kLz4
+                                              : mcap::Compression::kNone,
                topics, messages);
   if (storage == Storage::kSqliteFileZstd) {
     std::ifstream in(path, std::ios::binary);
@@ -156,13 +164,18 @@ inline void write_bag(const std::filesystem::path& folder, Storage storage, cons
     const std::vector<uint8_t> packed = pack(reinterpret_cast<const uint8_t*>(plain.data()), plain.size());
     std::filesystem::remove(path);
     file += ".zstd";
-    std::ofstream(folder / file, std::ios::binary).write(reinterpret_cast<const char*>(packed.data()), static_cast<long>(packed.size()));
+    std::ofstream(folder / file, std::ios::binary)
+        .write(reinterpret_cast<const char*>(packed.data()), static_cast<long>(packed.size()));
   }
   const bool by_message = storage == Storage::kSqliteMessageZstd, by_file = storage == Storage::kSqliteFileZstd;
   std::ofstream(folder / "metadata.yaml")
       << "rosbag2_bagfile_information:\n  version: 5\n  storage_identifier: " << (sqlite ? "sqlite3" : "mcap")
-      << "\n  relative_file_paths:\n    - " << file << "\n  compression_format: \"" << (by_message || by_file ? "zstd" : "")
-      << "\"\n  compression_mode: \"" << (by_message ? "MESSAGE" : by_file ? "FILE" : "") << "\"\n";
+      << "\n  relative_file_paths:\n    - " << file << "\n  compression_format: \""
+      << (by_message || by_file ? "zstd" : "") << "\"\n  compression_mode: \""
+      << (by_message ? "MESSAGE"
+          : by_file  ? "FILE"
+                     : "")
+      << "\"\n";
 }
 
 }  // namespace hrp::testing_bags

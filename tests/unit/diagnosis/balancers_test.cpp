@@ -38,8 +38,10 @@ TEST(Balancers, AForceAlongGravityThatOneJointAloneShowsMayBeASpringThere) {
 // A force that lifts the forearm acts at the shoulder, too; one aside is no weight.
 TEST(Balancers, AForceThatBothJointsShowOrThatPullsAsideIsNoBalancer) {
   const Experiment both = simulate_arm("balancers_both", make_arm_drives()), one = make_upright("balancers_aside");
-  const TorqueDesign two_joints = make_torque_design(make_torque_data(both)), one_joint = make_torque_design(make_torque_data(one));
-  std::vector<GradedTerm> lifted{make_force(two_joints, {0.0, 0.0, 9.0})}, aside{make_force(one_joint, {9.0, 0.0, 9.0})};
+  const TorqueDesign two_joints = make_torque_design(make_torque_data(both)),
+                     one_joint = make_torque_design(make_torque_data(one));
+  std::vector<GradedTerm> lifted{make_force(two_joints, {0.0, 0.0, 9.0})},
+      aside{make_force(one_joint, {9.0, 0.0, 9.0})};
   doubt_balancers(two_joints, &lifted);
   doubt_balancers(one_joint, &aside);
   EXPECT_EQ(lifted[0].grade, Grade::kSupported);

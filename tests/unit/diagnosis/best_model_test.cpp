@@ -18,8 +18,8 @@ namespace {
 const std::vector<std::string> kJoints{"shoulder", "elbow"};
 
 Hypothesis make_drives() {
-  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
+  return {{EffectId::kViscous, kShoulder, {0.8}},         {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}},    {EffectId::kViscous, kElbow, {0.4}},
           {EffectId::kLoadFriction, kElbow, {0.2, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
 }
 
@@ -40,7 +40,8 @@ TEST(BestModel, LeavesALesserProductOfHeldOutErrorsInRadAndInNewtonMetresThanPla
   const Experiment e = make_simulated_experiment("best_model", kArm, kJoints, make_drives());
   const Problem problem = make_problem(e, 1);
   const TorqueVerdict verdict = judge_torque(e, 1);
-  const Trial best = choose_best_model(problem, problem, verdict.model, verdict.evidence.explained, {}, [](const std::string&) {});
+  const Trial best =
+      choose_best_model(problem, problem, verdict.model, verdict.evidence.explained, {}, [](const std::string&) {});
   const Trial plain = simulate_trial(problem, make_plain_model(fit_plain_model(problem)));
   const TorqueData data = make_torque_data(e);
   const std::vector<double> efforts = calc_torque_residuals(data, make_plant(e, best.hypothesis), true),
@@ -56,15 +57,17 @@ TEST(BestModel, IsSoughtFromTheMissingTorqueAloneWhereThatIsExplainedButForATrac
   const Problem problem = make_problem(e, 1);
   std::string tried;
   const auto read = [&](const std::string& line) { tried += line + "\n"; };
-  const Trial best = choose_best_model(problem, problem, make_drives(), 0.995, {}, read), given = simulate_trial(problem, make_drives());
+  const Trial best = choose_best_model(problem, problem, make_drives(), 0.995, {}, read),
+              given = simulate_trial(problem, make_drives());
   EXPECT_EQ(tried.find("least squares, fitted"), std::string::npos) << tried;
   EXPECT_EQ(tried.find("positions alone"), std::string::npos) << tried;
   EXPECT_NE(tried.find("fitted through each joint's simulation"), std::string::npos) << tried;
-  EXPECT_LE(best.validate.rms(), 1.01 * given.validate.rms());  // as good as the truth, within the blur of a fit to noise
+  EXPECT_LE(best.validate.rms(),
+            1.01 * given.validate.rms());  // as good as the truth, within the blur of a fit to noise
 }
 
-// Friction that acts in the training recording alone, as of a cable that was taken off: whoever has no friction in the model
-// is closer to the held-out one.
+// Friction that acts in the training recording alone, as of a cable that was taken off: whoever has no friction in the
+// model is closer to the held-out one.
 TEST(BestModel, IsTheNominalOneIfNothingFoundIsCloserToTheHeldOutRecordings) {
   const Experiment with = make_simulated_experiment("best_nominal_train", kArm, kJoints, make_drives());
   Experiment e = make_simulated_experiment("best_nominal", kArm, kJoints, {});
@@ -72,10 +75,12 @@ TEST(BestModel, IsTheNominalOneIfNothingFoundIsCloserToTheHeldOutRecordings) {
     if (e.recordings[r].spec.train) e.recordings[r] = with.recordings[r];
   }
   const Problem problem = make_problem(e, 1);
-  EXPECT_TRUE(choose_best_model(problem, problem, make_drives(), 0.0, {}, [](const std::string&) {}).hypothesis.empty());
+  EXPECT_TRUE(
+      choose_best_model(problem, problem, make_drives(), 0.0, {}, [](const std::string&) {}).hypothesis.empty());
 }
 
-// A simulation takes its own steps between two samples: an arm of six joints at 125 Hz would otherwise be fitted for minutes.
+// A simulation takes its own steps between two samples: an arm of six joints at 125 Hz would otherwise be fitted for
+// minutes.
 TEST(BestModel, AFitThroughTheWholeRobotIsAsLongForALogOfFewSamplesAsForOneOfMany) {
   Experiment e = make_simulated_experiment("best_work", kArm, kJoints, {});
   const double all = calc_whole_work(make_problem(e, 1), make_drives(), 1);
@@ -87,7 +92,9 @@ TEST(BestModel, AFitThroughTheWholeRobotIsAsLongForALogOfFewSamplesAsForOneOfMan
     };
     thin(&r.time);
     for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) thin(column);
+      for (std::vector<double>* column :
+           {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+        thin(column);
     }
   }
   EXPECT_NEAR(calc_whole_work(make_problem(e, 1), make_drives(), 1), all, 0.01 * all);  // the last samples
@@ -103,7 +110,9 @@ TEST(BestModel, IsNotChosenByWhereAJointAtRestDrifts) {
     const size_t most = r.size() / 4;  // for the time of the test
     r.time.resize(most);
     for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) column->resize(std::min(column->size(), most));
+      for (std::vector<double>* column :
+           {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+        column->resize(std::min(column->size(), most));
     }
   }
   const Problem problem = make_problem(e, 1);
@@ -144,7 +153,8 @@ TEST(BestModel, HasNoCentreOfMassBeyondItsLink) {
   EXPECT_FALSE(contains(best.hypothesis, far.id, far.place));
 }
 
-// Limits far below the efforts leave little torque to miss: relative to that of the log, such a model would seem to be good.
+// Limits far below the efforts leave little torque to miss: relative to that of the log, such a model would seem to be
+// good.
 TEST(BestModel, HasNoDriveThatGivesAHundredthOfItsLoggedEffort) {
   const Experiment e = make_simulated_experiment("best_limit", kArm, kJoints, make_drives());
   EXPECT_NE(find_odd_effect(e, {{EffectId::kSaturation, kShoulder, {0.05}}}, {}), "");
@@ -187,7 +197,8 @@ TEST(DropRipples, OfALogAreNoTorqueOnTheJoint) {
   model.push_back(ripple);
   const Problem problem = make_problem(e, 1);
   EXPECT_FALSE(contains(drop_ripples_of_logs(problem, model), ripple.id, ripple.place));
-  EXPECT_FALSE(contains(choose_best_model(problem, problem, model, 0.0, {}, [](const std::string&) {}).hypothesis, ripple.id, ripple.place));
+  EXPECT_FALSE(contains(choose_best_model(problem, problem, model, 0.0, {}, [](const std::string&) {}).hypothesis,
+                        ripple.id, ripple.place));
 }
 
 TEST(DropRipples, ThatMoveTheJointStay) {
@@ -204,7 +215,9 @@ TEST(RicherLaws, HaveTheLateLogOfAnEffort) {
   hidden.push_back({EffectId::kSensorDelay, log, {0.02}});
   const Experiment e = make_simulated_experiment("richer_log", kArm, kJoints, hidden);
   const Hypothesis found = polish_joints(make_problem(e, 1), make_drives(), nullptr, true);
-  const auto late = std::find_if(found.begin(), found.end(), [&](const Effect& effect) { return effect.id == EffectId::kSensorDelay && effect.place == log; });
+  const auto late = std::find_if(found.begin(), found.end(), [&](const Effect& effect) {
+    return effect.id == EffectId::kSensorDelay && effect.place == log;
+  });
   ASSERT_NE(late, found.end());
   EXPECT_NEAR(late->p[0], 0.02, 0.001);  // a fifth of the sampling time
 }
@@ -223,7 +236,8 @@ TEST(WindowResiduals, OfTheTrueModelAreAHundredthOfNominalOnes) {
   e.scenario.drive = "effort";
   const Problem problem = make_problem(e, 1);
   const CalcResiduals windows = make_window_residuals(problem);
-  const double nominal = calc_score(windows, 1, {}, problem.train).chi2, right = calc_score(windows, 1, make_drives(), problem.train).chi2;
+  const double nominal = calc_score(windows, 1, {}, problem.train).chi2,
+               right = calc_score(windows, 1, make_drives(), problem.train).chi2;
   EXPECT_LT(right, 1e-4 * nominal);  // squares: recorded states have an encoder's noise only
 }
 

@@ -26,7 +26,8 @@ void scale(const std::string& sensor, double factor, Experiment* e) {
 
 // The first seconds.
 void cut(double seconds, Recording* r) {
-  const size_t size = static_cast<size_t>(std::lower_bound(r->time.begin(), r->time.end(), r->time.front() + seconds) - r->time.begin());
+  const size_t size = static_cast<size_t>(std::lower_bound(r->time.begin(), r->time.end(), r->time.front() + seconds) -
+                                          r->time.begin());
   const auto shorten = [&](std::vector<double>& column) {
     if (!column.empty()) column.resize(size);
   };
@@ -72,7 +73,8 @@ TEST_P(OfAWalk, AnImuThatHangsUpsideDownIsTurnedAndCountsGravityRightly) {
   if (!e_.scenario.sensors.base_pose) GTEST_SKIP() << "nothing else tells how the body turns";
   const std::string imu = "/imu/" + e_.scenario.sensors.imus[0].name;
   for (Recording& r : e_.recordings) {
-    for (const char* column : {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
+    for (const char* column :
+         {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
       for (double& x : r.other.at(imu + column)) x = -x;
     }
   }
@@ -89,7 +91,8 @@ TEST_P(OfAWalk, AnImuThatHangsUpsideDownForASecondIsNoSureSign) {
   const std::string imu = "/imu/" + e_.scenario.sensors.imus[0].name;
   for (Recording& r : e_.recordings) cut(1.0, &r);
   for (Recording& r : e_.recordings) {
-    for (const char* column : {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
+    for (const char* column :
+         {"/linear_acceleration/y", "/linear_acceleration/z", "/angular_velocity/y", "/angular_velocity/z"}) {
       for (double& x : r.other.at(imu + column)) x = -x;
     }
   }
@@ -163,7 +166,9 @@ TEST_P(OfAWalk, ForcesOfTheFeetOnTheGroundAreTurned) {
   EXPECT_EQ(forces, e_.scenario.sensors.wrenches.size());
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, OfAWalk, testing::Values("recordings/icub_walking", "recordings/go1_walk", "cases/open/walk-01", "cases/open/walk-03"),
+INSTANTIATE_TEST_SUITE_P(Shared, OfAWalk,
+                         testing::Values("recordings/icub_walking", "recordings/go1_walk", "cases/open/walk-01",
+                                         "cases/open/walk-03"),
                          [](const testing::TestParamInfo<const char*>& info) {
                            std::string name = info.param;
                            for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';

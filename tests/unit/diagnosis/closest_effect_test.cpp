@@ -15,10 +15,12 @@ Trial make_trial(const Hypothesis& hypothesis, double rms) {
 
 // A hobby servo's step, 445 times the noise beside a model without friction.
 Outcome make_step(double viscous) {
-  const Effect drag{EffectId::kViscous, 0, {0.028}}, curve{EffectId::kStribeck, 0, {0.01, 0.01, 0.1, 0.028}}, dry{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}};
+  const Effect drag{EffectId::kViscous, 0, {0.028}}, curve{EffectId::kStribeck, 0, {0.01, 0.01, 0.1, 0.028}},
+      dry{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}};
   Outcome outcome;
   outcome.nominal = make_trial({}, 445.0);
-  outcome.rivals = {make_trial({curve}, 0.98 * viscous), make_trial({drag}, viscous), make_trial({drag, dry}, 0.5 * viscous), make_trial({dry}, 138.0)};
+  outcome.rivals = {make_trial({curve}, 0.98 * viscous), make_trial({drag}, viscous),
+                    make_trial({drag, dry}, 0.5 * viscous), make_trial({dry}, 138.0)};
   return outcome;
 }
 
@@ -34,12 +36,13 @@ TEST(ClosestEffect, IsNoneWhereMoreThanATenthIsLeft) { EXPECT_FALSE(find_closest
 
 // Friction and a late command: neither takes nearly all alone.
 TEST(ClosestEffects, ArePairedWhereNoneTakesNearlyAllAlone) {
-  const Effect drag{EffectId::kViscous, 0, {0.4}}, curve{EffectId::kStribeck, 0, {0.01, 0.01, 0.1, 0.4}}, late{EffectId::kDelay, 0, {0.03}};
+  const Effect drag{EffectId::kViscous, 0, {0.4}}, curve{EffectId::kStribeck, 0, {0.01, 0.01, 0.1, 0.4}},
+      late{EffectId::kDelay, 0, {0.03}};
   const Effect pull{EffectId::kSpring, 0, {0.3, 0.0}}, dry{EffectId::kCoulomb, 0, {0.3, 0.0, 5e-4}};
   Outcome outcome;
   outcome.nominal = make_trial({}, 110.0);
-  outcome.rivals = {make_trial({drag, late, pull}, 5.0), make_trial({drag, late}, 11.2), make_trial({curve, late}, 10.8),
-                    make_trial({drag, dry}, 25.0), make_trial({drag}, 24.0)};
+  outcome.rivals = {make_trial({drag, late, pull}, 5.0), make_trial({drag, late}, 11.2),
+                    make_trial({curve, late}, 10.8), make_trial({drag, dry}, 25.0), make_trial({drag}, 24.0)};
   Trial on_path = make_trial({drag, pull}, 3.0);  // along the recorded path only: the motion was not simulated
   on_path.refined = false;
   outcome.rivals.push_back(on_path);

@@ -18,12 +18,13 @@ constexpr const char* kLever = R"(<robot name="lever"><link name="base"/>
     <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.004"/></inertial></link>
   <joint name="servo" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
     <limit lower="-3" upper="3" effort="8" velocity="20"/></joint></robot>)";
-constexpr double kDrag = 0.6, kLate = 0.08;            // [N m s/rad, s] hidden
-constexpr double kShaken = 0.015, kShaking = 40.0;     // [rad, rad/s] of the bench, which no effect of the list has
-constexpr double kEncoder = 0.0015;                    // [rad] a step of 12 bits
-constexpr double kPeriod = 0.01;                       // [s]
+constexpr double kDrag = 0.6, kLate = 0.08;         // [N m s/rad, s] hidden
+constexpr double kShaken = 0.015, kShaking = 40.0;  // [rad, rad/s] of the bench, which no effect of the list has
+constexpr double kEncoder = 0.0015;                 // [rad] a step of 12 bits
+constexpr double kPeriod = 0.01;                    // [s]
 
-// Commands that step from `from` to `to` after half a second; the positions' column is replaced by a simulated one later.
+// Commands that step from `from` to `to` after half a second; the positions' column is replaced by a simulated one
+// later.
 void write_step(const fs::path& path, double from, double to) {
   std::ofstream csv(path);
   csv << "time,/joint_commands/servo/position,/joint_states/servo/position\n";
@@ -39,8 +40,9 @@ Experiment make_steps() {
   fs::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kLever;
   write_step(folder / "rise.csv", 0.0, 1.5), write_step(folder / "fall.csv", 1.5, 0.0);
-  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 8, kd: 0.05, effort_limit: 8}}\n"
-                                               "recordings:\n- {file: rise.csv, role: train}\n- {file: fall.csv, role: validate}\n";
+  std::ofstream(folder / "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 8, kd: 0.05, effort_limit: 8}}\n"
+         "recordings:\n- {file: rise.csv, role: train}\n- {file: fall.csv, role: validate}\n";
   Experiment e = load_experiment((folder / "experiment.yaml").string());
   const Hypothesis hidden{{EffectId::kViscous, 0, {kDrag}}, {EffectId::kDelay, 0, {kLate}}};
   double phase = 0.0;
@@ -53,7 +55,8 @@ Experiment make_steps() {
     EXPECT_TRUE(simulate_recording(make_plant(e, hidden), recording, still, fine, &y));
     for (size_t k = 0; k < recording.size(); ++k) {
       const double turn = kShaking * recording.time[k] + phase;
-      recording.joints[0].signal[0][k] = kEncoder * std::round((y[k * kQuantities] + kShaken * std::sin(turn)) / kEncoder);
+      recording.joints[0].signal[0][k] =
+          kEncoder * std::round((y[k * kQuantities] + kShaken * std::sin(turn)) / kEncoder);
     }
     phase += 1.0;  // [rad]
   }
@@ -69,7 +72,9 @@ const Json* find_finding(const Json& report, const std::string& effect) {
 }
 
 TEST(ClosestFindings, OfAShakenServoAreTheFrictionAndTheLateCommandWithTheirValues) {
-  const Json report = diagnose_recordings(make_steps(), {}, [](const std::string&) {}, [](const Reports&) {}).report;
+  const Json report = diagnose_recordings(
+                          make_steps(), {}, [](const std::string&) {}, [](const Reports&) {})
+                          .report;
   EXPECT_EQ(report["verdict"], "mostly_explained") << report.dump(1);
   const Json *drag = find_finding(report, "viscous_friction"), *late = find_finding(report, "command_delay");
   ASSERT_TRUE(drag && late);

@@ -37,8 +37,10 @@ const Remaining& get_remaining(const TorqueVerdict& verdict, int joint) {
 }
 
 void expect_uncoupled(const TorqueVerdict& verdict) {
-  for (const Remaining& r : verdict.evidence.remaining) EXPECT_EQ(r.statement.find("two joints"), std::string::npos) << r.statement;
-  for (const Remaining& r : verdict.evidence.remaining) EXPECT_EQ(r.statement.find("both joints"), std::string::npos) << r.statement;
+  for (const Remaining& r : verdict.evidence.remaining)
+    EXPECT_EQ(r.statement.find("two joints"), std::string::npos) << r.statement;
+  for (const Remaining& r : verdict.evidence.remaining)
+    EXPECT_EQ(r.statement.find("both joints"), std::string::npos) << r.statement;
 }
 
 // The laws of single joints took it before: supported viscous friction, several times too large.
@@ -51,8 +53,8 @@ TEST(CoupledDrives, FrictionAtTheRateOfTwoJointsIsSaidAndNoLawOfOneJointIsSuppor
   for (const Finding& f : verdict.evidence.findings) EXPECT_NE(f.grade, Grade::kSupported) << f.statement;
 }
 
-// Both motors of a parallelogram stand on the base: the second one turns at the sum of both rates and takes the forearm's
-// weight off the first. A force that lifts the forearm was supported before.
+// Both motors of a parallelogram stand on the base: the second one turns at the sum of both rates and takes the
+// forearm's weight off the first. A force that lifts the forearm was supported before.
 TEST(CoupledDrives, WhatMotorsOfAParallelogramCarryIsNotTold) {
   Experiment e = simulate_arm("coupled_parallelogram", {});
   e.scenario.drive = "effort";
@@ -65,7 +67,8 @@ TEST(CoupledDrives, WhatMotorsOfAParallelogramCarryIsNotTold) {
     }
     forget_commands(&r);
   }
-  for (const Finding& f : judge_torque(e, 1).evidence.findings) EXPECT_FALSE(f.where.contains("link") && f.grade == Grade::kSupported) << f.statement;
+  for (const Finding& f : judge_torque(e, 1).evidence.findings)
+    EXPECT_FALSE(f.where.contains("link") && f.grade == Grade::kSupported) << f.statement;
 }
 
 TEST(CoupledDrives, RatioAndLevelAreThoseOfTheMotor) {
@@ -73,8 +76,8 @@ TEST(CoupledDrives, RatioAndLevelAreThoseOfTheMotor) {
   const CoupledDrives found = find_coupled_drives(make_torque_data(e), {kShoulder, {}, 50.0});
   ASSERT_EQ(found.drives.size(), 1u);
   EXPECT_EQ(found.drives[0].other, kElbow);
-  EXPECT_NEAR(found.drives[0].ratio, kRatio, 0.05 * kRatio);   // the sign differs at few samples within 5 %
-  EXPECT_NEAR(found.drives[0].level, kLevel, 0.05 * kLevel);   // filtered signs of noisy rates
+  EXPECT_NEAR(found.drives[0].ratio, kRatio, 0.05 * kRatio);  // the sign differs at few samples within 5 %
+  EXPECT_NEAR(found.drives[0].level, kLevel, 0.05 * kLevel);  // filtered signs of noisy rates
 }
 
 TEST(CoupledDrives, DrivesWithFrictionOfTheirOwnAreNotCoupled) {

@@ -55,7 +55,8 @@ TEST(ByHand, AHungLoadIsAPayloadOfThatRecordingOnly) {
   const Eigen::VectorXd q = Eigen::Vector2d(0.4, -0.7);
   EXPECT_LT((calc_holding(with, q) - calc_holding(payload, q)).norm(), 1e-12);
   // Horizontal arm: 1 kg 0.25 m and 0.65 m beyond the joints about y, whose positive torque lowers what is ahead.
-  const Eigen::VectorXd more = calc_holding(with, Eigen::Vector2d::Zero()) - calc_holding(make_plant(e, {}), Eigen::Vector2d::Zero());
+  const Eigen::VectorXd more =
+      calc_holding(with, Eigen::Vector2d::Zero()) - calc_holding(make_plant(e, {}), Eigen::Vector2d::Zero());
   EXPECT_NEAR(more[kElbow], -9.81 * 0.25, 1e-9);
   EXPECT_NEAR(more[kShoulder], -9.81 * 0.65, 1e-9);
 }
@@ -67,7 +68,8 @@ TEST(ByHand, AWrongMassOfTheLinkLeavesTheLoadAsItIs) {
   const RecordingSpec spec = make_spec({make_load("fore", 1.0, {0.25, 0, 0})}, {});
   const Eigen::VectorXd q = Eigen::Vector2d(0.3, 0.2);
   const Eigen::VectorXd by_load = calc_holding(make_plant(e, {}, spec), q) - calc_holding(make_plant(e, {}), q);
-  const Eigen::VectorXd by_load_on_heavy = calc_holding(make_plant(e, heavy, spec), q) - calc_holding(make_plant(e, heavy), q);
+  const Eigen::VectorXd by_load_on_heavy =
+      calc_holding(make_plant(e, heavy, spec), q) - calc_holding(make_plant(e, heavy), q);
   EXPECT_LT((by_load - by_load_on_heavy).norm(), 1e-12);
 }
 
@@ -75,13 +77,15 @@ TEST(ByHand, APullTurnsAJointByForceTimesLever) {
   const Experiment e = simulate_arm("by_hand_pull", {});
   // 10 N upwards, 0.3 m beyond the elbow, 0.7 m beyond the shoulder: the drives hold less of the weight.
   const Plant pulled = make_plant(e, {}, make_spec({}, {make_pull("fore", {0, 0, 10}, {0.3, 0, 0})}));
-  const Eigen::VectorXd less = calc_holding(pulled, Eigen::Vector2d::Zero()) - calc_holding(make_plant(e, {}), Eigen::Vector2d::Zero());
+  const Eigen::VectorXd less =
+      calc_holding(pulled, Eigen::Vector2d::Zero()) - calc_holding(make_plant(e, {}), Eigen::Vector2d::Zero());
   EXPECT_NEAR(less[kElbow], 3.0, 1e-9);
   EXPECT_NEAR(less[kShoulder], 7.0, 1e-9);
 }
 
 // Recordings of `hidden`, the last `loaded` of which hang with `load`; every other one is held out.
-Experiment make_loaded_experiment(const std::string& name, const Hypothesis& hidden, const std::vector<LoadSpec>& loads) {
+Experiment make_loaded_experiment(const std::string& name, const Hypothesis& hidden,
+                                  const std::vector<LoadSpec>& loads) {
   Experiment e = make_simulated_experiment(name, kPendulum, {"shoulder"}, {});
   TestNoise noise;
   const double sigma[] = {2e-5, 0.002, 0.02};
@@ -116,7 +120,7 @@ TEST(ByHand, NoTorqueIsMissingWhereAStatedLoadHangs) {
   };
   EXPECT_LT(calc_missing(), 0.05);  // noise of efforts is 0.02 N m, that of accelerations comes on top
   for (Recording& r : e.recordings) r.spec.loads.clear();
-  EXPECT_GT(calc_missing(), 1.0);   // 1 kg at 0.5 m is up to 4.9 N m
+  EXPECT_GT(calc_missing(), 1.0);  // 1 kg at 0.5 m is up to 4.9 N m
 }
 
 bool names(const Json& list, const std::string& effect) {
@@ -148,7 +152,7 @@ TEST(ByHand, AStretchWithAnUnknownForceIsLeftOut) {
   std::vector<std::string> warnings;
   const std::vector<Recording> pieces = cut_at_pushes(e, e.recordings[0], &warnings);
   ASSERT_EQ(pieces.size(), 2u);
-  EXPECT_LT(pieces[0].time.back(), 1.75);   // a hand that comes 0.3 s earlier is no surprise
+  EXPECT_LT(pieces[0].time.back(), 1.75);  // a hand that comes 0.3 s earlier is no surprise
   EXPECT_GT(pieces[1].time.front(), 3.25);
   for (const Recording& piece : pieces) EXPECT_TRUE(piece.spec.pushes.empty());
   EXPECT_EQ(warnings.size(), 1u);
@@ -180,8 +184,11 @@ TEST(ByHand, ALoadAtAFixedLinkHangsOnWhatMovesWithIt) {
 
 // A link 10 % heavier, or a drive that gives a tenth less: the recordings cannot say.
 Json make_open_report() {
-  const Json mass = {{"effect", "mass_error"}, {"where", {{"link", "arm"}}}, {"parameters", {{"scale", {{"value", 1.111}}}}}};
-  Json weak = {{"effect", "torque_constant_error"}, {"where", {{"joint", "shoulder"}}}, {"parameters", {{"scale", {{"value", 0.9}}}}}};
+  const Json mass = {
+      {"effect", "mass_error"}, {"where", {{"link", "arm"}}}, {"parameters", {{"scale", {{"value", 1.111}}}}}};
+  Json weak = {{"effect", "torque_constant_error"},
+               {"where", {{"joint", "shoulder"}}},
+               {"parameters", {{"scale", {{"value", 0.9}}}}}};
   weak["grade"] = "ambiguous", weak["alternatives"] = {mass};
   return {{"verdict", "mostly_explained"}, {"findings", {weak}}};
 }
@@ -233,7 +240,9 @@ std::string find_fault(const std::string& entry) {
   const fs::path folder = fs::temp_directory_path() / "hrp_by_hand_keys";
   fs::create_directories(folder);
   std::ofstream(folder / "a.csv") << "time\n";
-  return catch_complaint([&] { parse_experiment_keys("recordings:\n- {file: a.csv, " + entry + "}\n", (folder / "experiment.yaml").string()); });
+  return catch_complaint([&] {
+    parse_experiment_keys("recordings:\n- {file: a.csv, " + entry + "}\n", (folder / "experiment.yaml").string());
+  });
 }
 
 TEST(ByHand, WhatIsNotStatedWholeIsRefusedByName) {

@@ -215,8 +215,8 @@ TEST(Drives, ASoundJointBesideABadOneGetsNoName) {
   EXPECT_EQ(claims[0]["where"]["joint"], "j2");
 }
 
-// One recording with none held out: sets of a few effects fit it to the noise (a gain of 0.69 and a force on the rod), and
-// the model of the drive must still win. Both recordings together say 0.89 and 0.19 N m of dry friction.
+// One recording with none held out: sets of a few effects fit it to the noise (a gain of 0.69 and a force on the rod),
+// and the model of the drive must still win. Both recordings together say 0.89 and 0.19 N m of dry friction.
 TEST(Drives, OneRecordingOfARealPendulumIsAnsweredLikeTwo) {
   const fs::path path = fs::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_simple_pendulum/experiment.yaml";
   if (!fs::exists(path)) GTEST_SKIP() << path << " is not there";

@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/search/explore.h"
+#include "diagnosis/search/nearby.h"
 #include "diagnosis/search/search.h"
 #include "diagnosis/search/trials.h"
-#include "diagnosis/search/nearby.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -112,8 +112,8 @@ TEST(DiagnosisTrial, SeveralSmoothEffectsMustPredictAsWellAsTheyFit) {
   EXPECT_TRUE(is_explained(make_trial({scale, dry}, 1.03, 1.35), nominal));
 }
 
-// A thousandth of the mismatch may be the detail of a law that two engines write differently. Where it is more than passes
-// for noise something small may hide in it, such as an encoder's zero beside a load and hysteresis.
+// A thousandth of the mismatch may be the detail of a law that two engines write differently. Where it is more than
+// passes for noise something small may hide in it, such as an encoder's zero beside a load and hysteresis.
 TEST(DiagnosisTrial, FrictionThatLeavesMoreThanNoiseIsAskedForMore) {
   const Effect hysteresis{EffectId::kHysteresis, kShoulder, {2.0, 0.05}};
   const Trial nominal = make_trial({}, 80.0, 80.0);

@@ -8,10 +8,10 @@
 
 #include "diagnosis/standing/channels.h"
 #include "diagnosis/standing/dependence.h"
+#include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/judge.h"
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/sole.h"
-#include "diagnosis/standing/free_play.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -74,7 +74,8 @@ struct LooseAnkle {
   static StandRecording rock(double moment) {
     StandRecording r;
     const auto constant = [](double value) {
-      return SmoothSeries{std::vector<double>(200, value), std::vector<double>(200, 0.0), std::vector<double>(200, 0.0)};
+      return SmoothSeries{std::vector<double>(200, value), std::vector<double>(200, 0.0),
+                          std::vector<double>(200, 0.0)};
     };
     r.position = {constant(0)}, r.velocity = r.effort = r.command = {SmoothSeries{}};
     for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
@@ -137,7 +138,8 @@ TEST(StandingChannels, OfThinnedOutSamplesStillHoldTheGyroscopeAgainstTheAttitud
 TEST(StandingChannels, SayNothingWhereAWrongClocksReadingIsNotInTheRecording) {
   const LooseAnkle robot(0.5);
   const size_t channels = list_channels(robot.p).size(), torque = find_places(robot.p) + 1;
-  const std::vector<double> slow = calc_channels(robot.p, {{EffectId::kClockSkew, at_sensor(0, Reading::kWrench), {-0.05}}}, 0);
+  const std::vector<double> slow =
+      calc_channels(robot.p, {{EffectId::kClockSkew, at_sensor(0, Reading::kWrench), {-0.05}}}, 0);
   const std::vector<double> right = calc_channels(robot.p, {}, 0);
   for (size_t k = 0; k < 200; ++k) EXPECT_EQ(slow[k * channels + torque] == 0, k >= 190) << k;
   for (size_t k = 0; k < 200; ++k) EXPECT_NE(right[k * channels + torque], 0);

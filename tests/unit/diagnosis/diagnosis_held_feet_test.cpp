@@ -14,10 +14,12 @@
 namespace hrp::diagnosis::held_feet {
 namespace {
 
-LinkSpec make_link(const std::string& name, int parent, JointKind kind, const Vector3d& axis, const Vector3d& p, double mass) {
+LinkSpec make_link(const std::string& name, int parent, JointKind kind, const Vector3d& axis, const Vector3d& p,
+                   double mass) {
   LinkSpec link;
   link.name = name, link.parent = parent;
-  link.inertia.mass = mass, link.inertia.p_LLcm_L = Vector3d(0, 0, -0.1), link.inertia.I_LLcm_L = mass * 2e-3 * Matrix3d::Identity();
+  link.inertia.mass = mass, link.inertia.p_LLcm_L = Vector3d(0, 0, -0.1),
+  link.inertia.I_LLcm_L = mass * 2e-3 * Matrix3d::Identity();
   link.joint.name = "j_" + name, link.joint.kind = kind, link.joint.axis_F = axis, link.joint.X_PF.p = p;
   return link;
 }
@@ -57,11 +59,13 @@ void add_recording(double scale, double level, unsigned seed, Experiment* e) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
   for (int k = 0; k < 6000; ++k) {  // 12 s at 500 Hz
-    const double t = 0.002 * k, w = seed == 1 ? 2.0 : 3.0, b = 0.8 + 0.4 * std::sin(w * t), bd = 0.4 * w * std::cos(w * t), bdd = -0.4 * w * w * std::sin(w * t);
+    const double t = 0.002 * k, w = seed == 1 ? 2.0 : 3.0, b = 0.8 + 0.4 * std::sin(w * t),
+                 bd = 0.4 * w * std::cos(w * t), bdd = -0.4 * w * w * std::sin(w * t);
     state.q << 0.4 * std::cos(b), b, -2 * b, state.qd << -0.4 * std::sin(b) * bd, bd, -2 * bd;
     vdot << -0.4 * (std::cos(b) * bd * bd + std::sin(b) * bdd), bdd, -2 * bdd;
     update_kinematics(model, state, &data);
-    const Vector3d force(2 * std::sin(1.3 * t), 0.5, 12 + 6 * std::sin(0.7 * t)), p_WF = get_pose(data, 3) * Vector3d(0, 0, -0.2);
+    const Vector3d force(2 * std::sin(1.3 * t), 0.5, 12 + 6 * std::sin(0.7 * t)),
+        p_WF = get_pose(data, 3) * Vector3d(0, 0, -0.2);
     Vector6d F;
     F << Vector3d::Zero(), force;
     wrenches[3] = calc_wrench_about_origin(data, 3, p_WF, F);
@@ -73,7 +77,8 @@ void add_recording(double scale, double level, unsigned seed, Experiment* e) {
       r.joints[static_cast<size_t>(j)].signal[2].push_back(tau(j) + 0.01 * noise(random));
     }
     const char* const axes[] = {"x", "y", "z"};
-    for (int i = 0; i < 3; ++i) r.other[std::string("/wrench/floor/force/") + axes[i]].push_back(force[i] + 0.05 * noise(random));
+    for (int i = 0; i < 3; ++i)
+      r.other[std::string("/wrench/floor/force/") + axes[i]].push_back(force[i] + 0.05 * noise(random));
   }
   e->recordings.push_back(r);
 }
@@ -143,7 +148,8 @@ void add_squat(double compliance, double dry, double pull, unsigned seed, Experi
       if (j > 0) r.joints[static_cast<size_t>(j)].signal[2].push_back(tau(j) + 0.005 * noise(random));
     }
     const char* const axes[] = {"x", "y", "z"};
-    for (int i = 0; i < 3; ++i) r.other[std::string("/wrench/floor/force/") + axes[i]].push_back(force[i] + 0.02 * noise(random));
+    for (int i = 0; i < 3; ++i)
+      r.other[std::string("/wrench/floor/force/") + axes[i]].push_back(force[i] + 0.02 * noise(random));
   }
   e->recordings.push_back(r);
 }

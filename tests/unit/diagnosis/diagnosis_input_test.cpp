@@ -60,7 +60,8 @@ TEST(Repair, AnAngleThatWrapsIsCountedOn) {
   for (int k = 0; k < 2000; ++k) ASSERT_NEAR(angle[static_cast<size_t>(k)], 0.006 * k - 1.0, 1e-9) << k;
 }
 
-// A wheel at 57 turns a second whose encoder is read every 20 ms, logged every 5 ms: it turns by more than once between readings.
+// A wheel at 57 turns a second whose encoder is read every 20 ms, logged every 5 ms: it turns by more than once between
+// readings.
 TEST(Repair, AWheelWhoseTurnsAreCountedDoesNotWrap) {
   std::vector<double> angle;
   for (int k = 0; k < 200; ++k) angle.push_back(2.0 * M_PI * 57.0 * 0.02 * (k / 4));
@@ -92,7 +93,8 @@ TEST(Repair, AQuaternionAndItsNegativeAreOneAttitude) {
   std::array<std::vector<double>, 4> q;
   for (int k = 0; k < 1000; ++k) {
     const double sign = k % 2 ? std::nan("") : k / 100 % 2 ? -1.0 : 1.0, half = 0.01 * k;
-    q[0].push_back(0.0 * sign), q[1].push_back(0.0 * sign), q[2].push_back(sign * std::sin(half)), q[3].push_back(sign * std::cos(half));
+    q[0].push_back(0.0 * sign), q[1].push_back(0.0 * sign), q[2].push_back(sign * std::sin(half)),
+        q[3].push_back(sign * std::cos(half));
   }
   EXPECT_TRUE(std::isnan(repair_attitude({&q[0], &q[1], &q[2], &q[3]})));
   for (size_t k = 0; k < 1000; k += 2) ASSERT_NEAR(q[3][k], std::cos(0.01 * static_cast<double>(k)), 1e-12) << k;
@@ -119,7 +121,8 @@ Experiment check_still_attitude(double swing, double w) {
   for (int k = 0; k < 500; ++k) {
     r.time.push_back(0.005 * k);
     r.other["/imu/trunk/angular_velocity/x"].push_back(0.01 + 5.0 * swing * std::cos(5.0 * r.time.back()));
-    for (const char axis : {'x', 'y', 'z', 'w'}) r.other[std::string("/imu/trunk/orientation/") + axis].push_back(axis == 'w' ? w : 0.0);
+    for (const char axis : {'x', 'y', 'z', 'w'})
+      r.other[std::string("/imu/trunk/orientation/") + axis].push_back(axis == 'w' ? w : 0.0);
   }
   check_plausibility(&e);
   repair_recording(e, &r, &e.warnings);
@@ -128,14 +131,17 @@ Experiment check_still_attitude(double swing, double w) {
 
 TEST(Suspicions, AnAttitudeThatStaysWhileTheGyroscopeTurnsWasNotEstimated) {
   const Experiment turned = check_still_attitude(0.2, 1.0);
-  EXPECT_THAT(turned.warnings, testing::ElementsAre("a.csv: /imu/trunk/orientation never changes although the gyroscope does: taken as not recorded"));
+  EXPECT_THAT(turned.warnings,
+              testing::ElementsAre(
+                  "a.csv: /imu/trunk/orientation never changes although the gyroscope does: taken as not recorded"));
   EXPECT_FALSE(turned.recordings[0].has("/imu/trunk/orientation/w"));
   EXPECT_TRUE(check_still_attitude(0.001, 1.0).recordings[0].has("/imu/trunk/orientation/w"));  // below what was logged
 }
 
 TEST(Suspicions, AnAttitudeOfZerosWasNotEstimated) {
   const Experiment e = check_still_attitude(0.001, 0.0);
-  EXPECT_THAT(e.warnings, testing::ElementsAre("a.csv: /imu/trunk/orientation: a quaternion of norm 0 is no attitude, expected 1; its columns are left out"));
+  EXPECT_THAT(e.warnings, testing::ElementsAre("a.csv: /imu/trunk/orientation: a quaternion of norm 0 is no attitude, "
+                                               "expected 1; its columns are left out"));
   EXPECT_FALSE(e.recordings[0].has("/imu/trunk/orientation/x"));
 }
 
@@ -158,13 +164,14 @@ TEST(Smoothing, GivesDerivativesOfACubicExactlyOnIrregularStamps) {
   smooth_series(time, values, 6, &value, &rate, &second);
   for (size_t k = 0; k < time.size(); ++k) {
     const double t = time[k];
-    EXPECT_NEAR(rate[k], 2.0 - 6.0 * t + 12.0 * t * t, 1e-6);   // 1e-12 of ridge in the local fits, scaled
+    EXPECT_NEAR(rate[k], 2.0 - 6.0 * t + 12.0 * t * t, 1e-6);  // 1e-12 of ridge in the local fits, scaled
     EXPECT_NEAR(second[k], -6.0 + 24.0 * t, 1e-4);
   }
 }
 
 // What loading recordings of an elbow says; `columns` and `write_rows` are the files' contents.
-std::string load_elbow(const std::string& name, const std::string& columns, const std::function<void(std::ostream*)>& write_rows) {
+std::string load_elbow(const std::string& name, const std::string& columns,
+                       const std::function<void(std::ostream*)>& write_rows) {
   const std::string folder = (std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name)).string() + "/";
   std::filesystem::create_directories(folder);
   std::ofstream(folder + "robot.urdf") << R"(<robot name="arm"><link name="base"/><link name="fore"><inertial>
@@ -194,7 +201,8 @@ std::string load_effort(const std::string& name, double swing, double sign, doub
   return load_elbow(name, ",/joint_states/elbow/effort", [&](std::ostream* csv) {
     for (int k = 0; k < 1000; ++k) {
       const double effort = -1.0 + swing * std::sin(0.02 * k);
-      *csv << 0.005 * k << "," << 0.5 << "," << 0.5 - effort / 100 << "," << sign * effort + shift + normal(random) << "\n";
+      *csv << 0.005 * k << "," << 0.5 << "," << 0.5 - effort / 100 << "," << sign * effort + shift + normal(random)
+           << "\n";
     }
   });
 }
@@ -206,9 +214,11 @@ TEST(Suspicions, AShiftedEffortOfAJointAtRestIsNoTurnedSign) {
 
 // What never changes has no slope: the sum of a thousand equal numbers is rounded, and its mean is not the number.
 TEST(Suspicions, ACommandThatStaysWhileTheJointRestsIsNoTurnedSign) {
-  EXPECT_EQ(load_elbow("still", "", [](std::ostream* csv) {
-    for (int k = 0; k < 3001; ++k) *csv << 0.005 * k << ",1.21,1.174141\n";
-  }), "");
+  EXPECT_EQ(load_elbow("still", "",
+                       [](std::ostream* csv) {
+                         for (int k = 0; k < 3001; ++k) *csv << 0.005 * k << ",1.21,1.174141\n";
+                       }),
+            "");
 }
 
 // Two joints that swing by `swing` N m about 1 and 3 N m of effort; each one's log reads the other's.
@@ -216,17 +226,20 @@ std::string load_crossed(const std::string& name, double swing) {
   const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kArm;
-  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 0, effort_limit: 50}}\n"
-                                               "recordings:\n- {file: a.csv, role: train}\n";
+  std::ofstream(folder / "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 100, kd: 0, effort_limit: 50}}\n"
+         "recordings:\n- {file: a.csv, role: train}\n";
   std::ofstream csv(folder / "a.csv");
   csv << "time";
-  for (const char* j : {"shoulder", "elbow"}) csv << ",/joint_commands/" << j << "/position,/joint_states/" << j << "/position,/joint_states/" << j << "/effort";
+  for (const char* j : {"shoulder", "elbow"})
+    csv << ",/joint_commands/" << j << "/position,/joint_states/" << j << "/position,/joint_states/" << j << "/effort";
   std::mt19937 random(3);
   std::normal_distribution<double> normal(0.0, 0.03);
   for (int k = 0; k < 1000; ++k) {
     const double effort[] = {1.0 + swing * std::sin(0.02 * k), 3.0 + swing * std::sin(0.031 * k)};
     csv << "\n" << 0.005 * k;
-    for (int j = 0; j < 2; ++j) csv << "," << 0.5 << "," << 0.5 - effort[j] / 100 << "," << effort[1 - j] + normal(random);
+    for (int j = 0; j < 2; ++j)
+      csv << "," << 0.5 << "," << 0.5 - effort[j] / 100 << "," << effort[1 - j] + normal(random);
   }
   csv << "\n";
   csv.close();
@@ -245,20 +258,29 @@ TEST(Suspicions, EffortsOfJointsThatHoldStillAreNotExchangedForBeingNearEachOthe
 }
 
 // An arm of two joints with a finger, and a recording of two joints of these names.
-Experiment load_arm_with_finger(const std::string& first, const std::string& second, double izz = 0.01, const std::string& more = "") {
-  const auto folder = std::filesystem::temp_directory_path() / ("hrp_diagnosis_finger_" + first + "_" + second + "_" + std::to_string(izz));
+Experiment load_arm_with_finger(const std::string& first, const std::string& second, double izz = 0.01,
+                                const std::string& more = "") {
+  const auto folder = std::filesystem::temp_directory_path() /
+                      ("hrp_diagnosis_finger_" + first + "_" + second + "_" + std::to_string(izz));
   std::filesystem::create_directories(folder);
   std::string urdf = R"(<robot name="arm"><link name="base"/>)", parent = "base";
   for (const char* joint : {"shoulder", "elbow", "finger"}) {
-    urdf += "<link name=\"" + std::string(joint) + "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"" + std::to_string(izz) + "\"/></inertial></link>"
-            "<joint name=\"" + joint + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + joint + "_link\"/>"
-            "<axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
+    urdf +=
+        "<link name=\"" + std::string(joint) +
+        "_link\"><inertial><mass value=\"1\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"" +
+        std::to_string(izz) +
+        "\"/></inertial></link>"
+        "<joint name=\"" +
+        joint + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + joint +
+        "_link\"/>"
+        "<axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
     parent = std::string(joint) + "_link";
   }
   std::ofstream(folder / "robot.urdf") << urdf + "</robot>";
   std::ofstream csv(folder / "r.csv");
   csv << "time";
-  for (const std::string& joint : {first, second}) csv << ",/joint_states/" << joint << "/position,/joint_states/" << joint << "/effort";
+  for (const std::string& joint : {first, second})
+    csv << ",/joint_states/" << joint << "/position,/joint_states/" << joint << "/effort";
   for (int k = 0; k < 400; ++k) {
     const double t = 0.005 * k;
     csv << "\n" << t;
@@ -267,14 +289,17 @@ Experiment load_arm_with_finger(const std::string& first, const std::string& sec
   csv << "\n";
   csv.close();
   std::ofstream(folder / "experiment.yaml")
-      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nservo: {joints: {finger: {kp: 5, kd: 0.1}}}\nrecordings:\n- {file: r.csv, role: train}\n" << more;
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nservo: {joints: {finger: {kp: 5, kd: 0.1}}}\nrecordings:\n- "
+         "{file: r.csv, role: train}\n"
+      << more;
   return load_experiment((folder / "experiment.yaml").string());
 }
 
 // A degree log of this joint would end at 172: a gear of 100 turns its motor by more.
 TEST(Suspicions, AnAngleBeyondAnyDegreesIsAskedForAsTheMotorsBeforeItsGear) {
   const std::string said = load_elbow("motor_side", "", [](std::ostream* csv) {
-    for (int k = 0; k < 400; ++k) *csv << 0.01 * k << "," << std::sin(0.01 * k) << "," << 220.0 * std::sin(0.01 * k - 0.05) << "\n";
+    for (int k = 0; k < 400; ++k)
+      *csv << 0.01 * k << "," << std::sin(0.01 * k) << "," << 220.0 * std::sin(0.01 * k - 0.05) << "\n";
   });
   EXPECT_THAT(said, testing::HasSubstr("/joint_states/elbow/position"));
   EXPECT_THAT(said, testing::HasSubstr("the angle of the motor, before a gear of at least"));
@@ -293,7 +318,8 @@ TEST(Suspicions, PosesSecondsApartAreNoMilliseconds) {
 
 TEST(Suspicions, ASlowMotionStampedInMillisecondsIsNoPose) {
   const std::string said = load_elbow("milliseconds", "", [](std::ostream* csv) {
-    for (int k = 0; k < 400; ++k) *csv << 4.0 * k << "," << std::sin(0.004 * k) << "," << std::sin(0.004 * k - 0.01) << "\n";
+    for (int k = 0; k < 400; ++k)
+      *csv << 4.0 * k << "," << std::sin(0.004 * k) << "," << std::sin(0.004 * k - 0.01) << "\n";
   });
   EXPECT_THAT(said, testing::HasSubstr("are these milliseconds?"));
 }
@@ -328,7 +354,8 @@ TEST(Recordings, AModelWithAnImpossibleInertiaIsRepairedAndSaidUnlessItsUserForb
 // A log of the whole machine, a model of its arm: what the model does not have is left out, and said.
 TEST(Recordings, JointsThatTheModelDoesNotHaveAreLeftOut) {
   const Experiment e = load_arm_with_finger("shoulder", "rail_carriage");
-  EXPECT_THAT(e.warnings, testing::Contains(testing::HasSubstr("joints that the model does not have were left out: rail_carriage")));
+  EXPECT_THAT(e.warnings, testing::Contains(
+                              testing::HasSubstr("joints that the model does not have were left out: rail_carriage")));
 }
 
 }  // namespace

@@ -42,11 +42,13 @@ void expect_named(const char* carrier, const Vector3d& place, double mass) {
   EXPECT_EQ(e.findings[0].where.at("link"), carrier);
   const std::vector<Estimate>& p = e.findings[0].parameters;
   EXPECT_NEAR(p[0].value[0], mass, 1.96 * p[0].std[0]);  // its own interval
-  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(p[1].value[a], place(static_cast<long>(a)), std::max(0.01, 1.96 * p[1].std[a]));
+  for (size_t a = 0; a < 3; ++a)
+    EXPECT_NEAR(p[1].value[a], place(static_cast<long>(a)), std::max(0.01, 1.96 * p[1].std[a]));
 }
 
 // The robot weighs 35 kg: loads of 1 to 20 % of it, and of each on each link at night.
-const std::pair<const char*, Vector3d> kCarriers[] = {{"pelvis", {0.05, -0.04, 0.2}}, {"l_thigh", {0.06, 0.05, -0.12}}, {"r_shank", {0.05, -0.04, -0.1}}};
+const std::pair<const char*, Vector3d> kCarriers[] = {
+    {"pelvis", {0.05, -0.04, 0.2}}, {"l_thigh", {0.06, 0.05, -0.12}}, {"r_shank", {0.05, -0.04, -0.1}}};
 constexpr double kLoads[] = {0.35, 2.0, 7.0};
 
 TEST(Legged, LoadsFromLightToHeavyAreNamedOnTheirLinks) {
@@ -127,7 +129,8 @@ TEST(Legged, AHipThatBendsAcrossItsAxisIsToldAtThatHip) {
   EXPECT_NE(e.remaining[0].statement.find("bends"), std::string::npos);
 }
 
-// Its inertia about the hip grows by a third: without that in its column, a torque constant or a rotor stands in for it.
+// Its inertia about the hip grows by a third: without that in its column, a torque constant or a rotor stands in for
+// it.
 TEST(Legged, MassThatLiesElsewhereAlsoTurnsOtherwise) {
   Hidden hidden;
   hidden.lower = 0.05;
@@ -194,9 +197,8 @@ bool is_gravity_off(double chatter) {
   for (const std::string& note : found.warnings) {
     if (note.find("of gravity") != std::string::npos) return true;
   }
-  return std::any_of(found.findings.begin(), found.findings.end(), [](const Finding& f) {
-    return f.where.dump().find("linear_acceleration") != std::string::npos;
-  });
+  return std::any_of(found.findings.begin(), found.findings.end(),
+                     [](const Finding& f) { return f.where.dump().find("linear_acceleration") != std::string::npos; });
 }
 
 // The mean of feet that chatter and of falls has what was sampled too slowly.

@@ -7,8 +7,8 @@
 #include "diagnosis/next/trial_motion.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/search/fit.h"
-#include "tests/unit/diagnosis/simulated_experiment.h"
 #include "test_places.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -20,8 +20,11 @@ Hypothesis make_heavy() { return {{EffectId::kMassError, at_link(kUpperArm), {1.
 
 // The shoulder stood still: its drive gives more than the model says.
 Json make_open_report() {
-  Json finding{{"effect", "mass_error"}, {"where", {{"link", "upper_arm"}}}, {"parameters", {{"scale", {{"value", 1.1}}}}}};
-  finding["alternatives"] = {{{"effect", "torque_constant_error"}, {"where", {{"joint", "shoulder"}}}, {"parameters", {{"scale", {{"value", 0.93}}}}}}};
+  Json finding{
+      {"effect", "mass_error"}, {"where", {{"link", "upper_arm"}}}, {"parameters", {{"scale", {{"value", 1.1}}}}}};
+  finding["alternatives"] = {{{"effect", "torque_constant_error"},
+                              {"where", {{"joint", "shoulder"}}},
+                              {"parameters", {{"scale", {{"value", 0.93}}}}}}};
   return {{"verdict", "explained"}, {"findings", {finding}}};
 }
 
@@ -59,7 +62,8 @@ TEST(NextRound, AHeavyLinkIsToldFromATorqueConstantAndKnownBetterThanBefore) {
   ASSERT_EQ(outcome.chosen.hypothesis.size(), 1u);
   EXPECT_EQ(outcome.chosen.hypothesis[0].id, EffectId::kMassError);
   EXPECT_EQ(outcome.chosen.hypothesis[0].place.index, kUpperArm);
-  EXPECT_NEAR(outcome.chosen.hypothesis[0].p[0], 1.1, 2.0 * kNinetyFive * outcome.chosen.std[0][0]);  // of a fixed draw of the noise
+  EXPECT_NEAR(outcome.chosen.hypothesis[0].p[0], 1.1,
+              2.0 * kNinetyFive * outcome.chosen.std[0][0]);  // of a fixed draw of the noise
   const Problem first = make_problem(before, 2);
   FitOptions options;
   options.intervals = true;

@@ -22,14 +22,21 @@ const Progress kQuietly = [](const std::string&) {};
 
 Json make_sole(const std::string& foot, double stiffness) {
   Json parameters;
-  for (const auto& [name, value] : {std::pair{"kz", 2e5}, {"cz", 1000.0}, {"k_roll", 0.7 * stiffness}, {"c_roll", 4.0}, {"k_pitch", stiffness}, {"c_pitch", 5.0}})
+  for (const auto& [name, value] : {std::pair{"kz", 2e5},
+                                    {"cz", 1000.0},
+                                    {"k_roll", 0.7 * stiffness},
+                                    {"c_roll", 4.0},
+                                    {"k_pitch", stiffness},
+                                    {"c_pitch", 5.0}})
     parameters[name] = {{"value", value}};
   return {{"effect", "foot_compliance"}, {"where", {{"foot", foot}}}, {"parameters", parameters}};
 }
 
 // `forward` [m] of the trunk.
 Json make_load(double mass, double forward) {
-  return {{"effect", "payload"}, {"where", {{"link", "trunk"}}}, {"parameters", {{"mass", mass}, {"com", {forward, 0.0, 0.1}}}}};
+  return {{"effect", "payload"},
+          {"where", {{"link", "trunk"}}},
+          {"parameters", {{"mass", mass}, {"com", {forward, 0.0, 0.1}}}}};
 }
 
 Json make_finding(const char* effect, const Json& where, const Json& values) {
@@ -85,8 +92,8 @@ TEST(NextStance, NothingIsProposedThatAnAlternativeWouldFallIn) {
   EXPECT_FALSE(next.rejected.empty());
 }
 
-// Ten motions of up to four sizes. The report's model may be safe at all of them, the alternative never: only the first size
-// of a motion is simulated under both.
+// Ten motions of up to four sizes. The report's model may be safe at all of them, the alternative never: only the first
+// size of a motion is simulated under both.
 TEST(NextStance, ASmallerSizeIsFirstTriedWhereTheLargerOneFailed) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Next next = propose(e, make_open_report(make_load(20.0, 0.6)), make_options(), kQuietly);
@@ -113,7 +120,8 @@ TEST(NextStance, TheBodyMovesAndTheSolesStay) {
   const Limits limits = make_limits(e, {});
   for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kWalk); ++f) {
     MotionPlan plan;
-    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
+    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0,
+    plan.moves.assign(limits.joints.size(), 1);
     const Commands motion = make_stance_motion(e, plan, limits);
     ASSERT_FALSE(motion.time.empty()) << get_family_word(plan.family);
     double travel = 0.0;
@@ -168,7 +176,8 @@ TEST(NextStance, ARobotWithNearlyStraightKneesBendsThemFirst) {
   }
 }
 
-// A waist that pitches carries the trunk, 9.66 of 36.9 kg with its centre 0.169 m above: 0.0443 m of the robot's centre per rad.
+// A waist that pitches carries the trunk, 9.66 of 36.9 kg with its centre 0.169 m above: 0.0443 m of the robot's centre
+// per rad.
 TEST(NextStance, AHeavyLimbSwingsLessThanALightOne) {
   Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   e.robot.tree.joint(e.robot.tree.find_joint("waist")).axis_F = Vector3d::UnitY();
@@ -190,7 +199,9 @@ TEST(NextStance, AnAlternativeWithoutValuesIsNotSimulated) {
   EXPECT_NE(worlds.remarks[0].find("com_error@left_thigh"), std::string::npos);
 }
 
-Json make_log_bias(double bias) { return make_finding("sensor_bias", {{"sensor", "/joint_states/left_knee/effort"}}, {{"value", bias}}); }
+Json make_log_bias(double bias) {
+  return make_finding("sensor_bias", {{"sensor", "/joint_states/left_knee/effort"}}, {{"value", bias}});
+}
 
 // What is wrong with a log changes nothing that the robot does.
 TEST(NextStance, AFaultOfALogKeepsNoModelFromBeingSimulated) {
@@ -244,14 +255,17 @@ Experiment hold_waist(Experiment e) {
   return e;
 }
 
-bool moves(const Proposal& p, const std::string& joint) { return std::find(p.moving.begin(), p.moving.end(), joint) != p.moving.end(); }
+bool moves(const Proposal& p, const std::string& joint) {
+  return std::find(p.moving.begin(), p.moving.end(), joint) != p.moving.end();
+}
 
 // Nobody has seen this joint yet, whatever is wrong elsewhere: both the fitted and the held-out motion have to move it.
 TEST(NextStance, AJointThatStoodStillMovesAlsoIfAnotherIsInDoubt) {
   const Experiment e = hold_waist(load_experiment(kFolder + "standing/experiment.yaml"));
   NextOptions options = make_options();
   options.count = 2;
-  Json report{{"verdict", "explained"}, {"findings", {make_finding("viscous_friction", {{"joint", "left_knee"}}, {{"coefficient", 3.0}})}}};
+  Json report{{"verdict", "explained"},
+              {"findings", {make_finding("viscous_friction", {{"joint", "left_knee"}}, {{"coefficient", 3.0}})}}};
   const Next next = propose(e, report, options, kQuietly);
   ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   for (const Proposal& p : next.proposals) EXPECT_TRUE(moves(p, "waist")) << p.file;
@@ -270,7 +284,9 @@ TEST(NextStance, AModelThatCannotBeSimulatedLeavesTheRestToLearn) {
 TEST(NextStance, AJointThatNothingExplainsGetsAMotionThatTellsWhatItsDriveMayHave) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const std::string effort = e.signal_name(e.robot.tree.find_joint("left_knee"), Quantity::kEffort);
-  const Json report{{"verdict", "unexplained"}, {"findings", Json::array()}, {"unexplained", {{{"where", {{"joint", "left_knee"}}}}}},
+  const Json report{{"verdict", "unexplained"},
+                    {"findings", Json::array()},
+                    {"unexplained", {{{"where", {{"joint", "left_knee"}}}}}},
                     {"fit", {{"per_signal", {{effort, {{"before", 0.3}, {"after", 0.3}}}}}}}};
   const Next next = propose(e, report, make_options(), kQuietly);
   ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
@@ -286,7 +302,8 @@ TEST(NextStance, ARivalIsSimulatedOnlyForValuesOfItsOwn) {
   const StanceWorlds worlds = make_stance_worlds(e, make_open_report(make_load(1.0, 0.0)));
   ASSERT_EQ(worlds.list.size(), 2u);
   EXPECT_EQ(worlds.list[0].moves.size(), 12u);  // six of each sole
-  const auto own = std::count_if(worlds.list[1].moves.begin(), worlds.list[1].moves.end(), [](const StanceMove& m) { return m.shared < 0; });
+  const auto own = std::count_if(worlds.list[1].moves.begin(), worlds.list[1].moves.end(),
+                                 [](const StanceMove& m) { return m.shared < 0; });
   EXPECT_EQ(worlds.list[1].moves.size(), 7u);
   EXPECT_EQ(own, 1);  // the mass; a centre of three numbers is not moved
 }
@@ -298,7 +315,8 @@ TEST(NextStance, AJointThatStoodStillMayHideFriction) {
   EXPECT_TRUE(worlds.unseen);
   ASSERT_GE(worlds.list.size(), 2u);
   EXPECT_EQ(worlds.list[0].label, "nothing");
-  EXPECT_TRUE(std::any_of(worlds.list.begin(), worlds.list.end(), [](const StanceWorld& w) { return w.label == "coulomb_friction@waist"; }));
+  EXPECT_TRUE(std::any_of(worlds.list.begin(), worlds.list.end(),
+                          [](const StanceWorld& w) { return w.label == "coulomb_friction@waist"; }));
 }
 
 // A body that is thrown aside leaves no doubt.

@@ -131,7 +131,8 @@ TEST(NextExperiment, WithoutAStatedLimitEffortsGrowInSteps) {
   const Limits limits = make_limits(e, {});
   EXPECT_NEAR(limits.joints[kElbow].effort, 40.0, 1e-9);
   EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(), [](const std::string& remark) {
-    return remark.find("elbow has no effort limit: twice the largest recorded effort is taken, 40") != std::string::npos;
+    return remark.find("elbow has no effort limit: twice the largest recorded effort is taken, 40") !=
+           std::string::npos;
   }));
 }
 
@@ -147,7 +148,7 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
       EXPECT_DOUBLE_EQ(motion.position[j].back(), limits.joints[j].start);
       const auto [low, high] = std::minmax_element(motion.position[j].begin(), motion.position[j].end());
       EXPECT_GE(*low, limits.joints[j].lower - 1e-9);
-        EXPECT_LE(*high, limits.joints[j].upper + 1e-9);
+      EXPECT_LE(*high, limits.joints[j].upper + 1e-9);
       for (double v : motion.velocity[j]) EXPECT_LE(std::abs(v), 0.7 + 1e-9);
     }
     EXPECT_LE(*std::max_element(motion.position[1].begin(), motion.position[1].end()), 0.4);
@@ -163,7 +164,8 @@ TEST(NextExperiment, AMotionGrowsSoSlowlyThatAWeakDriveLeavesARecording) {
     const Commands motion = make_motion(plan, limits);
     const JointLimits& joint = limits.joints[kElbow];
     double farthest = 0.0;
-    for (size_t k = 0; motion.time[k] < 1.0; ++k) farthest = std::max(farthest, std::abs(motion.position[kElbow][k] - joint.start));
+    for (size_t k = 0; motion.time[k] < 1.0; ++k)
+      farthest = std::max(farthest, std::abs(motion.position[kElbow][k] - joint.start));
     EXPECT_LT(farthest, 0.2 * (joint.upper - joint.lower)) << get_family_word(plan.family);
   }
 }
@@ -174,7 +176,9 @@ TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   const Limits limits = make_limits(e, {});
   const std::vector<MotionPlan> plans = list_plans(e, limits, {1, 1}, 20.0);  // [s] little of it grows
   const auto measure = [&](double quickest) {  // largest travel [rad] and acceleration [rad/s^2] of the elbow
-    const auto plan = std::find_if(plans.begin(), plans.end(), [&](const MotionPlan& p) { return p.family == Family::kMultisine && p.quickest == quickest; });
+    const auto plan = std::find_if(plans.begin(), plans.end(), [&](const MotionPlan& p) {
+      return p.family == Family::kMultisine && p.quickest == quickest;
+    });
     const Commands motion = make_motion(*plan, limits);
     const std::vector<double>& q = motion.position[kElbow];
     const auto [low, high] = std::minmax_element(q.begin(), q.end());
@@ -185,7 +189,8 @@ TEST(NextExperiment, SlowSinesReachAsFarWithAFractionOfTheAcceleration) {
   const auto [slow_travel, slow_acceleration] = measure(kSlowSines);
   const auto [quick_travel, quick_acceleration] = measure(kQuickSines);
   EXPECT_GT(slow_travel, 0.8 * quick_travel);  // phases differ, so the sines do not add up at the same time
-  EXPECT_LT(slow_acceleration, 0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
+  EXPECT_LT(slow_acceleration,
+            0.4 * quick_acceleration);  // the quickest sine: (1.2 / 3)^2, with sqrt(3 / 1.2) times its amplitude
 }
 
 // Share of the mean square that frequencies up to 0.6 Hz have.
@@ -237,7 +242,8 @@ TEST(NextExperiment, ViscousAgainstDryFrictionMovesAtTwoSpeedsAndExpectsADecisio
   const Next& next = get_two_motions();
   ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   const Proposal& p = next.proposals[0];
-  const auto dry = std::find_if(p.expected.begin(), p.expected.end(), [](const Expected& x) { return x.label == "coulomb_friction@elbow"; });
+  const auto dry = std::find_if(p.expected.begin(), p.expected.end(),
+                                [](const Expected& x) { return x.label == "coulomb_friction@elbow"; });
   ASSERT_NE(dry, p.expected.end());
   EXPECT_GT(dry->probability, 0.9);
   std::vector<double> speeds;
@@ -258,7 +264,8 @@ TEST(NextExperiment, NoMotionPassesAJointsLimitUnderAnyExplanation) {
   bare.recordings.clear();
   for (const Proposal& p : next.proposals) {
     const auto motion = make_trial_motion(bare, e.recordings[0], p.commands, {});
-    for (const Hypothesis& h : {Hypothesis{}, make_viscous(), Hypothesis{{EffectId::kCoulomb, kElbow, {0.2, 0.0, 5e-4}}}}) {
+    for (const Hypothesis& h :
+         {Hypothesis{}, make_viscous(), Hypothesis{{EffectId::kCoulomb, kElbow, {0.2, 0.0, 5e-4}}}}) {
       std::vector<double> y;
       ASSERT_TRUE(simulate_trial(*motion, h, &y));
       for (size_t k = motion->problem.smooth[0].start; k < p.commands.time.size(); ++k) {
@@ -302,7 +309,8 @@ TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
   Experiment bare = e;
   bare.recordings.clear();
   std::vector<char> faulty(2, 0);
-  EXPECT_FALSE(Safety(e, limits).find_fault(*make_trial_motion(bare, e.recordings[0], large, {}), {}, nullptr, &faulty).empty());
+  EXPECT_FALSE(
+      Safety(e, limits).find_fault(*make_trial_motion(bare, e.recordings[0], large, {}), {}, nullptr, &faulty).empty());
   EXPECT_EQ(faulty, (std::vector<char>{0, 1}));
   ASSERT_TRUE(make_smaller(faulty, &plan));
   const Commands smaller = make_motion(plan, limits);
@@ -339,7 +347,7 @@ TEST(NextExperiment, TheExpectedIntervalIsThatOfTheRepeatedExperiment) {
   const double half = 1.96 * std::hypot(result.std[0][0], 1e-3);
   // Scatter of a sandwich covariance from 40 stretches a recording: some 15 %; the bar is a factor of 1.5.
   EXPECT_LT(half / p.intervals[0].after, 1.5);
-        EXPECT_GT(half / p.intervals[0].after, 1.0 / 1.5);
+  EXPECT_GT(half / p.intervals[0].after, 1.0 / 1.5);
   EXPECT_LT(p.intervals[0].after, p.intervals[0].before);
 }
 
@@ -352,13 +360,15 @@ TEST(NextExperiment, WithoutAMismatchNothingIsProposed) {
 
 TEST(NextExperiment, WithoutPositionLimitsMotionsStayWithinWhatWasRecorded) {
   std::string urdf = kArm;
-  const std::string limit = R"(<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
+  const std::string limit =
+      R"(<axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
   urdf.replace(urdf.find(limit), limit.size(), R"(<axis xyz="0 1 0"/></joint></robot>)");
   urdf.replace(urdf.rfind("revolute"), 8, "continuous");
   const Experiment e = make_simulated_experiment("next_unlimited", urdf, kArmJoints, {});
   const Limits limits = make_limits(e, {});
   EXPECT_LE(limits.joints[kElbow].upper, 0.6);  // the commands' amplitude
-  EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(), [](const std::string& r) { return r.find("elbow has no position limits") == 0; }));
+  EXPECT_TRUE(std::any_of(limits.remarks.begin(), limits.remarks.end(),
+                          [](const std::string& r) { return r.find("elbow has no position limits") == 0; }));
 }
 
 TEST(NextExperiment, ALimitThatCannotBeReadIsRefusedByName) {
@@ -389,9 +399,11 @@ TEST(NextExperiment, AStatedReachGoesAsFarAsTheDescriptionAndOtherLimitsDo) {
   EXPECT_DOUBLE_EQ(make_limits(e, {"reach=2"}).joints[0].upper, start + 2.0);
   EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].upper, 2.7, 1e-12);
   EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].lower, -2.7, 1e-12);
-  for (const auto& words : {std::vector<std::string>{"reach=50", "shoulder.upper=0.5"}, std::vector<std::string>{"shoulder.upper=0.5", "reach=50"}})
+  for (const auto& words : {std::vector<std::string>{"reach=50", "shoulder.upper=0.5"},
+                            std::vector<std::string>{"shoulder.upper=0.5", "reach=50"}})
     EXPECT_LT(make_limits(e, words).joints[0].upper, 0.5);
-  EXPECT_DOUBLE_EQ(make_limits(e, {"shoulder.reach=0.2", "reach=2"}).joints[0].upper, make_limits(e, {"shoulder.reach=0.2"}).joints[0].upper);
+  EXPECT_DOUBLE_EQ(make_limits(e, {"shoulder.reach=0.2", "reach=2"}).joints[0].upper,
+                   make_limits(e, {"shoulder.reach=0.2"}).joints[0].upper);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The next experiment of robots with many effects, and of robots that are driven by efforts: explanations are compared by
-// the torque that is missing.
+// The next experiment of robots with many effects, and of robots that are driven by efforts: explanations are compared
+// by the torque that is missing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,14 +23,17 @@ namespace {
 const Progress kQuietly = [](const std::string&) {};
 
 Json make_entry(const std::string& effect, const std::string& joint, const std::string& parameter, double value) {
-  return {{"effect", effect}, {"where", {{"joint", joint}}}, {"parameters", {{parameter, {{"value", value}, {"ci95", {0.8 * value, 1.2 * value}}}}}}};
+  return {{"effect", effect},
+          {"where", {{"joint", joint}}},
+          {"parameters", {{parameter, {{"value", value}, {"ci95", {0.8 * value, 1.2 * value}}}}}}};
 }
 
 // Friction and rotors of both drives, as a report lists them; nothing is said to be ambiguous.
 Json make_many_report() {
   Json findings = Json::array();
   for (const Effect& effect : make_arm_drives()) {
-    Json one = make_entry(get_effect(effect.id).name, kArmJoints[static_cast<size_t>(effect.place.index)], list_infos(effect.id)[0].name, effect.p[0]);
+    Json one = make_entry(get_effect(effect.id).name, kArmJoints[static_cast<size_t>(effect.place.index)],
+                          list_infos(effect.id)[0].name, effect.p[0]);
     one["grade"] = "supported";
     findings.push_back(one);
   }
@@ -43,7 +46,8 @@ Json make_open_report() {
   for (Json& finding : report["findings"]) {
     if (finding["where"]["joint"] != "elbow") continue;
     if (finding["effect"] == "viscous_friction") finding["grade"] = "ambiguous";
-    if (finding["effect"] == "coulomb_friction") finding["alternatives"] = {make_entry("parallel_spring", "elbow", "stiffness", 1.0)};
+    if (finding["effect"] == "coulomb_friction")
+      finding["alternatives"] = {make_entry("parallel_spring", "elbow", "stiffness", 1.0)};
   }
   return report;
 }
@@ -73,7 +77,8 @@ Experiment make_slow_arm(const std::string& name) {
     fine.max_step = 0.0002;
     EXPECT_TRUE(simulate_recording(make_plant(e, make_arm_drives()), r, smooth, fine, &y));
     for (size_t k = 0; k < r.size(); ++k) {
-      for (size_t c = 0; c < 6; ++c) r.joints[c / 3].signal[c % 3][k] = y[std::max(k, smooth.start) * 6 + c] + sigma[c % 3] * noise.draw();
+      for (size_t c = 0; c < 6; ++c)
+        r.joints[c / 3].signal[c % 3][k] = y[std::max(k, smooth.start) * 6 + c] + sigma[c % 3] * noise.draw();
     }
   }
   return e;
@@ -84,7 +89,8 @@ TEST(NextByTorque, FasterMotionTellsWhetherFrictionGrowsWithSpeed) {
   const Next next = propose_by_torque(e, make_open_report(), make_options(), kQuietly);
   ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
   const Proposal& p = next.proposals[0];
-  const auto viscous = std::find_if(p.expected.begin(), p.expected.end(), [](const Expected& x) { return x.label == "no viscous_friction@elbow"; });
+  const auto viscous = std::find_if(p.expected.begin(), p.expected.end(),
+                                    [](const Expected& x) { return x.label == "no viscous_friction@elbow"; });
   ASSERT_NE(viscous, p.expected.end());
   EXPECT_GT(viscous->probability, 0.9);
   const double fastest = *std::max_element(p.commands.velocity[kElbow].begin(), p.commands.velocity[kElbow].end());
@@ -97,12 +103,14 @@ TEST(NextByTorque, OnlyNoiseAndTheUnseenPartOfATurnBecomeNarrower) {
   EXPECT_NEAR(calc_expected_width(5.0, {3.0, 4.0}, {3.0, 2.0}), std::hypot(3.0, 2.0), 1e-12);
   EXPECT_NEAR(calc_expected_width(13.0, {3.0, 4.0}, {0.0, 0.0}), 12.0, 1e-12);
   EXPECT_NEAR(calc_expected_width(5.0, {30.0, 4.0}, {15.0, 4.0}), 2.5, 1e-12);  // no part is wider than the whole
-  EXPECT_NEAR(calc_expected_width(5.0, {3.0, 0.0, 4.0}, {0.0, 0.0, 8.0}), 8.0, 1e-12);  // the time of a sample may matter more
-  EXPECT_NEAR(calc_expected_width(5.0, {4.0, 0.0, 0.0, 3.0}, {0.0, 0.0, 0.0, 3.0}), 3.0, 1e-12);  // masses are known to 2 %, whatever moves
+  EXPECT_NEAR(calc_expected_width(5.0, {3.0, 0.0, 4.0}, {0.0, 0.0, 8.0}), 8.0,
+              1e-12);  // the time of a sample may matter more
+  EXPECT_NEAR(calc_expected_width(5.0, {4.0, 0.0, 0.0, 3.0}, {0.0, 0.0, 0.0, 3.0}), 3.0,
+              1e-12);  // masses are known to 2 %, whatever moves
 }
 
-// Of a rotor, a torque constant that is 2 % off takes 2 % of all that accelerates with it, links included. Of a level of dry
-// friction, the limits leave a part of the turn unseen. No repetition of a motion lowers either.
+// Of a rotor, a torque constant that is 2 % off takes 2 % of all that accelerates with it, links included. Of a level
+// of dry friction, the limits leave a part of the turn unseen. No repetition of a motion lowers either.
 TEST(NextByTorque, WhatNoMotionLowersIsStatedBesideEveryInterval) {
   const Experiment e = simulate_arm("next_torque_least", make_arm_drives());
   const auto list = [&](const char* reach) {
@@ -120,8 +128,8 @@ TEST(NextByTorque, WhatNoMotionLowersIsStatedBesideEveryInterval) {
   EXPECT_LT(find(wide, "coulomb_friction@elbow").least, find(narrow, "coulomb_friction@elbow").least);
 }
 
-// An effort that is late by half a sample looks like friction: along a sine, the rate of the inertia's torque is opposite to
-// the speed. More samples do not help, so the expected interval of a quick motion must contain it.
+// An effort that is late by half a sample looks like friction: along a sine, the rate of the inertia's torque is
+// opposite to the speed. More samples do not help, so the expected interval of a quick motion must contain it.
 TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
   const auto calc_width = [](double frequency) {  // of J = 0.5 kg m^2, 0.8 rad, friction fitted alone
     constexpr long kSamples = 2000;
@@ -130,11 +138,13 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
     const double w = 2.0 * M_PI * frequency;
     for (long k = 0; k < kSamples; ++k) {
       const double t = 0.005 * static_cast<double>(k);
-      x(k, 0) = 0.8 * w * std::cos(w * t), effort[k] = -0.4 * w * w * std::sin(w * t), rate[k] = -0.4 * w * w * w * std::cos(w * t);
+      x(k, 0) = 0.8 * w * std::cos(w * t), effort[k] = -0.4 * w * w * std::sin(w * t),
+           rate[k] = -0.4 * w * w * w * std::cos(w * t);
     }
     return std::sqrt(calc_considered_variance(sum_considered(x, effort, rate), 0.005, 0.02)[0]);
   };
-  EXPECT_NEAR(calc_width(2.0), 0.0025 * 0.5 * std::pow(4.0 * M_PI, 2), 1e-3);  // half a sample x J w^2 = 0.197 N m s/rad
+  EXPECT_NEAR(calc_width(2.0), 0.0025 * 0.5 * std::pow(4.0 * M_PI, 2),
+              1e-3);  // half a sample x J w^2 = 0.197 N m s/rad
   EXPECT_NEAR(calc_width(2.0) / calc_width(0.5), 16.0, 0.1);
 }
 
@@ -165,7 +175,8 @@ TEST(NextByTorque, EveryAlternativeOfTheReportIsAQuestion) {
 TEST(NextByTorque, TermsOfAJointThatStoodStillAreNoValues) {
   Experiment e = simulate_arm("next_torque_still", make_arm_drives());
   for (Recording& r : e.recordings) {
-    for (auto* column : {&r.joints[kElbow].command, &r.joints[kElbow].signal[0]}) std::fill(column->begin(), column->end(), e.recordings[0].joints[kElbow].command[0]);
+    for (auto* column : {&r.joints[kElbow].command, &r.joints[kElbow].signal[0]})
+      std::fill(column->begin(), column->end(), e.recordings[0].joints[kElbow].command[0]);
   }
   Json report = make_many_report();
   report["model"] = report["findings"];
@@ -230,8 +241,8 @@ TEST(NextByTorque, TheNumberOfSimulationsOfAChosenMotionIsBounded) {
   EXPECT_NEAR(worlds[3].side.hypothesis[0].p[0], 1.2 * 0.8, 1e-9);
 }
 
-// Nobody knows the gains, but everybody's controller can follow a motion. It begins at rest, where the drive carries the
-// weight: 2 kg at 0.2 m and 1 kg at 0.55 m, which pull in the direction of a positive angle.
+// Nobody knows the gains, but everybody's controller can follow a motion. It begins at rest, where the drive carries
+// the weight: 2 kg at 0.2 m and 1 kg at 0.55 m, which pull in the direction of a positive angle.
 TEST(NextByTorque, ARobotDrivenByEffortsGetsAMotionWithTheEffortsThatItNeeds) {
   Experiment e = simulate_arm("next_torque_effort", make_arm_drives());
   e.scenario.drive = "effort";
@@ -263,7 +274,8 @@ TEST(NextByTorque, WithoutAMotionTheReportsWordsSayWhichKindWouldTell) {
   e.scenario.drive = "motion";
   Json report = make_open_report();
   for (Json& finding : report["findings"]) {
-    if (finding.contains("alternatives")) finding["alternatives"][0]["motion_that_would_tell"] = "constant speeds, slow and fast";
+    if (finding.contains("alternatives"))
+      finding["alternatives"][0]["motion_that_would_tell"] = "constant speeds, slow and fast";
   }
   const Next next = propose(e, report, make_options(), kQuietly);
   EXPECT_FALSE(next.nothing.empty());

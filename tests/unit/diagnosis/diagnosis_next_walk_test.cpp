@@ -62,7 +62,9 @@ TEST(NextWalk, AWalkThatTipsTheRobotIsAFault) {
   const Limits limits = make_limits(e, {});
   const Commands walk = make_walk_of(e, limits, 1, 10.0);
   ASSERT_FALSE(walk.time.empty());
-  const nlohmann::json load = {{"effect", "payload"}, {"where", {{"link", "trunk"}}}, {"parameters", {{"mass", 18.0}, {"com", {0.5, 0.0, 0.2}}}}};
+  const nlohmann::json load = {{"effect", "payload"},
+                               {"where", {{"link", "trunk"}}},
+                               {"parameters", {{"mass", 18.0}, {"com", {0.5, 0.0, 0.2}}}}};
   const Scenario loaded = parse_scenario(make_scenario_text(e, nlohmann::json::array({load})), e.scenario.path);
   EXPECT_NE(run_stance(e, loaded, walk, limits, true).fault, "");
 }
@@ -71,7 +73,8 @@ TEST(NextWalk, AWalkThatTipsTheRobotIsAFault) {
 Experiment lift_left_foot(Experiment e) {
   for (Recording& r : e.recordings) {
     for (auto& [name, column] : r.other) {
-      for (size_t k = r.size() / 3; k < r.size() / 2 && name.rfind("/wrench/left_foot_ft/", 0) == 0; ++k) column[k] *= 0.01;
+      for (size_t k = r.size() / 3; k < r.size() / 2 && name.rfind("/wrench/left_foot_ft/", 0) == 0; ++k)
+        column[k] *= 0.01;
     }
   }
   return e;
@@ -86,12 +89,17 @@ TEST(NextWalk, ARobotWalksIfAFootLeavesTheGroundAndComesBack) {
 int count_tried(const Experiment& e, const char* verdict) {
   NextOptions options;
   options.seconds = 4.0, options.count = 0;
-  const Json friction{{"effect", "viscous_friction"}, {"where", {{"joint", "left_knee"}}}, {"parameters", {{"coefficient", {{"value", 3.0}}}}}};
-  return propose(e, {{"verdict", verdict}, {"findings", Json::array({friction})}}, options, [](const std::string&) {}).tried;
+  const Json friction{{"effect", "viscous_friction"},
+                      {"where", {{"joint", "left_knee"}}},
+                      {"parameters", {{"coefficient", {{"value", 3.0}}}}}};
+  return propose(e, {{"verdict", verdict}, {"findings", Json::array({friction})}}, options, [](const std::string&) {})
+      .tried;
 }
 
 Json make_foot_load(const char* foot) {
-  return {{"effect", "payload"}, {"where", {{"link", foot}}}, {"parameters", {{"mass", {{"value", 0.05}}}, {"com", {{"value", {0.0, 0.0, 0.0}}}}}}};
+  return {{"effect", "payload"},
+          {"where", {{"link", foot}}},
+          {"parameters", {{"mass", {{"value", 0.05}}}, {"com", {{"value", {0.0, 0.0, 0.0}}}}}}};
 }
 
 // A waist that stood still would be asked to move first, whatever else is open.
@@ -110,12 +118,14 @@ TEST(NextWalk, WhichFootCarriesALoadIsAskedByAWalk) {
   options.seconds = 10.0, options.count = 1, options.jobs = 2;
   Json finding = make_foot_load("left_sole_link");
   finding["alternatives"] = Json::array({make_foot_load("right_sole_link")});
-  const Next next = propose(e, {{"verdict", "explained"}, {"findings", Json::array({finding})}}, options, [](const std::string&) {});
+  const Next next =
+      propose(e, {{"verdict", "explained"}, {"findings", Json::array({finding})}}, options, [](const std::string&) {});
   ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
   const Proposal& p = next.proposals[0];
   EXPECT_EQ(p.plan.family, Family::kWalk) << get_family_word(p.plan.family);
   EXPECT_GT(p.expected[0].probability, 0.9);
-  const Scenario loaded = parse_scenario(make_scenario_text(e, nlohmann::json::array({nlohmann::json::parse(finding.dump())})), e.scenario.path);
+  const Scenario loaded = parse_scenario(
+      make_scenario_text(e, nlohmann::json::array({nlohmann::json::parse(finding.dump())})), e.scenario.path);
   EXPECT_EQ(run_stance(e, loaded, p.commands, make_limits(e, {}), true).fault, "");
 }
 

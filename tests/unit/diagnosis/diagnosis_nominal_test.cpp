@@ -47,7 +47,8 @@ TEST(NominalModel, OfAStandingRobotGivesAPayloadTheInertiaThatTheSimulatorGivesI
   const Experiment e = make_stating();
   standing::StandProblem problem;
   problem.tree = e.robot.tree;
-  const standing::Terms terms(problem, {{EffectId::kPayload, at_link(kFore), {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
+  const standing::Terms terms(problem,
+                              {{EffectId::kPayload, at_link(kFore), {0.5, 0.15, 0.0, 0.0}}});  // mass, mass x com
   const LinkInertia found = terms.tree.links[kFore].inertia, stated = make_nominal(e).tree.links[kFore].inertia;
   EXPECT_NEAR((found.I_LLcm_L - stated.I_LLcm_L).norm(), 0.0, 1e-12);
   EXPECT_NEAR((found.p_LLcm_L - stated.p_LLcm_L).norm(), 0.0, 1e-12);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A few of the open cases (made with another engine), for continuous integration; scripts/diagnose_open_cases.sh runs all.
+// A few of the open cases (made with another engine), for continuous integration; scripts/diagnose_open_cases.sh runs
+// all.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -18,13 +19,16 @@ class OpenCase : public testing::TestWithParam<const char*> {};
 
 TEST_P(OpenCase, IsNamedInTheRightPlace) {
   const fs::path folder = fs::path(HRP_SOURCE_DIR) / "../shared/cases/open" / GetParam();
-  if (!fs::exists(folder / "truth.json")) GTEST_SKIP() << "no open cases beside the tree: " << folder << " is absent, NOTHING was checked";
+  if (!fs::exists(folder / "truth.json"))
+    GTEST_SKIP() << "no open cases beside the tree: " << folder << " is absent, NOTHING was checked";
   std::ifstream file(folder / "truth.json");
   const auto truth = nlohmann::json::parse(file)["hidden"];
   const Experiment e = load_experiment((folder / "experiment.yaml").string());
   DiagnosisOptions options;
   options.jobs = 2;
-  const auto report = diagnose_recordings(e, options, [](const std::string&) {}, [](const Reports&) {}).report;
+  const auto report = diagnose_recordings(
+                          e, options, [](const std::string&) {}, [](const Reports&) {})
+                          .report;
   ASSERT_EQ(report["findings"].size(), truth.size());
   if (truth.empty()) {
     EXPECT_EQ(report["verdict"], "no_mismatch");

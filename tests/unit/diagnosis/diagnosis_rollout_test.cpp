@@ -26,7 +26,7 @@ TEST(Diagnosis, FindsNothingWhereNothingIsHidden) {
   const Problem problem = make_problem(e, 1);
   const Outcome outcome = search(problem, [](const std::string&) {});
   EXPECT_FALSE(outcome.mismatch);
-  EXPECT_NEAR(outcome.nominal.rms, 1.0, 0.05);   // 3600 readings: 1.2 % of chance, start of the rollout
+  EXPECT_NEAR(outcome.nominal.rms, 1.0, 0.05);  // 3600 readings: 1.2 % of chance, start of the rollout
 }
 
 TEST(Diagnosis, RecoversViscousFriction) {
@@ -40,7 +40,8 @@ TEST(Diagnosis, RecoversViscousFriction) {
   EXPECT_LT(outcome.chosen.rms, 1.2);
 }
 
-// [N m] What the drive of kUrdf gives beyond what the motion and the weight take, from readings at samples k - 1 to k + 1.
+// [N m] What the drive of kUrdf gives beyond what the motion and the weight take, from readings at samples k - 1 to k
+// + 1.
 double calc_friction(const std::vector<double>& y, const std::vector<double>& time, size_t k) {
   const double inertia = 0.02 + 2.0 * 0.2 * 0.2, weight = 2.0 * 9.81 * 0.2;
   const double qdd = (y[(k + 1) * kQuantities + 1] - y[(k - 1) * kQuantities + 1]) / (time[k + 1] - time[k - 1]);
@@ -91,9 +92,11 @@ TEST(StepCheck, WhatPhysicsLeavesIsNotBlamedOnTheStep) {
 
 TEST(StepCheck, FindingsAtASuspectJointAreAmbiguousAndThoseElsewhereStand) {
   const Experiment e = make_experiment("suspect", {});
-  nlohmann::ordered_json report = {{"warnings", nlohmann::ordered_json::array()},
-                                   {"unexplained", {{{"where", {{"joint", "j1"}}}, {"depends_on", {"time"}}, {"statement", "54 N m"}}}}};
-  for (const char* joint : {"j1", "j2"}) report["findings"].push_back({{"where", {{"joint", joint}}}, {"grade", "certain"}, {"statement", ""}});
+  nlohmann::ordered_json report = {
+      {"warnings", nlohmann::ordered_json::array()},
+      {"unexplained", {{{"where", {{"joint", "j1"}}}, {"depends_on", {"time"}}, {"statement", "54 N m"}}}}};
+  for (const char* joint : {"j1", "j2"})
+    report["findings"].push_back({{"where", {{"joint", joint}}}, {"grade", "certain"}, {"statement", ""}});
   doubt_suspects(e, {{0, 40.0, 60.0, true}}, &report);
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
   EXPECT_EQ(report["findings"][1]["grade"], "certain");

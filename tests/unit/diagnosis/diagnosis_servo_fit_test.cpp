@@ -17,7 +17,8 @@ ServoSamples make_samples(double kp, double kd, double noise, double rate_noise,
   ServoSamples s;
   for (int k = 0; k < 20000; ++k) {
     const double t = 1e-3 * k;
-    const double e = 3e-3 * std::sin(4 * t + seed) + 1e-3 * std::sin(23 * t), v = 12e-3 * std::cos(4 * t + seed) + 23e-3 * std::cos(23 * t);
+    const double e = 3e-3 * std::sin(4 * t + seed) + 1e-3 * std::sin(23 * t),
+                 v = 12e-3 * std::cos(4 * t + seed) + 23e-3 * std::cos(23 * t);
     s.error.emplace_back(e + noise * normal(random), v + rate_noise * normal(random));
     s.effort.push_back(kp * e + kd * v + 0.05 * normal(random));
   }
@@ -26,7 +27,8 @@ ServoSamples make_samples(double kp, double kd, double noise, double rate_noise,
 
 TEST(ServoFit, StiffnessAndDampingComeBackFromNoisyEncoders) {
   // Noise of the rate as large as the rate itself: plain least squares would halve the damping.
-  const ServoFit fit = fit_servo({make_samples(6000, 100, 2e-4, 0.02, 1), make_samples(6000, 100, 2e-4, 0.02, 2)}, {make_samples(6000, 100, 0, 0, 3)});
+  const ServoFit fit = fit_servo({make_samples(6000, 100, 2e-4, 0.02, 1), make_samples(6000, 100, 2e-4, 0.02, 2)},
+                                 {make_samples(6000, 100, 0, 0, 3)});
   ASSERT_TRUE(fit.found);
   EXPECT_NEAR(fit.kp, 6000, 3 * fit.kp_std);
   EXPECT_NEAR(fit.kd, 100, 3 * fit.kd_std);
@@ -45,7 +47,8 @@ TEST(ServoFit, AJointThatDoesFollowHasNoServo) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   ServoSamples s;
-  for (int k = 0; k < 5000; ++k) s.error.emplace_back(5e-6 * normal(random), 1e-3 * normal(random)), s.effort.push_back(30 + 5 * std::sin(4e-3 * k));
+  for (int k = 0; k < 5000; ++k)
+    s.error.emplace_back(5e-6 * normal(random), 1e-3 * normal(random)), s.effort.push_back(30 + 5 * std::sin(4e-3 * k));
   EXPECT_FALSE(fit_servo({s}, {s}).found);
 }
 

@@ -78,7 +78,8 @@ TEST(StandingEffects, ACentreOfMassIsExpectedWithinItsLink) {
   StandProblem p;
   p.tree.links.resize(1);
   p.tree.links[0].inertia.mass = 4;
-  EXPECT_NEAR(find_prior(p, {EffectId::kComError, at_link(0), {0, 0, 0}}, 2), 0.2, 1e-9) << "a cube of 4 kg at 500 kg/m^3";
+  EXPECT_NEAR(find_prior(p, {EffectId::kComError, at_link(0), {0, 0, 0}}, 2), 0.2, 1e-9)
+      << "a cube of 4 kg at 500 kg/m^3";
 }
 
 // A trunk of 100 kg leans to both sides over one foot, on a hip that gives, or on ground that does, as much as ground
@@ -93,7 +94,9 @@ class Leaner {
     for (size_t r = 0; r < p_.all.recordings.size(); ++r) {
       StandRecording &all = p_.all.recordings[r], &odd = p_.odd.recordings[r];
       for (size_t k = 0; k < kSamples; ++k) {
-        const auto add = [k](SmoothSeries* a, const SmoothSeries& b) { a->value[k] = 0.5 * (a->value[k] + b.value[k]); };
+        const auto add = [k](SmoothSeries* a, const SmoothSeries& b) {
+          a->value[k] = 0.5 * (a->value[k] + b.value[k]);
+        };
         for (size_t i = 0; i < 6; ++i) add(&all.wrench[i], odd.wrench[i]);
         add(&all.effort[0], odd.effort[0]);
       }
@@ -104,7 +107,7 @@ class Leaner {
  private:
   static constexpr size_t kSamples = 400;
   static constexpr double kStep = 0.03, kGive = 1.5e-5, kHeight = 0.4;  // [s], [rad/(N m)], [m]
-  static constexpr double kTilt = 2e-5;                                   // [rad] noise of a tilt
+  static constexpr double kTilt = 2e-5;                                 // [rad] noise of a tilt
 
   static SmoothSeries zeros() {
     const std::vector<double> none(kSamples, 0.0);
@@ -132,7 +135,8 @@ class Leaner {
   StandRecording lean(size_t recording) const {
     StandRecording r;
     r.train = recording < 2;
-    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {SmoothSeries{}}, r.wrench.assign(6, zeros());
+    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {SmoothSeries{}},
+    r.wrench.assign(6, zeros());
     for (int i = 0; i < 3; ++i) r.gyro[i] = r.accelerometer[i] = zeros();
     for (SmoothSeries& part : r.attitude) part = zeros();
     const double w = 0.9 + 0.2 * static_cast<double>(recording);

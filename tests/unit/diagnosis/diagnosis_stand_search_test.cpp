@@ -78,7 +78,9 @@ class Stander {
     return a;
   }
 
-  static SmoothSeries average(const SmoothSeries& a, const SmoothSeries& b) { return {average(a.value, b.value), a.rate, a.second}; }
+  static SmoothSeries average(const SmoothSeries& a, const SmoothSeries& b) {
+    return {average(a.value, b.value), a.rate, a.second};
+  }
 
   static SmoothSeries constant(double value) {
     return {std::vector<double>(kSamples, value), std::vector<double>(kSamples, 0.0),
@@ -234,7 +236,8 @@ TEST(StandingSearch, SeesWhatIsBelowTheNoiseAndNamesNoCauseForIt) {
   EXPECT_TRUE(o.mismatch);
   EXPECT_TRUE(o.chosen.hypothesis.empty());
   ASSERT_EQ(o.shared.size(), o.channels.size());
-  for (size_t c = 0; c < o.channels.size(); ++c) EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == ChannelKind::kEffort) << c;
+  for (size_t c = 0; c < o.channels.size(); ++c)
+    EXPECT_EQ(o.shared[c] > 0, o.channels[c].kind == ChannelKind::kEffort) << c;
 }
 
 // An attitude that had to be found may err; what the robot's own sensors tell of its efforts does not depend on it.
@@ -296,10 +299,11 @@ TEST(StandingSearch, NamesAScaledGyroscopeThatIsNoisy) {
   EXPECT_NEAR(o.chosen.hypothesis[0].p[0], 0.7, 2e-3);
 }
 
-// The weight of a load is a force, and its lever a displaced centre of mass, where nothing accelerates it. The trunk nods
-// so far that the force's lever tells it from zeros of the force sensor.
+// The weight of a load is a force, and its lever a displaced centre of mass, where nothing accelerates it. The trunk
+// nods so far that the force's lever tells it from zeros of the force sensor.
 TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeALoad) {
-  const Hypothesis hidden{{EffectId::kPayload, at_link(0), {3, 0.06, 0.03, 0.2}}, {EffectId::kExternalForce, at_link(0), {9, -7, -4}}};
+  const Hypothesis hidden{{EffectId::kPayload, at_link(0), {3, 0.06, 0.03, 0.2}},
+                          {EffectId::kExternalForce, at_link(0), {9, -7, -4}}};
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, {hidden, 0.2}).search();
   EXPECT_TRUE(o.explained);
   EXPECT_TRUE(is_named(o, EffectId::kExternalForce, at_link(0)));
@@ -310,8 +314,8 @@ TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeAL
   EXPECT_TRUE(told);
 }
 
-// An arm that is 1 kg too heavy and hardly accelerates, beside an accelerometer that is shaken by 1 m/s^2: a heavier arm makes more
-// of that noise, so that a force leaves less.
+// An arm that is 1 kg too heavy and hardly accelerates, beside an accelerometer that is shaken by 1 m/s^2: a heavier
+// arm makes more of that noise, so that a force leaves less.
 TEST(StandingSearch, AForceThatMayBeTheWeightOfItsLinkIsListedBesideItsMass) {
   Body body;
   body.hidden = {{EffectId::kMassError, at_link(2), {1.5}}};
@@ -323,8 +327,8 @@ TEST(StandingSearch, AForceThatMayBeTheWeightOfItsLinkIsListedBesideItsMass) {
   EXPECT_TRUE(is_mass(o.chosen.hypothesis[0]) || std::any_of(others.begin(), others.end(), is_mass));
 }
 
-// An arm of a sixth of the trunk's mass swings by 1.2 degrees, which tells its lever from the trunk's by less than the noise of the
-// force sensor: by what slow errors of it may be. By 6 degrees, it tells more.
+// An arm of a sixth of the trunk's mass swings by 1.2 degrees, which tells its lever from the trunk's by less than the
+// noise of the force sensor: by what slow errors of it may be. By 6 degrees, it tells more.
 TEST(StandingSearch, AnArmWithoutEffortsThatSeemsDisplacedMayBeTheTrunkThatCarriesItIfItHardlyMoves) {
   const auto may_be_trunk = [](double reach) {
     Body body;
@@ -359,18 +363,21 @@ TEST(StandingSearch, WhatTheBodysEquationsDoNotTellIsDecidedByTheDrivesButByNone
   EXPECT_FALSE(one.indistinguishable.at(0).empty());
 }
 
-// The drives judge a hypothesis as long as a whole report takes, and each effect's alternatives are compared with the same chosen one.
+// The drives judge a hypothesis as long as a whole report takes, and each effect's alternatives are compared with the
+// same chosen one.
 TEST(StandingSearch, TheDrivesJudgeEachHypothesisOnce) {
   Body body;
-  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}}, {EffectId::kComError, at_link(2), {0.15, 0, 0}}};
+  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}},
+                 {EffectId::kComError, at_link(2), {0.15, 0, 0}}};
   body.nod = 0.1, body.mute = true;
   const Stander stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body);
   std::vector<Hypothesis> asked;
   size_t twice = 0;
   const StandOutcome o = stander.search([&](const Hypothesis& h) {
     const auto is_it = [&](const Hypothesis& other) {
-      return std::equal(h.begin(), h.end(), other.begin(), other.end(),
-                        [](const Effect& a, const Effect& b) { return a.id == b.id && a.place == b.place && a.p == b.p; });
+      return std::equal(h.begin(), h.end(), other.begin(), other.end(), [](const Effect& a, const Effect& b) {
+        return a.id == b.id && a.place == b.place && a.p == b.p;
+      });
     };
     twice += std::any_of(asked.begin(), asked.end(), is_it) ? 1 : 0;
     asked.push_back(h);
@@ -381,11 +388,12 @@ TEST(StandingSearch, TheDrivesJudgeEachHypothesisOnce) {
   EXPECT_EQ(twice, 0u);
 }
 
-// A zero of the foot's force beside an arm that is 0.2 kg too light and hardly swings. What the arm's motion shows may also be an
-// elastic joint or a displaced arm: the missing weight of 2 N is then in the zero.
+// A zero of the foot's force beside an arm that is 0.2 kg too light and hardly swings. What the arm's motion shows may
+// also be an elastic joint or a displaced arm: the missing weight of 2 N is then in the zero.
 TEST(StandingSearch, AZeroOfAForceHoldsWhatItIsBesideEachEffectThatMayBeThere) {
   Body body;
-  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}}, {EffectId::kMassError, at_link(2), {0.9}}};
+  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}},
+                 {EffectId::kMassError, at_link(2), {0.9}}};
   body.nod = 0.1;
   const StandOutcome o = Stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body).search();
   ASSERT_EQ(o.chosen.hypothesis.at(0).id, EffectId::kSensorBias);
@@ -402,7 +410,8 @@ TEST(StandingSearch, TakesTheServosLawWhereItAgreesWithANoisyLog) {
   EXPECT_TRUE(o.explained);
   EXPECT_TRUE(is_named(o, EffectId::kCoulomb, at_joint(1)));
   const StandOutcome biased = Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).search();
-  EXPECT_TRUE(is_named(biased, EffectId::kSensorBias, at_sensor(1, Reading::kEffort))) << "a log that is wrong is still seen";
+  EXPECT_TRUE(is_named(biased, EffectId::kSensorBias, at_sensor(1, Reading::kEffort)))
+      << "a log that is wrong is still seen";
   EXPECT_FALSE(Stander({{{0.5, 0.5, 0.5}, dry}}, {{}, 0, 1, 0, 1.0, 3.0}).get_problem().law[1])
       << "which of the two is wrong is then open";
 }
@@ -444,7 +453,8 @@ TEST(StandingSearch, NamesALateForceSensorAndNoImu) {
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, late).search();
   ASSERT_EQ(o.chosen.hypothesis.size(), 1u);
   EXPECT_TRUE(is_named(o, EffectId::kSensorDelay, at_sensor(0, Reading::kWrench)));
-  EXPECT_NEAR(o.chosen.hypothesis[0].p[0], kStep, 0.2 * kStep) << "a fifth: interpolation rounds the arms' quickest turns off";
+  EXPECT_NEAR(o.chosen.hypothesis[0].p[0], kStep, 0.2 * kStep)
+      << "a fifth: interpolation rounds the arms' quickest turns off";
 }
 
 }  // namespace

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/data/smooth.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/findings.h"
 #include "diagnosis/standing/hints.h"
 #include "diagnosis/standing/judge.h"
 #include "diagnosis/standing/slip.h"
-#include "diagnosis/data/smooth.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -43,7 +43,8 @@ TEST(StandingSmoothing, GivesEvenAndOddSamplesIndependentErrors) {
   std::normal_distribution<double> normal;
   std::vector<double> noise;
   for (size_t k = 0; k < time.size(); ++k) noise.push_back(normal(random));
-  const SmoothSeries even = Smoother(time, 8, Parity::kEven).run(noise), odd = Smoother(time, 8, Parity::kOdd).run(noise);
+  const SmoothSeries even = Smoother(time, 8, Parity::kEven).run(noise),
+                     odd = Smoother(time, 8, Parity::kOdd).run(noise);
   double ee = 0, eo = 0;
   for (size_t k = 0; k < time.size(); ++k) ee += even.value[k] * even.value[k], eo += even.value[k] * odd.value[k];
   // 20000 samples over windows of 17: about 1200 independent errors, whose mean product scatters by 0.03.
@@ -180,7 +181,9 @@ TEST(StandingIntervals, OfAStiffnessHoldItWhateverTheGroundGives) {
   const StandProblem p = make_soles(0.22, 0.22);
   Eigen::VectorXd std = Eigen::VectorXd::Zero(2 * static_cast<long>(kFootParameters));
   for (const double ground : {5e4, 1e5, 1e9}) {
-    Effect e{EffectId::kFootCompliance, {PlaceKind::kFoot, 0, Reading::kAll}, std::vector<double>(2 * kFootParameters, 1e-6)};
+    Effect e{EffectId::kFootCompliance,
+             {PlaceKind::kFoot, 0, Reading::kAll},
+             std::vector<double>(2 * kFootParameters, 1e-6)};
     for (size_t f = 0; f < 2; ++f) e.p[f * kFootParameters] = e.p[f * kFootParameters + 2] = 1 / 1000.0 + 1 / ground;
     const Json k = make_estimates(make_parameters(p, e, std, 0))["k_pitch"];
     EXPECT_LE(k["ci95"][0].get<double>(), 1000) << ground;

@@ -15,7 +15,8 @@ std::string make_link(const std::string& name, double length, double mass) {
          "\"/><inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"/></inertial></link>";
 }
 
-std::string make_joint(const std::string& name, const std::string& parent, const std::string& child, double y, double z) {
+std::string make_joint(const std::string& name, const std::string& parent, const std::string& child, double y,
+                       double z) {
   return "<joint name=\"" + name + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + child +
          "\"/><origin xyz=\"0 " + std::to_string(y) + " " + std::to_string(z) +
          "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"50\" velocity=\"10\"/></joint>";
@@ -72,7 +73,8 @@ TEST(DiagnosisLimbs, TwoCausesInTwoLimbsAreOneExplanationOfTheRobot) {
     const bool friction = finding["effect"] == "viscous_friction";
     EXPECT_EQ(finding["where"]["joint"], friction ? "knee_l" : "hip_r");
     const auto& value = finding["parameters"][friction ? "coefficient" : "inertia"];
-    EXPECT_NEAR(value["value"].get<double>(), friction ? 0.7 : 0.05, friction ? 0.007 : 0.0005);  // 1 %: the noise's share
+    EXPECT_NEAR(value["value"].get<double>(), friction ? 0.7 : 0.05,
+                friction ? 0.007 : 0.0005);  // 1 %: the noise's share
   }
   for (const char* part : {"train", "validate"}) {
     // The noise, to 5 %; without the findings far above it.

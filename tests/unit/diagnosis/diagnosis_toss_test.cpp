@@ -56,13 +56,13 @@ TEST(TossedBody, LosesSpeedAtFrictionTimesGravityWhileItSlides) {
   start.p_WB.z() = kEdge / 2, start.v_WB.x() = 1.0;
   std::vector<BodyState> states;
   ASSERT_TRUE(roll_out(make_world(robot, 0.2, 0.0), make_soles(robot), start, make_times(0.2, 0.01), &states));
-  EXPECT_NEAR(states.back().v_WB.x(), 1.0 - 0.2 * 9.81 * 0.2, 2e-3);          // first contact step may still settle
+  EXPECT_NEAR(states.back().v_WB.x(), 1.0 - 0.2 * 9.81 * 0.2, 2e-3);  // first contact step may still settle
   EXPECT_NEAR(states.back().p_WB.x(), 0.2 - 0.5 * 0.2 * 9.81 * 0.04, 1e-3);
 }
 
 struct Truth {
   double friction, restitution;
-  double inertia = 1.0, lengths = 1.0;      // moments of inertia and recorded lengths over the model's
+  double inertia = 1.0, lengths = 1.0;    // moments of inertia and recorded lengths over the model's
   double height = 0.12, duration = 0.38;  // [m], [s] of a toss
 };
 
@@ -88,7 +88,9 @@ Experiment make_experiment(const Truth& world, int tosses) {
       const Eigen::Quaterniond R = Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * s.R_WB;
       const char* const names[] = {"x", "y", "z", "w"};
       for (int i = 0; i < 4; ++i) {
-        if (i < 3) r.other[std::string("/base/pose/position/") + names[i]].push_back(world.lengths * s.p_WB[i] + kNoise * normal(random));
+        if (i < 3)
+          r.other[std::string("/base/pose/position/") + names[i]].push_back(world.lengths * s.p_WB[i] +
+                                                                            kNoise * normal(random));
         r.other[std::string("/base/pose/orientation/") + names[i]].push_back(R.coeffs()[i]);
       }
     }
@@ -102,8 +104,7 @@ TEST(TossedBody, FrictionAndRestitutionComeBack) {
   TossProblem problem;
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
-  Hypothesis start{make_neutral(problem, EffectId::kGroundFriction),
-                         make_neutral(problem, EffectId::kRestitution)};
+  Hypothesis start{make_neutral(problem, EffectId::kGroundFriction), make_neutral(problem, EffectId::kRestitution)};
   start[0].p[0] = 0.3, start[1].p[0] = 0.2;
   const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
   const TossFit fit = fit_tosses(problem, fit_starts(problem, start, nullptr, 1), {});

@@ -44,13 +44,14 @@ TEST(EffortLimits, DrivesThatGiveWhatTheyLogHaveNone) {
   for (int joint : {kShoulder, kElbow}) EXPECT_TRUE(find_limits(make_torque_data(e), joint).empty());
 }
 
-// Friction between 4 and 6 N m takes all of the effort. A limit of 4 N m beside friction of 4 N m would explain it as well, but
-// nothing would then move the joint.
+// Friction between 4 and 6 N m takes all of the effort. A limit of 4 N m beside friction of 4 N m would explain it as
+// well, but nothing would then move the joint.
 TEST(EffortLimits, ADriveThatGivesNoMoreThanItsFrictionWouldNotMove) {
   const Experiment e = make_limited("limits_stuck", make_arm_drives());
   TorqueData data = make_torque_data(e);
   for (TorqueRecording& r : data.recordings) {
-    const Eigen::ArrayXd time = Eigen::ArrayXd::LinSpaced(r.effort.rows(), 0.0, r.step * static_cast<double>(r.effort.rows() - 1));
+    const Eigen::ArrayXd time =
+        Eigen::ArrayXd::LinSpaced(r.effort.rows(), 0.0, r.step * static_cast<double>(r.effort.rows() - 1));
     r.effort.col(kElbow) = data.calc_sign(r, kElbow).array() * (4.0 + 2.0 * (3.0 * time).sin().abs());
     r.tau.col(kElbow).setZero();
   }

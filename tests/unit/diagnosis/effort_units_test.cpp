@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Logged efforts that are currents: the torque of one logged unit is found beside friction and rotors, joint by joint, and
-// what is merely a wrong gain or a heavy load is no unit.
+// Logged efforts that are currents: the torque of one logged unit is found beside friction and rotors, joint by joint,
+// and what is merely a wrong gain or a heavy load is no unit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,19 +22,21 @@ std::vector<EffortUnit> find_units(const Experiment& e) { return find_effort_uni
 
 TEST(EffortUnits, CurrentsOfDrivesWithFrictionAndRotorsAreToldWithTheirTorqueConstants) {
   const std::vector<double> torque_of_unit{8.0, 5.0};
-  const std::vector<EffortUnit> units = find_units(simulate_currents("units_amperes", make_arm_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units =
+      find_units(simulate_currents("units_amperes", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
   for (const EffortUnit& u : units) {
     // A tenth: the two regressions are biased by what dry friction leaves near rest.
-    EXPECT_NEAR(u.scale, torque_of_unit[static_cast<size_t>(u.joint)], 0.1 * torque_of_unit[static_cast<size_t>(u.joint)]);
+    EXPECT_NEAR(u.scale, torque_of_unit[static_cast<size_t>(u.joint)],
+                0.1 * torque_of_unit[static_cast<size_t>(u.joint)]);
     EXPECT_LE(u.low, u.scale);
     EXPECT_GE(u.high, u.scale);
   }
 }
 
-
 TEST(EffortUnits, OfAMotorWithoutALoadTheUnitCannotBeChecked) {
-  Experiment e = make_simulated_experiment("units_disc", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  Experiment e = make_simulated_experiment(
+      "units_disc", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
   Experiment arm = simulate_arm("units_told", make_arm_drives());
   e.scenario.drive = arm.scenario.drive = "effort";
   EXPECT_FALSE(tells_unit(make_torque_data(e), 0));
@@ -56,8 +58,8 @@ const std::string kYawArm = R"(<robot name="yaw_arm"><link name="base"/><link na
 
 constexpr int kYaw = 0;
 
-// Its currents of 8 N m. Friction over position, in no list, of `hides` N m hides the torque that the yaw joint's motion
-// takes, and of `blurs` that of the others.
+// Its currents of 8 N m. Friction over position, in no list, of `hides` N m hides the torque that the yaw joint's
+// motion takes, and of `blurs` that of the others.
 Experiment make_yaw_currents(const std::string& name, double hides, double blurs) {
   Hypothesis hidden;
   for (int j = 0; j < 3; ++j) {
@@ -86,14 +88,15 @@ TEST(EffortUnits, AJointWhoseMotionHardlyTellsItTakesTheUnitOfItsNeighbours) {
   for (const EffortUnit& u : units) {
     EXPECT_NEAR(u.scale, 8.0, 0.8) << u.joint;  // a tenth, as above
     EXPECT_EQ(u.by_others, is_yaw(u)) << u.joint;
-    // It is no better known than theirs: an arm's shoulder took 8.24 +- 0.48 N m a unit from 7.7 and 8.9 of its neighbours.
+    // It is no better known than theirs: an arm's shoulder took 8.24 +- 0.48 N m a unit from 7.7 and 8.9 of its
+    // neighbours.
     EXPECT_LE(yaw.low, u.scale) << u.joint;
     EXPECT_GE(yaw.high, u.scale) << u.joint;
   }
 }
 
-// An arm of hobby servos logged counts. One joint told their unit to a fifth; of the others, weight in counts was called a
-// constant torque of 18 N m.
+// An arm of hobby servos logged counts. One joint told their unit to a fifth; of the others, weight in counts was
+// called a constant torque of 18 N m.
 TEST(EffortUnits, WhereNoneIsToldSharplyTheOthersTakeAWideOne) {
   const std::vector<EffortUnit> units = find_units(make_yaw_currents("units_wide", 4.0, 2.5));
   ASSERT_EQ(units.size(), 3u);
@@ -132,18 +135,22 @@ TEST(EffortUnits, AHeavyLoadIsNoUnit) {
 // Three to four amperes for a newton metre. A load that asks for so much would be heavier than the arm.
 TEST(EffortUnits, AmperesBelowAFactorOfTenAreAUnitWhereNoLoadDoesAsWell) {
   const std::vector<double> torque_of_unit{0.25, 0.32};
-  const std::vector<EffortUnit> units = find_units(simulate_currents("units_amperes4", make_arm_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units =
+      find_units(simulate_currents("units_amperes4", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
-  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
+  for (const EffortUnit& u : units)
+    EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
 }
 
-// Twenty newton metres to an ampere at the elbow, and nearly one at the shoulder: the log is one of currents. Friction of the
-// shoulder was supported as if in N m before.
+// Twenty newton metres to an ampere at the elbow, and nearly one at the shoulder: the log is one of currents. Friction
+// of the shoulder was supported as if in N m before.
 TEST(EffortUnits, AUnitNearOneIsAUnitBesideOneThatNoModelExplains) {
   const std::vector<double> torque_of_unit{0.6, 20.0};
-  const std::vector<EffortUnit> units = find_units(simulate_currents("units_near_one", make_arm_drives(), torque_of_unit));
+  const std::vector<EffortUnit> units =
+      find_units(simulate_currents("units_near_one", make_arm_drives(), torque_of_unit));
   ASSERT_EQ(units.size(), 2u);
-  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
+  for (const EffortUnit& u : units)
+    EXPECT_NEAR(u.scale / torque_of_unit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // a tenth, as above
 }
 
 // A joint without a motor takes no unit from its neighbours.
@@ -157,7 +164,8 @@ TEST(EffortUnits, ACountOfOneTenthAtBothJointsIsAUnit) {
   EXPECT_EQ(find_units(simulate_currents("units_count", make_arm_drives(), {0.1, 0.1})).size(), 2u);
 }
 
-// A rotor adds to the disc's inertia and never takes from it: volts that are far below the disc's own torque are no N m.
+// A rotor adds to the disc's inertia and never takes from it: volts that are far below the disc's own torque are no N
+// m.
 TEST(EffortUnits, EffortsBelowWhatTheBodiesAloneTakeAreAnotherUnitWhateverTheRotor) {
   Experiment e = simulate_heavy_disc("units_disc_volts");
   EXPECT_TRUE(find_units(e).empty());
@@ -224,9 +232,11 @@ TEST(EffortUnits, FrictionThatResemblesTheTorqueOfALightWristTurnsNoSign) {
   Experiment e = make_simulated_experiment("units_wrist", arm, kArmJoints, make_arm_drives());
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
-    const std::vector<double>&shoulder = r.joints[kShoulder].signal[0], &elbow = r.joints[kElbow].signal[0], &v = r.joints[kElbow].signal[1];
+    const std::vector<double>&shoulder = r.joints[kShoulder].signal[0], &elbow = r.joints[kElbow].signal[0],
+          &v = r.joints[kElbow].signal[1];
     for (size_t k = 0; k < r.size(); ++k)
-      r.joints[kElbow].signal[2][k] += 0.4 * std::sin(9.0 * elbow[k]) * std::tanh(v[k] / 0.05) + std::cos(shoulder[k] + elbow[k]);
+      r.joints[kElbow].signal[2][k] +=
+          0.4 * std::sin(9.0 * elbow[k]) * std::tanh(v[k] / 0.05) + std::cos(shoulder[k] + elbow[k]);
   }
   EXPECT_TRUE(find_units(e).empty());
 }
@@ -238,7 +248,8 @@ TEST(EffortUnits, CurrentsOfServosAreToldLikeThoseOfOtherDrives) {
   const std::vector<EffortUnit> units = find_units(e);
   ASSERT_EQ(units.size(), 2u);
   // 1 %: noise of the encoders in the servo's law.
-  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale, u.joint == kShoulder ? 8.0 : 5.0, u.joint == kShoulder ? 0.08 : 0.05);
+  for (const EffortUnit& u : units)
+    EXPECT_NEAR(u.scale, u.joint == kShoulder ? 8.0 : 5.0, u.joint == kShoulder ? 0.08 : 0.05);
 }
 
 TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {

@@ -138,8 +138,8 @@ TEST(TakeHome, TheExportedModelFollowsInMujocoWhatTheNominalOneDoesNot) {
       "effects:\n"
       "  - {effect: viscous_friction, where: {joint: elbow}, parameters: {coefficient: 3.0}}\n"
       "  - {effect: rotor_inertia, where: {joint: shoulder}, parameters: {inertia: 0.5}}\n";
-  const Experiment e = simulate_arm(
-      "export_fit", {{EffectId::kViscous, kElbow, {3.0}}, {EffectId::kRotorInertia, kShoulder, {0.5}}});
+  const Experiment e =
+      simulate_arm("export_fit", {{EffectId::kViscous, kElbow, {3.0}}, {EffectId::kRotorInertia, kShoulder, {0.5}}});
   const fs::path nominal = make_updated("fit_before", ""), found = make_updated("fit_after", effects);
   write_take_home(nominal.string()), write_take_home(found.string());
   const double before = calc_miss(nominal / "export/robot.xml", e.recordings[2]);

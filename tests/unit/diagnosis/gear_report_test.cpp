@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Angles of motors before their gears: weight follows the sine of the true angle, so no effect of the list stands for a ratio.
+// Angles of motors before their gears: weight follows the sine of the true angle, so no effect of the list stands for a
+// ratio.
 #include <gtest/gtest.h>
 
 #include "diagnosis/conventions/gear_report.h"
@@ -32,7 +33,8 @@ TEST(GearReport, AnglesOfAnotherGearAreFoundWithTheirRatioAndConverted) {
     EXPECT_NEAR(found.found[0].ratio, ratio, 1.96 * found.found[0].std);
     EXPECT_FALSE(found.found[0].of_motor);
     const double logged = e.recordings[0].joints[kElbow].signal[0][100];
-    EXPECT_NEAR(convert_ratios(e, found).recordings[0].joints[kElbow].signal[0][100], logged / found.found[0].ratio, 1e-9);
+    EXPECT_NEAR(convert_ratios(e, found).recordings[0].joints[kElbow].signal[0][100], logged / found.found[0].ratio,
+                1e-9);
   }
 }
 
@@ -54,7 +56,8 @@ TEST(GearReport, FrictionRotorsAndAnotherZeroAreNoRatio) {
   EXPECT_TRUE(find_gear_ratios(e, 1).found.empty());
 }
 
-// An upright joint with currents of 13 N m: its rotor takes what another gear changes of the torque, and the unit does the rest.
+// An upright joint with currents of 13 N m: its rotor takes what another gear changes of the torque, and the unit does
+// the rest.
 TEST(GearReport, CurrentsOfAnUprightJointAreNoEffortsOfAMotorBeforeItsGear) {
   std::string upright = kArm;
   upright.replace(upright.find("axis xyz=\"0 1 0\""), 16, "axis xyz=\"0 0 1\"");
@@ -76,9 +79,14 @@ TEST(GearReport, ADoubtedRatioLeavesNothingSupportedAtItsJoint) {
   Reports reports;
   reports.report["warnings"] = Json::array(), reports.series["notes"] = Json::array();
   const auto make = [](const char* effect, const Json& where) {
-    return Json{{"effect", effect}, {"where", where}, {"grade", "supported"}, {"alternatives", Json::array()}, {"statement", ""}};
+    return Json{{"effect", effect},
+                {"where", where},
+                {"grade", "supported"},
+                {"alternatives", Json::array()},
+                {"statement", ""}};
   };
-  reports.report["findings"] = {make("coulomb_friction", {{"joint", "elbow"}}), make("com_error", {{"link", "fore"}}), make("coulomb_friction", {{"joint", "shoulder"}})};
+  reports.report["findings"] = {make("coulomb_friction", {{"joint", "elbow"}}), make("com_error", {{"link", "fore"}}),
+                                make("coulomb_friction", {{"joint", "shoulder"}})};
   doubt_ratios(e, ratios, &reports);
   EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
   EXPECT_EQ(reports.report["findings"][1]["grade"], "ambiguous");

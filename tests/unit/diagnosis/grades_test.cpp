@@ -6,8 +6,8 @@
 #include "diagnosis/estimate/shapley.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/findings/doubtful_constants.h"
-#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/grading.h"
+#include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/simpler_law.h"
 #include "diagnosis/report/report.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -30,7 +30,8 @@ TEST(Grades, FrictionWhoseIntervalHoldsNoneIsAmbiguous) {
 
 TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
   const Json parameters{{"coefficient", {{"value", 0.1}, {"ci95", {0.01, 0.19}}}}};
-  Json report{{"explained", 0.0}, {"findings", {{{"effect", "viscous_friction"}, {"grade", "supported"}, {"parameters", parameters}}}}};
+  Json report{{"explained", 0.0},
+              {"findings", {{{"effect", "viscous_friction"}, {"grade", "supported"}, {"parameters", parameters}}}}};
   lower_grades(&report);
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
 }
@@ -79,8 +80,13 @@ TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSi
   const auto judge = [](const char* effect, Grade of_torque) {
     Finding torque;
     torque.effect = "torque_constant_error", torque.where = {{"joint", "elbow"}}, torque.grade = of_torque;
-    if (of_torque == Grade::kAmbiguous) torque.alternatives.push_back({"mass_error", "mass", {{"link", "bob"}}, {}, ""});
-    Json report{{"findings", {{{"effect", effect}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"alternatives", Json::array()}}}}};
+    if (of_torque == Grade::kAmbiguous)
+      torque.alternatives.push_back({"mass_error", "mass", {{"link", "bob"}}, {}, ""});
+    Json report{{"findings",
+                 {{{"effect", effect},
+                   {"grade", "supported"},
+                   {"where", {{"joint", "elbow"}}},
+                   {"alternatives", Json::array()}}}}};
     doubt_unconfirmed({torque}, &report);
     return report["findings"][0];
   };
@@ -92,10 +98,17 @@ TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSi
 
 // Two sets of effects with the same hysteresis are one thing that is not told.
 TEST(Grades, WhatIsNotIdentifiableIsListedOncePerPlace) {
-  const auto entry = [](const char* effect, const char* joint) { return Json{{"effect", effect}, {"where", {{"joint", joint}}}, {"why", ""}}; };
-  Json report{{"not_identifiable", {entry("hysteresis", "shoulder"), entry("hysteresis", "elbow"), entry("hysteresis", "shoulder"), {{"effect", "restitution"}}}}};
+  const auto entry = [](const char* effect, const char* joint) {
+    return Json{{"effect", effect}, {"where", {{"joint", joint}}}, {"why", ""}};
+  };
+  Json report{{"not_identifiable",
+               {entry("hysteresis", "shoulder"),
+                entry("hysteresis", "elbow"),
+                entry("hysteresis", "shoulder"),
+                {{"effect", "restitution"}}}}};
   list_once(&report);
-  EXPECT_EQ(report["not_identifiable"], Json({entry("hysteresis", "shoulder"), entry("hysteresis", "elbow"), {{"effect", "restitution"}}}));
+  EXPECT_EQ(report["not_identifiable"],
+            Json({entry("hysteresis", "shoulder"), entry("hysteresis", "elbow"), {{"effect", "restitution"}}}));
 }
 
 TEST(Grades, WhereNothingIsReportedNoRivalExplainsAsMuchAsWhatIs) {
@@ -128,7 +141,10 @@ Json make_curve(double static_low, double speed_low, double viscous_low) {
   const auto estimate = [](double value, double low, double high) -> Json {
     return {{"value", value}, {"std", 0.0}, {"ci95", {low, high}}, {"unit", "N m"}};
   };
-  Json f{{"effect", "stribeck_friction"}, {"grade", "certain"}, {"where", {{"joint", "elbow"}}}, {"alternatives", Json::array()}};
+  Json f{{"effect", "stribeck_friction"},
+         {"grade", "certain"},
+         {"where", {{"joint", "elbow"}}},
+         {"alternatives", Json::array()}};
   f["parameters"] = {{"coulomb", estimate(0.3, 0.28, 0.32)},
                      {"static", estimate(0.33, static_low, 0.6)},
                      {"stribeck_velocity", estimate(0.012, speed_low, 0.1)},
@@ -168,7 +184,10 @@ Json make_hardening_sole(double angle, double reach) {
   const auto estimate = [](double value, double half) -> Json {
     return {{"value", value}, {"ci95", {value - half, value + half}}, {"unit", "rad"}};
   };
-  Json f{{"effect", "foot_hardening"}, {"grade", "supported"}, {"where", {{"foot", "l_foot"}}}, {"alternatives", Json::array()}};
+  Json f{{"effect", "foot_hardening"},
+         {"grade", "supported"},
+         {"where", {{"foot", "l_foot"}}},
+         {"alternatives", Json::array()}};
   f["parameters"] = {{"k_roll", estimate(330, 7)}, {"hardening_angle", estimate(angle, reach)}};
   return {{"findings", {f}}};
 }
@@ -193,8 +212,12 @@ TreeSpec make_pendulum() {
 }
 
 Json make_finding(const char* effect, const char* kind, const char* name, const char* parameter, const Json& value) {
-  return {{"effect", effect}, {"grade", "certain"}, {"where", {{kind, name}}}, {"statement", "It is so."},
-          {"parameters", {{parameter, {{"value", value}, {"std", value.is_number() ? Json(0.01) : Json{0.01, 0.01, 0.01}}}}}}};
+  return {{"effect", effect},
+          {"grade", "certain"},
+          {"where", {{kind, name}}},
+          {"statement", "It is so."},
+          {"parameters",
+           {{parameter, {{"value", value}, {"std", value.is_number() ? Json(0.01) : Json{0.01, 0.01, 0.01}}}}}}};
 }
 
 TEST(OddSizes, ACentreOfMassOutsideItsLinkIsOdd) {
@@ -230,7 +253,8 @@ TEST(OddSizes, ASpringThatIsWoundUpByMoreThanATurnIsOdd) {
 // A load of 152 kg less than a millimetre from an axis has the weight of what is missing.
 TEST(OddSizes, WhatIsHardlyPossibleIsNoAlternative) {
   Json finding = make_finding("com_error", "link", "bob", "offset", {0.0, 0.0, 0.1});
-  finding["alternatives"] = {make_finding("payload", "link", "bob", "mass", 152.0), make_finding("payload", "link", "bob", "mass", 0.2)};
+  finding["alternatives"] = {make_finding("payload", "link", "bob", "mass", 152.0),
+                             make_finding("payload", "link", "bob", "mass", 0.2)};
   Json report{{"verdict", "mostly_explained"}, {"findings", {finding}}};
   doubt_odd_sizes(make_pendulum(), &report);
   ASSERT_EQ(report["findings"][0]["alternatives"].size(), 1u);
@@ -239,8 +263,9 @@ TEST(OddSizes, WhatIsHardlyPossibleIsNoAlternative) {
 
 TEST(OddSizes, WhatIsCertainBesideAnOddSizeIsNotCertain) {
   Json report{{"verdict", "explained"},
-              {"findings", {make_finding("parallel_spring", "joint", "elbow", "stiffness", 80.0),
-                            make_finding("external_force", "link", "bob", "force", {698.0, 0.0, 0.0})}}};
+              {"findings",
+               {make_finding("parallel_spring", "joint", "elbow", "stiffness", 80.0),
+                make_finding("external_force", "link", "bob", "force", {698.0, 0.0, 0.0})}}};
   doubt_odd_sizes(make_pendulum(), &report);
   EXPECT_EQ(report["findings"][0]["grade"], "ambiguous");
   EXPECT_EQ(report["findings"][1]["grade"], "ambiguous");
@@ -289,18 +314,27 @@ TEST(Numbers, AHundredWithTwoDigitsIsPrintedAsPeopleWriteIt) {
   EXPECT_EQ(number(1.2e6, 2), "1.2e+06");
 }
 
-// A torso's mass that is not where the model has it, or a sensor's zero: until that is told, a constant torque of the waist may
-// be its weight.
+// A torso's mass that is not where the model has it, or a sensor's zero: until that is told, a constant torque of the
+// waist may be its weight.
 TEST(DoubtfulConstants, OfARobotOnItsFeetMayBeTheWeightOfAMisplacedMass) {
-  const Json torso{{"effect", "com_error"}, {"family", "mass and its place"}, {"where", {{"link", "torso"}}}, {"parameters", Json::object()}};
+  const Json torso{{"effect", "com_error"},
+                   {"family", "mass and its place"},
+                   {"where", {{"link", "torso"}}},
+                   {"parameters", Json::object()}};
   const auto grade_constant = [&](bool on_feet, const char* grade_of_zero) {
     Experiment e;
     e.scenario.floating_base = on_feet;
     Json report;
     // The torso stands twice among what the other finding may be.
     report["findings"] = {{{"effect", "sensor_bias"}, {"grade", grade_of_zero}, {"alternatives", {torso, torso}}},
-                          {{"effect", "constant_torque"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}}, {"alternatives", Json::array()}},
-                          {{"effect", "joint_offset"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}}, {"alternatives", Json::array()}}};
+                          {{"effect", "constant_torque"},
+                           {"grade", "supported"},
+                           {"where", {{"joint", "waist"}}},
+                           {"alternatives", Json::array()}},
+                          {{"effect", "joint_offset"},
+                           {"grade", "supported"},
+                           {"where", {{"joint", "waist"}}},
+                           {"alternatives", Json::array()}}};
     doubt_constants_of_masses(e, &report);
     EXPECT_EQ(report["findings"][2]["grade"], "supported");
     return report["findings"][1];
@@ -319,10 +353,18 @@ TEST(DoubtfulConstants, AZeroOfAnEffortThatAConstantTorqueCancelsMayBeThatOfTheC
   const auto grade = [&](double torque) {
     Json report;
     const auto state = [](double value) { return Json{{"value", value}, {"std", 0.3}, {"unit", "N m"}}; };
-    report["findings"] = {{{"effect", "sensor_bias"}, {"family", "zero"}, {"grade", "supported"}, {"where", {{"sensor", "/joint_states/shoulder/effort"}}},
-                           {"parameters", {{"value", state(4.0)}}}, {"alternatives", Json::array()}},
-                          {{"effect", "constant_torque"}, {"family", "zero"}, {"grade", "supported"}, {"where", {{"joint", "shoulder"}}},
-                           {"parameters", {{"torque", state(torque)}}}, {"alternatives", Json::array()}}};
+    report["findings"] = {{{"effect", "sensor_bias"},
+                           {"family", "zero"},
+                           {"grade", "supported"},
+                           {"where", {{"sensor", "/joint_states/shoulder/effort"}}},
+                           {"parameters", {{"value", state(4.0)}}},
+                           {"alternatives", Json::array()}},
+                          {{"effect", "constant_torque"},
+                           {"family", "zero"},
+                           {"grade", "supported"},
+                           {"where", {{"joint", "shoulder"}}},
+                           {"parameters", {{"torque", state(torque)}}},
+                           {"alternatives", Json::array()}}};
     doubt_constants_of_commands(e, &report);
     EXPECT_EQ(report["findings"][0]["grade"], report["findings"][1]["grade"]);
     return report["findings"][1]["grade"].get<std::string>();
@@ -337,10 +379,17 @@ TEST(OddSizes, ALimitOfTheDriveWithinTheJointsOwnFrictionMayBeThatFriction) {
   const auto grade_limit = [](double limit, const char* unit, double most_friction) {
     Json report;
     report["findings"] = {
-        {{"effect", "coulomb_friction"}, {"family", "dry friction"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}},
+        {{"effect", "coulomb_friction"},
+         {"family", "dry friction"},
+         {"grade", "supported"},
+         {"where", {{"joint", "waist"}}},
          {"parameters", {{"level", {{"value", 4.2}, {"ci95", {3.4, most_friction}}, {"unit", "N m"}}}}}},
-        {{"effect", "torque_saturation"}, {"family", "limits"}, {"grade", "supported"}, {"where", {{"joint", "waist"}}},
-         {"parameters", {{"limit", {{"value", limit}, {"ci95", {limit - 0.1, limit + 0.1}}, {"unit", unit}}}}}, {"alternatives", Json::array()}}};
+        {{"effect", "torque_saturation"},
+         {"family", "limits"},
+         {"grade", "supported"},
+         {"where", {{"joint", "waist"}}},
+         {"parameters", {{"limit", {{"value", limit}, {"ci95", {limit - 0.1, limit + 0.1}}, {"unit", unit}}}}},
+         {"alternatives", Json::array()}}};
     doubt_limits_within_friction(&report);
     return report["findings"][1]["grade"].get<std::string>();
   };

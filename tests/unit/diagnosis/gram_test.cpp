@@ -10,8 +10,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Torque [N m] of a load of 2 kg at 0.12 m beside dry friction, over a stretch in which the arm hardly turns: the columns
-// of mass and moment are nearly the same, and only the noise tells them apart.
+// Torque [N m] of a load of 2 kg at 0.12 m beside dry friction, over a stretch in which the arm hardly turns: the
+// columns of mass and moment are nearly the same, and only the noise tells them apart.
 Gram make_stretch_of_a_load(TestNoise* noise) {
   Gram gram(3);
   for (int k = 0; k < 200; ++k) {

@@ -8,7 +8,8 @@
 
 namespace hrp::diagnosis {
 
-// A disc on a vertical axis: friction, and a rotor of fifty times its inertia, take all of the effort, in whatever unit.
+// A disc on a vertical axis: friction, and a rotor of fifty times its inertia, take all of the effort, in whatever
+// unit.
 inline const std::string kDisc = R"(<robot name="disc"><link name="stand"/>
     <link name="disc"><inertial><mass value="0.1"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.002"/></inertial></link>
     <joint name="motor" type="revolute"><parent link="stand"/><child link="disc"/><axis xyz="0 0 1"/>

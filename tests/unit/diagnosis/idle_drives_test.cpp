@@ -25,10 +25,13 @@ TEST(IdleDrives, NothingIsSupportedOfARobotThatIsMovedByHandAndTheReportSaysWhy)
   const TorqueVerdict verdict = judge_torque(move_by_hand("moved_by_hand"), 1);
   for (const Finding& f : verdict.evidence.findings) EXPECT_NE(f.grade, Grade::kSupported) << f.statement;
   const auto& warnings = verdict.evidence.warnings;
-  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& w) { return w.find("by hand") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(warnings.begin(), warnings.end(),
+                          [](const std::string& w) { return w.find("by hand") != std::string::npos; }));
 }
 
-TEST(IdleDrives, DrivesThatMoveTheRobotAreNotIdle) { EXPECT_FALSE(are_drives_idle(make_torque_data(simulate_arm("moved_by_drives", make_arm_drives())))); }
+TEST(IdleDrives, DrivesThatMoveTheRobotAreNotIdle) {
+  EXPECT_FALSE(are_drives_idle(make_torque_data(simulate_arm("moved_by_drives", make_arm_drives()))));
+}
 
 }  // namespace
 }  // namespace hrp::diagnosis

@@ -25,7 +25,9 @@ Experiment make_unlogged(const std::string& name, const std::vector<size_t>& rec
 }
 
 Json diagnose(const Experiment& e) {
-  return diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {}).report;
+  return diagnose_recordings(
+             e, {}, [](const std::string&) {}, [](const Reports&) {})
+      .report;
 }
 
 // Value of a joint's first parameter; 0 if the effect was not found there.
@@ -50,12 +52,20 @@ TEST(IncompleteLogs, WithoutTheEffortOfOneJointTheOtherIsJudged) {
 
 TEST(IncompleteLogs, ATurnedEffortAndAMotionThatIsNoBetterAreToldInWords) {
   const auto make = [](const char* effect, const char* kind, const std::string& place, double value) {
-    return Json{{"effect", effect}, {"where", {{kind, place}}}, {"grade", "supported"}, {"share", 0.5}, {"weight", 0.5}, {"statement", place + ": ."},
-                {"alternatives", Json::array()}, {"parameters", {{"scale", {{"value", value}, {"unit", "1"}}}}}};
+    return Json{{"effect", effect},
+                {"where", {{kind, place}}},
+                {"grade", "supported"},
+                {"share", 0.5},
+                {"weight", 0.5},
+                {"statement", place + ": ."},
+                {"alternatives", Json::array()},
+                {"parameters", {{"scale", {{"value", value}, {"unit", "1"}}}}}};
   };
-  const Json findings{make("sensor_scale", "sensor", kElbowEffort, -1.0), make("sensor_scale", "sensor", "/joint_states/shoulder/velocity", 1.2),
+  const Json findings{make("sensor_scale", "sensor", kElbowEffort, -1.0),
+                      make("sensor_scale", "sensor", "/joint_states/shoulder/velocity", 1.2),
                       make("viscous_friction", "joint", "elbow", 2.0), make("coulomb_friction", "joint", "elbow", 1.0)};
-  const std::string text = make_terminal_text({{"verdict", "partly_explained"}, {"findings", findings}, {"motion", "The motion is not better."}});
+  const std::string text = make_terminal_text(
+      {{"verdict", "partly_explained"}, {"findings", findings}, {"motion", "The motion is not better."}});
   EXPECT_THAT(text, HasSubstr("The recorded effort has the opposite sign at sensor " + kElbowEffort + "."));
   EXPECT_THAT(text, HasSubstr("The motion is not better."));
 }
@@ -85,7 +95,8 @@ Experiment make_dropping(const std::string& name, Value value) {
   for (Recording& r : e.recordings) {
     r = cut_recording(r, 0, r.time.size() * 2 / 3);
     std::vector<double>& effort = r.joints[kShoulder].signal[static_cast<size_t>(Quantity::kEffort)];
-    for (size_t begin = 150; begin + 60 < effort.size(); begin += 280) std::fill_n(effort.begin() + static_cast<long>(begin), 60, value(effort[begin]));
+    for (size_t begin = 150; begin + 60 < effort.size(); begin += 280)
+      std::fill_n(effort.begin() + static_cast<long>(begin), 60, value(effort[begin]));
   }
   return e;
 }
@@ -95,7 +106,8 @@ void expect_left_out(const Experiment& e) {
   ASSERT_GE(found.size(), 8u);  // three in each recording; one ends near the value that it held
   for (const Dropout& d : found) EXPECT_EQ(d.end - d.begin, 60u) << d.begin;
   const Json report = diagnose(e);
-  EXPECT_NEAR(find_value(report, "rotor_inertia", "shoulder"), 0.6, 0.06) << report["findings"].dump(1);  // a tenth, as above
+  EXPECT_NEAR(find_value(report, "rotor_inertia", "shoulder"), 0.6, 0.06)
+      << report["findings"].dump(1);  // a tenth, as above
   EXPECT_NEAR(find_value(report, "coulomb_friction", "shoulder"), 1.5, 0.15);
   EXPECT_THAT(report["warnings"].dump(), HasSubstr("r0.csv (0 to 3.995 s): /joint_states/shoulder/effort is exactly"));
 }
@@ -120,7 +132,8 @@ TEST(IncompleteLogs, EffortsThatTheMotionTakesStayHoweverConstantTheyAre) {
   for (Recording& r : e.recordings) {
     double q = 0.0, v = 0.0;
     for (size_t k = 0; k < r.size(); ++k) {
-      const double t = r.time[k], effort = std::fmod(t, 1.5) > 1.1 ? 0.0 : 2.0 * std::sin(2.5 * t) + std::sin(7.0 * t + 0.3);
+      const double t = r.time[k],
+                   effort = std::fmod(t, 1.5) > 1.1 ? 0.0 : 2.0 * std::sin(2.5 * t) + std::sin(7.0 * t + 0.3);
       r.joints[0].signal[0][k] = q, r.joints[0].signal[1][k] = v, r.joints[0].signal[2][k] = effort;
       v += kStep / kInertia * (effort - kViscous * v - kDry * std::tanh(v / 0.01)), q += kStep * v;
     }

@@ -14,9 +14,10 @@ struct JointMotion {
 
 struct JointSines {
   int joints = 0;
-  double step = 0.0, seconds = 0.0;                       // [s]
-  double per_sine = 0.0, per_joint = 0.0, amplitude = 0.0;  // [rad/s] of each further sine and joint, [rad] of the first sine
-  std::function<double(int)> rest;                        // [rad] by joint, about which it swings
+  double step = 0.0, seconds = 0.0;  // [s]
+  double per_sine = 0.0, per_joint = 0.0,
+         amplitude = 0.0;           // [rad/s] of each further sine and joint, [rad] of the first sine
+  std::function<double(int)> rest;  // [rad] by joint, about which it swings
 };
 
 inline JointMotion make_joint_sines(const JointSines& of, int recording) {

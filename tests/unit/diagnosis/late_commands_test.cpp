@@ -11,14 +11,16 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Servos of an arm with friction and rotors: commands that were logged `late` [s], with or without their rates; no efforts.
+// Servos of an arm with friction and rotors: commands that were logged `late` [s], with or without their rates; no
+// efforts.
 Experiment make_logged(const std::string& name, double late, bool rates) {
   Experiment e = simulate_arm(name, make_arm_drives());
   for (Recording& r : e.recordings) {
     for (JointColumns& joint : r.joints) {
       const std::vector<double> command = joint.command, rate = joint.command_rate;
       for (size_t k = 0; k < r.size(); ++k) {
-        joint.command[k] = interpolate(r.time, command, r.time[k] - late, k), joint.command_rate[k] = interpolate(r.time, rate, r.time[k] - late, k);
+        joint.command[k] = interpolate(r.time, command, r.time[k] - late, k),
+        joint.command_rate[k] = interpolate(r.time, rate, r.time[k] - late, k);
       }
       if (!rates) joint.command_rate.clear();
       joint.signal[static_cast<size_t>(Quantity::kEffort)].clear();
@@ -29,12 +31,13 @@ Experiment make_logged(const std::string& name, double late, bool rates) {
 
 constexpr double kLateVelocity = 0.02;  // [s]
 
-// A drive with friction and a rotor of 0.05 kg m^2 swings a rod; kp 200, kd 10; no efforts. Its velocity is logged `logged_late` [s].
-// The servo damps with the velocity of `damping_late` [s] ago.
+// A drive with friction and a rotor of 0.05 kg m^2 swings a rod; kp 200, kd 10; no efforts. Its velocity is logged
+// `logged_late` [s]. The servo damps with the velocity of `damping_late` [s] ago.
 Experiment make_damped(const std::string& name, double damping_late, double logged_late = kLateVelocity) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_damped_" + name);
   std::filesystem::create_directories(folder);
-  std::ofstream(folder / "robot.urdf") << R"(<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
+  std::ofstream(folder / "robot.urdf")
+      << R"(<robot name="rod"><link name="base"/><link name="rod"><inertial><origin xyz="0.2 0 0"/><mass value="2"/>
     <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.03"/></inertial></link><joint name="hinge" type="revolute"><parent link="base"/>
     <child link="rod"/><axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="90" velocity="20"/></joint></robot>)";
   std::ofstream yaml(folder / "experiment.yaml");
@@ -49,9 +52,11 @@ Experiment make_damped(const std::string& name, double damping_late, double logg
     for (int k = 0; k < 1600; ++k) {
       const double t = 0.005 * k, v = rate(t), h = 1e-4, a = (rate(t + h) - rate(t - h)) / (2.0 * h);
       const double q = 1.2 / (3.0 + file) * std::sin((3.0 + file) * t) + 1.0 / 7.3 * std::sin(7.3 * t + file);
-      const double rod = (0.03 + 2.0 * 0.2 * 0.2) * a - 2.0 * 9.81 * 0.2 * std::cos(q);  // gravity acts along -z, the rod along x
+      const double rod =
+          (0.03 + 2.0 * 0.2 * 0.2) * a - 2.0 * 9.81 * 0.2 * std::cos(q);  // gravity acts along -z, the rod along x
       const double drive = rod + 0.05 * a + 0.1 * v + 0.3 * std::tanh(v / 0.01);
-      csv << t << "," << q + (drive + 10.0 * rate(t - damping_late)) / 200.0 << "," << q + 2e-5 * noise.draw() << "," << rate(t - logged_late) + 0.002 * noise.draw() << "\n";
+      csv << t << "," << q + (drive + 10.0 * rate(t - damping_late)) / 200.0 << "," << q + 2e-5 * noise.draw() << ","
+          << rate(t - logged_late) + 0.002 * noise.draw() << "\n";
     }
   }
   yaml.close();
@@ -69,7 +74,9 @@ TEST(LateCommands, AServoThatDampsWithItsLateVelocityHasARotorAboveZero) {
   EXPECT_LT(logged.cross[0] * logged.square[0], 0.1 * sharp.cross[0] * sharp.square[0]);
 }
 
-TEST(LateCommands, ALateLogOfTheVelocityAloneLeavesTheServoAsItIs) { EXPECT_FALSE(find_late_commands(make_damped("sharp", 0.0), 1).damps_late); }
+TEST(LateCommands, ALateLogOfTheVelocityAloneLeavesTheServoAsItIs) {
+  EXPECT_FALSE(find_late_commands(make_damped("sharp", 0.0), 1).damps_late);
+}
 
 TEST(LateCommands, AFilterOfTheServosVelocityThatNoLogShowsIsFound) {
   const LateCommands late = find_late_commands(make_damped("filter", kLateVelocity, 0.0), 1);
@@ -78,7 +85,9 @@ TEST(LateCommands, AFilterOfTheServosVelocityThatNoLogShowsIsFound) {
   EXPECT_FALSE(late.is_of_commands());
 }
 
-TEST(LateCommands, OfALogInTimeNothingIsSaid) { EXPECT_FALSE(find_late_commands(make_logged("commands_in_time", 0.0, true), 1).any()); }
+TEST(LateCommands, OfALogInTimeNothingIsSaid) {
+  EXPECT_FALSE(find_late_commands(make_logged("commands_in_time", 0.0, true), 1).any());
+}
 
 // Without the delay, no friction explains anything: it would have to drive the joints.
 TEST(LateCommands, ALogThatIsLateIsToldFromRotorsAndFriction) {
@@ -90,7 +99,8 @@ TEST(LateCommands, ALogThatIsLateIsToldFromRotorsAndFriction) {
   EXPECT_NEAR(late.delay, 0.02, 3.0 * late.std);
   EXPECT_EQ(make_late_finding(e, late)["grade"], "supported");
   const ListFit logged = fit_list(e, 1), moved = fit_list(convert_commands(e, late), 1);
-  for (size_t j = 0; j < moved.cross.size(); ++j) EXPECT_LT(moved.cross[j], 0.1 * logged.cross[j]) << j;  // tenfold: nothing is left but friction's details
+  for (size_t j = 0; j < moved.cross.size(); ++j)
+    EXPECT_LT(moved.cross[j], 0.1 * logged.cross[j]) << j;  // tenfold: nothing is left but friction's details
 }
 
 // kd (r' - q') with r' not logged: the joints seem to be driven by their friction.
@@ -103,7 +113,8 @@ TEST(LateCommands, ServosThatDampTheErrorOfTheVelocityGetItsCommandFromThePositi
   const Json finding = make_late_finding(e, late);
   EXPECT_TRUE(finding.is_null() || finding["grade"] == "ambiguous");
   const Experiment converted = convert_commands(e, late);
-  for (const JointColumns& joint : converted.recordings[0].joints) EXPECT_EQ(joint.command_rate.size(), joint.command.size());
+  for (const JointColumns& joint : converted.recordings[0].joints)
+    EXPECT_EQ(joint.command_rate.size(), joint.command.size());
 }
 
 // Recorded efforts do not depend on the log of the commands.

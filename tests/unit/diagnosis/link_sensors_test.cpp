@@ -59,7 +59,8 @@ void record(const LinkSensors& sensors, const std::vector<Effect>& hidden, Exper
       const Eigen::VectorXd value = readings.calc();
       for (const ReadingGroup& group : readings.groups()) {
         for (int i = 0; i < group.size; ++i)
-          out.other[group.name + (group.size == 1 ? "" : std::string("/") + "xyz"[i])][k] = value[group.first + i] + 0.01 * noise.draw();
+          out.other[group.name + (group.size == 1 ? "" : std::string("/") + "xyz"[i])][k] =
+              value[group.first + i] + 0.01 * noise.draw();
       }
     }
     for (const auto& column : out.other) e->other_noise[column.first] = {0.01, true};
@@ -72,7 +73,9 @@ void shift(const std::string& column, double value, Experiment* e) {
   }
 }
 
-LinkVerdict judge(const Experiment& e, const LinkSensors& sensors) { return judge_links(e, make_torque_data(e), sensors, {}); }
+LinkVerdict judge(const Experiment& e, const LinkSensors& sensors) {
+  return judge_links(e, make_torque_data(e), sensors, {});
+}
 
 TEST(LinkSensors, TorqueAndWrenchAreThoseOfRecursiveNewtonEuler) {
   const Experiment e = make_arm("rne");
@@ -101,9 +104,9 @@ TEST(LinkSensors, AHangingForearmPullsDownwardsAndAnImuAtRestPointsUp) {
   LinkReadings readings = make_link_readings(e, make_all(e), {});
   readings.move(Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero());
   const Eigen::VectorXd value = readings.calc();
-  EXPECT_NEAR(value[4], -9.81, 1e-9);         // 1 kg; force along z
-  EXPECT_NEAR(value[6], 9.81 * 0.15, 1e-9);   // its centre 0.15 m out: torque about y
-  EXPECT_NEAR(value[13], 9.81, 1e-9);         // specific force
+  EXPECT_NEAR(value[4], -9.81, 1e-9);        // 1 kg; force along z
+  EXPECT_NEAR(value[6], 9.81 * 0.15, 1e-9);  // its centre 0.15 m out: torque about y
+  EXPECT_NEAR(value[13], 9.81, 1e-9);        // specific force
 }
 
 TEST(LinkSensors, AWristWrenchNamesThePayloadBeyondIt) {
@@ -141,13 +144,18 @@ TEST(LinkSensors, ACertainBiasOfAJointsVelocityStaysBesideThem) {
   wrench.sensors = {make_at(e, LinkSensorKind::kWrench, "fore")};
   record(wrench, {}, &e);
   Reports reports;
-  reports.report = {{"verdict", "explained"}, {"fit", {{"per_signal", Json::object()}}}, {"prediction", {{"method", "simulation"}}}};
-  for (const char* key : {"mismatch", "remaining", "not_identifiable", "warnings", "unexplained"}) reports.report[key] = Json::array();
-  const Json bias = {{"effect", "sensor_bias"}, {"where", {{"sensor", "/joint_states/elbow/velocity"}}}, {"grade", "certain"},
+  reports.report = {
+      {"verdict", "explained"}, {"fit", {{"per_signal", Json::object()}}}, {"prediction", {{"method", "simulation"}}}};
+  for (const char* key : {"mismatch", "remaining", "not_identifiable", "warnings", "unexplained"})
+    reports.report[key] = Json::array();
+  const Json bias = {{"effect", "sensor_bias"},
+                     {"where", {{"sensor", "/joint_states/elbow/velocity"}}},
+                     {"grade", "certain"},
                      {"parameters", {{"value", {{"value", 0.09}, {"std", 0.001}, {"unit", "rad/s"}}}}}};
   reports.report["findings"] = Json::array({bias});
   std::set<std::string> compared;
-  add_link_evidence(e, wrench, 1, [](const std::string&) {}, &reports, &compared);
+  add_link_evidence(
+      e, wrench, 1, [](const std::string&) {}, &reports, &compared);
   ASSERT_EQ(reports.report["findings"].size(), 1u);
   EXPECT_EQ(reports.report["findings"][0]["effect"], "sensor_bias");
   EXPECT_EQ(reports.report["verdict"], "explained");
@@ -168,7 +176,8 @@ TEST(LinkSensors, ATurnedImuComesOutWithItsAnglesHoweverLarge) {
   record(all, {}, &e);
   const Vector3d rpy(0.1, -0.25, 0.15);
   const Matrix3d R = (Eigen::AngleAxisd(rpy.z(), Vector3d::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vector3d::UnitY()) *
-                      Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX())).toRotationMatrix();
+                      Eigen::AngleAxisd(rpy.x(), Vector3d::UnitX()))
+                         .toRotationMatrix();
   for (Recording& r : e.recordings) {
     for (const char* reading : {"/imu/hand/angular_velocity/", "/imu/hand/linear_acceleration/"}) {
       for (size_t k = 0; k < r.size(); ++k) {
@@ -183,7 +192,8 @@ TEST(LinkSensors, ATurnedImuComesOutWithItsAnglesHoweverLarge) {
   ASSERT_EQ(verdict.evidence.findings.size(), 1u);
   const Finding& f = verdict.evidence.findings[0];
   EXPECT_EQ(f.effect, "sensor_misalignment") << f.statement;
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(f.parameters[0].value[static_cast<size_t>(i)], rpy[i], 0.002) << f.statement;  // 1 % of 0.25 rad
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(f.parameters[0].value[static_cast<size_t>(i)], rpy[i], 0.002) << f.statement;  // 1 % of 0.25 rad
 }
 
 TEST(LinkSensors, ALateImuComesOutInTenthsOfMilliseconds) {
@@ -192,13 +202,15 @@ TEST(LinkSensors, ALateImuComesOutInTenthsOfMilliseconds) {
   record(all, {}, &e);
   for (Recording& r : e.recordings) {
     for (auto& [name, column] : r.other) {
-      if (name.rfind("/imu", 0) == 0) std::rotate(column.rbegin(), column.rbegin() + 8, column.rend());  // 40 ms at 200 Hz
+      if (name.rfind("/imu", 0) == 0)
+        std::rotate(column.rbegin(), column.rbegin() + 8, column.rend());  // 40 ms at 200 Hz
     }
   }
   const LinkVerdict verdict = judge(e, all);
   ASSERT_FALSE(verdict.evidence.findings.empty());
   EXPECT_EQ(verdict.evidence.findings[0].effect, "sensor_delay") << verdict.evidence.findings[0].statement;
-  EXPECT_NEAR(verdict.evidence.findings[0].parameters[0].value[0], 0.040, 0.0004);  // 1 %: the ends of the recordings are turned over
+  EXPECT_NEAR(verdict.evidence.findings[0].parameters[0].value[0], 0.040,
+              0.0004);  // 1 %: the ends of the recordings are turned over
 }
 
 const Finding* find(const std::vector<Finding>& list, const std::string& effect) {
@@ -211,7 +223,8 @@ const Finding* find(const std::vector<Finding>& list, const std::string& effect)
 // The load pulls at the sensor and the drive, the friction at the drive alone.
 TEST(LinkSensors, ATorqueSensorBehindTheGearTellsFrictionFromAWrongPayload) {
   const std::vector<double> load{0.5, 0.3, 0.0, 0.0, 0.0};
-  Experiment e = make_arm("friction", {{EffectId::kPayload, kFore, load}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+  Experiment e = make_arm("friction", {{EffectId::kPayload, kFore, load},
+                                       {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
                                        {EffectId::kViscous, kShoulder, {0.8}}});
   LinkSensors torque;
   torque.sensors = {make_torque(kShoulder), make_torque(kElbow)};
@@ -291,7 +304,8 @@ TEST(LinkSensors, AShiftedSecondEncoderIsNoGear) {
 // Root mean square [N m] of what the elbow's effort misses, along the motion that the torque stage takes for the links.
 double calc_missing(const Experiment& e) {
   double squares = 0.0, n = 0.0;
-  for (const TorqueRecording& r : make_torque_data(e).recordings) squares += r.missing.col(kElbow).squaredNorm(), n += static_cast<double>(r.kept());
+  for (const TorqueRecording& r : make_torque_data(e).recordings)
+    squares += r.missing.col(kElbow).squaredNorm(), n += static_cast<double>(r.kept());
   return std::sqrt(squares / n);
 }
 
@@ -323,7 +337,8 @@ TEST(LinkSensors, RatesInDegreesAndWrenchesOfTheOtherSignAreRefusedByName) {
       for (double& x : r.other.at(std::string("/imu/hand/angular_velocity/") + axis)) x *= 180.0 / M_PI;
     }
   }
-  EXPECT_THAT(catch_complaint([&] { judge(e, all); }), testing::HasSubstr("/imu/hand/angular_velocity: reads 57.3 times"));
+  EXPECT_THAT(catch_complaint([&] { judge(e, all); }),
+              testing::HasSubstr("/imu/hand/angular_velocity: reads 57.3 times"));
   for (Recording& r : turned.recordings) {
     for (const char* part : {"force/x", "force/y", "force/z", "torque/x", "torque/y", "torque/z"}) {
       for (double& x : r.other.at(std::string("/wrench/hand/") + part)) x *= -1.0;
@@ -345,16 +360,19 @@ TEST(LinkSensors, AnImuWithoutAllAxesIsComparedWithNothingAndSaysWhy) {
   imu.name = "hand", imu.link = "fore";
   e.scenario.sensors.imus.push_back(imu);
   for (Recording& r : e.recordings) r.other["/imu/hand/angular_velocity/y"].assign(r.size(), 0.1);
-  EXPECT_THAT(find_link_sensors(e).notes, testing::ElementsAre("/imu/hand is compared only with three rates and three accelerations"));
+  EXPECT_THAT(find_link_sensors(e).notes,
+              testing::ElementsAre("/imu/hand is compared only with three rates and three accelerations"));
 }
 
 TEST(LinkSensors, JointsThatTheRobotHasNotAreRefusedWithTheNearest) {
   Experiment e = make_arm("unknown");
   Experiment declared = e;
   declared.scenario.text += "sensors: {link_encoder: [elbo]}\n";
-  EXPECT_THAT(catch_complaint([&] { find_link_sensors(declared); }), testing::HasSubstr("no joint 'elbo'; did you mean 'elbow'?"));
+  EXPECT_THAT(catch_complaint([&] { find_link_sensors(declared); }),
+              testing::HasSubstr("no joint 'elbo'; did you mean 'elbow'?"));
   for (Recording& r : e.recordings) r.other["/joint_states_link/elbw/effort"].assign(r.size(), 1.0);
-  EXPECT_THAT(catch_complaint([&] { find_link_sensors(e); }), testing::HasSubstr("no joint 'elbw'; did you mean 'elbow'?"));
+  EXPECT_THAT(catch_complaint([&] { find_link_sensors(e); }),
+              testing::HasSubstr("no joint 'elbw'; did you mean 'elbow'?"));
 }
 
 }  // namespace

@@ -39,18 +39,20 @@ TEST(LoadedUnits, ASpringMovesNoUnit) {
   const Experiment e = make_amperes("loaded_spring", {{EffectId::kSpring, kShoulder, {8.0, 0.0}}});
   const std::vector<EffortUnit> units = find_effort_units(make_torque_data(e));
   ASSERT_EQ(units.size(), 2u);
-  for (const EffortUnit& u : units) EXPECT_NEAR(u.scale / kTorqueOfUnit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // as above
+  for (const EffortUnit& u : units)
+    EXPECT_NEAR(u.scale / kTorqueOfUnit[static_cast<size_t>(u.joint)], 1.0, 0.1) << u.joint;  // as above
 }
 
-// Swings about the hanging arm: weight and inertia grow with the angle, as the torque of a spring does. What they leave of the
-// torque is less than a forearm that is lighter than its model changes.
+// Swings about the hanging arm: weight and inertia grow with the angle, as the torque of a spring does. What they leave
+// of the torque is less than a forearm that is lighter than its model changes.
 TEST(LoadedUnits, AUnitThatASpringLeavesASmallPartOfTheTorqueForIsNotTold) {
   std::string hanging = kArm;
   hanging.replace(hanging.find("<axis"), 0, "<origin rpy=\"0 1.5707963 0\"/>");
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kSpring, kShoulder, {8.0, 0.0}});
   hidden.push_back({EffectId::kMassError, kFore, {0.8}});
-  for (const EffortUnit& u : find_effort_units(make_torque_data(simulate_currents("loaded_hanging", hanging, hidden, kTorqueOfUnit))))
+  for (const EffortUnit& u :
+       find_effort_units(make_torque_data(simulate_currents("loaded_hanging", hanging, hidden, kTorqueOfUnit))))
     EXPECT_EQ(u.by_others, u.joint == kShoulder) << u.joint << ": " << u.scale;
 }
 
@@ -60,8 +62,12 @@ TEST(LoadedUnits, WithoutALoadNoneIsFound) {
 }
 
 Json make_payload() {
-  return {{"effect", "payload"}, {"grade", "supported"}, {"where", {{"link", "fore"}}}, {"statement", "fore: 2 kg."},
-          {"parameters", {{"mass", {{"value", 2.0}, {"std", 0.1}, {"ci95", {1.8, 2.2}}, {"unit", "kg"}}}}}, {"alternatives", Json::array()}};
+  return {{"effect", "payload"},
+          {"grade", "supported"},
+          {"where", {{"link", "fore"}}},
+          {"statement", "fore: 2 kg."},
+          {"parameters", {{"mass", {{"value", 2.0}, {"std", 0.1}, {"ci95", {1.8, 2.2}}, {"unit", "kg"}}}}},
+          {"alternatives", Json::array()}};
 }
 
 // The mass of what it carries is in the units' hands: if the motion tells no load beside them, none is supported.
@@ -93,17 +99,24 @@ TEST(LoadedUnits, AMassThatIsToldBesideUnitsKeepsItsGradeWithAWiderInterval) {
 }
 
 Json make_of_joint(const char* effect, const char* parameter, double value, const char* unit) {
-  return {{"effect", effect}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"statement", "elbow."},
-          {"parameters", {{parameter, {{"value", value}, {"std", 0.01}, {"ci95", {value - 0.02, value + 0.02}}, {"unit", unit}}}}}, {"alternatives", Json::array()}};
+  return {{"effect", effect},
+          {"grade", "supported"},
+          {"where", {{"joint", "elbow"}}},
+          {"statement", "elbow."},
+          {"parameters",
+           {{parameter, {{"value", value}, {"std", 0.01}, {"ci95", {value - 0.02, value + 0.02}}, {"unit", unit}}}}},
+          {"alternatives", Json::array()}};
 }
 
 // Inertia of bodies in a wrong unit looks like a rotor. Nothing of bodies looks like friction.
 TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
   const Experiment e = make_amperes("loaded_friction", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.by_load = 0.3;  // or another load and unit
+  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2,
+  unit.by_load = 0.3;  // or another load and unit
   Reports reports;
-  reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m"), make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2")});
+  reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m"),
+                                            make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2")});
   doubt_beside_units(e, {unit}, &reports);
   const Json &friction = reports.report["findings"][0], &rotor = reports.report["findings"][1];
   EXPECT_EQ(friction["grade"], "supported");
@@ -130,8 +143,13 @@ TEST(UnitDoubts, ALoadThatIsHardlyToldBlursNoTorqueThatItIsASmallPartOf) {
 }
 
 Json make_load_friction(double ratio) {
-  return {{"effect", "backdriving_friction"}, {"grade", "supported"}, {"where", {{"joint", "elbow"}}}, {"statement", "elbow."},
-          {"parameters", {{"ratio", {{"value", ratio}, {"std", 0.03}, {"ci95", {ratio - 0.06, ratio + 0.06}}, {"unit", "1"}}}}}, {"alternatives", Json::array()}};
+  return {{"effect", "backdriving_friction"},
+          {"grade", "supported"},
+          {"where", {{"joint", "elbow"}}},
+          {"statement", "elbow."},
+          {"parameters",
+           {{"ratio", {{"value", ratio}, {"std", 0.03}, {"ci95", {ratio - 0.06, ratio + 0.06}}, {"unit", "1"}}}}},
+          {"alternatives", Json::array()}};
 }
 
 // A unit of 5 that may be 6.5: a third of the load's torque may be the unit's error.
@@ -154,7 +172,10 @@ TEST(LoadedUnits, APlaceThatMomentsInFittedUnitsTellIsAmbiguousWithAWiderInterva
   EffortUnit unit;
   unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.1;
   Json payload = make_payload();
-  payload["parameters"]["com"] = {{"value", {0.1, 0.0, 0.0}}, {"std", {0.001, 0.001, 0.001}}, {"ci95", {{0.098, 0.102}, {-0.002, 0.002}, {-0.002, 0.002}}}, {"unit", "m"}};
+  payload["parameters"]["com"] = {{"value", {0.1, 0.0, 0.0}},
+                                  {"std", {0.001, 0.001, 0.001}},
+                                  {"ci95", {{0.098, 0.102}, {-0.002, 0.002}, {-0.002, 0.002}}},
+                                  {"unit", "m"}};
   Reports reports;
   reports.report["findings"] = Json::array({payload});
   doubt_beside_units(e, {unit}, &reports);
@@ -167,8 +188,13 @@ TEST(LoadedUnits, APlaceThatMomentsInFittedUnitsTellIsAmbiguousWithAWiderInterva
 Json make_force(const std::vector<double>& low, const std::vector<double>& high) {
   Json ends = Json::array();
   for (size_t i = 0; i < 3; ++i) ends.push_back({low[i], high[i]});
-  return {{"effect", "external_force"}, {"grade", "supported"}, {"where", {{"link", "fore"}}}, {"statement", "fore: a constant force."},
-          {"parameters", {{"force", {{"value", {0.0, 0.0, 6.0}}, {"std", {0.5, 0.0, 0.5}}, {"ci95", ends}, {"unit", "N"}}}}}, {"alternatives", Json::array()}};
+  return {{"effect", "external_force"},
+          {"grade", "supported"},
+          {"where", {{"link", "fore"}}},
+          {"statement", "fore: a constant force."},
+          {"parameters",
+           {{"force", {{"value", {0.0, 0.0, 6.0}}, {"std", {0.5, 0.0, 0.5}}, {"ci95", ends}, {"unit", "N"}}}}},
+          {"alternatives", Json::array()}};
 }
 
 std::string grade_force(const Experiment& e, const Json& force) {
@@ -181,7 +207,8 @@ std::string grade_force(const Experiment& e, const Json& force) {
 // Half the weight of the arm is carried by nobody, or the servo is half as stiff as stated.
 TEST(UprightForces, WithoutLoggedEffortsAForceAlongGravityMayBeAWrongGain) {
   Experiment e = simulate_arm("upright", {});
-  const Json upright = make_force({-1.0, 0.0, 5.0}, {0.8, 0.0, 7.0}), slanted = make_force({2.0, 0.0, 5.0}, {4.0, 0.0, 7.0});
+  const Json upright = make_force({-1.0, 0.0, 5.0}, {0.8, 0.0, 7.0}),
+             slanted = make_force({2.0, 0.0, 5.0}, {4.0, 0.0, 7.0});
   EXPECT_EQ(grade_force(e, upright), "supported");  // efforts were logged
   for (Recording& r : e.recordings) {
     for (JointColumns& joint : r.joints) joint.signal[2].clear();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Drivers that count from another pose than the URDF, or with the other sign: told from loads and forces, which look alike.
+// Drivers that count from another pose than the URDF, or with the other sign: told from loads and forces, which look
+// alike.
 #include <gtest/gtest.h>
 
 #include "common/base/diagnostics.h"
@@ -13,7 +14,8 @@ namespace hrp::diagnosis {
 namespace {
 
 // Logs of an arm with friction and rotors, driven by its efforts, as another driver would write them.
-Experiment make_logged(const std::string& name, int joint, double offset, double sign, Hypothesis hidden = make_arm_drives()) {
+Experiment make_logged(const std::string& name, int joint, double offset, double sign,
+                       Hypothesis hidden = make_arm_drives()) {
   Experiment e = simulate_arm(name, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
@@ -29,7 +31,8 @@ Experiment make_logged(const std::string& name, int joint, double offset, double
 void expect_named_zero(double offset) {
   Experiment e = make_logged("zero_off", kShoulder, offset, 1.0);
   for (Recording& r : e.recordings) r = cut_recording(r, 0, r.time.size() * 2 / 3);  // 4 s tell it
-  const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
+  const Reports reports = diagnose_recordings(
+      e, {}, [](const std::string&) {}, [](const Reports&) {});
   double named = 0.0;
   for (const Json& f : reports.report["findings"]) {
     if (f["effect"] == "joint_offset" && f["where"]["joint"] == "shoulder") named = f["parameters"]["offset"]["value"];
@@ -53,8 +56,8 @@ Json report_zero(double offset) {
   return reports.report["findings"][0];
 }
 
-// The elbow carries the forearm alone: with another zero, and with its centre of mass turned about the axis, it moves the same
-// weight by the same torque. By a quarter turn nobody misplaces a centre of mass.
+// The elbow carries the forearm alone: with another zero, and with its centre of mass turned about the axis, it moves
+// the same weight by the same torque. By a quarter turn nobody misplaces a centre of mass.
 TEST(LogConventions, AZeroOfTheLastJointHasItsLinksTurnedCentreOfMassAsAlternative) {
   const Json small = report_zero(0.25), large = report_zero(M_PI / 2);
   EXPECT_EQ(small["grade"], "ambiguous");
@@ -88,7 +91,9 @@ TEST(LogConventions, AnAxisThatTurnsTheOtherWayIsRefusedWithItsColumn) {
 }
 
 // What the tool says of it, as a user reads it. Empty if it takes the recordings.
-std::string refuse(const Experiment& e) { return catch_complaint([&] { find_conventions(e, 1); }); }
+std::string refuse(const Experiment& e) {
+  return catch_complaint([&] { find_conventions(e, 1); });
+}
 
 // An arm on a turntable: its first axis is plumb, so that no zero stands for the way it is mounted.
 Experiment make_table(const std::string& name, double friction = 0.5) {
@@ -101,7 +106,8 @@ Experiment make_table(const std::string& name, double friction = 0.5) {
     <limit lower="-3" upper="3" effort="50" velocity="10"/></joint>
   <joint name="lift" type="revolute"><parent link="turn"/><child link="arm"/><origin xyz="0.1 0 0.2"/>
     <axis xyz="0 1 0"/><limit lower="-3" upper="3" effort="50" velocity="10"/></joint></robot>)";
-  Experiment e = make_simulated_experiment(name, urdf, {"table", "lift"}, {{EffectId::kViscous, 0, {friction}}, {EffectId::kViscous, 1, {friction}}});
+  Experiment e = make_simulated_experiment(name, urdf, {"table", "lift"},
+                                           {{EffectId::kViscous, 0, {friction}}, {EffectId::kViscous, 1, {friction}}});
   e.scenario.drive = "effort";
   return e;
 }
@@ -174,7 +180,8 @@ TEST(LogConventions, ATurnedSignIsAFindingThatNamesItsJoint) {
   EXPECT_EQ(f["where"]["sensor"], "/joint_states/lift/effort");
   EXPECT_EQ(f["parameters"]["scale"]["value"], -1.0);
   EXPECT_GT(f["share"], 0.5);
-  EXPECT_NE(f["statement"].get<std::string>().find("lift: the recorded effort has the opposite sign"), std::string::npos);
+  EXPECT_NE(f["statement"].get<std::string>().find("lift: the recorded effort has the opposite sign"),
+            std::string::npos);
 }
 
 // What a report says of a log with a turned sign, if the search in the converted recordings said this.
@@ -182,7 +189,8 @@ std::string judge_turned(const char* of_search) {
   LogConventions found;
   found.signs = {{1}};
   Reports reports;
-  reports.report = {{"verdict", of_search}, {"findings", Json::array()}, {"warnings", Json::array()}, {"model", Json::array()}};
+  reports.report = {
+      {"verdict", of_search}, {"findings", Json::array()}, {"warnings", Json::array()}, {"model", Json::array()}};
   add_conventions(make_table("sign_judged"), found, &reports);
   return reports.report["verdict"];
 }

@@ -24,7 +24,9 @@ Experiment make_position_log(const std::string& name, const Hypothesis& hidden, 
 
 // With friction in both joints.
 TorqueVerdict judge_late_elbow(const std::string& name, double delay) {
-  const Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kDelay, kElbow, {delay}}};
+  const Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+                          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
+                          {EffectId::kDelay, kElbow, {delay}}};
   return judge_torque(make_position_log(name, hidden, 2e-3), 1);
 }
 
@@ -36,19 +38,23 @@ TEST(LoneDelay, IsSupportedWhereFrictionAndRotorLeaveTwiceAsMuch) {
   EXPECT_NEAR(f->parameters[0].value[0], 0.03, 2.0 * f->parameters[0].std[0]) << f->statement;
 }
 
-// Two fifths of the delay: what friction and rotor cannot do falls with its square, and is lost beside the encoder's steps.
+// Two fifths of the delay: what friction and rotor cannot do falls with its square, and is lost beside the encoder's
+// steps.
 TEST(LoneDelay, ThatFrictionAndRotorFitNearlyAsWellNamesThem) {
   const TorqueVerdict verdict = judge_late_elbow("lone_delay_little", 0.012);
   const Finding* f = find(verdict, "command_delay", "elbow");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
-  EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "viscous_friction"; }));
+  EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(),
+                          [](const Alternative& a) { return a.effect == "viscous_friction"; }));
 }
 
 // Viscous friction of both joints, whose servos have the same kp of 200 N m/rad.
 TorqueVerdict judge_viscous(const std::string& name, double shoulder, double elbow) {
-  const Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
-                          {EffectId::kViscous, kShoulder, {shoulder}}, {EffectId::kViscous, kElbow, {elbow}}};
+  const Hypothesis hidden{{EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+                          {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
+                          {EffectId::kViscous, kShoulder, {shoulder}},
+                          {EffectId::kViscous, kElbow, {elbow}}};
   return judge_torque(make_position_log(name, hidden, 1e-4), 1);
 }
 
@@ -58,7 +64,8 @@ TEST(LoneDelay, ViscousFrictionInOneProportionToTheGainsMayBeOneDelay) {
     const Finding* f = find(verdict, "viscous_friction", joint);
     ASSERT_NE(f, nullptr);
     EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
-    EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "command_delay"; }));
+    EXPECT_TRUE(std::any_of(f->alternatives.begin(), f->alternatives.end(),
+                            [](const Alternative& a) { return a.effect == "command_delay"; }));
   }
 }
 

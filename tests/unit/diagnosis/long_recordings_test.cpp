@@ -68,7 +68,8 @@ TEST(LongRecordings, OfRobotsOnTheirFeetAreSearchedOnTwoMinutesAThirdOfThemHeldO
   const Experiment e = make_standing(600.0);
   ASSERT_GT(calc_joint_seconds(e), calc_searched(e));
   double fitted = 0.0, held = 0.0;
-  for (const Recording& r : make_screened(e, calc_searched(e)).recordings) (r.spec.train ? fitted : held) += r.duration();
+  for (const Recording& r : make_screened(e, calc_searched(e)).recordings)
+    (r.spec.train ? fitted : held) += r.duration();
   EXPECT_NEAR(fitted, 80.0, 0.1);  // whole pieces of 10 s, to a sample each
   EXPECT_NEAR(held, 40.0, 0.1);
   const Experiment minute = make_standing(30.0);
@@ -97,7 +98,8 @@ Recording lose(const Recording& r, const std::function<bool(double)>& lost) {
 
 TEST(RecordingsWithGaps, FallIntoTheirPartsAndSaySo) {
   std::vector<std::string> warnings;
-  const std::vector<Recording> parts = cut_at_gaps(lose(make_recording(), [](double t) { return t > 49.995 && t < 51.995; }), &warnings);
+  const std::vector<Recording> parts =
+      cut_at_gaps(lose(make_recording(), [](double t) { return t > 49.995 && t < 51.995; }), &warnings);
   ASSERT_EQ(parts.size(), 2u);
   EXPECT_DOUBLE_EQ(parts[0].time.back(), 49.99);
   EXPECT_DOUBLE_EQ(parts[1].time.front(), 52.0);
@@ -111,14 +113,17 @@ TEST(RecordingsWithGaps, LoseWhatIsTooShortToTellAnything) {
   std::vector<std::string> warnings;
   const auto lost = [](double t) { return (t > 9.995 && t < 11.995) || (t > 12.505 && t < 14.995); };
   ASSERT_EQ(cut_at_gaps(lose(make_recording(), lost), &warnings).size(), 2u);
-  EXPECT_EQ(warnings[0], "long.csv: 2 gaps, the first without samples from 9.99 to 12 s: nothing is carried across; 0.5 s in parts "
-                         "shorter than a second are left out");
+  EXPECT_EQ(warnings[0],
+            "long.csv: 2 gaps, the first without samples from 9.99 to 12 s: nothing is carried across; 0.5 s in parts "
+            "shorter than a second are left out");
 }
 
 // Of a recording that has no second without a gap, nothing would be left.
 TEST(RecordingsWithGaps, StayWholeWhereTheGapsAreShortOrEverywhere) {
   std::vector<std::string> warnings;
-  const auto pause = [](double period, double silent) { return [=](double t) { return std::fmod(t + 0.005, period) < silent; }; };
+  const auto pause = [](double period, double silent) {
+    return [=](double t) { return std::fmod(t + 0.005, period) < silent; };
+  };
   EXPECT_EQ(cut_at_gaps(make_recording(), &warnings).size(), 1u);
   EXPECT_EQ(cut_at_gaps(lose(make_recording(), pause(0.5, 0.08)), &warnings).size(), 1u);
   EXPECT_EQ(cut_at_gaps(lose(make_recording(), pause(0.5, 0.2)), &warnings).size(), 1u);
@@ -161,7 +166,8 @@ TEST(LongRecordings, ShapeOfATextIsKnownFromItsBegin) {
   EXPECT_NEAR(shape.rows, 5000.0, 500.0);  // later lines have a digit or two more
 }
 
-// A search by simulation of twenty minutes of an arm would take an hour. Torques along the motion are judged on all of it.
+// A search by simulation of twenty minutes of an arm would take an hour. Torques along the motion are judged on all of
+// it.
 TEST(LongRecordings, AreFittedBySimulationInTheirRichestTenMinutesOfAllJoints) {
   Experiment e = make_simulated_experiment("long_fit", kArm, {"shoulder", "elbow"}, {});
   const Problem shorter = make_problem(e, 2);

@@ -41,15 +41,18 @@ TEST(LooseGearsNightly, PlayIsToldBesideFrictionAndAMassThatWereFittedWithoutIt)
 // The model has the right drives, but for what is hidden at the elbow in the place of its rigid rotor, or beside it.
 std::vector<LooseGear> find_with(const char* name, const Effect& hidden, bool beside = false) {
   Hypothesis truth = make_rigid_drives();
-  if (beside) truth.push_back(hidden);
-  else truth.back() = hidden;
+  if (beside)
+    truth.push_back(hidden);
+  else
+    truth.back() = hidden;
   const Experiment e = make_simulated_experiment(name, make_flat_arm(), {"shoulder", "elbow"}, truth);
   Hypothesis model = make_rigid_drives();
   return find_all_loose_gears(make_problem(e, 2), &model);
 }
 
 TEST(LooseGearsNightly, PlayOfTenMilliradiansIsToldWithItsGap) {
-  const std::vector<LooseGear> found = find_with("loose_play", {EffectId::kBacklash, kElbow, {0.01, 3000.0, 3.0, 0.05}});
+  const std::vector<LooseGear> found =
+      find_with("loose_play", {EffectId::kBacklash, kElbow, {0.01, 3000.0, 3.0, 0.05}});
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].law().id, EffectId::kBacklash);
   EXPECT_EQ(found[0].law().place, at_joint(kElbow));
@@ -70,7 +73,9 @@ TEST(LooseGears, NoGearIsLooseWhereAnotherLawIsMissing) {
   EXPECT_TRUE(find_with("loose_texture", {EffectId::kCogging, kElbow, {0.3, 9.0, 0.5}}, true).empty());
   EXPECT_TRUE(find_with("loose_load", {EffectId::kLoadFriction, kElbow, {0.3, 5e-4}}, true).empty());
   EXPECT_TRUE(find_with("loose_delay", {EffectId::kDelay, kElbow, {0.012}}, true).empty());
-  EXPECT_TRUE(find_with("loose_payload", {EffectId::kPayload, at_link(kFore), {0.3, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0}}, true).empty());
+  EXPECT_TRUE(
+      find_with("loose_payload", {EffectId::kPayload, at_link(kFore), {0.3, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0}}, true)
+          .empty());
 }
 
 // 2 sqrt(600 * 0.16) is 19.6 N m s/rad.
@@ -84,8 +89,9 @@ TEST(LooseGears, NoGearIsLooseInARobotOfRigidGears) {
   EXPECT_TRUE(find_with("loose_nothing", make_rigid_drives().back()).empty());
 }
 
-// What was fitted with a rigid gear has made up for its play: here the shoulder's rotor and friction are off. The gap lies
-// between the usual starts of a fit, 10 and 30 mrad: the play was not found there, and the shoulder got one in its place.
+// What was fitted with a rigid gear has made up for its play: here the shoulder's rotor and friction are off. The gap
+// lies between the usual starts of a fit, 10 and 30 mrad: the play was not found there, and the shoulder got one in its
+// place.
 TEST(LooseGears, TheWholeRobotIsFittedAgainBesideThem) {
   Hypothesis truth = make_rigid_drives();
   truth.back() = {EffectId::kBacklash, kElbow, {0.02, 3000.0, 3.0, 0.05}};

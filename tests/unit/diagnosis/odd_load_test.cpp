@@ -59,7 +59,8 @@ Experiment make_taken_up(const std::string& name, const std::vector<double>& tim
   for (size_t r = 0; r < e.recordings.size(); ++r) {
     for (size_t k = 0; k < e.recordings[r].size(); ++k) {
       for (size_t j = 0; j < e.recordings[r].joints.size() && e.recordings[r].time[k] > times[r]; ++j) {
-        for (size_t q = 0; q < kQuantities; ++q) e.recordings[r].joints[j].signal[q][k] = with.recordings[r].joints[j].signal[q][k];
+        for (size_t q = 0; q < kQuantities; ++q)
+          e.recordings[r].joints[j].signal[q][k] = with.recordings[r].joints[j].signal[q][k];
       }
     }
   }
@@ -78,7 +79,8 @@ TEST(OddLoad, ALoadThatIsTakenUpWithinARecordingIsFoundFromThenOn) {
   EXPECT_EQ(odd->link, kFore);
   EXPECT_NEAR(odd->mass, kMass, 3.0 * odd->std);
   EXPECT_TRUE(odd->leave_out);
-  for (const Recording& r : leave_out(e, *odd).recordings) EXPECT_TRUE(r.spec.file != odd->parts[0].file || r.time.back() < 3.0);
+  for (const Recording& r : leave_out(e, *odd).recordings)
+    EXPECT_TRUE(r.spec.file != odd->parts[0].file || r.time.back() < 3.0);
 }
 
 // A short recording has no piece left that is long enough: all training recordings were gone, and the search crashed.
@@ -120,7 +122,8 @@ TEST(OddLoad, TheReportNamesTheLoadWithItsRecordingAndTheModelIsThatOfTheOthers)
   const Experiment e = make_mixed("odd_load_report", {0});
   DiagnosisOptions options;
   options.patience = 0.02;
-  const Reports reports = diagnose_recordings(e, options, [](const std::string&) {}, [](const Reports&) {});
+  const Reports reports = diagnose_recordings(
+      e, options, [](const std::string&) {}, [](const Reports&) {});
   int loads = 0;
   for (const Json& f : reports.report["findings"]) {
     if (f["effect"] != "payload") continue;

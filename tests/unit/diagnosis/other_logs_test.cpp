@@ -31,7 +31,8 @@ void thin(size_t kept, Experiment* e) {
       column->resize((size + kept - 1) / kept);
     };
     for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+      for (std::vector<double>* column :
+           {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
         thin_column(column);
     }
     thin_column(&r.time);
@@ -50,8 +51,8 @@ bool lists(const TorqueVerdict& verdict, const std::string& family, const std::s
 }
 
 // A delay of 48 ms in the place of rotor and gear fits three recordings of a voltage drive by a hundredth better and
-// misses the fourth by half more. Of gear and rotor, which the full rate shows, 21 independent samples tell no more than
-// that a loss grows with speed.
+// misses the fourth by half more. Of gear and rotor, which the full rate shows, 21 independent samples tell no more
+// than that a loss grows with speed.
 TEST(OtherLogs, OfAServoAtHalfTheRateTheLossThatGrowsWithSpeedIsListedAndNoDelayHidesIt) {
   std::optional<Experiment> e = load_real("bam_xl330_kp100");
   if (!e) GTEST_SKIP() << "../shared/recordings is not there";
@@ -61,8 +62,8 @@ TEST(OtherLogs, OfAServoAtHalfTheRateTheLossThatGrowsWithSpeedIsListedAndNoDelay
   EXPECT_GT(verdict.evidence.explained, 0.7);  // 0.75; 0.89 at the full rate; 0.37 with the delay
 }
 
-// Its drive gives a tenth less than it says. Rounding is a third of the encoder's noise after the filter: which model is
-// best changes, what may be there does not.
+// Its drive gives a tenth less than it says. Rounding is a third of the encoder's noise after the filter: which model
+// is best changes, what may be there does not.
 TEST(OtherLogs, OfAPendulumWithACoarserEncoderTheDrivesGainIsStillListed) {
   std::optional<Experiment> e = load_real("dfki_simple_pendulum");
   if (!e) GTEST_SKIP() << "../shared/recordings is not there";
@@ -75,8 +76,8 @@ TEST(OtherLogs, OfAPendulumWithACoarserEncoderTheDrivesGainIsStillListed) {
   EXPECT_TRUE(lists(verdict, "gain", "shoulder"));
 }
 
-// Every fourth sample: a log that holds commands for 20 ms delays them by 10. A delay of 18 ms of every joint took the place
-// of friction and rotors, supported.
+// Every fourth sample: a log that holds commands for 20 ms delays them by 10. A delay of 18 ms of every joint took the
+// place of friction and rotors, supported.
 TEST(OtherLogs, OfARealRobotLoggedSlowlyNoDelayOfOnePeriodIsSupportedAndRotorsStay) {
   std::optional<Experiment> e = load_real("go2_hanging");
   if (!e) GTEST_SKIP() << "../shared/recordings is not there";

@@ -36,8 +36,8 @@ double calc_waves(double t) { return 0.8 * std::sin(2.1 * t) + 0.5 * std::sin(5.
 
 // What differs between pendulums, and how they start.
 struct Swing {
-  double speed = 0.0, size = 1.0;       // [rad/s] at the start, and factor on its angles
-  double rotor = kRotor, zero = 0.0;    // [kg m^2, rad] inertia beside the link's; the encoder reads that much too much
+  double speed = 0.0, size = 1.0;     // [rad/s] at the start, and factor on its angles
+  double rotor = kRotor, zero = 0.0;  // [kg m^2, rad] inertia beside the link's; the encoder reads that much too much
 };
 
 // Writes 20 s at 100 Hz by an encoder of 4096 steps a turn. `key`: column of the torque; empty for none.
@@ -56,12 +56,14 @@ void write_swing(const fs::path& file, double q, const Swing& swing, Torque torq
       csv << "\n";
     }
     const double friction = kViscousFriction * qd + kDryFriction * std::tanh(qd / 0.002);
-    qd += kStep * (torque(t) - friction - kMass * kGravity * kLength * std::sin(q)) / about_hinge;  // semi-implicit Euler
+    qd +=
+        kStep * (torque(t) - friction - kMass * kGravity * kLength * std::sin(q)) / about_hinge;  // semi-implicit Euler
     q += kStep * qd;
   }
 }
 
-Experiment make_experiment(const std::string& name, Torque torque, const std::string& key, const std::string& keys, const Swing& swing = {}) {
+Experiment make_experiment(const std::string& name, Torque torque, const std::string& key, const std::string& keys,
+                           const Swing& swing = {}) {
   const fs::path folder = fs::temp_directory_path() / ("hrp_passive_" + name);
   fs::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kPendulum;
@@ -102,7 +104,8 @@ Experiment make_pushed_cart() {
       const double t = k * kStep, swing = 0.10 * std::sin(slow * t), shake = 0.03 * std::sin(fast * t);
       if (k % 100 == 0) csv << t << "," << swing + shake << "," << q << "\n";
       const double hand = -slow * slow * swing - fast * fast * shake;
-      qd += kStep * (kMoment * (std::cos(q) * hand - kGravity * std::sin(q)) - kViscousFriction * qd) / (kInertia + kMoment * kLength);
+      qd += kStep * (kMoment * (std::cos(q) * hand - kGravity * std::sin(q)) - kViscousFriction * qd) /
+            (kInertia + kMoment * kLength);
       q += kStep * qd;
     }
     yaml += "- {file: " + file + ", unknown_force: [slide], role: " + (r < 1 ? "train" : "validate") + "}\n";
@@ -120,13 +123,15 @@ const Finding* find(const TorqueVerdict& verdict, const std::string& effect) {
   return nullptr;
 }
 
-// A servo without power: its rotor turns with the pendulum. Before, a share of gravity and a moved centre of mass took mass
-// and weight away, which explains any motion.
+// A servo without power: its rotor turns with the pendulum. Before, a share of gravity and a moved centre of mass took
+// mass and weight away, which explains any motion.
 TEST(PassiveJoints, AFreePendulumHasFrictionAndARotorAndKeepsItsMass) {
   const TorqueVerdict verdict = judge_torque(make_free_swing(), 1);
   ASSERT_TRUE(verdict.judged);
   EXPECT_EQ(verdict.evidence.findings.size(), 3u);
-  for (const auto& [effect, truth] : {std::pair{"viscous_friction", kViscousFriction}, {"coulomb_friction", kDryFriction}, {"rotor_inertia", kRotor}}) {
+  for (const auto& [effect, truth] : {std::pair{"viscous_friction", kViscousFriction},
+                                      {"coulomb_friction", kDryFriction},
+                                      {"rotor_inertia", kRotor}}) {
     const Finding* f = find(verdict, effect);
     ASSERT_NE(f, nullptr) << effect;
     // 15 %: the filtered encoder smears the reversals, at which the two laws differ.
@@ -143,32 +148,36 @@ TEST(PassiveJoints, WhatIsMissingAtAJointWithoutADriveIsTheTorqueThatItsMotionTa
   EXPECT_LT(missing, kMass * kGravity * kLength);
 }
 
-// At 60 rad/s its weight pulls with 10 Hz, which the filter takes out of the efforts, but not out of the sine of a filtered
-// angle. Before, that sine was all that was missing.
+// At 60 rad/s its weight pulls with 10 Hz, which the filter takes out of the efforts, but not out of the sine of a
+// filtered angle. Before, that sine was all that was missing.
 TEST(PassiveJoints, OfAPendulumThatTurnsOverFasterThanTheFilterFrictionIsFound) {
-  const TorqueVerdict verdict = judge_torque(make_experiment("over", &calc_none, "", "unactuated: [hinge]\n", {60.0}), 1);
+  const TorqueVerdict verdict =
+      judge_torque(make_experiment("over", &calc_none, "", "unactuated: [hinge]\n", {60.0}), 1);
   const Finding* f = find(verdict, "viscous_friction");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
-  EXPECT_NEAR(f->parameters[0].value[0], kViscousFriction, 0.1 * kViscousFriction) << f->statement;  // dry friction is a tenth of it
+  // Dry friction is a tenth of it
+  EXPECT_NEAR(f->parameters[0].value[0], kViscousFriction, 0.1 * kViscousFriction) << f->statement;
   EXPECT_GT(verdict.evidence.explained, 0.9);
 }
 
-// A free pendulum's angle accelerates in proportion to itself. A spring was named alone, where the link had less inertia than
-// the model and the encoder another zero: neither fits without the other.
+// A free pendulum's angle accelerates in proportion to itself. A spring was named alone, where the link had less
+// inertia than the model and the encoder another zero: neither fits without the other.
 TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromLessInertia) {
   constexpr double kLess = 0.003;  // [kg m^2]
-  const TorqueVerdict verdict = judge_torque(make_experiment("quick", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, -kLess, 0.02}), 1);
+  const TorqueVerdict verdict =
+      judge_torque(make_experiment("quick", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, -kLess, 0.02}), 1);
   const Finding* spring = find(verdict, "parallel_spring");
   ASSERT_NE(spring, nullptr);
   EXPECT_EQ(spring->grade, Grade::kAmbiguous) << spring->statement;
-  const auto less = std::find_if(spring->alternatives.begin(), spring->alternatives.end(), [](const Alternative& a) { return a.effect == "inertia_error"; });
+  const auto less = std::find_if(spring->alternatives.begin(), spring->alternatives.end(),
+                                 [](const Alternative& a) { return a.effect == "inertia_error"; });
   ASSERT_NE(less, spring->alternatives.end()) << spring->statement;
   EXPECT_NEAR(less->parameters[0].value[0], 1.0 - kLess / kInertia, 0.15) << spring->statement;
 }
 
-// A free pendulum shows its inertia over its moment alone. A rotor at its hinge was `supported`, and named without the link's
-// inertia or a longer rod, of which the model's makers may have known less.
+// A free pendulum shows its inertia over its moment alone. A rotor at its hinge was `supported`, and named without the
+// link's inertia or a longer rod, of which the model's makers may have known less.
 TEST(PassiveJoints, ARotorAtAFreeHingeIsNotToldFromTheLinksInertia) {
   const TorqueVerdict verdict = judge_torque(make_free_swing(), 1);
   const Finding* rotor = find(verdict, "rotor_inertia");
@@ -181,10 +190,13 @@ TEST(PassiveJoints, ARotorAtAFreeHingeIsNotToldFromTheLinksInertia) {
   };
   EXPECT_NEAR(parameter("inertia_error", 0), (kInertia + kRotor) / kInertia, 0.5) << rotor->statement;
   const double length = kLength - parameter("com_error", 2);
-  EXPECT_NEAR((kInertia + kMass * length * length) / (kMass * length), (kInertia + kRotor + kMass * kLength * kLength) / (kMass * kLength), 0.03) << rotor->statement;
+  EXPECT_NEAR((kInertia + kMass * length * length) / (kMass * length),
+              (kInertia + kRotor + kMass * kLength * kLength) / (kMass * kLength), 0.03)
+      << rotor->statement;
 }
 
-// All of a model's mass at the end of its rod has no inertia to lose, but the rod may be shorter. A spring was `supported`.
+// All of a model's mass at the end of its rod has no inertia to lose, but the rod may be shorter. A spring was
+// `supported`.
 TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
   constexpr double kRod = 0.36, kPoint = 1e-5;  // [m, kg m^2] of the model
   Experiment e = make_experiment("short", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, 0.0, 0.02});
@@ -194,16 +206,19 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
   const Finding* spring = find(verdict, "parallel_spring");
   ASSERT_NE(spring, nullptr);
   EXPECT_EQ(spring->grade, Grade::kAmbiguous) << spring->statement;
-  const auto nearer = std::find_if(spring->alternatives.begin(), spring->alternatives.end(), [](const Alternative& a) { return a.effect == "com_error"; });
+  const auto nearer = std::find_if(spring->alternatives.begin(), spring->alternatives.end(),
+                                   [](const Alternative& a) { return a.effect == "com_error"; });
   ASSERT_NE(nearer, spring->alternatives.end()) << spring->statement;
-  const double length = (kInertia + kMass * kLength * kLength) / (kMass * kLength);  // of a point mass that swings alike
+  const double length =
+      (kInertia + kMass * kLength * kLength) / (kMass * kLength);  // of a point mass that swings alike
   EXPECT_NEAR(kRod - nearer->parameters[0].value[2], length, 0.01) << spring->statement;
 }
 
 // True if a warning of the verdict on this experiment contains the word.
 bool warns_of(const Experiment& e, const std::string& word) {
   const TorqueVerdict verdict = judge_torque(e, 1);
-  return std::any_of(verdict.evidence.warnings.begin(), verdict.evidence.warnings.end(), [&](const std::string& w) { return w.find(word) != std::string::npos; });
+  return std::any_of(verdict.evidence.warnings.begin(), verdict.evidence.warnings.end(),
+                     [&](const std::string& w) { return w.find(word) != std::string::npos; });
 }
 
 // The hand's force on the cart was taken for one on the pole: friction that the pole's swings show was doubted.
@@ -214,10 +229,12 @@ TEST(PassiveJoints, AHandThatPushesTheCartDoesNotHoldItsPole) {
   EXPECT_EQ(friction->where["joint"], "hinge");
   EXPECT_EQ(friction->statement.find("another force"), std::string::npos) << friction->statement;
   EXPECT_NEAR(friction->parameters[0].value[0], kViscousFriction, 0.15 * kViscousFriction) << friction->statement;
-  for (const std::string& warning : verdict.evidence.warnings) EXPECT_EQ(warning.find("by hand"), std::string::npos) << warning;
+  for (const std::string& warning : verdict.evidence.warnings)
+    EXPECT_EQ(warning.find("by hand"), std::string::npos) << warning;
 }
 
-// In degrees its weight and inertia do not cancel, as if somebody moved it; and efforts that nothing can log were asked for.
+// In degrees its weight and inertia do not cancel, as if somebody moved it; and efforts that nothing can log were asked
+// for.
 TEST(PassiveJoints, AFreePendulumLoggedInDegreesIsSaidToBe) {
   Experiment e = make_experiment("degrees", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.05});
   EXPECT_FALSE(warns_of(e, "degrees"));
@@ -227,8 +244,8 @@ TEST(PassiveJoints, AFreePendulumLoggedInDegreesIsSaidToBe) {
   EXPECT_TRUE(warns_of(e, "degrees"));
 }
 
-// The share of a passive torque that is left is small where the torque is large: a pendulum that hangs, pushed by a hand, was
-// taken for one that lies, and refused.
+// The share of a passive torque that is left is small where the torque is large: a pendulum that hangs, pushed by a
+// hand, was taken for one that lies, and refused.
 TEST(PassiveJoints, APendulumThatIsPushedHangsAsTheModelSays) {
   const Experiment e = make_experiment("pushed", &calc_pushes, "", "unactuated: [hinge]\n", {0.0, 0.1});
   EXPECT_NO_THROW(find_conventions(e, 1));
@@ -246,19 +263,24 @@ TEST(PassiveJoints, ChecksDoNotSpeakOfADriveThatIsNotThere) {
 // A sensor on the motor, and an encoder whose steps hide the motion: noise only adds to the rate of the position.
 TEST(PassiveJoints, ChecksSayThatAVelocityIsMuchFasterThanACoarsePosition) {
   Experiment e = make_free_swing();
-  const auto says = [&] { return make_checks(e, e)["remarks"].dump().find("so many times the rate of the position") != std::string::npos; };
+  const auto says = [&] {
+    return make_checks(e, e)["remarks"].dump().find("so many times the rate of the position") != std::string::npos;
+  };
   EXPECT_FALSE(says());
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[0];
     joint.signal[1].resize(r.size());
-    for (size_t k = 0; k < r.size(); ++k) joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] = 5.0 * std::sin(0.3 * static_cast<double>(k));
+    for (size_t k = 0; k < r.size(); ++k)
+      joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] = 5.0 * std::sin(0.3 * static_cast<double>(k));
   }
   EXPECT_TRUE(says());
 }
 
 TEST(PassiveJoints, ChecksSayThatNothingIsHeldOut) {
   Experiment e = make_free_swing();
-  const auto says = [&] { return make_checks(e, e)["remarks"].dump().find("no recording is held out") != std::string::npos; };
+  const auto says = [&] {
+    return make_checks(e, e)["remarks"].dump().find("no recording is held out") != std::string::npos;
+  };
   EXPECT_FALSE(says());
   for (Recording& r : e.recordings) r.spec.train = true;
   EXPECT_TRUE(says());
@@ -266,7 +288,8 @@ TEST(PassiveJoints, ChecksSayThatNothingIsHeldOut) {
 
 TEST(PassiveJoints, ACommandedEffortStandsInForOneThatWasNotLogged) {
   const std::string command = "/joint_commands/hinge/effort", state = "/joint_states/hinge/effort";
-  const Experiment commanded = make_experiment("command", &calc_waves, command, ""), logged = make_experiment("log", &calc_waves, state, "");
+  const Experiment commanded = make_experiment("command", &calc_waves, command, ""),
+                   logged = make_experiment("log", &calc_waves, state, "");
   const size_t effort = static_cast<size_t>(Quantity::kEffort);
   EXPECT_EQ(commanded.recordings[0].joints[0].signal[effort], logged.recordings[0].joints[0].signal[effort]);
   bool said = false;

@@ -8,12 +8,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kInLog = 0.6;  // [N m] of a log
+constexpr double kInLog = 0.6;                                     // [N m] of a log
 constexpr double kAmplitude = 1.2, kPeriods = 36.6, kPhase = 1.0;  // [N m], [1/rad] as of no number of poles, [rad]
 
 Experiment make_arm(const std::string& name, bool ripples) {
-  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-                    {EffectId::kViscous, kElbow, {0.4}}, {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.8}},
+                    {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {0.4}},
+                    {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}},
                     {EffectId::kRotorInertia, kElbow, {0.3}}};
   if (ripples) hidden.push_back({EffectId::kCogging, kElbow, {kAmplitude, kPeriods, kPhase}});
   return simulate_arm(name, hidden);
@@ -25,7 +27,8 @@ Recording make_still(Recording r) {
   for (JointColumns& joint : r.joints) {
     std::vector<std::vector<double>*> columns{&joint.command, &joint.command_rate};
     for (std::vector<double>& signal : joint.signal) columns.push_back(&signal);
-    for (std::vector<double>* column : columns) std::fill(column->begin(), column->end(), column->empty() ? 0.0 : (*column)[at]);
+    for (std::vector<double>* column : columns)
+      std::fill(column->begin(), column->end(), column->empty() ? 0.0 : (*column)[at]);
   }
   return r;
 }
@@ -51,7 +54,8 @@ TEST(Ripples, ThatTheServosLawFindsInTheLogAreNoTorqueOnTheJoint) {
   Experiment e = make_arm("ripple_of_log", false);
   const auto add_ripple = [](Recording* r) {
     JointColumns& elbow = r->joints[kElbow];
-    for (size_t k = 0; k < r->size(); ++k) elbow.signal[2][k] += kInLog * std::sin(kPeriods * elbow.signal[0][k] + kPhase);
+    for (size_t k = 0; k < r->size(); ++k)
+      elbow.signal[2][k] += kInLog * std::sin(kPeriods * elbow.signal[0][k] + kPhase);
   };
   for (int copies = 0; copies < 4; ++copies) e.recordings.push_back(make_still(e.recordings[0]));
   const TorqueData clean = make_torque_data(e);
@@ -76,9 +80,11 @@ TEST(Ripples, AreReportedWithTheAmplitudeAndPhaseOfTheSimulatorsLaw) {
     if (f.effect != "cogging") continue;
     named = true;
     EXPECT_EQ(f.where.at("joint"), "elbow");
-    EXPECT_NEAR(f.parameters[0].value[0], kAmplitude, 0.1 * kAmplitude);  // smoothing takes up to a tenth of what changes fast
+    EXPECT_NEAR(f.parameters[0].value[0], kAmplitude,
+                0.1 * kAmplitude);  // smoothing takes up to a tenth of what changes fast
     const double off = f.parameters[2].value[0] - kPhase;
-    EXPECT_NEAR(off - 2.0 * M_PI * std::round(off / (2.0 * M_PI)), 0.0, 0.3);  // half a period of 0.5 1/rad off over 1.2 rad
+    EXPECT_NEAR(off - 2.0 * M_PI * std::round(off / (2.0 * M_PI)), 0.0,
+                0.3);  // half a period of 0.5 1/rad off over 1.2 rad
   }
   EXPECT_TRUE(named);
 }

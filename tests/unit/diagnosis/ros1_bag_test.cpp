@@ -49,7 +49,9 @@ class Wire1 {
     return *this;
   }
   Wire1& header(uint32_t seq, double t) { return put(seq).time(t).put(std::string("base")); }
-  Wire1& time(double t) { return put(kEpoch + static_cast<uint32_t>(t)).put(static_cast<uint32_t>(std::llround(std::fmod(t, 1.0) * 1e9))); }
+  Wire1& time(double t) {
+    return put(kEpoch + static_cast<uint32_t>(t)).put(static_cast<uint32_t>(std::llround(std::fmod(t, 1.0) * 1e9)));
+  }
   const std::string& text() const { return text_; }
 
  private:
@@ -60,8 +62,12 @@ template <typename Number>
 std::string make_field(const std::string& name, Number value) {
   return Wire1().put(name + "=" + Wire1().put(value).text()).text();
 }
-std::string make_text_field(const std::string& name, const std::string& value) { return Wire1().put(name + "=" + value).text(); }
-std::string make_record(const std::string& header, const std::string& data) { return Wire1().put(header).put(data).text(); }
+std::string make_text_field(const std::string& name, const std::string& value) {
+  return Wire1().put(name + "=" + value).text();
+}
+std::string make_record(const std::string& header, const std::string& data) {
+  return Wire1().put(header).put(data).text();
+}
 
 std::string pack(const std::string& compression, std::string plain) {
   std::string packed(plain.size() * 2 + 1000, '\0');
@@ -81,20 +87,24 @@ class Bag1 {
   explicit Bag1(std::string compression) : compression_(std::move(compression)) {}
   void add_topic(const std::string& topic, const std::string& type, const std::string& definition) {
     const auto id = static_cast<uint32_t>(connections_.size());
-    connections_.push_back(make_record(make_field("op", uint8_t{7}) + make_field("conn", id) + make_text_field("topic", topic),
-                                       make_text_field("topic", topic) + make_text_field("type", type) + make_text_field("md5sum", "*") +
-                                           make_text_field("message_definition", definition)));
+    connections_.push_back(
+        make_record(make_field("op", uint8_t{7}) + make_field("conn", id) + make_text_field("topic", topic),
+                    make_text_field("topic", topic) + make_text_field("type", type) + make_text_field("md5sum", "*") +
+                        make_text_field("message_definition", definition)));
     chunk_ += connections_.back();
   }
   void add(uint32_t topic, double received, const std::string& message) {
-    chunk_ += make_record(make_field("op", uint8_t{2}) + make_field("conn", topic) + make_text_field("time", Wire1().time(received).text()), message);
+    chunk_ += make_record(make_field("op", uint8_t{2}) + make_field("conn", topic) +
+                              make_text_field("time", Wire1().time(received).text()),
+                          message);
     if (chunk_.size() > 100000) close_chunk();
   }
   // `closed`: with the index at the end, as when the recorder ended in peace.
   std::string write(bool closed = true) {
     close_chunk();
     const auto make_start = [&](uint64_t index) {
-      const std::string header = make_field("op", uint8_t{3}) + make_field("index_pos", index) + make_field("conn_count", uint32_t{1}) + make_field("chunk_count", uint32_t{1});
+      const std::string header = make_field("op", uint8_t{3}) + make_field("index_pos", index) +
+                                 make_field("conn_count", uint32_t{1}) + make_field("chunk_count", uint32_t{1});
       return "#ROSBAG V2.0\n" + make_record(header, std::string(4096 - header.size(), ' '));
     };
     std::string text = make_start(0) + chunks_;
@@ -107,7 +117,9 @@ class Bag1 {
  private:
   void close_chunk() {
     if (chunk_.empty()) return;
-    chunks_ += make_record(make_field("op", uint8_t{5}) + make_text_field("compression", compression_) + make_field("size", static_cast<uint32_t>(chunk_.size())), pack(compression_, chunk_));
+    chunks_ += make_record(make_field("op", uint8_t{5}) + make_text_field("compression", compression_) +
+                               make_field("size", static_cast<uint32_t>(chunk_.size())),
+                           pack(compression_, chunk_));
     chunks_ += make_record(make_field("op", uint8_t{4}), "an index of the chunk");
     chunk_.clear();
   }
@@ -120,15 +132,27 @@ double shoulder_at(double t) { return 0.5 * std::sin(2.0 * t); }
 // 5 s of joint states at 200 Hz, and commands at 100 Hz without names.
 Bag1 make_motion(const std::string& compression) {
   Bag1 bag(compression);
-  bag.add_topic("/joint_states", "sensor_msgs/JointState", std::string("Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n") + kHeader);
+  bag.add_topic(
+      "/joint_states", "sensor_msgs/JointState",
+      std::string("Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n") +
+          kHeader);
   bag.add_topic("/commands", "std_msgs/Float64MultiArray",
-                "MultiArrayLayout layout\nfloat64[] data\n====\nMSG: std_msgs/MultiArrayLayout\nMultiArrayDimension[] dim\nuint32 data_offset\n"
+                "MultiArrayLayout layout\nfloat64[] data\n====\nMSG: std_msgs/MultiArrayLayout\nMultiArrayDimension[] "
+                "dim\nuint32 data_offset\n"
                 "====\nMSG: std_msgs/MultiArrayDimension\nstring label\nuint32 size\nuint32 stride\n");
   for (uint32_t k = 0; k < 1000; ++k) {
     const double t = 0.005 * k;
-    bag.add(0, t + 1e-4, Wire1().header(k, t).put(std::vector<std::string>{"elbow", "shoulder"}).put(std::vector<double>{0.1, shoulder_at(t)})
-                             .put(std::vector<double>{0.0, std::cos(2.0 * t)}).put(std::vector<double>{1.0, 2.0 + t}).text());
-    if (k % 2 == 0) bag.add(1, t + 5e-5, Wire1().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{shoulder_at(t), 0.1}).text());
+    bag.add(0, t + 1e-4,
+            Wire1()
+                .header(k, t)
+                .put(std::vector<std::string>{"elbow", "shoulder"})
+                .put(std::vector<double>{0.1, shoulder_at(t)})
+                .put(std::vector<double>{0.0, std::cos(2.0 * t)})
+                .put(std::vector<double>{1.0, 2.0 + t})
+                .text());
+    if (k % 2 == 0)
+      bag.add(1, t + 5e-5,
+              Wire1().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{shoulder_at(t), 0.1}).text());
   }
   return bag;
 }
@@ -139,7 +163,8 @@ Experiment load(const std::string& name, const std::string& bag) {
   std::ofstream(folder / "motion.bag", std::ios::binary) << bag;
   std::ofstream(folder / "robot.urdf") << kArm;
   std::ofstream(folder / "experiment.yaml")
-      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10}}\nrecordings: [{file: motion.bag, role: train}]\n"
+      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10}}\nrecordings: [{file: motion.bag, role: "
+         "train}]\n"
          "topics:\n  joint_states: /joint_states\n  joint_commands: {topic: /commands, joints: [shoulder, elbow]}\n";
   return load_experiment((folder / "experiment.yaml").string());
 }
@@ -180,8 +205,11 @@ TEST(Ros1Bag, AfterACutInAChunkTheChunksBeforeItAreThere) {
 }
 
 TEST(Ros1Bag, WhatIsNoBagIsRefusedByName) {
-  for (const auto& [text, why] : std::vector<std::pair<std::string, std::string>>{
-           {"", "#ROSBAG V2.0"}, {"#ROSBAG V1.2\n", "#ROSBAG V2.0"}, {"#ROSBAG V2.0\n", "first record"}, {"#ROSBAG V2.0\n\xff\xff\xff\xff", "first record"}}) {
+  for (const auto& [text, why] :
+       std::vector<std::pair<std::string, std::string>>{{"", "#ROSBAG V2.0"},
+                                                        {"#ROSBAG V1.2\n", "#ROSBAG V2.0"},
+                                                        {"#ROSBAG V2.0\n", "first record"},
+                                                        {"#ROSBAG V2.0\n\xff\xff\xff\xff", "first record"}}) {
     const std::string said = catch_complaint([&] { load("wrong", text); });
     EXPECT_THAT(said, HasSubstr("motion.bag"));
     EXPECT_THAT(said, HasSubstr(why));

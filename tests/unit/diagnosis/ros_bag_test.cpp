@@ -20,7 +20,7 @@ using namespace testing_bags;
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr int64_t kEpoch = 1'700'000'000'000'000'000;  // [ns]
+constexpr int64_t kEpoch = 1'700'000'000'000'000'000;        // [ns]
 const std::vector<std::string> kNames{"elbow", "shoulder"};  // another order than the model's
 
 double shoulder_at(double t) { return 0.5 * std::sin(2.0 * t); }
@@ -35,11 +35,13 @@ std::vector<Message> make_motion(bool gap) {
     const double t = 0.005 * k;
     const int64_t stamp = kEpoch + int64_t{5'000'000} * k;
     if (!gap || t < 2.0 || t > 3.0)
-      messages.push_back({"/joint_states", stamp + latency(k),
-                          make_joint_state(stamp, kNames, {0.1, shoulder_at(t)}, {0.0, std::cos(2.0 * t)}, {1.0, 2.0 + t})});
+      messages.push_back(
+          {"/joint_states", stamp + latency(k),
+           make_joint_state(stamp, kNames, {0.1, shoulder_at(t)}, {0.0, std::cos(2.0 * t)}, {1.0, 2.0 + t})});
     if (k % 2 == 0)
-      messages.push_back({"/controller/commands", stamp + 50'000,
-                          CdrWriter().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{shoulder_at(t), 0.1}).bytes()});
+      messages.push_back(
+          {"/controller/commands", stamp + 50'000,
+           CdrWriter().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{shoulder_at(t), 0.1}).bytes()});
   }
   return messages;
 }
@@ -49,7 +51,8 @@ const std::vector<Topic> kTopics{{"/joint_states", "sensor_msgs/msg/JointState",
                                  {"/imu/data", "sensor_msgs/msg/Imu", ""},
                                  {"/link_states", "sensor_msgs/msg/JointState", kJointStateDefinition}};
 constexpr const char* kMap =
-    "topics:\n  joint_states: /joint_states\n  joint_commands: {topic: /controller/commands, joints: [shoulder, elbow]}\n";
+    "topics:\n  joint_states: /joint_states\n  joint_commands: {topic: /controller/commands, joints: [shoulder, "
+    "elbow]}\n";
 
 Experiment load(const std::string& name, Storage storage, const std::vector<Message>& messages, const std::string& map,
                 const std::string& more = "") {
@@ -58,7 +61,8 @@ Experiment load(const std::string& name, Storage storage, const std::vector<Mess
   write_bag(folder / "motion", storage, kTopics, messages);
   std::ofstream(folder / "robot.urdf") << kArm;
   std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10}}\n"
-                                            << "recordings:\n  - {file: motion, role: train}\n" << map << more;
+                                            << "recordings:\n  - {file: motion, role: train}\n"
+                                            << map << more;
   return load_experiment((folder / "experiment.yaml").string());
 }
 
@@ -69,7 +73,8 @@ std::string find_error(const std::string& name, const std::string& map, const st
 class RosBagStorage : public testing::TestWithParam<Storage> {};
 
 TEST_P(RosBagStorage, GivesEachJointItsOwnReadingsAndTheCommandThatHeld) {
-  const Experiment e = load("storage" + std::to_string(static_cast<int>(GetParam())), GetParam(), make_motion(false), kMap);
+  const Experiment e =
+      load("storage" + std::to_string(static_cast<int>(GetParam())), GetParam(), make_motion(false), kMap);
   ASSERT_EQ(e.recordings.size(), 1u);
   const Recording& r = e.recordings[0];
   ASSERT_EQ(r.size(), 1000u);
@@ -104,8 +109,22 @@ TEST(RosBag, FindsOffsetAndDriftOfATopicsClockAndMovesItsSamples) {
     const int64_t taken = kEpoch + int64_t{2'500'000} * k;
     const int64_t stamp = taken + int64_t{3'200'000'000} + static_cast<int64_t>(1e-3 * 1e9 * t);
     messages.push_back({"/imu/data", taken + latency(k),
-                        CdrWriter().header(stamp).put(0.0).put(0.0).put(0.0).put(1.0).zeros(9)
-                            .put(std::sin(3.0 * t)).put(0.0).put(0.0).zeros(9).put(0.0).put(0.0).put(9.81).zeros(9).bytes()});
+                        CdrWriter()
+                            .header(stamp)
+                            .put(0.0)
+                            .put(0.0)
+                            .put(0.0)
+                            .put(1.0)
+                            .zeros(9)
+                            .put(std::sin(3.0 * t))
+                            .put(0.0)
+                            .put(0.0)
+                            .zeros(9)
+                            .put(0.0)
+                            .put(0.0)
+                            .put(9.81)
+                            .zeros(9)
+                            .bytes()});
   }
   const Experiment e = load("clock", Storage::kMcap, messages, std::string(kMap) + "  imu/hand: /imu/data\n",
                             "sensors: {imu: {hand: {link: fore}}}\n");
@@ -126,7 +145,16 @@ TEST(RosBag, PutsForceSensorsAndOdometryWhereTheirAxesBelong) {
     const int64_t stamp = kEpoch + int64_t{5'000'000} * k;
     CdrWriter wrench, odometry;
     wrench.header(stamp).put(1.0).put(2.0).put(3.0).put(4.0).put(5.0).put(6.0);
-    odometry.header(stamp).put(std::string("child")).put(0.1).put(0.2).put(0.3).put(0.0).put(0.0).put(0.6).put(0.8).zeros(36);
+    odometry.header(stamp)
+        .put(std::string("child"))
+        .put(0.1)
+        .put(0.2)
+        .put(0.3)
+        .put(0.0)
+        .put(0.0)
+        .put(0.6)
+        .put(0.8)
+        .zeros(36);
     odometry.zeros(6 + 36);
     messages.push_back({"/ft", stamp, wrench.bytes()});
     messages.push_back({"/odom", stamp, odometry.bytes()});
@@ -138,9 +166,10 @@ TEST(RosBag, PutsForceSensorsAndOdometryWhereTheirAxesBelong) {
   topics.push_back({"/odom", "nav_msgs/msg/Odometry", ""});
   write_bag(folder / "motion", Storage::kSqlite, topics, messages);
   std::ofstream(folder / "robot.urdf") << kArm;
-  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: motion}]\n"
-                                            << "sensors: {wrench: {hand: {link: fore}}}\ntopics:\n  joint_states: /joint_states\n"
-                                            << "  wrench/hand: /ft\n  base: /odom\n";
+  std::ofstream(folder / "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: motion}]\n"
+      << "sensors: {wrench: {hand: {link: fore}}}\ntopics:\n  joint_states: /joint_states\n"
+      << "  wrench/hand: /ft\n  base: /odom\n";
   const Experiment e = load_experiment((folder / "experiment.yaml").string());
   const Recording& r = e.recordings.at(0);
   EXPECT_EQ(r.other.at("/wrench/hand/force/z")[100], 3.0);
@@ -153,10 +182,12 @@ TEST(RosBag, EncodersAndTorquesBehindTheGearsComeFromATopicOfTheirOwn) {
   std::vector<Message> messages = make_motion(false);
   for (int k = 0; k < 1000; ++k) {
     const int64_t stamp = kEpoch + int64_t{5'000'000} * k;
-    messages.push_back({"/link_states", stamp + latency(k), make_joint_state(stamp, kNames, {0.2, 0.3}, {0.0, 0.0}, {1.5, 2.5})});
+    messages.push_back(
+        {"/link_states", stamp + latency(k), make_joint_state(stamp, kNames, {0.2, 0.3}, {0.0, 0.0}, {1.5, 2.5})});
   }
-  const Experiment e = load("link_side", Storage::kMcap, messages, std::string(kMap) + "  joint_states_link: /link_states\n",
-                            "sensors: {joint_torque: [shoulder, elbow], link_encoder: [elbow]}\n");
+  const Experiment e =
+      load("link_side", Storage::kMcap, messages, std::string(kMap) + "  joint_states_link: /link_states\n",
+           "sensors: {joint_torque: [shoulder, elbow], link_encoder: [elbow]}\n");
   const Recording& r = e.recordings.at(0);
   EXPECT_DOUBLE_EQ(r.other.at("/joint_states_link/elbow/effort")[500], 1.5);
   EXPECT_DOUBLE_EQ(r.other.at("/joint_states_link/shoulder/effort")[500], 2.5);
@@ -196,7 +227,8 @@ TEST(RosBag, SaysThatAListOfNumbersNeedsNamesOfJoints) {
 
 TEST(RosBag, SaysWhichFieldHasTooFewElements) {
   std::vector<Message> messages = make_motion(false);
-  messages.push_back({"/joint_states", kEpoch + 6'000'000'000, make_joint_state(kEpoch + 6'000'000'000, kNames, {0.1}, {}, {})});
+  messages.push_back(
+      {"/joint_states", kEpoch + 6'000'000'000, make_joint_state(kEpoch + 6'000'000'000, kNames, {0.1}, {}, {})});
   const std::string text = find_error("few", kMap, messages);
   EXPECT_THAT(text, HasSubstr("/joint_states"));
   EXPECT_THAT(text, HasSubstr("field 'position' has 1 elements, expected 2"));
@@ -213,11 +245,14 @@ TEST(RosBag, ReadsATypeOfItsOwnByStatedFields) {
     for (int j = 0; j < 2; ++j) out.put(uint8_t{1}).put(static_cast<float>(0.01 * k + j)).put(2.0f);
     messages.push_back({"/lowstate", kEpoch + int64_t{5'000'000} * k, out.bytes()});
   }
-  const std::string definition = "uint8 level\nuint8 LEVEL_HIGH=3\nMotor[] motor\n====\nMSG: maker_msgs/Motor\nuint8 mode\nfloat32 q\nfloat32 tau\n";
+  const std::string definition =
+      "uint8 level\nuint8 LEVEL_HIGH=3\nMotor[] motor\n====\nMSG: maker_msgs/Motor\nuint8 mode\nfloat32 q\nfloat32 "
+      "tau\n";
   write_bag(folder / "motion", Storage::kMcap, {{"/lowstate", "maker_msgs/msg/State", definition}}, messages);
   std::ofstream(folder / "robot.urdf") << kArm;
   std::ofstream(folder / "experiment.yaml")
-      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: motion}]\ntopics:\n  joint_states:\n    topic: "
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings: [{file: motion}]\ntopics:\n  joint_states:\n    "
+         "topic: "
          "/lowstate\n    joints: [shoulder, elbow]\n    fields: {position: 'motor[].q', effort: 'motor[].tau'}\n";
   const Experiment e = load_experiment((folder / "experiment.yaml").string());
   EXPECT_NEAR(e.recordings.at(0).joints[kElbow].signal[0][100], 2.0, 1e-6);  // of a float

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Arms of six joints with measured torque, like those of laboratories and factories: drives that differ by a factor of
-// fifty from shoulder to wrist, texture of friction over position, torque ripple, masses and inertias that are a little wrong.
+// fifty from shoulder to wrist, texture of friction over position, torque ripple, masses and inertias that are a little
+// wrong.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,12 +43,13 @@ std::string make_urdf(double wrong) {
   for (int j = 0; j < kJoints; ++j) {
     const Part& p = kParts[j];
     const double factor = 1.0 + wrong * std::cos(2.3 * j), aside = 1.0 + wrong * std::sin(1.7 * j + 1.0);
-    s << "<link name=\"link_" << j + 1 << "\"><inertial><origin xyz=\"" << aside * p.com[0] << " " << aside * p.com[1] << " "
-      << aside * p.com[2] << "\"/><mass value=\"" << factor * p.mass << "\"/><inertia ixx=\"" << aside * p.inertia[0]
-      << "\" ixy=\"0\" ixz=\"0\" iyy=\"" << aside * p.inertia[1] << "\" iyz=\"0\" izz=\"" << aside * p.inertia[2]
-      << "\"/></inertial></link><joint name=\"" << get_joint(j) << "\" type=\"revolute\"><parent link=\""
-      << (j == 0 ? "base" : "link_" + std::to_string(j)) << "\"/><child link=\"link_" << j + 1 << "\"/><origin xyz=\"" << p.origin
-      << "\" rpy=\"" << p.rpy << "\"/><axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\" effort=\"150\" velocity=\"3\"/></joint>";
+    s << "<link name=\"link_" << j + 1 << "\"><inertial><origin xyz=\"" << aside * p.com[0] << " " << aside * p.com[1]
+      << " " << aside * p.com[2] << "\"/><mass value=\"" << factor * p.mass << "\"/><inertia ixx=\""
+      << aside * p.inertia[0] << "\" ixy=\"0\" ixz=\"0\" iyy=\"" << aside * p.inertia[1] << "\" iyz=\"0\" izz=\""
+      << aside * p.inertia[2] << "\"/></inertial></link><joint name=\"" << get_joint(j)
+      << "\" type=\"revolute\"><parent link=\"" << (j == 0 ? "base" : "link_" + std::to_string(j))
+      << "\"/><child link=\"link_" << j + 1 << "\"/><origin xyz=\"" << p.origin << "\" rpy=\"" << p.rpy
+      << "\"/><axis xyz=\"0 0 1\"/><limit lower=\"-3\" upper=\"3\" effort=\"150\" velocity=\"3\"/></joint>";
   }
   s << "</robot>";
   return s.str();
@@ -61,10 +63,12 @@ Experiment load(const std::filesystem::path& folder, const std::string& urdf) {
 using Motion = JointMotion;
 
 Motion make_motion(int recording) {
-  return make_joint_sines({kJoints, kStep, kSeconds, 0.55, 0.09, 0.45, [](int j) { return 0.3 * std::sin(1.0 + j); }}, recording);
+  return make_joint_sines({kJoints, kStep, kSeconds, 0.55, 0.09, 0.45, [](int j) { return 0.3 * std::sin(1.0 + j); }},
+                          recording);
 }
 
-// What drives give: bodies, losses with a texture of a tenth over position, rotors; and ripple of a fiftieth in the log.
+// What drives give: bodies, losses with a texture of a tenth over position, rotors; and ripple of a fiftieth in the
+// log.
 Eigen::MatrixXd make_efforts(const Plant& bodies, const Motion& m, TestNoise* noise) {
   Eigen::MatrixXd tau = calc_efforts(bodies, m.q, m.v, m.a);
   for (int j = 0; j < kJoints; ++j) {
@@ -84,10 +88,12 @@ void write_recording(const std::filesystem::path& path, const Motion& m, const E
   std::ofstream csv(path);
   csv.precision(9);
   csv << "time";
-  for (int j = 0; j < kJoints; ++j) csv << ",/joint_states/" << get_joint(j) << "/position,/joint_states/" << get_joint(j) << "/effort";
+  for (int j = 0; j < kJoints; ++j)
+    csv << ",/joint_states/" << get_joint(j) << "/position,/joint_states/" << get_joint(j) << "/effort";
   for (long k = 0; k < m.q.rows(); ++k) {
     csv << "\n" << kStep * static_cast<double>(k);
-    for (int j = 0; j < kJoints; ++j) csv << "," << kResolution * std::round(m.q(k, j) / kResolution) << "," << effort(k, j);
+    for (int j = 0; j < kJoints; ++j)
+      csv << "," << kResolution * std::round(m.q(k, j) / kResolution) << "," << effort(k, j);
   }
   csv << "\n";
 }

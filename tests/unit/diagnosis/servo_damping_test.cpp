@@ -32,7 +32,9 @@ const std::string& get_rest(const TorqueVerdict& verdict, const std::string& joi
 TEST(ServoDamping, ThatIsStatedTwiceTooLargeIsSaidAndNothingStandsInForIt) {
   const TorqueVerdict verdict = judge_stated("damping_large", 20.0);
   for (const char* joint : {"shoulder", "elbow"}) {
-    EXPECT_THAT(get_rest(verdict, joint), ::testing::ContainsRegex("With a damping gain kd of (9[.][5-9]|10) N m s/rad in place of the stated 20"));
+    EXPECT_THAT(
+        get_rest(verdict, joint),
+        ::testing::ContainsRegex("With a damping gain kd of (9[.][5-9]|10) N m s/rad in place of the stated 20"));
     for (const char* effect : {"constant_torque", "actuator_lag", "command_delay", "parallel_spring"}) {
       const Finding* f = find(verdict, effect, joint);
       EXPECT_TRUE(!f || f->grade == Grade::kAmbiguous) << f->statement;

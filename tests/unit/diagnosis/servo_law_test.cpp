@@ -10,7 +10,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kKp = 200.0, kKd = 10.0;        // of every servo of the experiment
+constexpr double kKp = 200.0, kKd = 10.0;         // of every servo of the experiment
 constexpr double kDelay = 0.019, kScale = 0.957;  // [s] of the commands, of the logged effort
 
 double calc_command(double t) { return 0.5 * std::sin(3.0 * t) + 0.2 * std::sin(7.0 * t); }
@@ -18,25 +18,30 @@ double calc_command_rate(double t) { return 1.5 * std::cos(3.0 * t) + 1.4 * std:
 
 // Two recordings at 1 kHz of an elbow that lags; its servo gets commands late. Stamps are off by `jitter` [s], recorded
 // rates by `noise` [rad/s]. The log ripples by `ripple` [N m], once in 0.6 rad.
-Experiment make_late(const std::string& name, double jitter, double noise, double delay = kDelay, double ripple = 0.0, double scale = kScale) {
+Experiment make_late(const std::string& name, double jitter, double noise, double delay = kDelay, double ripple = 0.0,
+                     double scale = kScale) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_servo_law_" + name);
   std::filesystem::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kArm;
-  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10, effort_limit: 80}}\n"
-      "recordings:\n- {file: train.csv, role: train}\n- {file: validate.csv, role: validate}\n";
+  std::ofstream(folder / "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 200, kd: 10, effort_limit: 80}}\n"
+         "recordings:\n- {file: train.csv, role: train}\n- {file: validate.csv, role: validate}\n";
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (const char* file : {"train.csv", "validate.csv"}) {
     std::ofstream csv(folder / file);
     csv.precision(10);
-    csv << "time,/joint_commands/elbow/position,/joint_commands/elbow/velocity,/joint_states/elbow/position,/joint_states/elbow/velocity,"
+    csv << "time,/joint_commands/elbow/position,/joint_commands/elbow/velocity,/joint_states/elbow/position,/"
+           "joint_states/elbow/velocity,"
            "/joint_states/elbow/effort,/joint_commands/shoulder/position,/joint_states/shoulder/position\n";
     const double from = file[0] == 't' ? 0.0 : 20.0;
     for (int k = 0; k < 6000; ++k) {
-      const double t = 1e-3 * k, at = from + t, q = 0.9 * calc_command(at - 0.03), v = 0.9 * calc_command_rate(at - 0.03);
-      const double effort = ripple * std::sin(2.0 * M_PI * q / 0.6) + scale * (kKp * (calc_command(at - delay) - q) + kKd * (calc_command_rate(at - delay) - v));
-      csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << "," << v + noise * normal(random) << ","
-          << effort + 0.05 * normal(random) << ",0,0\n";
+      const double t = 1e-3 * k, at = from + t, q = 0.9 * calc_command(at - 0.03),
+                   v = 0.9 * calc_command_rate(at - 0.03);
+      const double effort = ripple * std::sin(2.0 * M_PI * q / 0.6) +
+                            scale * (kKp * (calc_command(at - delay) - q) + kKd * (calc_command_rate(at - delay) - v));
+      csv << t + jitter * normal(random) << "," << calc_command(at) << "," << calc_command_rate(at) << "," << q << ","
+          << v + noise * normal(random) << "," << effort + 0.05 * normal(random) << ",0,0\n";
     }
   }
   return load_experiment((folder / "experiment.yaml").string());
@@ -88,7 +93,8 @@ double find_bias(const std::string& name, const std::vector<double>& added) {
 }
 
 TEST(ServoLaw, TheZeroOfAnEffortIsTheSameInEveryRecording) {
-  EXPECT_NEAR(find_bias("zero_of_all", {1.0, 1.0, 1.0}), 1.0, 0.02);  // the log's noise over its 18 000 samples, and the delay's scan
+  EXPECT_NEAR(find_bias("zero_of_all", {1.0, 1.0, 1.0}), 1.0,
+              0.02);  // the log's noise over its 18 000 samples, and the delay's scan
   EXPECT_EQ(find_bias("zero_of_two", {1.0, 1.0, 0.25}), 0.0);
 }
 
@@ -99,7 +105,8 @@ TEST(ServoLaw, AScaleTooSmallToBeNamedIsNoBiasBesideWeight) {
   const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
   for (Recording& r : e.recordings) {
     JointColumns& c = r.joints[elbow];
-    for (size_t k = 0; k < r.size(); ++k) c.command[k] += kWeight / kKp, c.signal[2][k] = 0.992 * (c.signal[2][k] + kWeight);
+    for (size_t k = 0; k < r.size(); ++k)
+      c.command[k] += kWeight / kKp, c.signal[2][k] = 0.992 * (c.signal[2][k] + kWeight);
   }
   const ServoReading reading = find_servo_readings(e, {})[elbow];
   ASSERT_TRUE(reading.follows);
@@ -125,7 +132,8 @@ TEST(ServoLaw, NoiseOfTheRateDoesNotFlattenTheScale) {
 // the same.
 TEST(ServoLaw, ARippleOfTheLogOverPositionHidesNoScaleAndMakesNone) {
   constexpr double kRipple = 2.0;
-  const Experiment scaled = make_late("ripple", 0.0, 0.0, 0.0, kRipple), right = make_late("ripple_right", 0.0, 0.0, 0.0, kRipple, 1.0);
+  const Experiment scaled = make_late("ripple", 0.0, 0.0, 0.0, kRipple),
+                   right = make_late("ripple_right", 0.0, 0.0, 0.0, kRipple, 1.0);
   const size_t elbow = static_cast<size_t>(scaled.robot.tree.find_joint("elbow"));
   const ServoReading reading = find_servo_readings(scaled, {})[elbow];
   ASSERT_TRUE(reading.is_scaled());
@@ -150,8 +158,8 @@ void thin_out(Experiment* e) {
   e->sample_time *= 5.0;
 }
 
-// The elbow follows a fast motion at 200 Hz. The log of its effort comes `late_log` [s], and its servo damps with a rate
-// that comes `late_rate` [s].
+// The elbow follows a fast motion at 200 Hz. The log of its effort comes `late_log` [s], and its servo damps with a
+// rate that comes `late_rate` [s].
 Experiment make_filtered(const std::string& name, double late_log, double late_rate) {
   constexpr double kFast = 30.0, kLag = 0.03;  // [rad/s], [s] of the joint behind its command
   Experiment e = make_late(name, 0.0, 0.0, 0.0, 0.0, 1.0);
@@ -165,13 +173,15 @@ Experiment make_filtered(const std::string& name, double late_log, double late_r
       const double t = r.time[k], at = t - late_log;
       c.command[k] = 0.05 * std::sin(kFast * t), c.command_rate[k] = 0.05 * kFast * std::cos(kFast * t);
       c.signal[0][k] = q(t), c.signal[1][k] = v(t);
-      c.signal[2][k] = kKp * (0.05 * std::sin(kFast * at) - q(at)) + kKd * (0.05 * kFast * std::cos(kFast * at) - v(at - late_rate));
+      c.signal[2][k] =
+          kKp * (0.05 * std::sin(kFast * at) - q(at)) + kKd * (0.05 * kFast * std::cos(kFast * at) - v(at - late_rate));
     }
   }
   return e;
 }
 
-// With the law's autocorrelation R(t), an instrument three samples earlier gives R(10 ms) / R(15 ms), which is 1.06 here.
+// With the law's autocorrelation R(t), an instrument three samples earlier gives R(10 ms) / R(15 ms), which is 1.06
+// here.
 TEST(ServoLaw, ALateLogOfTheEffortIsNoScale) {
   const Experiment e = make_filtered("late_log", 0.005, 0.0);
   const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(e.robot.tree.find_joint("elbow"))];
@@ -186,7 +196,8 @@ TEST(ServoLaw, DampingByALateRateIsNoScaleOfTheEffort) {
   late.late = 0.007;  // [s]
   const Experiment e = make_filtered("late_rate", 0.0, late.late);
   const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
-  const ServoReading reading = find_servo_readings(e, {}, std::vector<VelocityReading>(static_cast<size_t>(e.num_joints()), late))[elbow];
+  const ServoReading reading =
+      find_servo_readings(e, {}, std::vector<VelocityReading>(static_cast<size_t>(e.num_joints()), late))[elbow];
   ASSERT_TRUE(reading.follows);
   EXPECT_FALSE(reading.is_scaled()) << reading.scale;
   EXPECT_TRUE(find_servo_readings(e, {})[elbow].is_scaled());  // nothing says that the rate may come late

@@ -30,8 +30,8 @@ constexpr int kShoulder = 0, kElbow = 1, kFore = 2;  // joints; a link
 
 // Friction and rotors of its drives.
 inline Hypothesis make_arm_drives() {
-  return {{EffectId::kViscous, kShoulder, {0.8}}, {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
-          {EffectId::kRotorInertia, kShoulder, {0.6}}, {EffectId::kViscous, kElbow, {0.4}},
+  return {{EffectId::kViscous, kShoulder, {0.8}},         {EffectId::kCoulomb, kShoulder, {1.5, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kShoulder, {0.6}},    {EffectId::kViscous, kElbow, {0.4}},
           {EffectId::kCoulomb, kElbow, {0.8, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
 }
 
@@ -112,7 +112,8 @@ inline Experiment simulate_arm(const std::string& name, const Hypothesis& hidden
 }
 
 // An arm of these joints driven by efforts that are logged in other units; `torque_of_unit` [N m] of one, by joint.
-inline Experiment simulate_currents(const std::string& name, const std::string& urdf, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
+inline Experiment simulate_currents(const std::string& name, const std::string& urdf, const Hypothesis& hidden,
+                                    const std::vector<double>& torque_of_unit) {
   Experiment e = make_simulated_experiment(name, urdf, kArmJoints, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
@@ -123,7 +124,8 @@ inline Experiment simulate_currents(const std::string& name, const std::string& 
   return e;
 }
 
-inline Experiment simulate_currents(const std::string& name, const Hypothesis& hidden, const std::vector<double>& torque_of_unit) {
+inline Experiment simulate_currents(const std::string& name, const Hypothesis& hidden,
+                                    const std::vector<double>& torque_of_unit) {
   return simulate_currents(name, kArm, hidden, torque_of_unit);
 }
 

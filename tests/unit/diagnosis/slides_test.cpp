@@ -12,8 +12,8 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMass = 95.0, kViscous = 203.0, kDry = 20.0;  // kg, N s/m, N
-constexpr double kRipple = 8.0, kPeriods = 2.0 * M_PI / 0.01;   // N, 1/m: a screw with a pitch of 10 mm
-constexpr double kRate = 1000.0, kSeconds = 7.0;                // Hz, s
+constexpr double kRipple = 8.0, kPeriods = 2.0 * M_PI / 0.01;  // N, 1/m: a screw with a pitch of 10 mm
+constexpr double kRate = 1000.0, kSeconds = 7.0;               // Hz, s
 const std::string kSlide = R"(<robot name="slide"><link name="rail"/>
   <link name="carriage"><inertial><mass value="95"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
   <joint name="screw" type="prismatic"><parent link="rail"/><child link="carriage"/><axis xyz="1 0 0"/>
@@ -26,9 +26,11 @@ std::string make_log(double unit, double mass, double phase, double ripple) {
   for (double t = 0.0; t < kSeconds; t += 1.0 / kRate) {
     double q = 0.0, v = 0.0, a = 0.0;
     for (const auto& [size, rate] : {std::pair{0.08, 2.0}, std::pair{0.03, 7.0}}) {
-      q += size * std::sin(rate * t + phase), v += size * rate * std::cos(rate * t + phase), a -= size * rate * rate * std::sin(rate * t + phase);
+      q += size * std::sin(rate * t + phase), v += size * rate * std::cos(rate * t + phase),
+          a -= size * rate * rate * std::sin(rate * t + phase);
     }
-    const double force = mass * a + kViscous * v + kDry * std::tanh(v / 1e-3) + ripple * std::sin(kPeriods * q) + 0.3 * noise.draw();
+    const double force =
+        mass * a + kViscous * v + kDry * std::tanh(v / 1e-3) + ripple * std::sin(kPeriods * q) + 0.3 * noise.draw();
     csv += std::to_string(t) + "," + std::to_string(q) + "," + std::to_string(force / unit) + "\n";
   }
   return csv;
@@ -40,8 +42,8 @@ Experiment make_slide(const std::string& name, double unit, double mass = kMass,
   std::ofstream(folder / "robot.urdf") << kSlide;
   std::ofstream(folder / "train.csv") << make_log(unit, mass, 0.0, ripple);
   std::ofstream(folder / "held.csv") << make_log(unit, mass, 1.0, ripple);
-  std::ofstream(folder / "experiment.yaml")
-      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings:\n- {file: train.csv, role: train}\n- {file: held.csv, role: validate}\n";
+  std::ofstream(folder / "experiment.yaml") << "robot: robot.urdf\nbase: fixed\ndrive: effort\nrecordings:\n- {file: "
+                                               "train.csv, role: train}\n- {file: held.csv, role: validate}\n";
   return load_experiment((folder / "experiment.yaml").string());
 }
 
@@ -52,7 +54,8 @@ struct Answered {
 // The report before the search, which the tool writes for recordings that take time.
 Json find_first_answer(const Experiment& e) {
   try {
-    diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports& first) { throw Answered{first.report}; });
+    diagnose_recordings(
+        e, {}, [](const std::string&) {}, [](const Reports& first) { throw Answered{first.report}; });
   } catch (const Answered& first) {
     return first.report;
   }
@@ -116,8 +119,8 @@ TEST(Slides, AUnitIsALowerBoundAndAmbiguousAndWhatIsFoundGrowsWithIt) {
   EXPECT_TRUE(dry);
 }
 
-// The carriage is at 0.12 to 0.37 m/s half of the time: a ripple of 12 to 37 Hz, of which the filter of 8.5 Hz leaves little. What it
-// leaves has nearly one frequency, at which a soft screw would swing.
+// The carriage is at 0.12 to 0.37 m/s half of the time: a ripple of 12 to 37 Hz, of which the filter of 8.5 Hz leaves
+// little. What it leaves has nearly one frequency, at which a soft screw would swing.
 TEST(Slides, ARippleFasterThanTheFilterIsNoSoftScrew) {
   const Experiment e = make_slide("ripple", 1.0, kMass, kRipple);
   bool named = false;
@@ -125,8 +128,9 @@ TEST(Slides, ARippleFasterThanTheFilterIsNoSoftScrew) {
     EXPECT_NE(f.effect, "joint_elasticity") << f.statement;
     if (f.effect != "cogging") continue;
     named = true;
-    EXPECT_NEAR(f.parameters[0].value[0], kRipple, 0.1 * kRipple);    // smoothing takes up to a tenth of what changes fast
-    EXPECT_NEAR(f.parameters[1].value[0], kPeriods, 3.0);             // a tenth of a period within the travel of 0.22 m
+    EXPECT_NEAR(f.parameters[0].value[0], kRipple,
+                0.1 * kRipple);                            // smoothing takes up to a tenth of what changes fast
+    EXPECT_NEAR(f.parameters[1].value[0], kPeriods, 3.0);  // a tenth of a period within the travel of 0.22 m
     EXPECT_EQ(f.parameters[0].unit, "N");
     EXPECT_EQ(f.parameters[2].unit, "rad");  // a phase, though the joint slides
   }

@@ -14,9 +14,12 @@ constexpr double kStiffness = 100.0, kDamping = 1.0, kRotor = 0.6;  // [N m/rad]
 
 // The arm's links and the shoulder's gear swing at 2.4 Hz, which its drives and their dry friction excite.
 Hypothesis make_soft_shoulder() {
-  return {{EffectId::kViscous, kShoulder, {0.3}}, {EffectId::kCoulomb, kShoulder, {0.3, 0.0, 5e-4}},
+  return {{EffectId::kViscous, kShoulder, {0.3}},
+          {EffectId::kCoulomb, kShoulder, {0.3, 0.0, 5e-4}},
           {EffectId::kElasticity, kShoulder, {kStiffness, kDamping, kRotor}},
-          {EffectId::kViscous, kElbow, {0.1}}, {EffectId::kCoulomb, kElbow, {0.15, 0.0, 5e-4}}, {EffectId::kRotorInertia, kElbow, {0.3}}};
+          {EffectId::kViscous, kElbow, {0.1}},
+          {EffectId::kCoulomb, kElbow, {0.15, 0.0, 5e-4}},
+          {EffectId::kRotorInertia, kElbow, {0.3}}};
 }
 
 Experiment make_soft_arm(const std::string& name) {
@@ -39,7 +42,8 @@ TEST(SoftGears, ASoftShoulderIsNamedWithItsStiffnessAndNoGainOrMassStandsInForIt
 
 TEST(SoftGears, TheSimulatedRobotGetsTheRotorBehindTheSoftGear) {
   const TorqueVerdict verdict = judge_torque(make_soft_arm("soft_model"), 1);
-  const auto soft = std::find_if(verdict.model.begin(), verdict.model.end(), [](const Effect& e) { return e.id == EffectId::kElasticity; });
+  const auto soft = std::find_if(verdict.model.begin(), verdict.model.end(),
+                                 [](const Effect& e) { return e.id == EffectId::kElasticity; });
   ASSERT_NE(soft, verdict.model.end());
   EXPECT_NEAR(soft->p[2], kRotor, 0.1 * kRotor);  // a tenth: the texture of friction
   for (const Effect& e : verdict.model) EXPECT_FALSE(e.id == EffectId::kRotorInertia && e.place.index == kShoulder);
@@ -86,7 +90,8 @@ TEST(SoftGears, EffortsAlongTheMotionBehindASoftGearAreThoseOfTheDrive) {
   const TorqueData data = make_torque_data(e);
   Hypothesis rigid = make_soft_shoulder();
   rigid[2] = {EffectId::kRotorInertia, kShoulder, {kRotor}};
-  const std::vector<double> with = calc_torque_residuals(data, make_plant(e, make_soft_shoulder()), true), without = calc_torque_residuals(data, make_plant(e, rigid), true);
+  const std::vector<double> with = calc_torque_residuals(data, make_plant(e, make_soft_shoulder()), true),
+                            without = calc_torque_residuals(data, make_plant(e, rigid), true);
   // Less than half of the squares: the simulated arm starts with its gear untwisted and swings, which no log shows.
   EXPECT_LT(with[kShoulder], 0.7 * without[kShoulder]);
   EXPECT_LT(with[kElbow], without[kElbow]);

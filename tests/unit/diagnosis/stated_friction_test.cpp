@@ -2,7 +2,6 @@
 // Friction that a URDF states: what the recordings refute is taken out and said, what is there stays.
 #include <gtest/gtest.h>
 
-
 #include "diagnosis/conventions/stated_friction.h"
 #include "diagnosis/data/urdf_text.h"
 #include "diagnosis/diagnose_recordings.h"
@@ -19,7 +18,8 @@ void state_friction(double viscous, double dry, Experiment* e) {
 
 Hypothesis make_friction(double viscous, double dry) {
   Hypothesis out;
-  for (int j : {kShoulder, kElbow}) out.push_back({EffectId::kViscous, j, {viscous}}), out.push_back({EffectId::kCoulomb, j, {dry, 0.0, 5e-4}});
+  for (int j : {kShoulder, kElbow})
+    out.push_back({EffectId::kViscous, j, {viscous}}), out.push_back({EffectId::kCoulomb, j, {dry, 0.0, 5e-4}});
   return out;
 }
 
@@ -50,13 +50,15 @@ TEST(StatedFriction, ThatIsThereStaysAndADriveThatGivesMoreDoesNotRefuteIt) {
 TEST(StatedFriction, ThatIsThereStaysBesideAPlaceholderOfTheOtherKind) {
   Experiment e = simulate_arm("one_right", make_friction(0.2, 0.3));
   state_friction(1.0, 0.3, &e);
-  for (const RefutedFriction& r : find_refuted_friction(e)) EXPECT_FALSE(r.effect->dry) << r.found << " of " << r.stated << " +- " << r.std;
+  for (const RefutedFriction& r : find_refuted_friction(e))
+    EXPECT_FALSE(r.effect->dry) << r.found << " of " << r.stated << " +- " << r.std;
 }
 
 TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
   Experiment e = simulate_arm("nothing_there", {});
   state_friction(0.5, 0.0, &e);
-  const Reports reports = diagnose_recordings(e, {1, 1.0}, [](const std::string&) {}, [](const Reports&) {});
+  const Reports reports = diagnose_recordings(
+      e, {1, 1.0}, [](const std::string&) {}, [](const Reports&) {});
   ASSERT_EQ(reports.report["findings"].size(), 2u) << reports.report["findings"].dump(1);
   for (const Json& f : reports.report["findings"]) {
     EXPECT_EQ(f["effect"], "viscous_friction");
@@ -70,8 +72,10 @@ TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
 TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
   const std::string urdf =
       "<robot><transmission><joint name='a'/></transmission><joint name='a' type='revolute'><parent link='x'/>"
-      "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab' type='revolute'><parent link='y'/><dynamics damping='0.7'/></joint></robot>";
-  const std::string cleared = set_joint_attribute(set_joint_attribute(urdf, "a", "dynamics", "damping", "0"), "a", "dynamics", "friction", "0");
+      "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab' type='revolute'><parent "
+      "link='y'/><dynamics damping='0.7'/></joint></robot>";
+  const std::string cleared =
+      set_joint_attribute(set_joint_attribute(urdf, "a", "dynamics", "damping", "0"), "a", "dynamics", "friction", "0");
   EXPECT_NE(cleared.find("<dynamics friction = \"0\" damping='0'/>"), std::string::npos) << cleared;
   EXPECT_NE(cleared.find("damping='0.7'"), std::string::npos);
   EXPECT_NE(set_joint_attribute(urdf, "ab", "", "type", "fixed").find("name='ab' type='fixed'"), std::string::npos);

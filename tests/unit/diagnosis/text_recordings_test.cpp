@@ -44,7 +44,8 @@ void expect_hip(const Table& table, const std::vector<double>& time, const std::
   }
 }
 
-constexpr const char* kNumbered = "{time: {column: 1, scale: 0.001}, /joint_states/hip/position: {column: 3, scale: 0.5, offset: 1}}";
+constexpr const char* kNumbered =
+    "{time: {column: 1, scale: 0.001}, /joint_states/hip/position: {column: 3, scale: 0.5, offset: 1}}";
 
 TEST(TextRecording, ColumnsByNumberNeedNoHeader) {
   expect_hip(read("numbers.csv", "10,7,2\n20,7,4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
@@ -59,7 +60,8 @@ TEST(TextRecording, SemicolonsTabsAndSpacesSeparateCellsAndCommasDecimals) {
 }
 
 TEST(TextRecording, CommentsBeforeNumbersNameTheColumnsAsNumPyAndMatlabWriteThem) {
-  constexpr const char* kNamed = "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
+  constexpr const char* kNamed =
+      "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
   expect_hip(read("numpy.txt", "# a note, of today\n# ms n q\n10 7 2\n20 7 4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
   expect_hip(read("commas.txt", "#ms, n, q\n10 7 2\n20 7 4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
   expect_hip(read("matlab.txt", "%ms\tn\tq\n10\t7\t2\t0\n20\t7\t4\t0\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
@@ -68,10 +70,16 @@ TEST(TextRecording, CommentsBeforeNumbersNameTheColumnsAsNumPyAndMatlabWriteThem
 }
 
 TEST(TextRecording, AByteOrderMarkBelongsToNoCellNameOrComment) {
-  constexpr const char* kNamed = "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
-  expect_hip(read("marked_numbers.csv", "\xEF\xBB\xBF" "10,7,2\n20,7,4\n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
+  constexpr const char* kNamed =
+      "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
+  expect_hip(read("marked_numbers.csv",
+                  "\xEF\xBB\xBF"
+                  "10,7,2\n20,7,4\n",
+                  kNumbered),
+             {0.01, 0.02}, {2.0, 3.0});
   expect_hip(read("marked_header.csv", "\xEF\xBB\xBFms,n,q\n10,7,2\n20,7,4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
-  expect_hip(read("marked_comment.csv", "\xEF\xBB\xBF# a note\nms,n,q\n10,7,2\n20,7,4\n", kNamed), {0.01, 0.02}, {2.0, 3.0});
+  expect_hip(read("marked_comment.csv", "\xEF\xBB\xBF# a note\nms,n,q\n10,7,2\n20,7,4\n", kNamed), {0.01, 0.02},
+             {2.0, 3.0});
 }
 
 TEST(TextRecording, OneLineWithSpacesInPlaceOfTabsIsRead) {
@@ -79,10 +87,19 @@ TEST(TextRecording, OneLineWithSpacesInPlaceOfTabsIsRead) {
 }
 
 TEST(TextRecording, OtherKindsOfFilesAreCalledByTheirNames) {
-  for (const auto& [content, name] : std::vector<std::pair<std::string, std::string>>{
-           {"\x93NUMPY", "NumPy"}, {"PK\x03\x04 and more", "npz"}, {"\x89HDF\r\n\x1a\n", "HDF5"}, {"MATLAB 5.0 MAT-file", "MATLAB"},
-           {"#ROSBAG V2.0\n", "ROS 1"}, {"SQLite format 3", "db3"}, {"\x89MCAP0", "mcap"}, {"\x1f\x8b\x08", "gunzip"}, {"BZh9", "bunzip2"},
-           {"\xfd" "7zXZ", "unxz"}, {"PAR1", "Parquet"}}) {
+  for (const auto& [content, name] : std::vector<std::pair<std::string, std::string>>{{"\x93NUMPY", "NumPy"},
+                                                                                      {"PK\x03\x04 and more", "npz"},
+                                                                                      {"\x89HDF\r\n\x1a\n", "HDF5"},
+                                                                                      {"MATLAB 5.0 MAT-file", "MATLAB"},
+                                                                                      {"#ROSBAG V2.0\n", "ROS 1"},
+                                                                                      {"SQLite format 3", "db3"},
+                                                                                      {"\x89MCAP0", "mcap"},
+                                                                                      {"\x1f\x8b\x08", "gunzip"},
+                                                                                      {"BZh9", "bunzip2"},
+                                                                                      {"\xfd"
+                                                                                       "7zXZ",
+                                                                                       "unxz"},
+                                                                                      {"PAR1", "Parquet"}}) {
     EXPECT_THAT(catch_complaint([&, text = content] { read("other.txt", text, kNumbered); }), HasSubstr(name));
   }
 }
@@ -90,7 +107,8 @@ TEST(TextRecording, OtherKindsOfFilesAreCalledByTheirNames) {
 TEST(TextRecording, ColumnsByNameLeaveOthersAlone) {
   const std::string text = "t;mode;q;q\n0;walk;1;9\n0.5;run;2;9\n";
   expect_hip(read("names.csv", text, "{time: t, /joint_states/hip/position: 3}"), {0.0, 0.5}, {1.0, 2.0});
-  EXPECT_THAT(catch_complaint([&] { read("twice.csv", text, "{time: t, /joint_states/hip/position: q}"); }), HasSubstr("stands twice"));
+  EXPECT_THAT(catch_complaint([&] { read("twice.csv", text, "{time: t, /joint_states/hip/position: q}"); }),
+              HasSubstr("stands twice"));
 }
 
 TEST(TextRecording, StampsMayBeDates) {
@@ -103,7 +121,9 @@ TEST(TextRecording, StampsMayBeDates) {
 
 TEST(TextRecording, AStarStandsForEachJoint) {
   const std::vector<SignalColumn> map = parse(
-      "{joints: [hip, knee], /joint_states/*/position: q_*, /joint_states/*/effort: {column: [4, 5], scale: [1, -1]}}").columns;
+                                            "{joints: [hip, knee], /joint_states/*/position: q_*, "
+                                            "/joint_states/*/effort: {column: [4, 5], scale: [1, -1]}}")
+                                            .columns;
   ASSERT_EQ(map.size(), 4u);
   EXPECT_EQ(map[1].signal, "/joint_states/knee/position");
   EXPECT_EQ(map[1].name, "q_knee");
@@ -114,8 +134,10 @@ TEST(TextRecording, AStarStandsForEachJoint) {
 
 TEST(TextRecording, ARecordingMayHaveColumnsOfItsOwn) {
   const std::vector<ColumnMap> maps = parse_column_maps(
-      "recordings: [{file: a.csv}, {file: b.csv, columns: {/joint_commands/hip/position: {column: 1, scale: 0, offset: 2}}}]\n"
-      "columns: {time: t, /joint_commands/hip/position: {column: 1, scale: 0, offset: 1}}", "e.yaml");
+      "recordings: [{file: a.csv}, {file: b.csv, columns: {/joint_commands/hip/position: {column: 1, scale: 0, offset: "
+      "2}}}]\n"
+      "columns: {time: t, /joint_commands/hip/position: {column: 1, scale: 0, offset: 1}}",
+      "e.yaml");
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[0].columns[1].offset, 1.0);
   ASSERT_EQ(maps[1].columns.size(), 2u);
@@ -157,9 +179,10 @@ TEST(TextRecording, AnExperimentReadsAFileWithoutHeaderAndStamps) {
   std::ofstream file(folder + "log.txt");
   for (int k = 0; k < 100; ++k) file << "  " << 57.29577951308232 * std::sin(0.1 * k) << "  " << 0.5 * k << "\n";
   file.close();
-  std::ofstream(folder + "experiment.yaml") << "robot: robot.urdf\nbase: fixed\ndrive: effort\nsample_rate: 50\nrecordings: [{file: log.txt}]\n"
-                                               "columns:\n  /joint_states/elbow/position: {column: 1, scale: 0.017453292519943295}\n"
-                                               "  /joint_states/elbow/effort: 2\n";
+  std::ofstream(folder + "experiment.yaml")
+      << "robot: robot.urdf\nbase: fixed\ndrive: effort\nsample_rate: 50\nrecordings: [{file: log.txt}]\n"
+         "columns:\n  /joint_states/elbow/position: {column: 1, scale: 0.017453292519943295}\n"
+         "  /joint_states/elbow/effort: 2\n";
   const Experiment e = load_experiment(folder + "experiment.yaml");
   ASSERT_EQ(e.recordings.size(), 1u);
   EXPECT_NEAR(e.recordings[0].time[10], 0.2, 1e-12);

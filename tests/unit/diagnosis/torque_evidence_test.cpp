@@ -34,9 +34,12 @@ double find_coarse_cutoff(const std::string& name, const Hypothesis& hidden) {
 
 // Noise of the accelerations must be small against what is missing, not only against the effort.
 TEST(TorqueEvidence, LittleMissingTorqueBehindCoarseEncodersIsLookedForAtLowerFrequencies) {
-  const double much = find_coarse_cutoff("coarse_much", {{EffectId::kViscous, kShoulder, {2.0}}, {EffectId::kCoulomb, kShoulder, {3.0, 0.0, 5e-4}},
-                                                         {EffectId::kViscous, kElbow, {1.0}}, {EffectId::kCoulomb, kElbow, {2.0, 0.0, 5e-4}}});
-  const double little = find_coarse_cutoff("coarse_little", {{EffectId::kViscous, kShoulder, {0.02}}, {EffectId::kViscous, kElbow, {0.01}}});
+  const double much = find_coarse_cutoff("coarse_much", {{EffectId::kViscous, kShoulder, {2.0}},
+                                                         {EffectId::kCoulomb, kShoulder, {3.0, 0.0, 5e-4}},
+                                                         {EffectId::kViscous, kElbow, {1.0}},
+                                                         {EffectId::kCoulomb, kElbow, {2.0, 0.0, 5e-4}}});
+  const double little = find_coarse_cutoff(
+      "coarse_little", {{EffectId::kViscous, kShoulder, {0.02}}, {EffectId::kViscous, kElbow, {0.01}}});
   EXPECT_LT(little, much);
 }
 
@@ -45,7 +48,9 @@ std::vector<Finding> find_bent(double yield) {
   const Experiment e = make_simulated_experiment("bristles", kArm, kArmJoints, {});
   const Where elbow = {{"joint", "elbow"}};
   Finding dry = make_finding(get_effect(EffectId::kCoulomb), elbow, {make_one("level", "N m", 0.06, 0.005)});
-  Finding bent = make_finding(get_effect(EffectId::kHysteresis), elbow, {make_one("stiffness", "N m/rad", 0.04 / yield, 0.0), make_one("yield_angle", "rad", yield, 0.0)});
+  Finding bent =
+      make_finding(get_effect(EffectId::kHysteresis), elbow,
+                   {make_one("stiffness", "N m/rad", 0.04 / yield, 0.0), make_one("yield_angle", "rad", yield, 0.0)});
   std::vector<Finding> findings{dry, bent};
   join_bristles(make_torque_data(e), &findings);
   return findings;
@@ -69,8 +74,8 @@ TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) 
   expect_drives(verdict, hidden);
 }
 
-// A joint that turned one way: a constant torque of 1600 N m was listed, which dry friction of 1580 N m took back. The drive
-// gives 330 N m.
+// A joint that turned one way: a constant torque of 1600 N m was listed, which dry friction of 1580 N m took back. The
+// drive gives 330 N m.
 TEST(TorqueEvidence, ATermThatOthersTakeBackButForADetailIsNotPhysical) {
   const TorqueDesign design = make_torque_design(make_torque_data(simulate_arm("torque_back", make_arm_drives())));
   std::vector<size_t> pair;
@@ -87,16 +92,20 @@ TEST(TorqueEvidence, ATermThatOthersTakeBackButForADetailIsNotPhysical) {
   EXPECT_FALSE(is_physical(design, kShoulder, pair, 1600.0 * signs));
 }
 
-// Before, recordings below a second were left to a search of sets of few effects, which reported that no effect explains
-// them.
+// Before, recordings below a second were left to a search of sets of few effects, which reported that no effect
+// explains them.
 TEST(TorqueEvidence, StepsOfLessThanASecondShowFrictionAndRotors) {
   Experiment e = make_simulated_experiment("torque_steps", kArm, kArmJoints, make_arm_drives());
   constexpr long kFirst = 500, kSamples = 180;  // 0.9 s of 6 s, in motion
   for (Recording& r : e.recordings) {
-    const auto cut = [](std::vector<double>* column) { *column = {column->begin() + kFirst, column->begin() + kFirst + kSamples}; };
+    const auto cut = [](std::vector<double>* column) {
+      *column = {column->begin() + kFirst, column->begin() + kFirst + kSamples};
+    };
     cut(&r.time);
     for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) cut(column);
+      for (std::vector<double>* column :
+           {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+        cut(column);
     }
   }
   const TorqueVerdict verdict = judge_torque(e, 1);
@@ -109,7 +118,8 @@ TEST(TorqueEvidence, StepsOfLessThanASecondShowFrictionAndRotors) {
 TEST(TorqueEvidence, HysteresisIsNamedAndLeavesFrictionAndRotorTheirSizes) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kHysteresis, kShoulder, {60.0, 0.02}});
-  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_hysteresis", kArm, kArmJoints, hidden), 1);
+  const TorqueVerdict verdict =
+      judge_torque(make_simulated_experiment("torque_hysteresis", kArm, kArmJoints, hidden), 1);
   const Finding* f = find(verdict, "hysteresis", "shoulder");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
@@ -130,12 +140,13 @@ TEST(TorqueEvidence, PreSlidingOfDryFrictionIsNoHysteresis) {
   for (Effect& effect : hidden) {
     if (effect.id == EffectId::kCoulomb) effect.p[2] = 3e-3;
   }
-  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_presliding", kArm, kArmJoints, hidden), 1);
+  const TorqueVerdict verdict =
+      judge_torque(make_simulated_experiment("torque_presliding", kArm, kArmJoints, hidden), 1);
   for (const std::string& joint : kArmJoints) EXPECT_EQ(find(verdict, "hysteresis", joint), nullptr) << joint;
 }
 
-// Twelve windows of a turn with a friction of their own, of which a joint sees the first: a joint that hardly moves knows its
-// level to 38 %, one that sees a whole turn exactly.
+// Twelve windows of a turn with a friction of their own, of which a joint sees the first: a joint that hardly moves
+// knows its level to 38 %, one that sees a whole turn exactly.
 TEST(TorqueEvidence, DryFrictionOfAPartOfATurnIsKnownAsWellAsAFewOfItsWindowsTellTheMean) {
   constexpr int kWindows = 12, kTurns = 20000;
   const auto calc_spread = [&](int seen) {
@@ -166,7 +177,8 @@ TEST(TorqueEvidence, OfAJointThatStandsStillTheReportSaysThatThisMotionCannotTel
   const std::vector<NotIdentifiable> list = judge_torque(e, 1).evidence.not_identifiable;
   const auto says = [&](const char* joint) {
     return std::any_of(list.begin(), list.end(), [&](const NotIdentifiable& n) {
-      return n.effect == get_effect(EffectId::kRotorInertia).name && n.where == Where{{"joint", joint}} && n.why.find("hardly moves") != std::string::npos;
+      return n.effect == get_effect(EffectId::kRotorInertia).name && n.where == Where{{"joint", joint}} &&
+             n.why.find("hardly moves") != std::string::npos;
     });
   };
   EXPECT_TRUE(says("elbow"));
@@ -183,7 +195,8 @@ TEST(TorqueEvidence, NothingHiddenGivesNoFinding) {
 TEST(TorqueEvidence, AConstantTorqueIsAmongOthersFrictionThatHoldsMoreInOneDirection) {
   Hypothesis hidden = make_arm_drives();
   hidden[4].p[1] = 0.3;
-  const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_one_sided", kArm, kArmJoints, hidden), 1);
+  const TorqueVerdict verdict =
+      judge_torque(make_simulated_experiment("torque_one_sided", kArm, kArmJoints, hidden), 1);
   const Finding* constant = find(verdict, "constant_torque", "elbow");
   ASSERT_NE(constant, nullptr);
   const std::string friction = get_effect(EffectId::kCoulomb).name;
@@ -234,7 +247,8 @@ TEST(TorqueEvidence, WhatCarriesTheLinksBesideTheDrivesIsNamedWithItsShare) {
   for (const double share : {0.6, 1.0}) {
     Hypothesis hidden = make_arm_drives();
     hidden.push_back({find_effect("gravity_compensation")->id, 0, {share}});
-    const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_carried", kArm, kArmJoints, hidden), 1);
+    const TorqueVerdict verdict =
+        judge_torque(make_simulated_experiment("torque_carried", kArm, kArmJoints, hidden), 1);
     const Finding* carried = find(verdict, "gravity_compensation", "base");
     ASSERT_NE(carried, nullptr) << share;
     EXPECT_EQ(carried->grade, Grade::kSupported) << carried->statement;
@@ -246,7 +260,8 @@ TEST(TorqueEvidence, WhatCarriesTheLinksBesideTheDrivesIsNamedWithItsShare) {
 
 // What a joint's rotor is beside a wrong mass is another number than alone: it must still be one.
 TEST(TorqueEvidence, OfARealArmWithOneRecordingNoRotorWeighsLessThanNothing) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
+  const std::filesystem::path path =
+      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Experiment e = load_experiment(path.string());
   e.recordings.resize(1);
@@ -262,7 +277,8 @@ TEST(TorqueEvidence, ALagBesideFrictionIsFoundThroughTheJointsSimulation) {
   hidden.push_back({EffectId::kLag, kElbow, {0.02}});
   const Experiment e = make_simulated_experiment("torque_lag", kArm, kArmJoints, hidden);
   const Hypothesis found = polish_joints(make_problem(e, 1), make_arm_drives(), nullptr, true);
-  const auto lag = std::find_if(found.begin(), found.end(), [](const Effect& x) { return x.id == EffectId::kLag || x.id == EffectId::kDelay; });
+  const auto lag = std::find_if(found.begin(), found.end(),
+                                [](const Effect& x) { return x.id == EffectId::kLag || x.id == EffectId::kDelay; });
   ASSERT_NE(lag, found.end());
   EXPECT_EQ(lag->place, at_joint(kElbow));
   EXPECT_NEAR(lag->p[0], 0.02, 0.004);  // a delay of as many milliseconds does nearly the same below 5 Hz
@@ -274,7 +290,8 @@ void add_spring(double stiffness, Recording* r) {
   forget_commands(r);
 }
 
-// Held-out recordings together are predicted better with the spring, the last one worse: it is no property of the joint.
+// Held-out recordings together are predicted better with the spring, the last one worse: it is no property of the
+// joint.
 TEST(TorqueEvidence, ASpringThatOneHeldOutRecordingDeniesIsNotSupported) {
   Experiment e = make_simulated_experiment("torque_denied", kArm, kArmJoints, make_arm_drives());
   e.recordings.push_back(e.recordings[2]);
@@ -333,15 +350,17 @@ TEST(TorqueEvidence, InertiaOfALevelCartIsAmbiguousWhateverItIsCalled) {
     if (f.effect == "viscous_friction") continue;
     EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
     EXPECT_FALSE(f.alternatives.empty()) << f.statement;
-    // The recordings have no noise to speak of. What counts is that torque constants, and masses of links, are known to 2 %:
-    // of 2 kg beside a cart of 5 kg, hypot(0.02 * 7, 0.02 * 5) = 0.172 kg.
+    // The recordings have no noise to speak of. What counts is that torque constants, and masses of links, are known to
+    // 2 %: of 2 kg beside a cart of 5 kg, hypot(0.02 * 7, 0.02 * 5) = 0.172 kg.
     for (const Alternative& a : f.alternatives) {
-      for (const Estimate& p : a.parameters) EXPECT_LE(p.std[0], 0.09 * std::abs(p.value[0])) << a.effect << " " << p.name;
+      for (const Estimate& p : a.parameters)
+        EXPECT_LE(p.std[0], 0.09 * std::abs(p.value[0])) << a.effect << " " << p.name;
     }
   }
 }
 
-// The axis stands upright, so gravity loads nothing, and the bodies take a tenth of the effort: the drive moves its own rotor.
+// The axis stands upright, so gravity loads nothing, and the bodies take a tenth of the effort: the drive moves its own
+// rotor.
 TEST(TorqueEvidence, FrictionOfTheLoadOfADriveThatMovesItsOwnRotorGrowsWithItsEffort) {
   const char* const table = R"(<robot name="table"><link name="base"/>
       <link name="plate"><inertial><mass value="2"/>
@@ -349,7 +368,9 @@ TEST(TorqueEvidence, FrictionOfTheLoadOfADriveThatMovesItsOwnRotorGrowsWithItsEf
       <joint name="turn" type="revolute"><parent link="base"/><child link="plate"/><axis xyz="0 0 1"/>
         <limit lower="-3" upper="3" effort="500" velocity="10"/></joint></robot>)";
   const Experiment e = make_simulated_experiment("torque_table", table, {"turn"},
-                                                 {{EffectId::kRotorInertia, 0, {0.5}}, {EffectId::kViscous, 0, {0.3}}, {EffectId::kLoadFriction, 0, {0.12, 1e-5}}});
+                                                 {{EffectId::kRotorInertia, 0, {0.5}},
+                                                  {EffectId::kViscous, 0, {0.3}},
+                                                  {EffectId::kLoadFriction, 0, {0.12, 1e-5}}});
   const TorqueVerdict verdict = judge_torque(e, 1);
   const Finding* friction = find(verdict, "load_dependent_friction", "turn");
   const Finding* rotor = find(verdict, "rotor_inertia", "turn");
@@ -359,8 +380,8 @@ TEST(TorqueEvidence, FrictionOfTheLoadOfADriveThatMovesItsOwnRotorGrowsWithItsEf
   EXPECT_NEAR(rotor->parameters[0].value[0], 0.5, 0.01) << rotor->statement;
 }
 
-// The spring takes most of the effort, so the gear's load is not that of the bodies. With the bodies' load, two zeros of
-// joints, a constant torque and a force explained more.
+// The spring takes most of the effort, so the gear's load is not that of the bodies. With the bodies' load, two zeros
+// of joints, a constant torque and a force explained more.
 TEST(TorqueEvidence, FrictionOfTheLoadBesideASpringGrowsWithWhatTheDriveGives) {
   Hypothesis hidden{{EffectId::kSpring, kShoulder, {40.0, 0.2}}, {EffectId::kLoadFriction, kShoulder, {0.1, 1e-5}}};
   for (const Effect& effect : make_arm_drives()) hidden.push_back(effect);
@@ -376,8 +397,10 @@ TEST(TorqueEvidence, FrictionOfTheLoadBesideASpringGrowsWithWhatTheDriveGives) {
 // The nominal bodies load the gear otherwise than the true ones, and no law of the drive contains the difference. With
 // their load, the centre of mass was 28 mm off, with a force of 1.8 N beside it.
 TEST(TorqueEvidence, FrictionOfTheLoadBesideAWrongCentreOfMassCountsTheTrueLoad) {
-  const Hypothesis hidden{{EffectId::kComError, kFore, {-0.1, 0.0, 0.1}},    {EffectId::kLoadFriction, kElbow, {0.1, 1e-5}},
-                          {EffectId::kViscous, kElbow, {0.1}},               {EffectId::kRotorInertia, kElbow, {0.02}},
+  const Hypothesis hidden{{EffectId::kComError, kFore, {-0.1, 0.0, 0.1}},
+                          {EffectId::kLoadFriction, kElbow, {0.1, 1e-5}},
+                          {EffectId::kViscous, kElbow, {0.1}},
+                          {EffectId::kRotorInertia, kElbow, {0.02}},
                           {EffectId::kCoulomb, kElbow, {0.1, 0.0, 5e-4}}};
   const TorqueVerdict verdict = judge_torque(make_simulated_experiment("torque_com", kArm, kArmJoints, hidden), 1);
   const Finding* centre = find(verdict, "com_error", "fore");

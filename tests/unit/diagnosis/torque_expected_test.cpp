@@ -44,15 +44,18 @@ TEST(TorqueExpected, ASmallRotorBesideUnevenFrictionIsListedAsAmbiguous) {
 
 TEST(TorqueExpected, UnevenFrictionAloneShowsNoRotor) { EXPECT_FALSE(find_rotor("expected_none", 0.0).has_value()); }
 
-// Grease that warms up: dry friction falls from 2.6 to 0.4 N m in each recording. The change is a bound of the value. As
-// a difference between parts of the recordings it would count twice, and the interval would contain no friction.
+// Grease that warms up: dry friction falls from 2.6 to 0.4 N m in each recording. The change is a bound of the value.
+// As a difference between parts of the recordings it would count twice, and the interval would contain no friction.
 TEST(TorqueExpected, FrictionThatFadesIsSupportedWithTheRangeOfItsValues) {
   constexpr double kLevel = 1.5, kFade = 1.1;  // [N m]
-  Experiment e = make_simulated_experiment("expected_fade", kArm, kArmJoints, {{EffectId::kViscous, kElbow, {0.4}}, {EffectId::kCoulomb, kElbow, {kLevel, 0.0, 5e-4}}});
+  Experiment e = make_simulated_experiment(
+      "expected_fade", kArm, kArmJoints,
+      {{EffectId::kViscous, kElbow, {0.4}}, {EffectId::kCoulomb, kElbow, {kLevel, 0.0, 5e-4}}});
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[1];
     for (size_t k = 0; k < r.size(); ++k)
-      joint.signal[2][k] += kFade * (1.0 - 2.0 * (r.time[k] - r.time[0]) / r.duration()) * std::tanh(joint.signal[1][k] / 0.01);
+      joint.signal[2][k] +=
+          kFade * (1.0 - 2.0 * (r.time[k] - r.time[0]) / r.duration()) * std::tanh(joint.signal[1][k] / 0.01);
   }
   const std::optional<Finding> f = find_at_elbow(e, EffectId::kCoulomb);
   ASSERT_TRUE(f.has_value());

@@ -15,10 +15,12 @@ namespace {
 // The first `seconds` of a recording.
 Recording take(const Recording& whole, double seconds) {
   Recording r = whole;
-  const auto rows = static_cast<size_t>(std::count_if(r.time.begin(), r.time.end(), [&](double t) { return t - r.time[0] < seconds; }));
+  const auto rows = static_cast<size_t>(
+      std::count_if(r.time.begin(), r.time.end(), [&](double t) { return t - r.time[0] < seconds; }));
   r.time.resize(rows);
   for (JointColumns& joint : r.joints) {
-    for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+    for (std::vector<double>* column :
+         {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
       column->resize(std::min(column->size(), rows));
   }
   return r;
@@ -48,7 +50,9 @@ TEST(TorqueLog, AGapInALogTellsNothingAndChangesNoFriction) {
     };
     drop(&r.time);
     for (JointColumns& joint : r.joints) {
-      for (std::vector<double>* column : {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]}) drop(column);
+      for (std::vector<double>* column :
+           {&joint.command, &joint.command_rate, &joint.signal[0], &joint.signal[1], &joint.signal[2]})
+        drop(column);
     }
     ASSERT_EQ(r.time.size(), 1000u);
   }
@@ -64,20 +68,24 @@ TEST(TorqueLog, AServoThatSwingsBetweenItsLimitsChangesNoFriction) {
   expect_drives(judge_torque(e, 1), hidden);
 }
 
-// Real efforts as a controller would log them that compensates gravity elsewhere. The single pendulum hangs still at first
-// and swings in the held-out part: what swings is no outlier.
+// Real efforts as a controller would log them that compensates gravity elsewhere. The single pendulum hangs still at
+// first and swings in the held-out part: what swings is no outlier.
 TEST(TorqueLog, OfRealPendulumsWhoseLogsLeaveGravityOutGravityIsNamed) {
   for (const char* name : {"dfki_simple_pendulum", "dfki_double_pendulum"}) {
-    const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / name / "experiment.yaml";
+    const std::filesystem::path path =
+        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / name / "experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
     Experiment e = load_experiment(path.string());
     const Plant plant = make_plant(e, {});
     for (Recording& r : e.recordings) {
       Eigen::MatrixXd q(static_cast<long>(r.time.size()), e.num_joints());
-      for (long j = 0; j < q.cols(); ++j) q.col(j) = Eigen::Map<const Eigen::VectorXd>(r.joints[static_cast<size_t>(j)].signal[0].data(), q.rows());
-      const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(q.rows(), q.cols()), gravity = calc_efforts(plant, q, rest, rest);
+      for (long j = 0; j < q.cols(); ++j)
+        q.col(j) = Eigen::Map<const Eigen::VectorXd>(r.joints[static_cast<size_t>(j)].signal[0].data(), q.rows());
+      const Eigen::MatrixXd rest = Eigen::MatrixXd::Zero(q.rows(), q.cols()),
+                            gravity = calc_efforts(plant, q, rest, rest);
       for (long j = 0; j < q.cols(); ++j) {
-        for (long k = 0; k < q.rows(); ++k) r.joints[static_cast<size_t>(j)].signal[2][static_cast<size_t>(k)] -= gravity(k, j);
+        for (long k = 0; k < q.rows(); ++k)
+          r.joints[static_cast<size_t>(j)].signal[2][static_cast<size_t>(k)] -= gravity(k, j);
       }
     }
     const TorqueVerdict verdict = judge_torque(e, 1);
@@ -99,8 +107,8 @@ TEST(TorqueLog, LateCommandsShowInTheServosOwnLawBesideFriction) {
   EXPECT_NEAR(f->parameters[0].value[0], 0.012, 1e-3);
 }
 
-// Back-EMF of a motor at a voltage brakes as viscous friction kt^2/R does. Where supply, resistance and torque constant are
-// stated it is in the model, and no finding: only what the gear adds is.
+// Back-EMF of a motor at a voltage brakes as viscous friction kt^2/R does. Where supply, resistance and torque constant
+// are stated it is in the model, and no finding: only what the gear adds is.
 TEST(TorqueLog, BackEmfOfAStatedVoltageDriveIsNoFinding) {
   constexpr double kConstant = 2.0, kResistance = 5.0, kGear = 0.3;  // [N m/A], [ohm], [N m s/rad]
   Hypothesis hidden = make_arm_drives();
@@ -108,7 +116,8 @@ TEST(TorqueLog, BackEmfOfAStatedVoltageDriveIsNoFinding) {
   Experiment e = make_simulated_experiment("torque_voltage", kArm, kArmJoints, hidden);
   const Scenario stated = parse_scenario(
       "robot: robot.urdf\nbase: fixed\ndrive: voltage\nservo: {joints: {elbow: {kp: 500, kd: 25, supply: 125, "
-      "resistance: 5, torque_constant: 2}}}\n", "voltage.yaml");
+      "resistance: 5, torque_constant: 2}}}\n",
+      "voltage.yaml");
   ASSERT_EQ(stated.drive, "servo");
   EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").kp, 200.0);  // what the recordings were made with
   EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").effort_limit, 50.0);
@@ -160,11 +169,14 @@ TEST(TorqueLog, EffortsThatAreLoggedLateAreNoFriction) {
 // Back-EMF of a motor that is logged in volts: friction is nearly all of the effort, which therefore hardly follows the
 // torque. Beside friction and rotor it does.
 TEST(TorqueLog, AGainIsToldWhereFrictionIsMostOfTheEffort) {
-  const Hypothesis hidden{{EffectId::kTorqueConstant, kShoulder, {0.55}}, {EffectId::kViscous, kShoulder, {40.0}}, {EffectId::kViscous, kElbow, {0.4}}};
+  const Hypothesis hidden{{EffectId::kTorqueConstant, kShoulder, {0.55}},
+                          {EffectId::kViscous, kShoulder, {40.0}},
+                          {EffectId::kViscous, kElbow, {0.4}}};
   Experiment e = make_simulated_experiment("torque_volts", kArm, kArmJoints, hidden);
   for (Recording& r : e.recordings) forget_commands(&r);
   const TorqueVerdict verdict = judge_torque(e, 1);
-  const Finding *gain = find(verdict, "torque_constant_error", "shoulder"), *viscous = find(verdict, "viscous_friction", "shoulder");
+  const Finding *gain = find(verdict, "torque_constant_error", "shoulder"),
+                *viscous = find(verdict, "viscous_friction", "shoulder");
   ASSERT_NE(gain, nullptr);
   ASSERT_NE(viscous, nullptr);
   EXPECT_NEAR(gain->parameters[0].value[0], 0.55, 2.0 * gain->parameters[0].std[0]) << gain->statement;
@@ -193,7 +205,8 @@ TEST(TorqueLog, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {
 // A quadruped hangs and swings its legs; a delay of all its commands is 8 ms +- 10 ms, in the place of twelve rotors.
 // Its authors have a rotor in each joint. What the recordings do not tell from none takes the place of nothing.
 void expect_rotors_of_the_quadruped(bool exchanged) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/go2_hanging/experiment.yaml";
+  const std::filesystem::path path =
+      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/go2_hanging/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Experiment e = load_experiment(path.string());
   for (Recording& r : e.recordings) r.spec.train = r.spec.train != exchanged;

@@ -63,10 +63,12 @@ TEST(TorqueMass, ALinkOfTwoFifthsOfItsMassHasAWrongMassAndNoForceOnIt) {
 // Adds a term of the joint's own to a model. Returns its place in the list.
 size_t add_own(const TorqueDesign& design, size_t joint, bool (*is_it)(const Term&), TorqueModel* model) {
   const std::vector<Term>& terms = design.joints[joint].terms;
-  return add_own_term(joint, static_cast<size_t>(std::find_if(terms.begin(), terms.end(), is_it) - terms.begin()), model);
+  return add_own_term(joint, static_cast<size_t>(std::find_if(terms.begin(), terms.end(), is_it) - terms.begin()),
+                      model);
 }
 
-// A robot whose shoulder gives 0.86 of its log. Whoever cannot see the elbow's gain has no reason to trust that log more.
+// A robot whose shoulder gives 0.86 of its log. Whoever cannot see the elbow's gain has no reason to trust that log
+// more.
 TEST(TorqueMass, AnUnseenTorqueConstantIsKnownNoBetterThanThoseOfTheOtherDrivesAreRight) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kTorqueConstant, kShoulder, {0.86}});
@@ -76,14 +78,16 @@ TEST(TorqueMass, AnUnseenTorqueConstantIsKnownNoBetterThanThoseOfTheOtherDrivesA
   TorqueModel model;
   model.own = list_usual_terms(design);
   EXPECT_THAT(calc_gain_std(design, model, fit_torque(design, model)), testing::Each(kKnown));
-  add_own(design, kShoulder, [](const Term& t) { return t.row->scales_effort; }, &model);
+  add_own(
+      design, kShoulder, [](const Term& t) { return t.row->scales_effort; }, &model);
   const TorqueFit fit = fit_torque(design, model);
   ASSERT_TRUE(design.joints[kElbow].loaded);
   const std::vector<double> seen = calc_gain_std(design, model, fit);
   EXPECT_EQ(seen[kShoulder], kKnown);  // fitted: its own interval says how well it is known
   EXPECT_LT(seen[kElbow], 0.05);       // the weight of the fore link shows that it is right
   design.joints[kElbow].loaded = false;
-  EXPECT_NEAR(calc_gain_std(design, model, fit)[kElbow], 0.14 * std::sqrt(2.0), 0.03);  // one more drive than the one that is known; the gain is found to 0.02
+  EXPECT_NEAR(calc_gain_std(design, model, fit)[kElbow], 0.14 * std::sqrt(2.0),
+              0.03);  // one more drive than the one that is known; the gain is found to 0.02
 }
 
 // A stretch of one joint's rows takes a mass for a gain: with the mass free in each, the gain's size was lost.
@@ -96,10 +100,13 @@ TEST(TorqueMass, AGainBesideAWrongMassIsAsSureAsTheRowsOfAllJointsTellIt) {
   const TorqueDesign design = make_torque_design(make_torque_data(e));
   Choice choice;
   choice.model.own = list_usual_terms(design);
-  for (const JointDesign& joint : design.joints) choice.inclusion.emplace_back(joint.terms.size(), 1.0), choice.choice_std.emplace_back(joint.terms.size(), 0.0);
-  const size_t at = add_own(design, kElbow, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
+  for (const JointDesign& joint : design.joints)
+    choice.inclusion.emplace_back(joint.terms.size(), 1.0), choice.choice_std.emplace_back(joint.terms.size(), 0.0);
+  const size_t at = add_own(
+      design, kElbow, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
   const auto is_mass = [](const Term& t) { return t.row->factor && t.place == kFore; };
-  choice.model.whole = {static_cast<size_t>(std::find_if(design.whole.begin(), design.whole.end(), is_mass) - design.whole.begin())};
+  choice.model.whole = {
+      static_cast<size_t>(std::find_if(design.whole.begin(), design.whole.end(), is_mass) - design.whole.begin())};
   choice.fit = fit_torque(design, choice.model);
   const GradedTerm graded = grade_term(design, choice, {kElbow, at});
   EXPECT_NEAR(1.0 - graded.parameters[0], 0.95, kNinetyFive * graded.width[0]);
@@ -112,7 +119,8 @@ TEST(TorqueMass, AConstantTorqueIsKnownNoBetterThanTheWeightThatMakesOne) {
   const Experiment e = make_simulated_experiment("torque_constant_width", kArm, kArmJoints, make_arm_drives());
   const TorqueDesign design = make_torque_design(make_torque_data(e));
   TorqueModel model{list_usual_terms(design), {}};
-  const size_t at = add_own(design, kElbow, [](const Term& t) { return t.row->is_constant(); }, &model);
+  const size_t at = add_own(
+      design, kElbow, [](const Term& t) { return t.row->is_constant(); }, &model);
   const Eigen::VectorXd std = calc_unsure_mass_std(design, model, fit_torque(design, model));
   constexpr double kWeight = 1.0 * 9.81 * 0.15;  // [N m] of the forearm, held level
   const double constant = std[list_slots(design, model).own[kElbow][at]];
@@ -123,7 +131,8 @@ TEST(TorqueMass, AConstantTorqueIsKnownNoBetterThanTheWeightThatMakesOne) {
 // Held postures tell the moment of a load and hardly its mass.
 TEST(TorqueMass, ThePlaceOfALoadIsKnownNoBetterThanItsMass) {
   const Eigen::Vector4d load(0.5, 0.05, 0.0, 0.0), width(0.1, 0.002, 0.0, 0.0);
-  EXPECT_NEAR(take_place_widths(load, Eigen::Vector4d(0.01, 4e-6, 0, 0).asDiagonal(), width)[1] / load[0], 0.02, 0.001);  // 20 % of 0.1 m
+  EXPECT_NEAR(take_place_widths(load, Eigen::Vector4d(0.01, 4e-6, 0, 0).asDiagonal(), width)[1] / load[0], 0.02,
+              0.001);  // 20 % of 0.1 m
   // A known place: mass and moment are off together.
   Eigen::Matrix4d together = Eigen::Vector4d(0.01, 1e-4, 0, 0).asDiagonal();
   together(0, 1) = together(1, 0) = 1e-3;
@@ -151,12 +160,14 @@ TEST(TorqueMass, GainsOfAnArmThatCarriesALoadHaveTheLoadAsTheirAlternative) {
   choice.fit = fit_torque(design, choice.model);
   for (const GradedTerm& g : grade_terms(design, choice, 1)) {
     if (!g.term.row->scales_effort) continue;
-    const bool listed = std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->is_of_mass(); });
+    const bool listed =
+        std::any_of(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->is_of_mass(); });
     EXPECT_TRUE(listed) << "gain of " << kArmJoints[static_cast<size_t>(g.term.place)];
   }
 }
 
-// Drives that give 2 % less than their data sheets say make every mass look 2 % larger: that much no mass is known better.
+// Drives that give 2 % less than their data sheets say make every mass look 2 % larger: that much no mass is known
+// better.
 TEST(TorqueMass, AMassIsKnownNoBetterThanTheTorqueConstantsOfTheDrivesThatCarryIt) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kMassError, kFore, {0.65}});
@@ -177,11 +188,13 @@ std::string make_turning_arm() {
   return arm.replace(arm.find(axis), axis.size(), "<axis xyz=\"0 0 1\"/>");
 }
 
-// Efforts that are currents of drives with 1.3 N m/A: to a plumb first axis and the joint behind it, a light forearm and a rotor
-// say the same.
+// Efforts that are currents of drives with 1.3 N m/A: to a plumb first axis and the joint behind it, a light forearm
+// and a rotor say the same.
 TEST(TorqueMass, ALinkThatLooksLightHasTheGainsOfAllDrivesThatMoveItAsAlternatives) {
-  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.2}}, {EffectId::kCoulomb, kShoulder, {0.3, 0.0, 5e-4}},
-                    {EffectId::kViscous, kElbow, {0.05}}, {EffectId::kCoulomb, kElbow, {0.1, 0.0, 5e-4}}};
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {0.2}},
+                    {EffectId::kCoulomb, kShoulder, {0.3, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {0.05}},
+                    {EffectId::kCoulomb, kElbow, {0.1, 0.0, 5e-4}}};
   Experiment e = make_simulated_experiment("torque_all_gains", make_turning_arm(), kArmJoints, hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
@@ -192,7 +205,8 @@ TEST(TorqueMass, ALinkThatLooksLightHasTheGainsOfAllDrivesThatMoveItAsAlternativ
   }
   const TorqueDesign design = make_torque_design(make_torque_data(e));
   Choice choice = choose_torque_model(design, 1);
-  const auto mass = std::find_if(design.whole.begin(), design.whole.end(), [](const Term& t) { return t.row->factor && t.place == kFore; });
+  const auto mass = std::find_if(design.whole.begin(), design.whole.end(),
+                                 [](const Term& t) { return t.row->factor && t.place == kFore; });
   ASSERT_NE(mass, design.whole.end());
   choice.model = {list_usual_terms(design), {static_cast<size_t>(mass - design.whole.begin())}};
   choice.fit = fit_torque(design, choice.model);
@@ -222,7 +236,8 @@ TEST(TorqueMass, TwoWrongCentresOfMassHaveTheOneLoadThatMovesBothAsAlternative) 
   choice.fit = fit_torque(design, choice.model);
   for (const GradedTerm& g : grade_terms(design, choice, 1)) {
     if (!g.term.whole()) continue;
-    const auto load = std::find_if(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
+    const auto load = std::find_if(g.rivals.begin(), g.rivals.end(),
+                                   [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
     ASSERT_NE(load, g.rivals.end()) << "link " << g.term.place;
     const double mass = load->parameters[0];
     EXPECT_NEAR(mass, 0.5, 0.05);  // a tenth: texture, and inertia to first order
@@ -241,34 +256,42 @@ TEST(TorqueMass, AForceThatPointsDownHasTheLoadWhoseWeightItIsAsAlternative) {
   Choice choice = choose_torque_model(design, 1);
   choice.model = {list_usual_terms(design), {}};
   for (size_t i : {size_t{kShoulder}, size_t{kElbow}}) {
-    add_own(design, i, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
-    add_own(design, i, [](const Term& t) { return t.row->effect->id == EffectId::kSpring; }, &choice.model);
+    add_own(
+        design, i, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
+    add_own(
+        design, i, [](const Term& t) { return t.row->effect->id == EffectId::kSpring; }, &choice.model);
   }
-  const auto pulls = std::find_if(design.whole.begin(), design.whole.end(), [](const Term& t) { return t.row->pulls && t.place == kFore; });
+  const auto pulls = std::find_if(design.whole.begin(), design.whole.end(),
+                                  [](const Term& t) { return t.row->pulls && t.place == kFore; });
   ASSERT_NE(pulls, design.whole.end());
   choice.model.whole = {static_cast<size_t>(pulls - design.whole.begin())};
   choice.fit = fit_torque(design, choice.model);
   const GradedTerm g = grade_term(design, choice, {-1, 0});
-  const auto load = std::find_if(g.rivals.begin(), g.rivals.end(), [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
+  const auto load = std::find_if(g.rivals.begin(), g.rivals.end(),
+                                 [](const Rival& r) { return r.term.row->load && r.term.place == kFore; });
   ASSERT_NE(load, g.rivals.end());
   EXPECT_NEAR(load->parameters[0], 0.5, 0.05);  // a tenth, as above
   EXPECT_NE(g.grade, Grade::kSupported);
 }
 
-// A force may have any direction: that it lies within 10 degrees of the vertical is one case of 130, and a weight's always.
+// A force may have any direction: that it lies within 10 degrees of the vertical is one case of 130, and a weight's
+// always.
 TEST(TorqueMass, AForceAlongGravityIsLessLikelyThanAWeightByTheConeItLiesIn) {
   const Vector3d gravity_W(0.0, 0.0, -9.81);
-  const auto cost = [&](double angle) { return calc_direction_cost(5.0 * Vector3d(std::sin(angle), 0.0, -std::cos(angle)), gravity_W); };
+  const auto cost = [&](double angle) {
+    return calc_direction_cost(5.0 * Vector3d(std::sin(angle), 0.0, -std::cos(angle)), gravity_W);
+  };
   EXPECT_NEAR(std::exp(cost(M_PI / 18.0)), 131.6, 0.1);
   EXPECT_NEAR(cost(M_PI / 2.0), std::log(2.0), 1e-12);
-  EXPECT_NEAR(cost(M_PI), 0.0, 1e-12);                 // up: no weight
-  EXPECT_EQ(cost(0.0), cost(0.01));                    // no base is so level
+  EXPECT_NEAR(cost(M_PI), 0.0, 1e-12);  // up: no weight
+  EXPECT_EQ(cost(0.0), cost(0.01));     // no base is so level
   EXPECT_EQ(calc_direction_cost(gravity_W, Vector3d::Zero()), 0.0);
 }
 
 // One link alone: a mass that is wrong by a factor and a gain of the drive say the same in every motion.
 TEST(TorqueMass, GainAndMassOfASingleLinkAreAmbiguousWithEachOther) {
-  const Experiment e = make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
+  const Experiment e =
+      make_simulated_experiment("torque_gain", kPendulum, {"hinge"}, {{EffectId::kTorqueConstant, 0, {0.8}}});
   const TorqueVerdict verdict = judge_torque(e, 1);
   ASSERT_EQ(verdict.evidence.findings.size(), 1u);
   const Finding& f = verdict.evidence.findings[0];
@@ -314,7 +337,8 @@ GradedTerm make_graded(bool TermRow::*property, int place, double value, double 
 
 // A wrong mass with load-dependent friction and a gear that the load hardly turns take the same torque both ways.
 TEST(TorqueMass, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
-  GradedTerm mass = make_graded(&TermRow::factor, 1, -0.46, 0.1), friction = make_graded(&TermRow::by_load, 0, 0.37, 0.1);
+  GradedTerm mass = make_graded(&TermRow::factor, 1, -0.46, 0.1),
+             friction = make_graded(&TermRow::by_load, 0, 0.37, 0.1);
   const double s = 0.54, mu = 0.37, r = calc_backward_loss(mu);
   double k = calc_gear_gain(mass, friction);
   EXPECT_NEAR(s * (1.0 + mu), 1.0 / k, 1e-12);        // lifted
@@ -327,9 +351,11 @@ TEST(TorqueMass, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
 
 // Half of a link's mass is not forgotten, a gear that the load hardly turns is common: the rows are the same.
 TEST(TorqueMass, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBackwards) {
-  const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  const TorqueDesign design =
+      make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
   // By the nominal load: lifting takes 0.54 + 0.37 of it, lowering 0.54 - 0.37.
-  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, -0.46, 0.02), make_graded(&TermRow::by_load, 0, 0.37, 0.02)};
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, -0.46, 0.02),
+                                 make_graded(&TermRow::by_load, 0, 0.37, 0.02)};
   explain_by_gears(design, &graded);
   EXPECT_EQ(graded[1].term.effect().name, "backdriving_friction");
   EXPECT_NEAR(graded[1].parameters[0], 1.0 - 0.17 / 0.91, 1e-12);
@@ -339,8 +365,10 @@ TEST(TorqueMass, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBac
 }
 
 TEST(TorqueMass, AMassThatIsATenthOffStaysAMassAndItsFrictionCountsTheTrueLoad) {
-  const TorqueDesign design = make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
-  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, 0.1, 0.02), make_graded(&TermRow::by_load, 0, 0.11, 0.02)};
+  const TorqueDesign design =
+      make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, 0.1, 0.02),
+                                 make_graded(&TermRow::by_load, 0, 0.11, 0.02)};
   explain_by_gears(design, &graded);
   EXPECT_EQ(graded[0].term.effect().name, "mass_error");
   EXPECT_NEAR(graded[1].parameters[0], 0.1, 1e-12);

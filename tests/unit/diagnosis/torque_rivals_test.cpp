@@ -15,8 +15,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Adds dry friction to the efforts of the shoulder: a share of the load in the training recordings, in the others that or a
-// constant level of the same mean size.
+// Adds dry friction to the efforts of the shoulder: a share of the load in the training recordings, in the others that
+// or a constant level of the same mean size.
 Experiment make_friction(const std::string& name, bool constant_in_held_out) {
   Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
   constexpr double kRatio = 0.3;
@@ -26,7 +26,8 @@ Experiment make_friction(const std::string& name, bool constant_in_held_out) {
     for (double effort : joint.signal[2]) mean += std::abs(effort) / static_cast<double>(r.size());
     const bool constant = constant_in_held_out && !r.spec.train;
     for (size_t k = 0; k < r.size(); ++k)
-      joint.signal[2][k] += kRatio * (constant ? mean : std::abs(joint.signal[2][k])) * std::tanh(joint.signal[1][k] / 0.02);
+      joint.signal[2][k] +=
+          kRatio * (constant ? mean : std::abs(joint.signal[2][k])) * std::tanh(joint.signal[1][k] / 0.02);
   }
   return e;
 }
@@ -37,7 +38,8 @@ bool lists_constant_level(const Experiment& e) {
     if (f.effect != get_effect(EffectId::kLoadFriction).name || f.where.begin().value() != "shoulder") continue;
     EXPECT_EQ(f.grade, Grade::kSupported) << f.statement;
     const std::string constant = get_effect(EffectId::kCoulomb).name;
-    return std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == constant; });
+    return std::any_of(f.alternatives.begin(), f.alternatives.end(),
+                       [&](const auto& a) { return a.effect == constant; });
   }
   ADD_FAILURE() << "no friction of the load";
   return false;
@@ -50,11 +52,13 @@ TEST(TorqueRivals, DryFrictionThatPredictsHeldOutRecordingsBetterIsListed) {
   EXPECT_FALSE(lists_constant_level(make_friction("rivals_load", false)));
 }
 
-// Drives that give three quarters of what they log, behind friction that takes most of the effort: what is missing of the
-// weight looks like a force that lifts a link, or like a light link.
+// Drives that give three quarters of what they log, behind friction that takes most of the effort: what is missing of
+// the weight looks like a force that lifts a link, or like a light link.
 TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) {
-  Hypothesis hidden{{EffectId::kViscous, kShoulder, {12.0}}, {EffectId::kCoulomb, kShoulder, {8.0, 0.0, 5e-4}},
-                    {EffectId::kViscous, kElbow, {6.0}}, {EffectId::kCoulomb, kElbow, {4.0, 0.0, 5e-4}}};
+  Hypothesis hidden{{EffectId::kViscous, kShoulder, {12.0}},
+                    {EffectId::kCoulomb, kShoulder, {8.0, 0.0, 5e-4}},
+                    {EffectId::kViscous, kElbow, {6.0}},
+                    {EffectId::kCoulomb, kElbow, {4.0, 0.0, 5e-4}}};
   Experiment e = simulate_arm("rivals_gains", hidden);
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
@@ -68,7 +72,8 @@ TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) 
     any = any || f.effect == gain;
     if (!f.where.contains("link")) continue;
     EXPECT_NE(f.grade, Grade::kSupported) << f.statement;
-    any = any || std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == gain; });
+    any = any ||
+          std::any_of(f.alternatives.begin(), f.alternatives.end(), [&](const auto& a) { return a.effect == gain; });
   }
   EXPECT_TRUE(any);
 }
@@ -90,7 +95,8 @@ TEST(TorqueRivals, StribeckFrictionHasNoValuesWhereTheMotionIsTooFastToTellTheFr
   EXPECT_EQ(count_values({50.0, -2000.0, 2100.0}), 0);
 }
 
-// The place of a mass is a link, and there is no joint of the last one's number: it was read behind the end of the list.
+// The place of a mass is a link, and there is no joint of the last one's number: it was read behind the end of the
+// list.
 TEST(TorqueRivals, AMassAtTheLastLinkIsNoPlayOfAJoint) {
   Experiment e;
   e.robot.tree.links.resize(2);
@@ -109,10 +115,12 @@ std::string make_hanging_arm() {
   return arm.replace(arm.find(joint), joint.size(), joint + "<origin rpy=\"0 1.5708 0\"/>");
 }
 
-bool is_zero(const Finding& f) { return f.effect == get_effect(EffectId::kJointOffset).name || f.effect == "base_tilt"; }
+bool is_zero(const Finding& f) {
+  return f.effect == get_effect(EffectId::kJointOffset).name || f.effect == "base_tilt";
+}
 
-// The arm swings by half a radian, with a texture in each gear. To each joint alone, the zero of the shoulder's encoder is a
-// constant torque.
+// The arm swings by half a radian, with a texture in each gear. To each joint alone, the zero of the shoulder's encoder
+// is a constant torque.
 TEST(TorqueRivals, AZeroThatIsAConstantTorqueAtEachJointIsOneCause) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kJointOffset, kShoulder, {0.08}});
@@ -120,7 +128,8 @@ TEST(TorqueRivals, AZeroThatIsAConstantTorqueAtEachJointIsOneCause) {
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
     for (JointColumns& columns : r.joints) {
-      for (size_t k = 0; k < r.size(); ++k) columns.signal[2][k] += 0.3 * std::sin(9.0 * columns.signal[0][k] + 0.2 * r.time[k]);
+      for (size_t k = 0; k < r.size(); ++k)
+        columns.signal[2][k] += 0.3 * std::sin(9.0 * columns.signal[0][k] + 0.2 * r.time[k]);
     }
   }
   bool zero = false;
@@ -151,7 +160,8 @@ TEST(TorqueRivals, PlayUnderALoadOfOneSideIsListedAndNoSpringIsSupported) {
       JointColumns& hinge = r.joints[0];
       const auto at = static_cast<size_t>(k);
       hinge.signal[0][at] = q(k, 0) + std::copysign(0.5 * kGap, tau(k, 0)), hinge.signal[1][at] = v(k, 0);
-      hinge.signal[2][at] = tau(k, 0) + 0.2 * std::tanh(v(k, 0) / 0.02) + 0.05 * v(k, 0) + 0.01 * std::sin(9.0 * q(k, 0)) + 0.003 * noise.draw();
+      hinge.signal[2][at] = tau(k, 0) + 0.2 * std::tanh(v(k, 0) / 0.02) + 0.05 * v(k, 0) +
+                            0.01 * std::sin(9.0 * q(k, 0)) + 0.003 * noise.draw();
     }
     forget_commands(&r);
   }
@@ -164,16 +174,19 @@ TEST(TorqueRivals, PlayUnderALoadOfOneSideIsListedAndNoSpringIsSupported) {
     }
   }
   ASSERT_TRUE(play);
-  EXPECT_NEAR(play->parameters[0].value[0], kGap, 0.25 * kGap);  // a ripple of a hundredth of the weight moves it by a fifth
+  EXPECT_NEAR(play->parameters[0].value[0], kGap,
+              0.25 * kGap);  // a ripple of a hundredth of the weight moves it by a fifth
 }
 
-// The shoulder swings near its lowest point in training, and over the top in the held-out recording. Its zero is 0.1 rad off.
+// The shoulder swings near its lowest point in training, and over the top in the held-out recording. Its zero is 0.1
+// rad off.
 Experiment make_swing() {
   Experiment e = make_simulated_experiment("rivals_upright", make_hanging_arm(), kArmJoints, {});
   e.scenario.drive = "effort";
   const Plant plant = make_plant(e, {});
   for (Recording& r : e.recordings) {
-    const double amplitude = r.spec.train ? 0.4 : 2.6, w = r.spec.train ? 2.5 + static_cast<double>(&r - e.recordings.data()) : 1.2;
+    const double amplitude = r.spec.train ? 0.4 : 2.6,
+                 w = r.spec.train ? 2.5 + static_cast<double>(&r - e.recordings.data()) : 1.2;
     const auto n = static_cast<long>(r.size());
     Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, 2), v = q, a = q;
     for (long k = 0; k < n; ++k) {
@@ -185,7 +198,8 @@ Experiment make_swing() {
       JointColumns& shoulder = r.joints[kShoulder];
       const auto at = static_cast<size_t>(k);
       shoulder.signal[0][at] = q(k, 0) + 0.1, shoulder.signal[1][at] = v(k, 0);
-      shoulder.signal[2][at] = tau(k, 0) + 0.8 * std::tanh(v(k, 0) / 0.02) + 0.3 * std::sin(9.0 * q(k, 0) + 0.2 * r.time[at]);
+      shoulder.signal[2][at] =
+          tau(k, 0) + 0.8 * std::tanh(v(k, 0) / 0.02) + 0.3 * std::sin(9.0 * q(k, 0) + 0.2 * r.time[at]);
       r.joints[kElbow].signal[0][at] = r.joints[kElbow].signal[1][at] = 0.0, r.joints[kElbow].signal[2][at] = tau(k, 1);
     }
   }
@@ -220,7 +234,8 @@ TEST(TorqueRivals, AZeroOfTheLastJointAndACentreOfMassBesideItsLineAreOneAnother
   const Finding* f = find(verdict, "joint_offset", "elbow");
   ASSERT_NE(f, nullptr);
   EXPECT_EQ(f->grade, Grade::kAmbiguous) << f->statement;
-  const auto centre = std::find_if(f->alternatives.begin(), f->alternatives.end(), [](const Alternative& a) { return a.effect == "com_error"; });
+  const auto centre = std::find_if(f->alternatives.begin(), f->alternatives.end(),
+                                   [](const Alternative& a) { return a.effect == "com_error"; });
   ASSERT_NE(centre, f->alternatives.end()) << f->statement;
   EXPECT_NEAR(centre->parameters[0].value[2], 0.03, 0.002);  // the angle's second order, 0.2^2 / 2
 }

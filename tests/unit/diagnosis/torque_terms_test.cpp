@@ -24,7 +24,8 @@ Eigen::VectorXd make_coefficients(const TermRow& row) {
 
 TEST(TorqueTerms, CoefficientsComeBackFromTheParametersThatAReportSays) {
   for (const TermRow& row : list_term_rows()) {
-    if (row.excess || row.scales_model || (row.make_values && !row.make_coefficients)) continue;  // reported with another, or not
+    if (row.excess || row.scales_model || (row.make_values && !row.make_coefficients))
+      continue;  // reported with another, or not
     // The report of a limit says its shape alone. All of the effort beyond it is missing.
     const Eigen::VectorXd x = row.shape_parameter == 0 ? Eigen::VectorXd::Ones(row.columns) : make_coefficients(row);
     std::vector<double> values = calc_values({&row, 0, 7.0}, x, 0.1 * x).value;

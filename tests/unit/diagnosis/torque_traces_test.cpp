@@ -4,8 +4,8 @@
 
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/measurement/torque/torque.h"
-#include "tests/unit/diagnosis/simulated_experiment.h"
 #include "test_places.h"
+#include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -32,18 +32,22 @@ TEST(TorqueTraces, WithFrictionThatDiffersByDirectionMeetTheRecordedEffort) {
     if (signal.find("elbow") == std::string::npos) continue;
     const double before = calc_distance(trace["before"], trace["recorded"]);
     EXPECT_GT(before, kLevel * 0.8);
-    // Around reversals the direction is known to a few samples: a tenth. Without the asymmetry, 0.3 of the level is left.
+    // Around reversals the direction is known to a few samples: a tenth. Without the asymmetry, 0.3 of the level is
+    // left.
     EXPECT_LT(calc_distance(trace["after"], trace["recorded"]), 0.15 * before);
     return;
   }
   FAIL() << "no curve of the elbow";
 }
 
-// In one recording of this arm the joint turns one way only: its torque alone says 0.54 N m, of a level of 0.43 +- 0.11.
+// In one recording of this arm the joint turns one way only: its torque alone says 0.54 N m, of a level of 0.43 +-
+// 0.11.
 TEST(PerRecording, AgreesOnFrictionThatDiffersByDirectionAlsoWhereTheJointTurnsOneWay) {
   const Experiment e = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/arm/experiment.yaml");
   const TorqueData data = make_torque_data(e);
-  Json found = {{{"effect", "coulomb_friction"}, {"where", {{"joint", "axis2"}}}, {"parameters", {{"level", {{"value", 0.43}, {"unit", "N m"}}}}}}};
+  Json found = {{{"effect", "coulomb_friction"},
+                 {"where", {{"joint", "axis2"}}},
+                 {"parameters", {{"level", {{"value", 0.43}, {"unit", "N m"}}}}}}};
   EXPECT_EQ(make_per_recording(data, found)[0]["verdict"], "differ");
   found[0]["also_fitted"] = {{"asymmetry", 0.265}};
   EXPECT_EQ(make_per_recording(data, found)[0]["verdict"], "agree");

@@ -38,23 +38,27 @@ std::string find_instead(const Experiment& e) {
     for (const Term& term : list_joint_terms(data, kElbow)) {
       const Eigen::MatrixXd columns = calc_joint_columns(data, r, term);
       if (term.row->backwards) gear.push_back(columns);
-      if (term.row->usual) laws.columns.back().conservativeResize(Eigen::NoChange, laws.columns.back().cols() + 1), laws.columns.back().rightCols(1) = columns;
+      if (term.row->usual)
+        laws.columns.back().conservativeResize(Eigen::NoChange, laws.columns.back().cols() + 1),
+            laws.columns.back().rightCols(1) = columns;
     }
   }
   return find_unlisted_friction(data, laws, gear);
 }
 
 TEST(UnlistedFriction, FrictionThatFollowsThePostureIsToldFromAGear) {
-  const Experiment e = make_arm("posture_friction", make_arm_drives(), [](const JointColumns& shoulder, const JointColumns& elbow, size_t k) {
-    return 0.8 * shoulder.signal[0][k] * calc_direction(elbow, k);
-  });
+  const Experiment e = make_arm("posture_friction", make_arm_drives(),
+                                [](const JointColumns& shoulder, const JointColumns& elbow, size_t k) {
+                                  return 0.8 * shoulder.signal[0][k] * calc_direction(elbow, k);
+                                });
   EXPECT_EQ(find_instead(e), "dry friction that follows the position of shoulder");
 }
 
 TEST(UnlistedFriction, EffortsThatReadLessWithOneSignAreToldFromAGear) {
-  const Experiment e = make_arm("one_sided_log", make_arm_drives(), [](const JointColumns&, const JointColumns& elbow, size_t k) {
-    return elbow.signal[2][k] < 0.0 ? -0.2 * elbow.signal[2][k] : 0.0;
-  });
+  const Experiment e =
+      make_arm("one_sided_log", make_arm_drives(), [](const JointColumns&, const JointColumns& elbow, size_t k) {
+        return elbow.signal[2][k] < 0.0 ? -0.2 * elbow.signal[2][k] : 0.0;
+      });
   EXPECT_EQ(find_instead(e), "an effort that reads differently with each sign");
 }
 

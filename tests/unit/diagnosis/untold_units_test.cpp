@@ -15,35 +15,47 @@ namespace {
 
 // A motor that turns a disc against friction, logged in hundredths: nothing tells that they are no N m.
 TEST(UntoldUnits, WhatIsFoundWhereTheUnitIsNotToldIsInTheUnitOfTheLog) {
-  Experiment e = make_simulated_experiment("units_untold", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  Experiment e =
+      make_simulated_experiment("units_untold", kDisc, {"motor"},
+                                {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) r = cut_recording(r, 0, r.time.size() / 2);  // 3 s tell as little of the unit
-  const Json report = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {}).report;
+  const Json report = diagnose_recordings(
+                          e, {}, [](const std::string&) {}, [](const Reports&) {})
+                          .report;
   ASSERT_FALSE(report["findings"].empty());
   EXPECT_EQ(report["untold_units"], Json({"motor"}));
-  EXPECT_NE(report["warnings"].dump().find("/joint_states/motor/effort: this motion does not tell its unit"), std::string::npos);
-  EXPECT_NE(report["summary"].get<std::string>().find("the unit of the effort of motor"), std::string::npos) << report["summary"];
+  EXPECT_NE(report["warnings"].dump().find("/joint_states/motor/effort: this motion does not tell its unit"),
+            std::string::npos);
+  EXPECT_NE(report["summary"].get<std::string>().find("the unit of the effort of motor"), std::string::npos)
+      << report["summary"];
   for (const Json& f : report["findings"]) EXPECT_TRUE(f.contains("in_log_unit")) << f["statement"];
 }
 
-// A heavy disc with the current of its motor as effort: it takes a fortieth of what is logged, as a rotor of 39 discs would.
+// A heavy disc with the current of its motor as effort: it takes a fortieth of what is logged, as a rotor of 39 discs
+// would.
 TEST(UntoldUnits, ARotorThatTheUnitMayBeIsNotSure) {
   Experiment e = simulate_heavy_disc("units_rotor");
   for (Recording& r : e.recordings) {
     for (double& y : r.joints[0].signal[2]) y *= 40.0;
   }
   Reports reports;
-  reports.report["findings"] = {{{"effect", "rotor_inertia"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
-                                 {"alternatives", Json::array()}, {"parameters", {{"inertia", {{"value", 7.8}, {"unit", "kg m^2"}}}}}}};
+  reports.report["findings"] = {{{"effect", "rotor_inertia"},
+                                 {"where", {{"joint", "motor"}}},
+                                 {"grade", "supported"},
+                                 {"statement", ""},
+                                 {"alternatives", Json::array()},
+                                 {"parameters", {{"inertia", {{"value", 7.8}, {"unit", "kg m^2"}}}}}}};
   doubt_untold_units(e, list_untold_units(make_torque_data(e), {}), &reports);
   const Json& rotor = reports.report["findings"][0];
   EXPECT_EQ(rotor["grade"], "ambiguous");
   ASSERT_EQ(rotor["alternatives"].size(), 1u);
-  EXPECT_NEAR(rotor["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 1.0 / 40.0, 0.1 / 40.0);  // a tenth, as above
+  EXPECT_NEAR(rotor["alternatives"][0]["parameters"]["scale"]["value"].get<double>(), 1.0 / 40.0,
+              0.1 / 40.0);  // a tenth, as above
 }
 
-// A motor at full duty, 100 in either direction, of 0.003 N m each, against viscous friction (back-EMF) of 0.02 N m s/rad.
-// Dry friction of 99.7 N m beside efforts in N m would make the same step.
+// A motor at full duty, 100 in either direction, of 0.003 N m each, against viscous friction (back-EMF) of 0.02 N m
+// s/rad. Dry friction of 99.7 N m beside efforts in N m would make the same step.
 Experiment make_steps(const std::string& name) {
   Experiment e = make_simulated_experiment(name, kDisc, {"motor"}, {});
   e.scenario.drive = "effort";
@@ -63,8 +75,12 @@ Experiment make_steps(const std::string& name) {
 
 Reports make_level_report(double level) {
   Reports reports;
-  reports.report["findings"] = {{{"effect", "coulomb_friction"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
-                                 {"alternatives", Json::array()}, {"parameters", {{"level", {{"value", level}, {"unit", "N m"}}}}}}};
+  reports.report["findings"] = {{{"effect", "coulomb_friction"},
+                                 {"where", {{"joint", "motor"}}},
+                                 {"grade", "supported"},
+                                 {"statement", ""},
+                                 {"alternatives", Json::array()},
+                                 {"parameters", {{"level", {{"value", level}, {"unit", "N m"}}}}}}};
   return reports;
 }
 
@@ -117,8 +133,12 @@ TEST(UntoldUnits, AConstantForceBesideAConstantWeightMayBeTheUnit) {
   EffortUnit untold;  // where a current is too noisy to show what the load's acceleration takes
   untold.joint = 0, untold.without_constant = *unit;
   Reports reports;
-  reports.report["findings"] = {{{"effect", "constant_torque"}, {"where", {{"joint", "motor"}}}, {"grade", "supported"}, {"statement", ""},
-                                 {"alternatives", Json::array()}, {"parameters", {{"torque", {{"value", -4.2}, {"unit", "N"}}}}}}};
+  reports.report["findings"] = {{{"effect", "constant_torque"},
+                                 {"where", {{"joint", "motor"}}},
+                                 {"grade", "supported"},
+                                 {"statement", ""},
+                                 {"alternatives", Json::array()},
+                                 {"parameters", {{"torque", {{"value", -4.2}, {"unit", "N"}}}}}}};
   doubt_untold_units(e, {untold}, &reports);
   EXPECT_EQ(reports.report["findings"][0]["grade"], "ambiguous");
   EXPECT_EQ(reports.report["findings"][0]["alternatives"].size(), 1u);
@@ -126,7 +146,8 @@ TEST(UntoldUnits, AConstantForceBesideAConstantWeightMayBeTheUnit) {
 
 // Friction that turns with the motion is there in any unit.
 TEST(UntoldUnits, FrictionOfAMotionBackAndForthIsNoUnit) {
-  Experiment e = make_simulated_experiment("units_back", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
+  Experiment e = make_simulated_experiment(
+      "units_back", kDisc, {"motor"}, {{EffectId::kCoulomb, 0, {1.0, 0.0, 5e-4}}, {EffectId::kRotorInertia, 0, {0.1}}});
   e.scenario.drive = "effort";
   EXPECT_FALSE(find_unit_without_friction(make_torque_data(e), 0).has_value());
 }
@@ -136,11 +157,13 @@ TEST(UntoldUnits, WhatIsMissingBesideAnUntoldUnitIsNotInNewtonMetres) {
   const Experiment e = simulate_heavy_disc("units_missing");
   Reports reports;
   reports.report["findings"] = Json::array();
-  reports.report["unexplained"] = {{{"where", {{"joint", "motor"}}}, {"statement", "motor: about 110 N m (root mean square) are missing"}}};
+  reports.report["unexplained"] = {
+      {{"where", {{"joint", "motor"}}}, {"statement", "motor: about 110 N m (root mean square) are missing"}}};
   EffortUnit untold;
   untold.joint = 0;
   doubt_untold_units(e, {untold}, &reports);
-  EXPECT_EQ(reports.report["unexplained"][0]["statement"], "motor: about 110 in the unit of the log (root mean square) are missing");
+  EXPECT_EQ(reports.report["unexplained"][0]["statement"],
+            "motor: about 110 in the unit of the log (root mean square) are missing");
 }
 
 TEST(UntoldUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {
@@ -151,11 +174,13 @@ TEST(UntoldUnits, OfAnArmWhoseLoadsTellItNoUnitIsDoubted) {
 
 TEST(UntoldUnits, FrictionIsReportedInNewtonMetresBesideTheUnit) {
   const Experiment e = simulate_currents("units_report", make_arm_drives(), {8.0, 8.0});
-  const Reports reports = diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports&) {});
+  const Reports reports = diagnose_recordings(
+      e, {}, [](const std::string&) {}, [](const Reports&) {});
   bool unit = false, friction = false;
   for (const Json& f : reports.report["findings"]) {
     unit = unit || (f["effect"] == "torque_constant_error" && f["where"]["joint"] == "shoulder");
-    if (f["family"] != "dry friction" || f["where"]["joint"] != "shoulder" || !f["parameters"].contains("level")) continue;
+    if (f["family"] != "dry friction" || f["where"]["joint"] != "shoulder" || !f["parameters"].contains("level"))
+      continue;
     friction = true;
     // 15 %: as far as the unit's bracket reaches.
     EXPECT_NEAR(f["parameters"]["level"]["value"].get<double>(), 1.5, 0.15 * 1.5);
@@ -173,17 +198,21 @@ TEST(UntoldUnits, TheFirstAnswerHasThemToo) {
     e.recordings.push_back(std::move(r));
   }
   // The search behind it takes half a minute: the test ends with the first answer.
-  struct Enough { Json report; };
+  struct Enough {
+    Json report;
+  };
   Json first;
   try {
-    diagnose_recordings(e, {}, [](const std::string&) {}, [](const Reports& reports) { throw Enough{reports.report}; });
+    diagnose_recordings(
+        e, {}, [](const std::string&) {}, [](const Reports& reports) { throw Enough{reports.report}; });
   } catch (const Enough& enough) {
     first = enough.report;
   }
   ASSERT_TRUE(first.is_object());
   EXPECT_TRUE(first["preliminary"].get<bool>());
   bool unit = false;
-  for (const Json& f : first["findings"]) unit = unit || (f["effect"] == "torque_constant_error" && f["where"]["joint"] == "shoulder");
+  for (const Json& f : first["findings"])
+    unit = unit || (f["effect"] == "torque_constant_error" && f["where"]["joint"] == "shoulder");
   EXPECT_TRUE(unit) << first["findings"].dump(1);
 }
 

@@ -22,14 +22,18 @@ std::string write_updated(const std::string& name, double moved, const Json& fin
   return folder + "/updated/scenario.yaml";
 }
 
-Scenario write_updated(const std::string& name, double moved) { return load_scenario(write_updated(name, moved, Json::array())); }
+Scenario write_updated(const std::string& name, double moved) {
+  return load_scenario(write_updated(name, moved, Json::array()));
+}
 
 std::string read_text(const std::string& path) {
   std::ifstream in(path);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-std::string write_updated(const std::string& name, const Json& findings) { return read_text(write_updated(name, 0.0, findings)); }
+std::string write_updated(const std::string& name, const Json& findings) {
+  return read_text(write_updated(name, 0.0, findings));
+}
 
 TEST(UpdatedScenario, BeginsAtTheFirstSampleOfWhatItReplays) {
   const Scenario scenario = write_updated("updated_moved", 0.5);
@@ -43,23 +47,34 @@ TEST(UpdatedScenario, KeepsTheStartThatTheExperimentStatesWhereItIsTheSame) {
 
 // The robot's servo reads its own sensors in time; only the file is late.
 TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
-  const std::string text = write_updated("updated_late", {{{"effect", "sensor_delay"}, {"where", {{"sensor", "/joint_states/elbow/effort"}}},
+  const std::string text = write_updated("updated_late", {{{"effect", "sensor_delay"},
+                                                           {"where", {{"sensor", "/joint_states/elbow/effort"}}},
                                                            {"parameters", {{"delay", {{"value", 0.01}}}}}}});
-  EXPECT_NE(text.find("# not simulated: sensor_delay at /joint_states/elbow/effort: a fault of the log, not of the robot; see report.json\n"),
-            std::string::npos) << text;
+  EXPECT_NE(text.find("# not simulated: sensor_delay at /joint_states/elbow/effort: a fault of the log, not of the "
+                      "robot; see report.json\n"),
+            std::string::npos)
+      << text;
 }
 
 // The value is how far a zero goes from the first to the last recording: no constant zero.
 TEST(UpdatedScenario, HasNoConstantZeroInThePlaceOfOneThatDrifts) {
-  const std::string text = write_updated("updated_drift", {{{"effect", "sensor_bias"}, {"where", {{"sensor", "/wrench/l/force"}}}, {"drifts", true},
-                                                            {"parameters", {{"value", {{"value", {0.0, 0.0, 12.0}}}}}}}});
-  EXPECT_NE(text.find("# not simulated: sensor_bias at /wrench/l/force: it drifts, and the simulator's is constant; see report.json\n"), std::string::npos) << text;
+  const std::string text =
+      write_updated("updated_drift", {{{"effect", "sensor_bias"},
+                                       {"where", {{"sensor", "/wrench/l/force"}}},
+                                       {"drifts", true},
+                                       {"parameters", {{"value", {{"value", {0.0, 0.0, 12.0}}}}}}}});
+  EXPECT_NE(text.find("# not simulated: sensor_bias at /wrench/l/force: it drifts, and the simulator's is constant; "
+                      "see report.json\n"),
+            std::string::npos)
+      << text;
 }
 
 // Two encoders tell stiffness and damping of a transmission, the torque tells the rotor: the simulator needs all three.
 TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
-  const Json rotor = {{"effect", "rotor_inertia"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"inertia", {{"value", 0.02}}}}}};
-  const Json give = {{"effect", "joint_elasticity"}, {"where", {{"joint", "elbow"}}},
+  const Json rotor = {
+      {"effect", "rotor_inertia"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"inertia", {{"value", 0.02}}}}}};
+  const Json give = {{"effect", "joint_elasticity"},
+                     {"where", {{"joint", "elbow"}}},
                      {"parameters", {{"stiffness", {{"value", 300.0}}}, {"damping", {{"value", 0.5}}}}}};
   const std::string text = write_updated("updated_elastic", Json{rotor, give});
   EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
@@ -68,7 +83,9 @@ TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
 
 // The report says the gap; the simulator needs the rotor and the teeth behind it, too.
 TEST(UpdatedScenario, HasPlayWithTheRotorAndTheTeethThatWereFitted) {
-  const Json play = {{"effect", "backlash"}, {"where", {{"joint", "elbow"}}}, {"parameters", {{"gap", {{"value", 0.01}}}}},
+  const Json play = {{"effect", "backlash"},
+                     {"where", {{"joint", "elbow"}}},
+                     {"parameters", {{"gap", {{"value", 0.01}}}}},
                      {"also_fitted", {{"stiffness", 3000.0}, {"damping", 3.0}, {"rotor_inertia", 0.05}}}};
   const std::string text = write_updated("updated_play", Json{play});
   EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
@@ -100,7 +117,9 @@ TEST(UpdatedScenario, IsTheModelWhoseErrorsTheReportStates) {
 
 // A walk tells only how stiff an elastic joint is. The parts that it does not tell are marked.
 TEST(UpdatedScenario, HasAnElasticJointOfWhichOnlyTheStiffnessIsKnown) {
-  const Json give = {{"effect", "joint_elasticity"}, {"where", {{"joint", "elbow"}}}, {"grade", "ambiguous"},
+  const Json give = {{"effect", "joint_elasticity"},
+                     {"where", {{"joint", "elbow"}}},
+                     {"grade", "ambiguous"},
                      {"parameters", {{"stiffness", {{"value", 300.0}}}}}};
   const std::string path = write_updated("updated_stiffness", 0.0, Json::array({give}));
   const std::string text = read_text(path);

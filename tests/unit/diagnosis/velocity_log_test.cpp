@@ -15,7 +15,8 @@ VelocityReading read_elbow(const std::string& name, const Hypothesis& hidden) {
 }
 
 TEST(VelocityLog, AWrongScaleOfAVelocityIsRead) {
-  const VelocityReading log = read_elbow("velocity_scale", {{EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
+  const VelocityReading log =
+      read_elbow("velocity_scale", {{EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
   ASSERT_TRUE(log.is_scaled());
   EXPECT_NEAR(log.scale, kScale, 0.002);  // a tenth of what a log may be off unsaid
   EXPECT_EQ(log.late, 0.0);
@@ -23,7 +24,8 @@ TEST(VelocityLog, AWrongScaleOfAVelocityIsRead) {
 
 TEST(VelocityLog, AVelocityThatIsOffByAConstantIsRead) {
   constexpr double kOff = -0.05;  // [rad/s] of 0.5 rad/s root mean square
-  const VelocityReading log = read_elbow("velocity_bias", {{EffectId::kSensorBias, at_sensor(kElbow, Reading::kVelocity), {kOff}}});
+  const VelocityReading log =
+      read_elbow("velocity_bias", {{EffectId::kSensorBias, at_sensor(kElbow, Reading::kVelocity), {kOff}}});
   ASSERT_TRUE(log.is_biased());
   EXPECT_NEAR(log.bias, kOff, 0.002);  // noise of 0.002 rad/s a sample, 2000 of them, and the ends of the motion
   EXPECT_FALSE(log.is_scaled());
@@ -34,22 +36,26 @@ TEST(VelocityLog, AVelocityThatIsOffByAConstantIsRead) {
 TEST(VelocityLog, OneJointOfAnotherScaleIsNoFaultOfTheClock) {
   const Effect elbow{EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}};
   const Effect shoulder{EffectId::kSensorScale, at_sensor(kShoulder, Reading::kVelocity), {kScale}};
-  const std::vector<VelocityReading> one = find_velocity_readings(make_simulated_experiment("velocity_one", kArm, {"shoulder", "elbow"}, {elbow}));
-  const std::vector<VelocityReading> both = find_velocity_readings(make_simulated_experiment("velocity_both", kArm, {"shoulder", "elbow"}, {shoulder, elbow}));
+  const std::vector<VelocityReading> one =
+      find_velocity_readings(make_simulated_experiment("velocity_one", kArm, {"shoulder", "elbow"}, {elbow}));
+  const std::vector<VelocityReading> both = find_velocity_readings(
+      make_simulated_experiment("velocity_both", kArm, {"shoulder", "elbow"}, {shoulder, elbow}));
   EXPECT_FALSE(may_be_clock(one, one[kElbow]));
   EXPECT_TRUE(may_be_clock(both, both[kElbow]));
 }
 
 // Servos filter their velocities.
 TEST(VelocityLog, AVelocityBehindItsPositionIsLate) {
-  const VelocityReading log = read_elbow("velocity_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kVelocity), {kDelay}}});
+  const VelocityReading log =
+      read_elbow("velocity_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kVelocity), {kDelay}}});
   EXPECT_NEAR(log.late, kDelay, 5e-4);  // a tenth of the sampling time
   EXPECT_FALSE(log.is_scaled());
 }
 
 // No filter looks ahead.
 TEST(VelocityLog, AVelocityAheadOfItsPositionShowsALatePosition) {
-  const VelocityReading log = read_elbow("position_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}}});
+  const VelocityReading log =
+      read_elbow("position_late", {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}}});
   ASSERT_TRUE(log.is_position_late());
   EXPECT_NEAR(-log.late, kDelay, 5e-4);
 }
@@ -71,10 +77,12 @@ TEST(VelocityLog, AFilterThatDampsFastMotionIsNoScale) {
   }
   const VelocityReading log = find_velocity_readings(e)[kElbow];
   EXPECT_FALSE(log.is_scaled());
-  EXPECT_NEAR(log.late, kTime, 0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
+  EXPECT_NEAR(log.late, kTime,
+              0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
 }
 
-// The elbow swings at 2 Hz for 1.5 s, and its drive logs `scale` times its velocity in whole degrees per second, `late` [s].
+// The elbow swings at 2 Hz for 1.5 s, and its drive logs `scale` times its velocity in whole degrees per second, `late`
+// [s].
 VelocityReading read_one_frequency(const std::string& name, double scale, double late) {
   Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
   constexpr double kTurn = 2.0 * M_PI * 2.0, kDegree = M_PI / 180.0;
@@ -106,7 +114,8 @@ TEST(VelocityLog, ASlowFilterOfAVelocityIsReadWithItsTimeConstantAndLeftOut) {
   Experiment e = make_simulated_experiment("velocity_slow_filter", kArm, {"shoulder", "elbow"}, {});
   for (Recording& r : e.recordings) {
     std::vector<double>& rate = r.joints[kElbow].signal[1];
-    for (size_t k = 1; k < r.size(); ++k) rate[k] = rate[k - 1] + (1.0 - std::exp(-0.005 / kTime)) * (rate[k] - rate[k - 1]);
+    for (size_t k = 1; k < r.size(); ++k)
+      rate[k] = rate[k - 1] + (1.0 - std::exp(-0.005 / kTime)) * (rate[k] - rate[k - 1]);
   }
   const std::vector<VelocityReading> readings = find_velocity_readings(e);
   EXPECT_NEAR(readings[kElbow].late, kTime, 0.005);  // a sample: the filter's own rule holds a value for as long
@@ -119,14 +128,16 @@ TEST(VelocityLog, ASlowFilterOfAVelocityIsReadWithItsTimeConstantAndLeftOut) {
 
 // Losses and rotors act on both alike.
 TEST(VelocityLog, PhysicsOfTheJointIsNoFaultOfItsLog) {
-  const VelocityReading log = read_elbow("velocity_right", {{EffectId::kCoulomb, kElbow, {0.8}}, {EffectId::kRotorInertia, kElbow, {0.02}}});
+  const VelocityReading log =
+      read_elbow("velocity_right", {{EffectId::kCoulomb, kElbow, {0.8}}, {EffectId::kRotorInertia, kElbow, {0.02}}});
   EXPECT_FALSE(log.is_faulty());
 }
 
 TEST(VelocityLog, CorrectedLogsAgreeWithEachOther) {
-  const Experiment e = make_simulated_experiment("velocity_corrected", kArm, {"shoulder", "elbow"},
-                                                 {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}},
-                                                  {EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
+  const Experiment e =
+      make_simulated_experiment("velocity_corrected", kArm, {"shoulder", "elbow"},
+                                {{EffectId::kSensorDelay, at_sensor(kElbow, Reading::kPosition), {kDelay}},
+                                 {EffectId::kSensorScale, at_sensor(kElbow, Reading::kVelocity), {kScale}}});
   const Experiment corrected = correct_joint_logs(e, find_velocity_readings(e));
   const VelocityReading left = find_velocity_readings(corrected)[kElbow];
   EXPECT_FALSE(left.is_scaled());

@@ -144,7 +144,8 @@ TEST(CaseGeneratorNightly, ASoftSoleThatLeavesTheGroundNeedsShorterSteps) {
   robot.base_position[2] += 0.01;  // [m] dropped: 45 ms in the air, 2.5 s before the recording
   Commands still = make_commands(robot, "release", {0.0, 0.1}, random);
   std::vector<Hidden> soft = draw_hidden("foot_compliance", robot, {}, 1.0, random);
-  for (Hidden& sole : soft) sole.parameters["c_roll"] = sole.parameters["c_pitch"] = 30.0;  // [N m s/rad], of a heavy biped
+  for (Hidden& sole : soft)
+    sole.parameters["c_roll"] = sole.parameters["c_pitch"] = 30.0;  // [N m s/rad], of a heavy biped
   EXPECT_THROW(Reality(robot, soft).run(still, {0.1}, Vec3{}), InsaneCase);
   const Reading landed = Reality(robot, soft).run(still, {0.1}, Vec3{}, true).at(0);
   EXPECT_LT(std::hypot(landed.base_orientation[1], landed.base_orientation[2]), 0.05) << "the robot stands";

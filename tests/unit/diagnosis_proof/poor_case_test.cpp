@@ -37,16 +37,20 @@ std::map<std::string, std::pair<double, double>> find_ranges(const std::string& 
 }
 
 std::string make_lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
 bool is_of_leg(const std::string& column) {
   const std::string name = make_lower(column);
-  return name.find("hip") != std::string::npos || name.find("knee") != std::string::npos || name.find("ankle") != std::string::npos;
+  return name.find("hip") != std::string::npos || name.find("knee") != std::string::npos ||
+         name.find("ankle") != std::string::npos;
 }
 
-bool is_command(const std::string& column) { return column.rfind("/joint_commands/", 0) == 0 && column.find("/position") != std::string::npos; }
+bool is_command(const std::string& column) {
+  return column.rfind("/joint_commands/", 0) == 0 && column.find("/position") != std::string::npos;
+}
 
 CaseOptions make_options() {
   CaseOptions options;
@@ -76,7 +80,8 @@ TEST(CasesThatCannotBe, AnotherOneOfTheKindIsDrawnAndTheTruthSaysSo) {
   asked.clear();
   make_with_other_seeds([&](std::uint64_t seed) { return asked.push_back(seed), Case{}; }, 7);
   EXPECT_EQ(asked.size(), 1u) << "what can be made is made once";
-  EXPECT_THROW(make_with_other_seeds([](std::uint64_t) -> Case { throw std::runtime_error("never"); }, 7), std::runtime_error);
+  EXPECT_THROW(make_with_other_seeds([](std::uint64_t) -> Case { throw std::runtime_error("never"); }, 7),
+               std::runtime_error);
 }
 
 TEST(PoorCase, ABipedsFirstRecordingsMoveItsLegsOnly) {
@@ -84,8 +89,10 @@ TEST(PoorCase, ABipedsFirstRecordingsMoveItsLegsOnly) {
   double moved = 0;
   for (const auto& [column, range] : find_ranges(made.files.at("train_1.csv"))) {
     if (!is_command(column)) continue;
-    if (is_of_leg(column)) moved = std::max(moved, range.second - range.first);
-    else EXPECT_DOUBLE_EQ(range.first, range.second) << column;
+    if (is_of_leg(column))
+      moved = std::max(moved, range.second - range.first);
+    else
+      EXPECT_DOUBLE_EQ(range.first, range.second) << column;
   }
   EXPECT_GT(moved, 1e-3);
 }
@@ -101,7 +108,8 @@ std::string write_next(const std::string& name, const std::string& csv, const st
 // Outside the generator a biped's joints have the names of its maker.
 TEST(PoorCase, AProposedMotionIsPlayedByTheNamesOfTheCase) {
   const std::string& commands = get_biped().files.at("train_1.csv");
-  ASSERT_EQ(commands.find("left_"), std::string::npos) << "the seed no longer gives a biped with other names: choose another";
+  ASSERT_EQ(commands.find("left_"), std::string::npos)
+      << "the seed no longer gives a biped with other names: choose another";
   CaseOptions options = make_options();
   options.played = {write_next("names", commands, "{\"motions\": []}")};
   EXPECT_EQ(make_case(parse_request("stand:foot_compliance"), kBiped, options).files.count("next_train_1.csv"), 1u);
@@ -113,13 +121,16 @@ TEST(PoorCase, ALoadThatIsAskedForHangsInItsRecordingAndIsStated) {
   const std::string urdf = first.files.at("robot.urdf"), key = "<link name=\"";
   const size_t at = urdf.rfind(key) + key.size();
   const std::string link = urdf.substr(at, urdf.find('"', at) - at);
-  const std::string motion = "{\"motions\": [{\"file\": \"train_1.csv\", \"loads\": [{\"link\": \"" + link + "\", \"mass\": 0.5, \"com\": [0, 0, 0.1]}]}]}";
+  const std::string motion = "{\"motions\": [{\"file\": \"train_1.csv\", \"loads\": [{\"link\": \"" + link +
+                             "\", \"mass\": 0.5, \"com\": [0, 0, 0.1]}]}]}";
   options.noise_scale = 0;
   options.played = {write_next("load", first.files.at("train_1.csv"), motion)};
   const Case loaded = make_case(parse_request("arm:coulomb_friction"), 5, options);
   options.played = {write_next("bare", first.files.at("train_1.csv"), "{\"motions\": []}")};
   const Case bare = make_case(parse_request("arm:coulomb_friction"), 5, options);
-  EXPECT_NE(loaded.files.at("experiment.yaml").find("next_train_1.csv, role: train, loads: [{link: " + link + ", mass: 0.5"), std::string::npos);
+  EXPECT_NE(
+      loaded.files.at("experiment.yaml").find("next_train_1.csv, role: train, loads: [{link: " + link + ", mass: 0.5"),
+      std::string::npos);
   EXPECT_EQ(bare.files.at("experiment.yaml").find("loads"), std::string::npos);
   EXPECT_NE(loaded.files.at("next_train_1.csv"), bare.files.at("next_train_1.csv"));
   EXPECT_EQ(loaded.files.at("train_1.csv"), bare.files.at("train_1.csv"));  // it hangs in no other recording
@@ -149,12 +160,14 @@ TEST(PoorCaseNightly, AWalkerPlaysAProposedMotionAfterItsWalks) {
   const Case first = make_case(request, 3, options);
   EXPECT_EQ(first.files.count("walk_2.csv"), 1u);
   EXPECT_EQ(first.files.count("walk_3.csv"), 0u);
-  ASSERT_NE(first.files.at("walk_1.csv").find("/joint_commands/"), std::string::npos) << "the seed gives a case without commands: choose another";
+  ASSERT_NE(first.files.at("walk_1.csv").find("/joint_commands/"), std::string::npos)
+      << "the seed gives a case without commands: choose another";
   options.played = {write_next("walk", make_hold(first.files.at("walk_1.csv")), "{\"motions\": []}")};
   const Case played = make_case(request, 3, options);
   EXPECT_EQ(played.files.at("walk_1.csv"), first.files.at("walk_1.csv"));
   const std::string& held = played.files.at("next_train_1.csv");
-  EXPECT_EQ(held.substr(0, held.find('\n')), first.files.at("walk_1.csv").substr(0, held.find('\n')));  // the same sensors
+  EXPECT_EQ(held.substr(0, held.find('\n')),
+            first.files.at("walk_1.csv").substr(0, held.find('\n')));  // the same sensors
   EXPECT_NE(played.files.at("experiment.yaml").find("next_train_1.csv, role: train"), std::string::npos);
 }
 

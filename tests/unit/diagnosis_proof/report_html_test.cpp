@@ -146,7 +146,9 @@ TEST(HtmlReport, NamesTheFileThatCannotBeWritten) {
 TEST(HtmlReport, StepsOfTheMismatchAreDrawnOnlyWhereTheyAddUp) {
   const auto draw = [](double first, double second, double explained) {
     json report = {{"explained", explained}, {"findings", json::array()}};
-    for (const double weight : {first, second}) report["findings"].push_back({{"effect", "coulomb_friction"}, {"where", {{"joint", "elbow"}}}, {"weight", weight}});
+    for (const double weight : {first, second})
+      report["findings"].push_back(
+          {{"effect", "coulomb_friction"}, {"where", {{"joint", "elbow"}}}, {"weight", weight}});
     return html::make_waterfall(report);
   };
   EXPECT_THAT(draw(0.4, 0.2, 0.6), HasSubstr("40 %"));

@@ -104,10 +104,12 @@ std::string write_run_with_parcels(const std::string& path, const std::vector<Sa
   options.topics.push_back({"parcels", "t::P", "struct P {};", LogTopic::Rate::kWhenDue, true});
   LogWriter log(options);
   if (wanted) {
-    log.set_parcels([](uint64_t step) { return step % kParcelPeriod == 0; }, [](const std::vector<uint8_t>& sample) {
-      const LogTopic one{"one", "t::A", "struct A {};"}, other{"other", "t::B", "struct B {};"};
-      return std::vector<LogWriter::Part>{{one, {sample.begin(), sample.begin() + 20}}, {other, sample}};
-    });
+    log.set_parcels(
+        [](uint64_t step) { return step % kParcelPeriod == 0; },
+        [](const std::vector<uint8_t>& sample) {
+          const LogTopic one{"one", "t::A", "struct A {};"}, other{"other", "t::B", "struct B {};"};
+          return std::vector<LogWriter::Part>{{one, {sample.begin(), sample.begin() + 20}}, {other, sample}};
+        });
   }
   describe(&log);
   take_all(&log, samples);
@@ -125,7 +127,8 @@ TEST(LogWriter, TakesParcelsApartAndWaitsForThoseThatAreDue) {
   const std::string expected = write_run_with_parcels(file.path(), run, true);
   std::map<std::string, int> counts;
   mcap::Reader reader(file.path());
-  reader.read_messages([&](const mcap::Message& message) { return ++counts[reader.channels().at(message.channel_id).topic] > 0; });
+  reader.read_messages(
+      [&](const mcap::Message& message) { return ++counts[reader.channels().at(message.channel_id).topic] > 0; });
   EXPECT_EQ(counts["one"], 5) << "none of the last step, whose answers nobody used";
   EXPECT_EQ(counts["other"], 5);
   EXPECT_EQ(counts["parcels"], 0);

@@ -28,7 +28,8 @@ class LoggerNodeTest : public testing::Test {
   LoggerNodeTest() : file_("node.mcap") {
     status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { status_ = status; });
-    logger_ = std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger", ""}, LoggerOptions{file_.path(), ""});
+    logger_ =
+        std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger", ""}, LoggerOptions{file_.path(), ""});
     logger_->make_endpoints();
   }
 
@@ -124,7 +125,8 @@ TEST_F(LoggerNodeTest, ALastStepThatWasPassedOrTakenBackIsAFault) {
   grant.through_step(20);
   send(topics::kStepGrant, grant);
   EXPECT_EQ(status_.phase(), msg::SERVER_FAULT);
-  EXPECT_THAT(status_.message(), ::testing::HasSubstr("step_grant names step 20 as the last of epoch 1, but step 40 is there"));
+  EXPECT_THAT(status_.message(),
+              ::testing::HasSubstr("step_grant names step 20 as the last of epoch 1, but step 40 is there"));
 }
 
 TEST_F(LoggerNodeTest, TwoLastStepsOfOneEpochAreAFault) {
@@ -177,7 +179,8 @@ TEST_F(LoggerNodeTest, AnAnswerThatNeverCameIsNamedAtTheEnd) {
   EXPECT_EQ(find_last_step(), 40u);
 }
 
-// Seen in a run of ten million steps whose processes got no time for seconds: the log had gone on without what came then.
+// Seen in a run of ten million steps whose processes got no time for seconds: the log had gone on without what came
+// then.
 TEST_F(LoggerNodeTest, WhatDynamicsHadAndTheLoggerHasNotIsWaitedForThoughItComesSecondsLate) {
   send_description();
   for (uint64_t step = 0; step <= 300; ++step) {

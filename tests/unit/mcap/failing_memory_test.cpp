@@ -38,7 +38,8 @@ uint64_t write_in_background(const std::string& path, Compression compression, b
       for (uint16_t channel = 0; channel < 2; ++channel) {
         const std::string payload = make_payload(step, channel);
         const uint64_t time = 1000000ull * static_cast<uint64_t>(step);
-        writer.add_message({channel, static_cast<uint32_t>(step), time, time, reinterpret_cast<const uint8_t*>(payload.data()), payload.size()});
+        writer.add_message({channel, static_cast<uint32_t>(step), time, time,
+                            reinterpret_cast<const uint8_t*>(payload.data()), payload.size()});
       }
       if (step % kSmallLogStepsPerChunk == kSmallLogStepsPerChunk - 1) {
         writer.write_chunk();
@@ -109,9 +110,12 @@ TEST_P(McapMemoryTest, AReaderWithoutMemorySaysSoAndNeverReadsSomethingElse) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, McapMemoryTest,
-                         testing::Values(Case{Compression::kNone, FailingMemory::Kind::kOnce}, Case{Compression::kZstd, FailingMemory::Kind::kOnce},
-                                         Case{Compression::kLz4, FailingMemory::Kind::kOnce}, Case{Compression::kNone, FailingMemory::Kind::kFromThenOn},
-                                         Case{Compression::kZstd, FailingMemory::Kind::kFromThenOn}, Case{Compression::kLz4, FailingMemory::Kind::kFromThenOn}));
+                         testing::Values(Case{Compression::kNone, FailingMemory::Kind::kOnce},
+                                         Case{Compression::kZstd, FailingMemory::Kind::kOnce},
+                                         Case{Compression::kLz4, FailingMemory::Kind::kOnce},
+                                         Case{Compression::kNone, FailingMemory::Kind::kFromThenOn},
+                                         Case{Compression::kZstd, FailingMemory::Kind::kFromThenOn},
+                                         Case{Compression::kLz4, FailingMemory::Kind::kFromThenOn}));
 
 }  // namespace
 }  // namespace hrp::mcap

@@ -68,8 +68,8 @@ TEST(McapScan, FindsTopicsThatOnlyChunksDefine) {
   put_beginning(&bytes);
   const size_t chunk = bytes.begin_record(Opcode::kChunk);
   for (const uint64_t number : {uint64_t{0}, uint64_t{0}, uint64_t{records.size()}}) bytes.put(number);  // times, size
-  bytes.put(uint32_t{0});  // no checksum
-  bytes.put_string("");    // not compressed
+  bytes.put(uint32_t{0});                                                                                // no checksum
+  bytes.put_string("");  // not compressed
   bytes.put(uint64_t{records.size()});
   bytes.put_bytes(records.data(), records.size());
   bytes.end_record(chunk);

@@ -100,12 +100,15 @@ TEST(Print, JsonHasEveryFieldAndExactNumbers) {
   const Bytes sample = encode(make_forces(), &buffer);
   const std::string json = print_json(*get_schema().find_struct("hrp::msg::ContactForces"), sample);
   EXPECT_THAT(json, HasSubstr(R"({"header":{"epoch":0,"step":7,"time":0.007},"pairs":[{"body_a":0)"));
-  EXPECT_THAT(json, HasSubstr(R"("total":{"moment":{"x":0,"y":0,"z":0},"force":{"x":0,"y":0,"z":412.5}},"clipped":true)"));
+  EXPECT_THAT(json,
+              HasSubstr(R"("total":{"moment":{"x":0,"y":0,"z":0},"force":{"x":0,"y":0,"z":412.5}},"clipped":true)"));
 }
 
 TEST(Print, NoControlCharacterReachesATerminal) {
   msg::ServerStatus status;
-  status.message("\x1b[2J\x7f\xc2\x9b""1m\xc3\xa9");
+  status.message(
+      "\x1b[2J\x7f\xc2\x9b"
+      "1m\xc3\xa9");
   std::vector<char> buffer;
   const Bytes sample = encode(status, &buffer);
   const StructType& type = *get_schema().find_struct("hrp::msg::ServerStatus");

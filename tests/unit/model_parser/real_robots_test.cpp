@@ -18,7 +18,7 @@ struct Expected {
   const char* file;
   const char* more;  // scenario
   int joints;
-  double mass;       // [kg] as in its note, four decimals
+  double mass;  // [kg] as in its note, four decimals
   size_t shapes;
 };
 
@@ -51,7 +51,8 @@ TEST_P(RealRobot, DamagedFilesAreRefusedOrReadButNeverCrash) {
   for (int i = 0; i < 40; ++i) {
     std::string text = good;
     if (i % 4 == 0) text.resize(draw(text.size()));
-    for (size_t k = 0; k < 1 + draw(6) && !text.empty(); ++k) text[draw(text.size())] = "<>/=\"'&0.-xe \n\x01\xff"[draw(17)];
+    for (size_t k = 0; k < 1 + draw(6) && !text.empty(); ++k)
+      text[draw(text.size())] = "<>/=\"'&0.-xe \n\x01\xff"[draw(17)];
     try {
       parse_robot(text, path, scenario);
     } catch (const InputError& error) {
@@ -62,15 +63,19 @@ TEST_P(RealRobot, DamagedFilesAreRefusedOrReadButNeverCrash) {
   EXPECT_GT(refused, 10);
 }
 
-INSTANTIATE_TEST_SUITE_P(Shared, RealRobot, ::testing::Values(
-    Expected{"atlas/atlas_minimal_contact.urdf", "feet: [l_foot, r_foot]", 30, 175.1180, 16},
-    Expected{"ergocub/ergoCubSN002.urdf", "", 57, 56.9861, 4},
-    Expected{"ergocub/ergoCubGazeboV1_3_minContacts.urdf", "feet: [l_foot_front, l_foot_rear, r_foot_front, r_foot_rear]", 57, 56.9861, 4},
-    Expected{"jvrc1/jvrc1.urdf", "feet: [L_ANKLE_P_S, R_ANKLE_P_S]", 44, 62.4000, 2},
-    Expected{"robotis_op3/robotis_op3.urdf", "feet: [l_ank_roll_link, r_ank_roll_link]", 20, 3.1475, 2},
-    Expected{"sr1/SR1.urdf", "feet: [LLEG_ANKLE_R, RLEG_ANKLE_R]", 29, 130.8000, 47},
-    Expected{"unitree_g1/g1_29dof_rev_1_0.urdf", "feet: [left_ankle_roll_link, right_ankle_roll_link]", 29, 33.3411, 12},
-    Expected{"unitree_h1/h1.urdf", "feet: [left_ankle_link, right_ankle_link]", 19, 59.3380, 23}));
+INSTANTIATE_TEST_SUITE_P(
+    Shared, RealRobot,
+    ::testing::Values(Expected{"atlas/atlas_minimal_contact.urdf", "feet: [l_foot, r_foot]", 30, 175.1180, 16},
+                      Expected{"ergocub/ergoCubSN002.urdf", "", 57, 56.9861, 4},
+                      Expected{"ergocub/ergoCubGazeboV1_3_minContacts.urdf",
+                               "feet: [l_foot_front, l_foot_rear, r_foot_front, r_foot_rear]", 57, 56.9861, 4},
+                      Expected{"jvrc1/jvrc1.urdf", "feet: [L_ANKLE_P_S, R_ANKLE_P_S]", 44, 62.4000, 2},
+                      Expected{"robotis_op3/robotis_op3.urdf", "feet: [l_ank_roll_link, r_ank_roll_link]", 20, 3.1475,
+                               2},
+                      Expected{"sr1/SR1.urdf", "feet: [LLEG_ANKLE_R, RLEG_ANKLE_R]", 29, 130.8000, 47},
+                      Expected{"unitree_g1/g1_29dof_rev_1_0.urdf",
+                               "feet: [left_ankle_roll_link, right_ankle_roll_link]", 29, 33.3411, 12},
+                      Expected{"unitree_h1/h1.urdf", "feet: [left_ankle_link, right_ankle_link]", 19, 59.3380, 23}));
 
 TEST(RealRobots, Hrp4cIsRefusedForTenInertiasEachWithItsLine) {
   const std::string path = find_robot("hrp4c/HRP4Cmain.urdf");
@@ -81,8 +86,8 @@ TEST(RealRobots, Hrp4cIsRefusedForTenInertiasEachWithItsLine) {
   } catch (const InputError& error) {
     EXPECT_EQ(error.diagnostics().size(), 10u);
     for (const Diagnostic& d : error.diagnostics()) EXPECT_GT(d.line, 0);
-    for (const char* link : {"L_WRIST_R_LINK", "R_WRIST_R_LINK", "CHEEK_P_LINK", "EYEBROW_P_LINK", "EYELID_P_LINK", "EYE_P_LINK",
-                             "EYE_Y_LINK", "MOUTH_P_LINK", "LOWERLIP_P_LINK", "UPPERLIP_P_LINK"}) {
+    for (const char* link : {"L_WRIST_R_LINK", "R_WRIST_R_LINK", "CHEEK_P_LINK", "EYEBROW_P_LINK", "EYELID_P_LINK",
+                             "EYE_P_LINK", "EYE_Y_LINK", "MOUTH_P_LINK", "LOWERLIP_P_LINK", "UPPERLIP_P_LINK"}) {
       EXPECT_THAT(error.what(), HasSubstr(std::string("link '") + link + "'"));
     }
   }
@@ -104,15 +109,20 @@ TEST(RealRobots, AMissingFootMeshNeedsASoleBox) {
   if (path.empty()) GTEST_SKIP() << "NOT TESTED: ../shared/robots/hrp4c is not there";
   const std::string feet = "repair_inertias: true\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\n";
   EXPECT_THROW(load_robot(make_scenario(path, feet)), InputError);
-  const std::string soles = "soles:\n  L_ANKLE_R_LINK: {box: [0.16, 0.076, 0.02], xyz: [0.02, 0.01, -0.083]}\n"
-                            "  R_ANKLE_R_LINK: {box: [0.16, 0.076, 0.02], xyz: [0.02, -0.01, -0.083]}\n";
+  const std::string soles =
+      "soles:\n  L_ANKLE_R_LINK: {box: [0.16, 0.076, 0.02], xyz: [0.02, 0.01, -0.083]}\n"
+      "  R_ANKLE_R_LINK: {box: [0.16, 0.076, 0.02], xyz: [0.02, -0.01, -0.083]}\n";
   EXPECT_EQ(load_robot(make_scenario(path, feet + soles)).shapes.size(), 2u);
 }
 
 // Height of the base at which the soles touch the ground at zero pose, from the notes: foot frame below the base plus
 // sole below the foot frame, both to 0.1 mm.
 TEST(RealRobots, StandAtTheHeightsOfTheirNotes) {
-  const struct { const char* file; const char* more; double height; } cases[] = {
+  const struct {
+    const char* file;
+    const char* more;
+    double height;
+  } cases[] = {
       {"sr1/SR1.urdf", "feet: [LLEG_ANKLE_R, RLEG_ANKLE_R]", 0.7135 - 0.005},  // "about 5 mm above contact"
       {"unitree_g1/g1_29dof_rev_1_0.urdf", "feet: [left_ankle_roll_link, right_ankle_roll_link]", 0.7569 + 0.035},
       {"robotis_op3/robotis_op3.urdf", "feet: [l_ank_roll_link, r_ank_roll_link]", 0.2486 + 0.0305},

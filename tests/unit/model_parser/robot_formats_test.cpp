@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Robots in MJCF and SDF are the robots that other readers see in them: MuJoCo itself, and ours of the same robot's URDF.
+// Robots in MJCF and SDF are the robots that other readers see in them: MuJoCo itself, and ours of the same robot's
+// URDF.
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -28,7 +29,9 @@ const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
 Scenario make_scenario(const std::string& file, const std::string& more = "base: fixed\n") {
   return parse_scenario("robot: " + kModels + file + "\n" + more, kModels + "s.yaml");
 }
-RobotDescription load(const std::string& file, const std::string& more = "base: fixed\n") { return load_robot(make_scenario(file, more)); }
+RobotDescription load(const std::string& file, const std::string& more = "base: fixed\n") {
+  return load_robot(make_scenario(file, more));
+}
 
 std::string find_complaint(const std::string& text, const std::string& more = "") {
   return catch_complaint([&] { parse_robot(text, "r.xml", parse_scenario("robot: r.xml\n" + more, "/dir/s.yaml")); });
@@ -109,7 +112,8 @@ TEST(RobotFormats, TheArmInSdfIsTheArmWithoutRotorsAndFollower) {
 
 // Written by the MuJoCo server with 17 digits, read by MuJoCo, and by us from what it made of it.
 TEST(RobotFormats, OurHumanoidComesBackFromMjcf) {
-  const Scenario scenario = parse_scenario("robot: " + kModels + "hrp2p_like/hrp2p_like.urdf\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\n", kModels + "s.yaml");
+  const Scenario scenario = parse_scenario(
+      "robot: " + kModels + "hrp2p_like/hrp2p_like.urdf\nfeet: [L_ANKLE_R_LINK, R_ANKLE_R_LINK]\n", kModels + "s.yaml");
   RobotDescription urdf = load_robot(scenario);
   const Scenario bare = parse_scenario("robot: r.xml\n", "/dir/s.yaml");
   const RobotDescription mjcf = parse_robot(make_mjcf(urdf, scenario), "r.xml", bare);
@@ -121,8 +125,9 @@ TEST(RobotFormats, OurHumanoidComesBackFromMjcf) {
 }
 
 TEST(RobotFormats, AllThreeFormatsRunAlike) {
-  const std::string more = "base: fixed\nservo: {default: {kp: 200, kd: 5}}\ninitial: {joints: {shoulder: 0.4, elbow: -0.7}}\n"
-                           "rotor_inertia: {turn: 0.05, shoulder: 0.04, elbow: 0.02, grip: 0.1, grip_follower: 0.1}\n";
+  const std::string more =
+      "base: fixed\nservo: {default: {kp: 200, kd: 5}}\ninitial: {joints: {shoulder: 0.4, elbow: -0.7}}\n"
+      "rotor_inertia: {turn: 0.05, shoulder: 0.04, elbow: 0.02, grip: 0.1, grip_follower: 0.1}\n";
   std::vector<Eigen::VectorXd> ends;
   for (const char* ending : {"urdf", "xml", "sdf"}) {
     ScenarioRobot run("robot: " + kModels + "test_robots/arm." + ending + "\n" + more);
@@ -131,7 +136,8 @@ TEST(RobotFormats, AllThreeFormatsRunAlike) {
     const TreeSpec& tree = run.simulator.tree();
     Eigen::VectorXd q(4);  // SDF has no follower
     int at = 0;
-    for (const char* name : {"turn", "shoulder", "elbow", "grip"}) q[at++] = run.simulator.state().q[tree.find_joint(name)];
+    for (const char* name : {"turn", "shoulder", "elbow", "grip"})
+      q[at++] = run.simulator.state().q[tree.find_joint(name)];
     ends.push_back(q);
   }
   // Rounding of poses and inertias grows with the 500 steps.
@@ -194,43 +200,62 @@ TEST(RobotFormats, PosesAreThoseThatMujocoComputes) {
 
 TEST(RobotFormats, WhatMjcfHasBeyondUsIsRefusedByNameAndLine) {
   const auto complain = [](const std::string& bodies, const std::string& more = "") {
-    return find_complaint("<mujoco>\n<worldbody>\n<body name='a'><freejoint/><geom size='1'/>\n" + bodies + "</body>\n</worldbody>\n" + more + "</mujoco>\n");
+    return find_complaint("<mujoco>\n<worldbody>\n<body name='a'><freejoint/><geom size='1'/>\n" + bodies +
+                          "</body>\n</worldbody>\n" + more + "</mujoco>\n");
   };
-  EXPECT_THAT(complain("<body name='b'>\n<joint name='shoulder' type='ball'/><geom size='1'/></body>"),
-              HasSubstr("r.xml:5: error: <joint name=\"shoulder\">: of body 'b' is of type 'ball', expected hinge or slide"));
-  EXPECT_THAT(complain("<body name='b'><joint name='j'/><geom size='1'/></body>", "<tendon>\n<fixed name='rope'><joint joint='j' coef='1'/></fixed></tendon>"),
+  EXPECT_THAT(
+      complain("<body name='b'>\n<joint name='shoulder' type='ball'/><geom size='1'/></body>"),
+      HasSubstr("r.xml:5: error: <joint name=\"shoulder\">: of body 'b' is of type 'ball', expected hinge or slide"));
+  EXPECT_THAT(complain("<body name='b'><joint name='j'/><geom size='1'/></body>",
+                       "<tendon>\n<fixed name='rope'><joint joint='j' coef='1'/></fixed></tendon>"),
               HasSubstr("<tendon name=\"rope\">: tendons are not supported"));
-  EXPECT_THAT(complain("<body name='b'><joint name='j'/><geom size='1'/></body>", "<equality>\n<weld name='w' body1='a' body2='b'/></equality>"),
-              HasSubstr("r.xml:7: error: <weld name=\"w\">: this equality constraint between bodies 'a' and 'b' is not supported"));
-  EXPECT_THAT(complain("<geom name='egg' type='ellipsoid' size='1 2 3'/>"), HasSubstr("r.xml:4: error: <geom name=\"egg\">: of body 'a' is an ellipsoid"));
-  EXPECT_THAT(find_complaint("<mujoco><worldbody><body name='a'><freejoint/><geom size='1'/></body>\n<body name='b'><freejoint/><geom size='1'/>"
-                             "</body></worldbody></mujoco>"), HasSubstr("r.xml:2: error: <body name=\"b\">: floats, and so does 'a'"));
-  EXPECT_THAT(find_complaint("<mujoco><worldbody><body name='a'><geom size='1'/></body></worldbody></mujoco>"), HasSubstr("the scenario must say 'base: fixed'"));
+  EXPECT_THAT(
+      complain("<body name='b'><joint name='j'/><geom size='1'/></body>",
+               "<equality>\n<weld name='w' body1='a' body2='b'/></equality>"),
+      HasSubstr(
+          "r.xml:7: error: <weld name=\"w\">: this equality constraint between bodies 'a' and 'b' is not supported"));
+  EXPECT_THAT(complain("<geom name='egg' type='ellipsoid' size='1 2 3'/>"),
+              HasSubstr("r.xml:4: error: <geom name=\"egg\">: of body 'a' is an ellipsoid"));
+  EXPECT_THAT(find_complaint("<mujoco><worldbody><body name='a'><freejoint/><geom size='1'/></body>\n<body "
+                             "name='b'><freejoint/><geom size='1'/>"
+                             "</body></worldbody></mujoco>"),
+              HasSubstr("r.xml:2: error: <body name=\"b\">: floats, and so does 'a'"));
+  EXPECT_THAT(find_complaint("<mujoco><worldbody><body name='a'><geom size='1'/></body></worldbody></mujoco>"),
+              HasSubstr("the scenario must say 'base: fixed'"));
   EXPECT_THAT(find_complaint("<mujoco><worldbody/></mujoco>"), HasSubstr("there is no robot"));
-  EXPECT_THAT(find_complaint("<mujoco>\n<worldbody>\n<bode/></worldbody></mujoco>"), HasSubstr("r.xml:3: error: MuJoCo refuses it"));
+  EXPECT_THAT(find_complaint("<mujoco>\n<worldbody>\n<bode/></worldbody></mujoco>"),
+              HasSubstr("r.xml:3: error: MuJoCo refuses it"));
 }
 
 TEST(RobotFormats, WhatSdfHasBeyondUsIsRefusedByNameAndLine) {
   const auto complain = [](const std::string& inside, const std::string& more = "") {
-    return find_complaint("<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n<link name='b'/>\n" + inside + "</model></sdf>\n", more);
+    return find_complaint(
+        "<sdf version='1.9'>\n<model name='m'>\n<link name='a'/>\n<link name='b'/>\n" + inside + "</model></sdf>\n",
+        more);
   };
-  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent, const std::string& child) {
-    return "<joint name='" + name + "' type='" + type + "'><parent>" + parent + "</parent><child>" + child + "</child><axis><xyz>0 0 1</xyz></axis></joint>\n";
+  const auto joint = [](const std::string& name, const std::string& type, const std::string& parent,
+                        const std::string& child) {
+    return "<joint name='" + name + "' type='" + type + "'><parent>" + parent + "</parent><child>" + child +
+           "</child><axis><xyz>0 0 1</xyz></axis></joint>\n";
   };
-  EXPECT_THAT(complain(joint("s", "ball", "a", "b")), HasSubstr("r.xml:5: error: joint 's': is of type 'ball', expected revolute"));
+  EXPECT_THAT(complain(joint("s", "ball", "a", "b")),
+              HasSubstr("r.xml:5: error: joint 's': is of type 'ball', expected revolute"));
   EXPECT_THAT(complain(joint("s", "revolute", "a", "b") + joint("t", "revolute", "a", "b")),
               HasSubstr("r.xml:6: error: joint 't': moves link 'b', which joint 's' moves already"));
   EXPECT_THAT(complain(""), HasSubstr("r.xml:4: error: link 'b': hangs from no joint, and neither does 'a'"));
   EXPECT_THAT(complain(joint("s", "revolute", "world", "a")), HasSubstr("the scenario must say 'base: fixed'"));
   EXPECT_THAT(complain(joint("s", "revolute", "a", "c")), HasSubstr("libsdformat refuses it"));
-  EXPECT_THAT(find_complaint("<sdf version='1.9'><world name='w'/></sdf>"), HasSubstr("worlds go into the scenario's 'world'"));
+  EXPECT_THAT(find_complaint("<sdf version='1.9'><world name='w'/></sdf>"),
+              HasSubstr("worlds go into the scenario's 'world'"));
   EXPECT_THAT(find_complaint("<sdf version='1.9'/>"), HasSubstr("has no <model> right below <sdf>"));
 }
 
 // Faults that the common way finds are told with the lines of the file that people wrote.
 // Faults that the common way finds are told with the lines of the file that people wrote.
 TEST(RobotFormats, FaultsOfTheTreeHaveTheLinesOfTheFileItself) {
-  const std::string foot = "<link name='foot'>\n<collision name='c'><geometry><mesh><uri>sole.stl</uri></mesh></geometry></collision></link>";
+  const std::string foot =
+      "<link name='foot'>\n<collision "
+      "name='c'><geometry><mesh><uri>sole.stl</uri></mesh></geometry></collision></link>";
   EXPECT_THAT(find_complaint("<sdf version='1.9'>\n<model name='m'>\n" + foot + "</model></sdf>", "feet: [foot]\n"),
               HasSubstr("r.xml:4: error: link 'foot' <collision> <mesh>: there is no file 'sole.stl'"));
 }
@@ -239,11 +264,16 @@ TEST(RobotFormats, FaultsOfTheTreeHaveTheLinesOfTheFileItself) {
 TEST(RobotFormats, MeshesStayWhereTheFileHasThem) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "mjcf_mesh";
   std::filesystem::create_directories(folder / "meshes");
-  std::ofstream(folder / "meshes/wedge.obj") << "v 0 0 0\nv 200 0 0\nv 0 100 0\nv 0 0 50\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-  const std::string text = "<mujoco><compiler meshdir='meshes' angle='radian'/><asset><mesh file='wedge.obj' scale='0.001 0.001 0.002'/></asset><worldbody>"
-                           "<body name='a'><freejoint/><geom type='mesh' mesh='wedge' pos='1 2 3' euler='0 0 0.5'/></body></worldbody></mujoco>";
+  std::ofstream(folder / "meshes/wedge.obj")
+      << "v 0 0 0\nv 200 0 0\nv 0 100 0\nv 0 0 50\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  const std::string text =
+      "<mujoco><compiler meshdir='meshes' angle='radian'/><asset><mesh file='wedge.obj' scale='0.001 0.001 "
+      "0.002'/></asset><worldbody>"
+      "<body name='a'><freejoint/><geom type='mesh' mesh='wedge' pos='1 2 3' euler='0 0 "
+      "0.5'/></body></worldbody></mujoco>";
   const std::string path = (folder / "r.xml").string();
-  const RobotDescription robot = parse_robot(text, path, parse_scenario("robot: r.xml\nfeet: [a]\n", (folder / "s.yaml").string()));
+  const RobotDescription robot =
+      parse_robot(text, path, parse_scenario("robot: r.xml\nfeet: [a]\n", (folder / "s.yaml").string()));
   ASSERT_EQ(robot.shapes.size(), 1u);
   EXPECT_EQ(robot.shapes[0].mesh, (folder / "meshes/wedge.obj").string());
   EXPECT_TRUE(robot.shapes[0].scale.isApprox(Vector3d(0.001, 0.001, 0.002)));
@@ -280,7 +310,8 @@ TEST(RobotFormats, DamagedFilesAreReadOrRefused) {
 
 // Articulated things of the world hang from it beside a robot that is held there.
 TEST(RobotFormats, ADoorOfTheWorldLeansOnTheArmWithTheMomentThatPushesIt) {
-  ScenarioRobot run("robot: " + kModels + "test_robots/arm_and_door.xml\nbase: fixed\nground: {type: none}\nself_collision: true\n"
+  ScenarioRobot run("robot: " + kModels +
+                    "test_robots/arm_and_door.xml\nbase: fixed\nground: {type: none}\nself_collision: true\n"
                     "servo: {default: {kp: 200, kd: 5}}\ninitial: {joints: {shoulder: 0.4, elbow: -0.7}}\n");
   const TreeSpec& tree = run.robot.tree;
   const int door = tree.find_link("door"), hinge = tree.find_joint("hinge");

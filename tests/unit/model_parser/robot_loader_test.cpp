@@ -26,20 +26,23 @@ RobotDescription load_arm(const std::string& more = "base: fixed\n") {
   return load_robot(parse_scenario("robot: " + kModels + "test_robots/arm.urdf\n" + more, kModels + "s.yaml"));
 }
 
-const char kInertia[] = "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
+const char kInertia[] =
+    "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
 
 std::string make_link(const std::string& name, const std::string& inside = kInertia) {
   return "<link name='" + name + "'>" + inside + "</link>\n";
 }
 
-std::string make_joint(const std::string& name, const std::string& type, const std::string& parent, const std::string& child,
+std::string make_joint(const std::string& name, const std::string& type, const std::string& parent,
+                       const std::string& child,
                        const std::string& inside = "<limit lower='-1' upper='1' effort='1' velocity='1'/>") {
   return "<joint name='" + name + "' type='" + type + "'><parent link='" + parent + "'/><child link='" + child + "'/>" +
          inside + "</joint>\n";
 }
 
 std::string find_complaint(const std::string& body, const std::string& more = "") {
-  return catch_complaint([&] { parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more)); });
+  return catch_complaint(
+      [&] { parse_robot("<robot name='r'>\n" + body + "</robot>\n", "r.urdf", make_scenario(more)); });
 }
 
 TEST(RobotLoader, OtherFormatsAreRefusedByName) {
@@ -83,7 +86,8 @@ TEST(RobotLoader, FixedLinksAreLumpedAndKeepTheirFrames) {
 // the limit of the suite; the robot itself is read in a second.
 TEST(RobotLoader, ALongChainOfFixedLinksIsOneBodyInLinearTime) {
   constexpr int kLinks = 20000;
-  const std::string inertia = "<inertial><mass value='1e-5'/><inertia ixx='1e-8' ixy='0' ixz='0' iyy='1e-8' iyz='0' izz='1e-8'/></inertial>";
+  const std::string inertia =
+      "<inertial><mass value='1e-5'/><inertia ixx='1e-8' ixy='0' ixz='0' iyy='1e-8' iyz='0' izz='1e-8'/></inertial>";
   std::string links = make_link("l0", inertia), forward, odd, even;
   for (int i = 0; i < kLinks; ++i) {
     const std::string at = std::to_string(i), next = std::to_string(i + 1);
@@ -93,7 +97,8 @@ TEST(RobotLoader, ALongChainOfFixedLinksIsOneBodyInLinearTime) {
     (i % 2 == 0 ? even : odd) += joint;
   }
   for (const std::string& joints : {forward, odd + even}) {
-    const RobotDescription robot = parse_robot("<robot name='r'>\n" + links + joints + "</robot>\n", "r.urdf", make_scenario("base: fixed\n"));
+    const RobotDescription robot =
+        parse_robot("<robot name='r'>\n" + links + joints + "</robot>\n", "r.urdf", make_scenario("base: fixed\n"));
     ASSERT_EQ(robot.tree.links.size(), 1u);
     // Sums of 2e4 equal terms: each rounds once, by at most 1e-16 of the sum so far.
     EXPECT_NEAR(robot.tree.links[0].inertia.mass, 1e-5 * (kLinks + 1), 1e-11);
@@ -103,26 +108,35 @@ TEST(RobotLoader, ALongChainOfFixedLinksIsOneBodyInLinearTime) {
 }
 
 TEST(RobotLoader, ControlCharactersInNamesAreSaidAsCodes) {
-  const std::string complaint = find_complaint(make_link("a\x1b[2J\x7f\xc2\x9b""1m", "<inertial><mass value='-1'/></inertial>"));
+  const std::string complaint =
+      find_complaint(make_link("a\x1b[2J\x7f\xc2\x9b"
+                               "1m",
+                               "<inertial><mass value='-1'/></inertial>"));
   EXPECT_THAT(complaint, HasSubstr("link 'a\\x1b[2J\\x7f\\xc2\\x9b1m'"));
   EXPECT_THAT(complaint, HasSubstr("value is negative"));
   EXPECT_EQ(complaint.find('\x1b'), std::string::npos);
-  EXPECT_THAT(find_complaint(make_link("\xe8\x84\x9a", "<inertial><mass value='-1'/></inertial>")), HasSubstr("link '\xe8\x84\x9a'")) << "other letters stay";
+  EXPECT_THAT(find_complaint(make_link("\xe8\x84\x9a", "<inertial><mass value='-1'/></inertial>")),
+              HasSubstr("link '\xe8\x84\x9a'"))
+      << "other letters stay";
 }
 
 // A scenario, which is UTF-8, could not say such a name. Latin-1 in a comment harms nobody.
 TEST(RobotLoader, AnotherEncodingIsNamedWithItsLine) {
-  EXPECT_THAT(find_complaint(make_link("a") + make_link("f\xfc\xdf")), HasSubstr("r.urdf:3: error: <link>: byte 252 is not UTF-8; expected a text in UTF-8"));
-  EXPECT_THAT(find_complaint(make_link("a") + make_link("b") + make_joint("h\xfc", "continuous", "a", "b")), HasSubstr("r.urdf:4: error: <joint>: byte 252"));
+  EXPECT_THAT(find_complaint(make_link("a") + make_link("f\xfc\xdf")),
+              HasSubstr("r.urdf:3: error: <link>: byte 252 is not UTF-8; expected a text in UTF-8"));
+  EXPECT_THAT(find_complaint(make_link("a") + make_link("b") + make_joint("h\xfc", "continuous", "a", "b")),
+              HasSubstr("r.urdf:4: error: <joint>: byte 252"));
   EXPECT_EQ(find_complaint("<!-- h\xfc -->" + make_link("a")), "");
   const auto complain = [](const std::string& text) -> std::string {
     return catch_complaint([&] { parse_robot(text, "r.urdf", make_scenario()); });
   };
-  EXPECT_THAT(complain(std::string("\xff\xfe<\0r\0/\0>\0", 10)), HasSubstr("r.urdf:1: error: not valid XML: byte 255 is not UTF-8"));
+  EXPECT_THAT(complain(std::string("\xff\xfe<\0r\0/\0>\0", 10)),
+              HasSubstr("r.urdf:1: error: not valid XML: byte 255 is not UTF-8"));
 }
 
 TEST(RobotLoader, AnEmptyFileIsSaidToBeEmpty) {
-  EXPECT_THAT(catch_complaint([] { parse_robot("", "r.urdf", make_scenario()); }), HasSubstr("r.urdf:1: error: is empty"));
+  EXPECT_THAT(catch_complaint([] { parse_robot("", "r.urdf", make_scenario()); }),
+              HasSubstr("r.urdf:1: error: is empty"));
 }
 
 TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
@@ -134,41 +148,64 @@ TEST(RobotLoader, ScenarioOverridesRotorInertiaAndDrives) {
 
 TEST(RobotLoader, FaultsAreNamedWithLineAndElement) {
   const std::string two = make_link("a") + make_link("b");
-  const struct { std::string body; const char* expected; } cases[] = {
+  const struct {
+    std::string body;
+    const char* expected;
+  } cases[] = {
       {"<link name='a'", "r.urdf:2: error: not valid XML"},
       {make_link("a") + make_link("a"), "r.urdf:3: error: link 'a': stands here again; first in line 2"},
       {two, "r.urdf:3: error: link 'b': has no parent joint, and neither has 'a' (line 2)"},
       {two + make_joint("j", "revolute", "a", "b", ""), "r.urdf:4: error: joint 'j': is revolute and has no <limit"},
-      {two + make_joint("j", "planar", "a", "b"), "r.urdf:4: error: joint 'j': is of type 'planar', which is not supported"},
+      {two + make_joint("j", "planar", "a", "b"),
+       "r.urdf:4: error: joint 'j': is of type 'planar', which is not supported"},
       {two + make_joint("j", "floating", "a", "b"), "is of type 'floating'"},
       {two + make_joint("j", "revolut", "a", "b"), "is of type 'revolut', expected revolute"},
       {two + make_joint("j", "fixed", "a", "c"), "names link 'c', which is not in the file"},
       {two + make_joint("j", "fixed", "a", "b") + make_joint("k", "fixed", "b", "a"), "cycle"},
-      {two + make_joint("j", "fixed", "a", "b") + make_joint("k", "fixed", "a", "b"), "moves link 'b', which joint 'j' (line 4) moves already"},
+      {two + make_joint("j", "fixed", "a", "b") + make_joint("k", "fixed", "a", "b"),
+       "moves link 'b', which joint 'j' (line 4) moves already"},
       {two + make_joint("j", "continuous", "a", "b", "<axis xyz='0 0 0'/>"), "joint 'j' <axis>: has length zero"},
-      {two + make_joint("j", "continuous", "a", "b", "<axis xyz='0 0 nan'/>"), "xyz is '0 0 nan', expected 3 finite numbers"},
+      {two + make_joint("j", "continuous", "a", "b", "<axis xyz='0 0 nan'/>"),
+       "xyz is '0 0 nan', expected 3 finite numbers"},
       {two + make_joint("j", "continuous", "a", "b", "<origin xyz='1 2'/>"), "joint 'j' <origin>: xyz is '1 2'"},
-      {two + make_joint("j", "continuous", "a", "b", "<mimic joint='x'/>"), "follows joint 'x', which is not a moving joint"},
+      {two + make_joint("j", "continuous", "a", "b", "<mimic joint='x'/>"),
+       "follows joint 'x', which is not a moving joint"},
       {two + make_joint("j", "continuous", "a", "b", "<mimic joint='j'/>"), "follows itself"},
-      {two + make_joint("j", "revolute", "a", "b", "<limit lower='1' upper='0' effort='1' velocity='1'/>"), "lower is above upper"},
-      {two + make_joint("j", "continuous", "a", "b", "<rotor inertia='-1'/>"), "joint 'j' <rotor>: inertia is negative"},
-      {make_link("a", "<inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"), "value is negative"},
-      {make_link("a", "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='3'/></inertial>"), "r.urdf:2: error: link 'a' <inertial>: inertia breaks the triangle inequality"},
-      {make_link("a", "<inertial><mass value='1'/><inertia ixx='1' ixy='2' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"), "not positive definite"},
+      {two + make_joint("j", "revolute", "a", "b", "<limit lower='1' upper='0' effort='1' velocity='1'/>"),
+       "lower is above upper"},
+      {two + make_joint("j", "continuous", "a", "b", "<rotor inertia='-1'/>"),
+       "joint 'j' <rotor>: inertia is negative"},
+      {make_link("a",
+                 "<inertial><mass value='-1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"),
+       "value is negative"},
+      {make_link("a",
+                 "<inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='3'/></inertial>"),
+       "r.urdf:2: error: link 'a' <inertial>: inertia breaks the triangle inequality"},
+      {make_link("a",
+                 "<inertial><mass value='1'/><inertia ixx='1' ixy='2' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>"),
+       "not positive definite"},
       {make_link("a", "<inertial><mass value='1'/></inertial>"), "has no <inertia"},
       {make_link("a", ""), "moves but has no mass"},
-      {make_link("a") + make_link("b", "") + make_joint("j", "continuous", "a", "b"), "link 'b': moves but has no mass, and carries none"},
-      {make_link("a", std::string(kInertia) + "<collision><geometry><cone/></geometry></collision>"), "link 'a' <cone>: is no known shape"},
-      {make_link("a", std::string(kInertia) + "<collision><geometry><box size='1 -1 1'/></geometry></collision>"), "negative size"},
+      {make_link("a") + make_link("b", "") + make_joint("j", "continuous", "a", "b"),
+       "link 'b': moves but has no mass, and carries none"},
+      {make_link("a", std::string(kInertia) + "<collision><geometry><cone/></geometry></collision>"),
+       "link 'a' <cone>: is no known shape"},
+      {make_link("a", std::string(kInertia) + "<collision><geometry><box size='1 -1 1'/></geometry></collision>"),
+       "negative size"},
       {"", "has no <link>"}};
   for (const auto& c : cases) EXPECT_THAT(find_complaint(c.body), HasSubstr(c.expected)) << c.body;
 }
 
 // With a repair, a moving link without mass or with all its mass in one point is a ball of 1 mm radius of gyration.
 TEST(RobotLoader, RepairsPointMassesAndMovingLinksWithoutMass) {
-  const std::string tip = make_link("b", "<inertial><mass value='2'/><inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>") + make_link("c", "");
-  const RobotDescription robot = parse_robot("<robot name='r'>\n" + make_link("a") + tip + make_joint("j", "continuous", "a", "b") +
-                                             make_joint("k", "continuous", "b", "c") + "</robot>\n", "r.urdf", make_scenario("repair_inertias: true\n"));
+  const std::string tip =
+      make_link("b",
+                "<inertial><mass value='2'/><inertia ixx='0' ixy='0' ixz='0' iyy='0' iyz='0' izz='0'/></inertial>") +
+      make_link("c", "");
+  const RobotDescription robot =
+      parse_robot("<robot name='r'>\n" + make_link("a") + tip + make_joint("j", "continuous", "a", "b") +
+                      make_joint("k", "continuous", "b", "c") + "</robot>\n",
+                  "r.urdf", make_scenario("repair_inertias: true\n"));
   EXPECT_DOUBLE_EQ(robot.tree.links[1].inertia.I_LLcm_L(0, 0), 2e-6);
   EXPECT_DOUBLE_EQ(robot.tree.links[2].inertia.mass, 1e-3);
   EXPECT_THAT(robot.warnings, testing::Contains(HasSubstr("repaired to")).Times(2));
@@ -176,24 +213,32 @@ TEST(RobotLoader, RepairsPointMassesAndMovingLinksWithoutMass) {
 
 TEST(RobotLoader, ScenarioNamesAreCheckedAgainstTheRobot) {
   const std::string body = make_link("left_foot");
-  EXPECT_THAT(find_complaint(body, "feet: [lft_foot]"), HasSubstr("s.yaml:2:8: error: feet[0]: the robot has no link 'lft_foot'; did you mean 'left_foot'?"));
-  EXPECT_THAT(find_complaint(body, "servo: {joints: {knee: {kp: 1}}}"), HasSubstr("servo.joints.knee: the robot has no joint that moves 'knee'"));
+  EXPECT_THAT(find_complaint(body, "feet: [lft_foot]"),
+              HasSubstr("s.yaml:2:8: error: feet[0]: the robot has no link 'lft_foot'; did you mean 'left_foot'?"));
+  EXPECT_THAT(find_complaint(body, "servo: {joints: {knee: {kp: 1}}}"),
+              HasSubstr("servo.joints.knee: the robot has no joint that moves 'knee'"));
   EXPECT_THAT(find_complaint(body, "feet: [left_foot]"), HasSubstr("has no collision geometry to stand on"));
 }
 
 TEST(RobotLoader, NumbersThatNoRobotHasAreRefusedWithLineAndValue) {
   const auto with_mass = [](const std::string& mass) {
-    return make_link("a", "<inertial><mass value='" + mass + "'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>");
+    return make_link("a", "<inertial><mass value='" + mass +
+                              "'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>");
   };
-  EXPECT_THAT(find_complaint(with_mass("1e300")), HasSubstr("r.urdf:2: error: link 'a' <mass>: value is '1e300', expected 0 or 1e-9 to 1e6 [kg]"));
+  EXPECT_THAT(find_complaint(with_mass("1e300")),
+              HasSubstr("r.urdf:2: error: link 'a' <mass>: value is '1e300', expected 0 or 1e-9 to 1e6 [kg]"));
   EXPECT_THAT(find_complaint(with_mass("1e-300")), HasSubstr("value is '1e-300', expected 0 or 1e-9 to 1e6 [kg]"));
   EXPECT_EQ(find_complaint(with_mass("1e-9")), "");
   const std::string box = std::string(kInertia) + "<collision><geometry><box size='1 1e9 1'/></geometry></collision>";
   EXPECT_THAT(find_complaint(make_link("a", box)), HasSubstr("is larger than 10 km"));
-  const std::string far = "<inertial><origin xyz='0 0 -1e300'/><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>";
-  EXPECT_THAT(find_complaint(make_link("a", far)), HasSubstr("r.urdf:2: error: link 'a' <origin>: is further away than 10 km"));
+  const std::string far =
+      "<inertial><origin xyz='0 0 -1e300'/><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' "
+      "izz='1'/></inertial>";
+  EXPECT_THAT(find_complaint(make_link("a", far)),
+              HasSubstr("r.urdf:2: error: link 'a' <origin>: is further away than 10 km"));
   const std::string two = make_link("a") + make_link("b");
-  EXPECT_THAT(find_complaint(two + make_joint("j", "revolute", "a", "b", "<limit lower='-1' upper='1' effort='-1' velocity='1'/>")),
+  EXPECT_THAT(find_complaint(two + make_joint("j", "revolute", "a", "b",
+                                              "<limit lower='-1' upper='1' effort='-1' velocity='1'/>")),
               HasSubstr("r.urdf:4: error: joint 'j' <limit>: effort is negative, expected a limit >= 0"));
 }
 
@@ -205,25 +250,32 @@ TEST(RobotLoader, AnInitialPoseBeyondTheLimitsIsRefusedAndALittleBeyondWarnedOf)
   const std::string body = make_link("a") + make_link("b") + make_joint("j", "revolute", "a", "b");
   const std::string gains = "base: fixed\nservo: {default: {kp: 1}}\n";
   EXPECT_THAT(find_complaint(body, gains + "initial: {joints: {j: 24}}"),
-              HasSubstr("s.yaml:4:23: error: initial.joints.j: is 24 rad, expected -1 to 1 rad, the limits in the URDF; are these degrees?"));
-  EXPECT_THAT(find_warnings(body, gains + "initial: {joints: {j: 1.2}}"), testing::ElementsAre(HasSubstr("is 1.2 rad, expected -1 to 1 rad")));
+              HasSubstr("s.yaml:4:23: error: initial.joints.j: is 24 rad, expected -1 to 1 rad, the limits in the "
+                        "URDF; are these degrees?"));
+  EXPECT_THAT(find_warnings(body, gains + "initial: {joints: {j: 1.2}}"),
+              testing::ElementsAre(HasSubstr("is 1.2 rad, expected -1 to 1 rad")));
   EXPECT_THAT(find_warnings(body, gains + "initial: {joints: {j: -1}}"), testing::IsEmpty());
   const std::string endless = make_link("a") + make_link("b") + make_joint("j", "continuous", "a", "b", "");
-  EXPECT_THAT(find_complaint(endless, gains + "initial: {joints: {j: 24}}"), HasSubstr("is 24 rad, expected less than two turns either way"));
+  EXPECT_THAT(find_complaint(endless, gains + "initial: {joints: {j: 24}}"),
+              HasSubstr("is 24 rad, expected less than two turns either way"));
 }
 
 TEST(RobotLoader, ForgottenGainsAndFeetAreWarnedOf) {
-  const std::string body = make_link("a") + make_link("b") + make_link("c") + make_joint("j", "revolute", "a", "b") + make_joint("k", "revolute", "b", "c");
+  const std::string body = make_link("a") + make_link("b") + make_link("c") + make_joint("j", "revolute", "a", "b") +
+                           make_joint("k", "revolute", "b", "c");
   EXPECT_THAT(find_warnings(body, "base: fixed\n"), testing::ElementsAre(HasSubstr("no servo gains: joints are free")));
   EXPECT_THAT(find_warnings(body, "base: fixed\nservo: {default: {kp: 0}, joints: {j: {kp: 5}}}\n"),
-              testing::ElementsAre(HasSubstr("s.yaml:3:8: warning: servo: no servo gains: these joints are free: k (kp is 0)")));
+              testing::ElementsAre(
+                  HasSubstr("s.yaml:3:8: warning: servo: no servo gains: these joints are free: k (kp is 0)")));
   EXPECT_THAT(find_warnings(body, "base: fixed\nservo: {joints: {j: {kp: 5}}}\nunactuated: [k]\n"), testing::IsEmpty());
-  EXPECT_THAT(find_warnings(body, "servo: {default: {kp: 1}}\n"), testing::ElementsAre(HasSubstr("feet: is missing: nothing is known to stand on")));
+  EXPECT_THAT(find_warnings(body, "servo: {default: {kp: 1}}\n"),
+              testing::ElementsAre(HasSubstr("feet: is missing: nothing is known to stand on")));
   EXPECT_THAT(find_warnings(body, "servo: {default: {kp: 1}}\nground: {type: none}\n"), testing::IsEmpty());
 }
 
 TEST(RobotLoader, MissingMeshesAreLeftOutWithAWarningButNotThoseOfFeet) {
-  const std::string body = make_link("a", std::string(kInertia) + "<collision><geometry><mesh filename='package://p/m.stl'/></geometry></collision>");
+  const std::string body = make_link(
+      "a", std::string(kInertia) + "<collision><geometry><mesh filename='package://p/m.stl'/></geometry></collision>");
   const RobotDescription robot = parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario());
   EXPECT_TRUE(robot.shapes.empty());
   ASSERT_EQ(robot.warnings.size(), 2u) << "and one that no feet are named";
@@ -233,10 +285,12 @@ TEST(RobotLoader, MissingMeshesAreLeftOutWithAWarningButNotThoseOfFeet) {
 }
 
 TEST(RobotLoader, AVisualWithoutMaterialNameCostsNoCollision) {
-  const std::string body = make_link("a", std::string(kInertia) +
-      "<visual><geometry><sphere radius='1'/></geometry><material><color rgba='1 1 1 1'/></material></visual>"
-      "<collision><geometry><sphere radius='0'/></geometry></collision>");
-  const RobotDescription robot = parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario("feet: [a]"));
+  const std::string body = make_link(
+      "a", std::string(kInertia) +
+               "<visual><geometry><sphere radius='1'/></geometry><material><color rgba='1 1 1 1'/></material></visual>"
+               "<collision><geometry><sphere radius='0'/></geometry></collision>");
+  const RobotDescription robot =
+      parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario("feet: [a]"));
   ASSERT_EQ(robot.shapes.size(), 1u) << "spheres of radius zero are points";
   EXPECT_TRUE(robot.shapes[0].sole);
 }

@@ -22,8 +22,10 @@ WorldSpec read(const std::string& models, Diagnostics* diagnostics, const std::s
   return read_sdf_world("<sdf version='1.9'>\n<world name='w'>\n" + models + "</world></sdf>\n", scenario, diagnostics);
 }
 
-std::string make_model(const std::string& name, const std::string& geometry, const std::string& more = "<static>true</static>") {
-  return "<model name='" + name + "'>" + more + "<link name='l'>\n<collision name='c'><geometry>" + geometry + "</geometry></collision></link></model>\n";
+std::string make_model(const std::string& name, const std::string& geometry,
+                       const std::string& more = "<static>true</static>") {
+  return "<model name='" + name + "'>" + more + "<link name='l'>\n<collision name='c'><geometry>" + geometry +
+         "</geometry></collision></link></model>\n";
 }
 
 std::string find_complaint(const std::string& models) {
@@ -33,12 +35,14 @@ std::string find_complaint(const std::string& models) {
 }
 
 TEST(SdfWorld, StaticModelsAreObstaclesAndThePlaneIsTheGround) {
-  const RobotDescription robot = load_robot(parse_scenario(kBox + "world: " + kModels + "terrain/yard.sdf\n", kModels + "s.yaml"));
+  const RobotDescription robot =
+      load_robot(parse_scenario(kBox + "world: " + kModels + "terrain/yard.sdf\n", kModels + "s.yaml"));
   const Scenario scenario = parse_scenario(robot.scenario, robot.scenario_path);
   ASSERT_EQ(scenario.obstacles.size(), 4u);
   EXPECT_TRUE(scenario.ground.present);
   EXPECT_DOUBLE_EQ(scenario.ground.friction, 0.7);
-  const ObstacleSpec &ramp = scenario.obstacles[0], &post = scenario.obstacles[1], &knob = scenario.obstacles[2], &stairs = scenario.obstacles[3];
+  const ObstacleSpec &ramp = scenario.obstacles[0], &post = scenario.obstacles[1], &knob = scenario.obstacles[2],
+                     &stairs = scenario.obstacles[3];
   EXPECT_EQ(ramp.name, "ramp");
   EXPECT_EQ(ramp.shape, "box");
   EXPECT_EQ(ramp.size, Vector3d(2, 1, 0.05));
@@ -57,7 +61,8 @@ TEST(SdfWorld, StaticModelsAreObstaclesAndThePlaneIsTheGround) {
 TEST(SdfWorld, ABoxMovesInItAsAmongObstaclesWrittenByHand) {
   const std::string start = "initial: {position: [1.5, -1, 0.5]}\n";
   ScenarioRobot world(kBox + start + "world: " + kModels + "terrain/yard.sdf\n");
-  ScenarioRobot hand(kBox + start + "ground: {friction: 0.7}\nobstacles:\n"
+  ScenarioRobot hand(kBox + start +
+                     "ground: {friction: 0.7}\nobstacles:\n"
                      "  ramp: {size: [2, 1, 0.05], position: [1.5, -1, 0.2], rpy: [0, -0.2, 0], friction: 0.1}\n"
                      "  post: {shape: cylinder, radius: 0.1, length: 1, position: [-1, 0, 0.5]}\n"
                      "  post_2: {shape: sphere, radius: 0.15, position: [-1, 0, 1.1]}\n"
@@ -109,12 +114,16 @@ TEST(SdfWorld, LinesOfTheScenarioStayWhereTheyAre) {
 TEST(SdfWorld, WhatIsNotHeldIsRefusedByNameAndLine) {
   EXPECT_THAT(find_complaint(make_model("cart", "<sphere><radius>1</radius></sphere>", "")),
               HasSubstr("/dir/w.sdf:3: error: model 'cart': is not <static>: movable objects are not simulated"));
-  EXPECT_THAT(find_complaint(make_model("egg", "<ellipsoid><radii>1 2 3</radii></ellipsoid>")),
-              HasSubstr("/dir/w.sdf:4: error: model 'egg' <collision name=\"c\">: is of a shape that is not supported"));
-  EXPECT_THAT(find_complaint(make_model("rock", "<mesh><uri>rock.obj</uri></mesh>")), HasSubstr("there is no file 'rock.obj'"));
+  EXPECT_THAT(
+      find_complaint(make_model("egg", "<ellipsoid><radii>1 2 3</radii></ellipsoid>")),
+      HasSubstr("/dir/w.sdf:4: error: model 'egg' <collision name=\"c\">: is of a shape that is not supported"));
+  EXPECT_THAT(find_complaint(make_model("rock", "<mesh><uri>rock.obj</uri></mesh>")),
+              HasSubstr("there is no file 'rock.obj'"));
   const std::string plane = "<plane><normal>0 0 1</normal></plane>";
-  EXPECT_THAT(find_complaint(make_model("a", plane) + make_model("b", plane)), HasSubstr("model 'b' <collision name=\"c\">: is a second plane"));
-  EXPECT_THAT(find_complaint(make_model("wall", "<plane><normal>1 0 0</normal></plane>")), HasSubstr("steeper than 60 degrees"));
+  EXPECT_THAT(find_complaint(make_model("a", plane) + make_model("b", plane)),
+              HasSubstr("model 'b' <collision name=\"c\">: is a second plane"));
+  EXPECT_THAT(find_complaint(make_model("wall", "<plane><normal>1 0 0</normal></plane>")),
+              HasSubstr("steeper than 60 degrees"));
   EXPECT_THAT(find_complaint("<include><uri>model://nowhere</uri></include>"), HasSubstr("libsdformat refuses it"));
 }
 
@@ -126,8 +135,10 @@ TEST(SdfWorld, WhatIsNoSdfIsRefusedWithItsLine) {
     read_sdf_world(text, scenario, &diagnostics);
     return diagnostics.error_text();
   };
-  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w'>\n</wrold></sdf>"), HasSubstr("/dir/w.sdf:2: error: not valid XML: XML_ERROR_MISMATCHED_ELEMENT"));
-  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w\xe9'>"), HasSubstr("/dir/w.sdf:2: error: not valid XML: byte 233 is not UTF-8"));
+  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w'>\n</wrold></sdf>"),
+              HasSubstr("/dir/w.sdf:2: error: not valid XML: XML_ERROR_MISMATCHED_ELEMENT"));
+  EXPECT_THAT(complain("<sdf version='1.9'>\n<world name='w\xe9'>"),
+              HasSubstr("/dir/w.sdf:2: error: not valid XML: byte 233 is not UTF-8"));
   for (const char* text : {"<sdf><world name='w'/></sdf>", "<svg/>"})
     EXPECT_EQ(complain(text), "/dir/w.sdf: error: libsdformat refuses it: expected <sdf version=\"...\">") << text;
 }
@@ -137,7 +148,8 @@ TEST(SdfWorld, NoTextChangesHowTheNextIsRead) {
   const std::string box = make_model("box", "<box><size>1 2 3</size></box>");
   Diagnostics diagnostics, odd;
   const WorldSpec first = read(box, &diagnostics);
-  read(make_model("box", "<box><size>4 5 6</size><own>7</own></box><sphere/>", "<static>false</static><pose>x</pose>"), &odd);
+  read(make_model("box", "<box><size>4 5 6</size><own>7</own></box><sphere/>", "<static>false</static><pose>x</pose>"),
+       &odd);
   const WorldSpec again = read(box, &diagnostics);
   EXPECT_FALSE(diagnostics.has_errors()) << diagnostics.error_text();
   ASSERT_EQ(first.obstacles.size(), 1u);

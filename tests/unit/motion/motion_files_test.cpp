@@ -54,7 +54,8 @@ std::string complain_seq(const std::string& text, const std::vector<std::string>
 }
 
 TEST(Motion, ReadsCsvWithNamesInTheHeader) {
-  const Motion motion = parse_csv_motion("# made by hand\ntime,a,/joint_commands/b/position,/imu/x\n1,2,3,9\n1.5, 4 ,5,9\r\n", "m.csv");
+  const Motion motion =
+      parse_csv_motion("# made by hand\ntime,a,/joint_commands/b/position,/imu/x\n1,2,3,9\n1.5, 4 ,5,9\r\n", "m.csv");
   EXPECT_THAT(motion.joints, ::testing::ElementsAre("a", "b"));
   EXPECT_THAT(motion.times, ::testing::ElementsAre(0.0, 0.5));
   EXPECT_DOUBLE_EQ(motion.positions(1, 1), 5.0);
@@ -83,7 +84,8 @@ TEST(Motion, BadFilesAreRefusedWithLineAndReason) {
   broken.replace(broken.find("1e0"), 3, "zzz");
   EXPECT_THAT(complain_seq(broken), HasSubstr("m.seq:21: error: value 1 of the frame is 'zzz'"));
   EXPECT_THAT(catch_complaint([] { load_motion("/no/such.seq", {}); }), HasSubstr("cannot be read"));
-  EXPECT_THAT(catch_complaint([] { load_motion(std::string(HRP_SOURCE_DIR) + "/README.md", {}); }), HasSubstr("README.md"));
+  EXPECT_THAT(catch_complaint([] { load_motion(std::string(HRP_SOURCE_DIR) + "/README.md", {}); }),
+              HasSubstr("README.md"));
 }
 
 TEST(Motion, DamagedTextNeverCrashes) {
@@ -91,7 +93,8 @@ TEST(Motion, DamagedTextNeverCrashes) {
   for (int i = 0; i < 4000; ++i) {
     std::string text = kSeq;
     if (i % 3 == 0) text.resize(random() % text.size());
-    for (size_t k = 0; k < 1 + random() % 4 && !text.empty(); ++k) text[random() % text.size()] = "[]-:,. \n0e\xff"[random() % 11];
+    for (size_t k = 0; k < 1 + random() % 4 && !text.empty(); ++k)
+      text[random() % text.size()] = "[]-:,. \n0e\xff"[random() % 11];
     complain_seq(text);
     complain_csv(text);
   }
@@ -119,7 +122,10 @@ TEST(MotionPlayer, FollowsAParabolaExactlyAndHoldsTheEnds) {
 }
 
 TEST(MotionPlayer, UnknownJointsAreNamed) {
-  EXPECT_THAT(catch_complaint([] { MotionPlayer(parse_csv_motion("time,knee_l\n0,1\n", "m.csv"), {"knee_r"}, Eigen::VectorXd::Zero(1), "m.csv"); }),
+  EXPECT_THAT(catch_complaint([] {
+                MotionPlayer(parse_csv_motion("time,knee_l\n0,1\n", "m.csv"), {"knee_r"}, Eigen::VectorXd::Zero(1),
+                             "m.csv");
+              }),
               HasSubstr("moves joint 'knee_l', which the robot does not have; did you mean 'knee_r'?"));
 }
 
@@ -151,7 +157,9 @@ TEST(Leg, InverseKinematicsOfHalfSittingAndOutOfReach) {
 // Forward kinematics of the joint order that the solution is made for, with any attitude of the foot.
 TEST(Leg, InverseKinematicsUndoesForwardKinematics) {
   const LegGeometry leg{0.3, 0.28, -0.035};
-  const auto turn = [](double angle, const Eigen::Vector3d& axis) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); };
+  const auto turn = [](double angle, const Eigen::Vector3d& axis) {
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  };
   for (int k = 0; k < 200; ++k) {
     LegAngles q;
     for (int i = 0; i < 6; ++i) q[i] = 0.5 * std::sin(1.0 + 3.7 * k + 2.1 * i);

@@ -23,7 +23,9 @@ double calc_weight(const TreeSpec& tree) { return calc_mass(tree) * kGravity; }
 class MujocoDynamicsTest : public testing::Test {
  protected:
   MujocoDynamicsTest()
-      : scenario_(load_scenario(kStand)), robot_(load_robot(scenario_)), engine_(make_mujoco_engine(robot_, scenario_)) {
+      : scenario_(load_scenario(kStand)),
+        robot_(load_robot(scenario_)),
+        engine_(make_mujoco_engine(robot_, scenario_)) {
     command_.q = engine_->state().q;
   }
   void run(int steps) {
@@ -89,7 +91,9 @@ TEST(GroundLawTest, IsTheTangentOfEquation3WhereThePointCarriesItsLoad) {
   ContactSpec contact;
   contact.stiffness = 4e5, contact.shared_points = 4, contact.exponent = 1.5, contact.alpha = 2.4;
   const double load = 100.0, mass = 4.0, K = 1e5, h = 1e-7;
-  const auto force = [&](double depth, double rate) { return K * std::pow(depth, 1.5) * (1.0 + 1.5 * contact.alpha * rate); };
+  const auto force = [&](double depth, double rate) {
+    return K * std::pow(depth, 1.5) * (1.0 + 1.5 * contact.alpha * rate);
+  };
   const double depth = std::pow(load / K, 1.0 / 1.5);
   const GroundLaw law = calc_ground_law(contact, load, mass, 1e-3);
   const double R = (1.0 - law.impedance) / law.impedance / mass;
@@ -118,7 +122,8 @@ TEST_F(MujocoDynamicsTest, ReferencesAreInterpolatedSoThatASquatDoesNotRippleThe
   std::vector<double> sums;
   const Eigen::VectorXd start = command_.q;
   for (int step = 0; step < 1500; ++step) {
-    const double bend = 0.15 * (1.0 - std::cos(1e-3 * (step - step % 5 + 5)));  // [rad] of ankle and hip, twice of the knee
+    const double bend =
+        0.15 * (1.0 - std::cos(1e-3 * (step - step % 5 + 5)));  // [rad] of ankle and hip, twice of the knee
     for (const char* side : {"R_", "L_"}) {
       const auto joint = [&](const char* name) { return robot_.tree.find_joint(std::string(side) + name); };
       command_.q[joint("HIP_P")] = start[joint("HIP_P")] - bend;
@@ -131,7 +136,8 @@ TEST_F(MujocoDynamicsTest, ReferencesAreInterpolatedSoThatASquatDoesNotRippleThe
   }
   double square = 0;
   for (size_t k = 1000; k < 1490; ++k) {
-    const double mean = std::accumulate(sums.begin() + static_cast<long>(k) - 5, sums.begin() + static_cast<long>(k) + 5, 0.0) / 10.0;
+    const double mean =
+        std::accumulate(sums.begin() + static_cast<long>(k) - 5, sums.begin() + static_cast<long>(k) + 5, 0.0) / 10.0;
     square += (sums[k] - mean) * (sums[k] - mean) / 490.0;
   }
   // A straight line between references still turns by a small angle at each of them.

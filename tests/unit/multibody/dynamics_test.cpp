@@ -136,7 +136,8 @@ TEST_P(Trees, OnlyWhatChangedAgainGivesTheSameBits) {
 
 TEST_P(Trees, ResponsesSolveWithTheMassMatrix) {
   Eigen::VectorXd vdot(model.nv());
-  ASSERT_EQ(calc_forward_dynamics(model, Eigen::VectorXd::Zero(model.num_joints()), nullptr, {}, &data, &vdot), Status::kOk);
+  ASSERT_EQ(calc_forward_dynamics(model, Eigen::VectorXd::Zero(model.num_joints()), nullptr, {}, &data, &vdot),
+            Status::kOk);
   const Eigen::MatrixXd B = random.values(3 * model.nv(), 5).reshaped(model.nv(), 3);
   Eigen::MatrixXd X(model.nv(), 3);
   calc_responses(model, B, &data, &X);

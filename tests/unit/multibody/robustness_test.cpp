@@ -13,14 +13,15 @@
 #include "common/multibody/regressor.h"
 #include "tests/unit/multibody/random_tree.h"
 
-// Counts what operator new and Eigen's matrices take: both end in malloc, which glibc lets a program replace. Sanitizers have
-// a malloc of their own, which must not be replaced, and tell of each call.
+// Counts what operator new and Eigen's matrices take: both end in malloc, which glibc lets a program replace.
+// Sanitizers have a malloc of their own, which must not be replaced, and tell of each call.
 namespace {
 long long num_allocations = 0;
 }
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 // Of the sanitizers' runtime; GCC ships it without the header that declares it.
-extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*, std::size_t), void (*free_hook)(const volatile void*));
+extern "C" int __sanitizer_install_malloc_and_free_hooks(void (*malloc_hook)(const volatile void*, std::size_t),
+                                                         void (*free_hook)(const volatile void*));
 [[maybe_unused]] const int kHook = __sanitizer_install_malloc_and_free_hooks(
     [](const volatile void*, std::size_t) { ++num_allocations; }, [](const volatile void*) {});
 #else

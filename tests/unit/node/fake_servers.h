@@ -150,13 +150,17 @@ inline FakeRunResult run_fake_set(const FakeRunOptions& options) {
                                                        [&](const msg::RunStatus& m) { result.status = m; });
   const auto state_reader =
       subscribe<msg::RobotState>(bus, topics::kRobotState, Delivery::kReliable, [&](const msg::RobotState& m) {
-        const auto is_same = [&](const msg::Header& h) { return h.epoch() == m.header().epoch() && h.step() == m.header().step(); };
+        const auto is_same = [&](const msg::Header& h) {
+          return h.epoch() == m.header().epoch() && h.step() == m.header().step();
+        };
         if (!result.states.empty() && is_same(result.states.back().header())) return;
         result.states.push_back(m);
         if (options.on_state) options.on_state(m, control);
       });
   const std::shared_ptr<Bus> network = options.network ? options.network(bus) : nullptr;
-  const auto context = [&](const char* role) { return NodeContext{network ? network.get() : &bus, role, "fake", options.token}; };
+  const auto context = [&](const char* role) {
+    return NodeContext{network ? network.get() : &bus, role, "fake", options.token};
+  };
   SchedulerOptions scheduling;
   scheduling.roles = {"dynamics"};
   SchedulerNode scheduler(context("scheduler"), scheduling, -1.0);

@@ -13,7 +13,7 @@ namespace hrp::test {
 
 // Probabilities for each sample on its way to each reader.
 struct MessageFaults {
-  double late = 0.0;      // it waits until everything that is under way has arrived; then again with this probability
+  double late = 0.0;  // it waits until everything that is under way has arrived; then again with this probability
   double twice = 0.0;
   double overtake = 0.0;  // of samples that wait, another than the oldest arrives; DDS promises that this never happens
   double lost = 0.0;
@@ -22,7 +22,10 @@ struct MessageFaults {
 class FaultyBus : public Bus {
  public:
   FaultyBus(MemoryBus& bus, const MessageFaults& faults, unsigned seed)
-      : bus_(bus), faults_(faults), random_(seed), poke_(bus.make_writer({"test/poke", "test::Poke"})),
+      : bus_(bus),
+        faults_(faults),
+        random_(seed),
+        poke_(bus.make_writer({"test/poke", "test::Poke"})),
         pokes_(bus.make_reader({"test/poke", "test::Poke"}, Delivery::kReliable, [this](Bytes b) { release(b); })) {}
 
   std::unique_ptr<Writer> make_writer(const TopicSpec& topic) override { return bus_.make_writer(topic); }
@@ -31,7 +34,8 @@ class FaultyBus : public Bus {
     link->callback = std::move(callback);
     links_.push_back(link);
     const auto index = static_cast<uint32_t>(links_.size() - 1);
-    auto reader = bus_.make_reader(topic, delivery, [this, link, index](Bytes sample) { take(link.get(), index, sample); });
+    auto reader =
+        bus_.make_reader(topic, delivery, [this, link, index](Bytes sample) { take(link.get(), index, sample); });
     return std::make_unique<FaultyReader>(std::move(reader), link);
   }
   std::vector<TopicSeen> find_topics() override { return bus_.find_topics(); }
@@ -46,7 +50,8 @@ class FaultyBus : public Bus {
   };
   class FaultyReader : public Reader {
    public:
-    FaultyReader(std::unique_ptr<Reader> reader, std::shared_ptr<Link> link) : reader_(std::move(reader)), link_(std::move(link)) {}
+    FaultyReader(std::unique_ptr<Reader> reader, std::shared_ptr<Link> link)
+        : reader_(std::move(reader)), link_(std::move(link)) {}
     ~FaultyReader() override { link_->callback = nullptr; }
 
    private:
@@ -65,8 +70,10 @@ class FaultyBus : public Bus {
     const int copies = draw(faults_.twice) ? 2 : 1;
     for (int i = 0; i < copies; ++i) {
       link->waiting.emplace_back(sample.data, sample.data + sample.size);
-      if (link->waiting.size() > 1 || draw(faults_.late)) poke(index);
-      else deliver(link);
+      if (link->waiting.size() > 1 || draw(faults_.late))
+        poke(index);
+      else
+        deliver(link);
     }
   }
 
@@ -81,8 +88,10 @@ class FaultyBus : public Bus {
     std::memcpy(&index, sample.data, sizeof index);
     Link* link = links_[index].get();
     if (link->waiting.empty()) return;
-    if (draw(faults_.late)) poke(index);
-    else deliver(link);
+    if (draw(faults_.late))
+      poke(index);
+    else
+      deliver(link);
   }
 
   void deliver(Link* link) {

@@ -26,8 +26,8 @@ FaultyRun run_with(const MessageFaults& faults, unsigned seed) {
 }
 
 bool is_same(const msg::RobotState& a, const msg::RobotState& b) {
-  return a.header().step() == b.header().step() && a.header().time() == b.header().time() && a.positions() == b.positions() &&
-         a.velocities() == b.velocities();
+  return a.header().step() == b.header().step() && a.header().time() == b.header().time() &&
+         a.positions() == b.positions() && a.velocities() == b.velocities();
 }
 
 // Each run of 300 steps passes on some 2000 samples. HRP_FAULTY_SEEDS makes it more.
@@ -69,7 +69,8 @@ TEST(FaultyMessages, SamplesOutOfOrderNeverChangeARunUnsaid) {
     EXPECT_EQ(run.result.status.phase(), msg::RUN_FINISHED) << "seed " << seed;
     for (const msg::RobotState& state : run.result.states) {
       ASSERT_LT(state.header().step(), undisturbed.states.size());
-      EXPECT_TRUE(is_same(state, undisturbed.states[state.header().step()])) << "seed " << seed << ", step " << state.header().step();
+      EXPECT_TRUE(is_same(state, undisturbed.states[state.header().step()]))
+          << "seed " << seed << ", step " << state.header().step();
     }
   }
   RecordProperty("ended_with_a_reason", ended);

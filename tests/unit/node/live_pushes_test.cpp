@@ -92,12 +92,14 @@ TEST(Push, WhatCannotBeIsSaid) {
   Mover crate, partner;
   crate.name = "crate", partner.name = "partner", partner.is_robot = true;
   crate.robot.tree = partner.robot.tree = tree;
-  for (const char* body : {"hand", "crate", "partner/hand"}) EXPECT_EQ(find_push_fault(make_push(body, 5.0, 3), tree, {crate, partner}), "");
+  for (const char* body : {"hand", "crate", "partner/hand"})
+    EXPECT_EQ(find_push_fault(make_push(body, 5.0, 3), tree, {crate, partner}), "");
   for (const char* body : {"crate/hand", "partner", "partner/tail", "hand/partner"}) {
     EXPECT_THAT(find_push_fault(make_push(body, 5.0, 3), tree, {crate, partner}), HasSubstr("ROBOT/LINK")) << body;
   }
   EXPECT_THAT(find_push_fault(make_push("hand", std::nan(""), 3), tree, {}), HasSubstr("finite"));
-  EXPECT_THAT(find_push_fault(make_push("hand", std::numeric_limits<double>::infinity(), 3), tree, {}), HasSubstr("finite"));
+  EXPECT_THAT(find_push_fault(make_push("hand", std::numeric_limits<double>::infinity(), 3), tree, {}),
+              HasSubstr("finite"));
   EXPECT_THAT(find_push_fault(make_push("hand", 2e5, 3), tree, {}), HasSubstr("200000"));
   EXPECT_THAT(find_push_fault(make_push("hand", 5.0, 2000000), tree, {}), HasSubstr("at most 1000000 steps"));
 }

@@ -19,9 +19,7 @@ class CountingBus : public Bus {
   }
   std::vector<TopicSeen> find_topics() override { return bus_.find_topics(); }
   std::string vendor() const override { return "memory"; }
-  void spin(std::chrono::milliseconds timeout) override {
-    bus_.spin(timeout);
-  }
+  void spin(std::chrono::milliseconds timeout) override { bus_.spin(timeout); }
   int readers = 0;
 
  private:

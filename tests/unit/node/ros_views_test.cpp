@@ -41,8 +41,10 @@ class RosRate : public testing::Test {
     robots_ = {make_arm("")};
     state_.q = state_.qd = Eigen::VectorXd::Zero(1);
     read<rosgraph_msgs::msg::dds_::Clock_>(topics::kRosClock, [this](const auto& m) { note(m.clock(), &clock_); });
-    read<tf2_msgs::msg::dds_::TFMessage_>(topics::kRosTf, [this](const auto& m) { note(m.transforms()[0].header().stamp(), &tf_); });
-    read<sensor_msgs::msg::dds_::JointState_>(topics::kRosJointStates, [this](const auto& m) { note(m.header().stamp(), &joints_); });
+    read<tf2_msgs::msg::dds_::TFMessage_>(topics::kRosTf,
+                                          [this](const auto& m) { note(m.transforms()[0].header().stamp(), &tf_); });
+    read<sensor_msgs::msg::dds_::JointState_>(topics::kRosJointStates,
+                                              [this](const auto& m) { note(m.header().stamp(), &joints_); });
   }
 
   template <typename Message, typename OnMessage>
@@ -50,7 +52,9 @@ class RosRate : public testing::Test {
     readers_.push_back(subscribe<Message>(bus_, topic, Delivery::kReliable, on_message));
   }
 
-  static void note(const Stamp& time, std::vector<long>* times) { times->push_back(time.sec() * 1000L + time.nanosec() / 1000000); }
+  static void note(const Stamp& time, std::vector<long>* times) {
+    times->push_back(time.sec() * 1000L + time.nanosec() / 1000000);
+  }
 
   void run(RosViews* views, long end_ms) {
     views->update_readers();
@@ -134,7 +138,8 @@ class RosNamespaces : public testing::Test {
     auto kept = std::make_shared<std::vector<Message>>();
     TopicSpec topic = *known;
     topic.name = name;
-    readers_.push_back(subscribe<Message>(bus_, topic, Delivery::kReliable, [kept](const Message& m) { kept->push_back(m); }));
+    readers_.push_back(
+        subscribe<Message>(bus_, topic, Delivery::kReliable, [kept](const Message& m) { kept->push_back(m); }));
     kept_.push_back(kept);
     return kept.get();
   }
@@ -186,7 +191,8 @@ TEST_F(RosNamespaces, StandBeforeTheFramesOfAllOtherRobotsInOneTree) {
   publish_once();
   ASSERT_EQ(tf->size(), 1u);
   using Frames = std::vector<std::string>;
-  EXPECT_EQ(list_frames(tf->at(0)), (Frames{"world > base", "base > arm", "world > partner/base", "partner/base > partner/arm"}));
+  EXPECT_EQ(list_frames(tf->at(0)),
+            (Frames{"world > base", "base > arm", "world > partner/base", "partner/base > partner/arm"}));
   EXPECT_EQ(tf->at(0).transforms()[2].transform().translation().y(), 2.0);
   ASSERT_EQ(fixed->size(), 1u) << "what is kept for late readers is one message";
   EXPECT_EQ(list_frames(fixed->at(0)), (Frames{"arm > tool", "partner/arm > partner/tool"}));
@@ -215,7 +221,8 @@ TEST(TopicNames, OfAnotherRobotAreKnownByThoseOfTheFirst) {
 }
 
 TEST(TopicNames, WithoutARobotMeanTheFirstOne) {
-  const std::vector<std::string> names{"hrp/sensor_data", "hrp/partner/sensor_data", "hrp/walker/sensor_data", "rt/imu/chest", "rt/partner/imu/chest"};
+  const std::vector<std::string> names{"hrp/sensor_data", "hrp/partner/sensor_data", "hrp/walker/sensor_data",
+                                       "rt/imu/chest", "rt/partner/imu/chest"};
   using Names = std::vector<std::string>;
   EXPECT_EQ(topics::find_meant_topics("sensor_data", names), Names{"hrp/sensor_data"});
   EXPECT_EQ(topics::find_meant_topics("/imu/chest", names), Names{"rt/imu/chest"});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Those who look at a run believe in the end that its scheduler signed. Before, anybody could tell them that it was over.
+// Those who look at a run believe in the end that its scheduler signed. Before, anybody could tell them that it was
+// over.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

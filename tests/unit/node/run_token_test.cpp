@@ -96,10 +96,11 @@ TEST_P(Grant, ThatIsSignedAndCannotBeIsAFaultWithItsName) {
 
 INSTANTIATE_TEST_SUITE_P(
     Each, Grant,
-    ::testing::Values(Forged{"far_epoch", make_grant(kHuge, 10), "names epoch 18446744073709551615, this run is at epoch 0"},
-                      Forged{"far_step", make_grant(0, kHuge), "allows steps up to 18446744073709551615"},
-                      Forged{"next_epoch_far_step", make_grant(1, kHuge), "allows steps up to 18446744073709551615 at step 0"},
-                      Forged{"early_last", make_grant(0, 150, true), "after it had said that step 150 is the last"}),
+    ::testing::Values(
+        Forged{"far_epoch", make_grant(kHuge, 10), "names epoch 18446744073709551615, this run is at epoch 0"},
+        Forged{"far_step", make_grant(0, kHuge), "allows steps up to 18446744073709551615"},
+        Forged{"next_epoch_far_step", make_grant(1, kHuge), "allows steps up to 18446744073709551615 at step 0"},
+        Forged{"early_last", make_grant(0, 150, true), "after it had said that step 150 is the last"}),
     [](const auto& info) { return std::string(info.param.name); });
 
 TEST(Refusal, ThatIsNotSignedIsBelievedByNobodyWithTheToken) {
@@ -139,9 +140,8 @@ TEST(Request, ThatIsSentThreeTimesIsTakenOnce) {
     options.token = token;
     size_t answers = 0;
     options.join = [&](Bus& bus) -> std::shared_ptr<Reader> {
-      return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-        answers += m.refused().empty() ? 0 : 1;
-      });
+      return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable,
+                                       [&](const msg::RunStatus& m) { answers += m.refused().empty() ? 0 : 1; });
     };
     msg::RunControl impossible;  // as each that is taken is refused, refusals count them
     impossible.request(msg::REQUEST_RUN);

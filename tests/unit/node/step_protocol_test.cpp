@@ -75,8 +75,12 @@ const auto kShort = [](msg::JointCommands* m) { m->positions({1.0}); };
 const auto kStale = [](msg::JointCommands* m) { m->header().step(140); };
 const auto kAhead = [](msg::JointCommands* m) { m->header().step(155); };
 
-TEST(ControllerFault, NanStopsTheRunAndNamesTheJoint) { expect_stopped(run_spoiled("stop", kNan), "NaN in positions of joint 'joint1'"); }
-TEST(ControllerFault, WrongNumberOfJointsStopsTheRun) { expect_stopped(run_spoiled("stop", kShort), "1 positions, the robot has 2"); }
+TEST(ControllerFault, NanStopsTheRunAndNamesTheJoint) {
+  expect_stopped(run_spoiled("stop", kNan), "NaN in positions of joint 'joint1'");
+}
+TEST(ControllerFault, WrongNumberOfJointsStopsTheRun) {
+  expect_stopped(run_spoiled("stop", kShort), "1 positions, the robot has 2");
+}
 TEST(ControllerFault, StaleStepStopsTheRun) { expect_stopped(run_spoiled("stop", kStale), "answered step 140"); }
 TEST(ControllerFault, StepAheadStopsTheRun) { expect_stopped(run_spoiled("stop", kAhead), "answers step 155"); }
 
@@ -237,9 +241,11 @@ std::vector<uint64_t> find_steps_with_forces(FakeRunOptions options) {
   std::vector<uint64_t> steps;
   options.network = [](MemoryBus& bus) { return std::make_shared<GatheringBus>(bus); };
   options.join = [&](Bus& bus) -> std::shared_ptr<void> {
-    return subscribe<msg::ContactForces>(bus, topics::kContactForces, Delivery::kReliable, [&](const msg::ContactForces& m) {
-      if (steps.empty() || steps.back() != m.header().step()) steps.push_back(m.header().step());  // else a repeat
-    });
+    return subscribe<msg::ContactForces>(bus, topics::kContactForces, Delivery::kReliable,
+                                         [&](const msg::ContactForces& m) {
+                                           if (steps.empty() || steps.back() != m.header().step())
+                                             steps.push_back(m.header().step());  // else a repeat
+                                         });
   };
   run_fake_set(options);
   return steps;
@@ -250,7 +256,9 @@ void expect_forces_through(const std::vector<uint64_t>& steps, uint64_t last) {
   for (size_t k = 0; k < steps.size(); ++k) EXPECT_EQ(steps[k], k);
 }
 
-TEST(GatheredForces, ForcesOfAllStepsArriveAtTheEndOfTheLastGrant) { expect_forces_through(find_steps_with_forces({}), 300); }
+TEST(GatheredForces, ForcesOfAllStepsArriveAtTheEndOfTheLastGrant) {
+  expect_forces_through(find_steps_with_forces({}), 300);
+}
 
 // A log that lacked the last steps before a fault would lack the fault.
 TEST(GatheredForces, ForcesOfTheStepsBeforeAFaultArrive) {

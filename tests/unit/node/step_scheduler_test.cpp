@@ -11,8 +11,8 @@
 namespace hrp::test {
 namespace {
 
-using ::testing::HasSubstr;
 using std::chrono::milliseconds;
+using ::testing::HasSubstr;
 
 // A run of 1 ms steps whose dynamics is as fast as it is allowed to be.
 class PacedRun {

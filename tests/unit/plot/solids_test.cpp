@@ -23,7 +23,8 @@ Camera look_from_the_front() {
 }
 
 TEST(DrawingOrder, WhatStandsInFrontIsDrawnLast) {
-  const std::vector<Solid> solids{make_box({1, 1, 1}, {3, 0, 0}), make_box({1, 1, 1}, {0, 0, 0}), make_box({1, 1, 1}, {6, 0, 0})};
+  const std::vector<Solid> solids{make_box({1, 1, 1}, {3, 0, 0}), make_box({1, 1, 1}, {0, 0, 0}),
+                                  make_box({1, 1, 1}, {6, 0, 0})};
   EXPECT_EQ(find_drawing_order(solids, look_from_the_front()), (std::vector<size_t>{1, 0, 2}));
 }
 
@@ -46,7 +47,8 @@ TEST(Camera, MapsMetresAsItsScaleSays) {
   camera.scale = 50.0;
   const Eigen::Vector2d up = camera.project({7, 0, 1}), left = camera.project({7, 1, 0});
   EXPECT_NEAR((up - Eigen::Vector2d(0, -50)).norm(), 0.0, 1e-9) << "pixels count downward";
-  EXPECT_NEAR((left - Eigen::Vector2d(50, 0)).norm(), 0.0, 1e-9) << "seen from the front, the robot's left is on the right";
+  EXPECT_NEAR((left - Eigen::Vector2d(50, 0)).norm(), 0.0, 1e-9)
+      << "seen from the front, the robot's left is on the right";
 }
 
 TEST(Outline, OfACubeHasSixCornersFromAnOddDirectionAndFourFromTheFront) {
@@ -69,7 +71,8 @@ TEST(Solids, FacesLookOutward) {
   cylinder.size = {0.1, 0.3, 0};
   for (const Solid& solid : {make_box({1, 2, 3}, {0, 0, 0}), make_solid(cylinder)}) {
     for (const std::vector<int>& face : solid.faces) {
-      const Vector3d a = solid.vertices[size_t(face[0])], b = solid.vertices[size_t(face[1])], c = solid.vertices[size_t(face[2])];
+      const Vector3d a = solid.vertices[size_t(face[0])], b = solid.vertices[size_t(face[1])],
+                     c = solid.vertices[size_t(face[2])];
       EXPECT_GT((b - a).cross(c - b).dot(a + b + c), 0.0) << "the middle is at the origin";
     }
   }

@@ -13,10 +13,15 @@ namespace {
 // The node answers in lockstep; what is no message at all ends no run.
 class RosNode : public testing::Test {
  protected:
-  RosNode() : node_({&bus_, "controller", "hrp-controller-ros", ""}), sensors_(bus_, topics::kSensorData), ros_(bus_.make_writer(topics::kRosJointTrajectory)) {
+  RosNode()
+      : node_({&bus_, "controller", "hrp-controller-ros", ""}),
+        sensors_(bus_, topics::kSensorData),
+        ros_(bus_.make_writer(topics::kRosJointTrajectory)) {
     node_.make_endpoints();
-    reader_ = subscribe<msg::JointCommands>(bus_, topics::kJointCommands, Delivery::kReliable, [this](const msg::JointCommands& m) { answers_.push_back(m); });
-    status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable, [this](const msg::ServerStatus& m) { said_ = m.message(); });
+    reader_ = subscribe<msg::JointCommands>(bus_, topics::kJointCommands, Delivery::kReliable,
+                                            [this](const msg::JointCommands& m) { answers_.push_back(m); });
+    status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable,
+                                                  [this](const msg::ServerStatus& m) { said_ = m.message(); });
   }
 
   void describe() {
@@ -75,7 +80,8 @@ TEST_F(RosNode, SaysWhatItRefusesAndGoesOn) {
   RosJointTrajectory message = make_good_message();
   message.joint_names()[0] = "hop";
   tell(message);
-  EXPECT_THAT(said_, testing::HasSubstr("refused, goes on as before: rt/joint_trajectory: error: joint_names[0]: 'hop'"));
+  EXPECT_THAT(said_,
+              testing::HasSubstr("refused, goes on as before: rt/joint_trajectory: error: joint_names[0]: 'hop'"));
   ask(5);
   EXPECT_EQ(answers_.back().positions(), answers_.front().positions());
   EXPECT_EQ(node_.outcome(), NodeOutcome::kRunning);
@@ -88,13 +94,15 @@ TEST(RosNodeOfAnotherRobot, FollowsTheTopicsOfItsNamespace) {
   RosControllerNode node(context);
   node.make_endpoints();
   std::string said;
-  const auto status = subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable, [&](const msg::ServerStatus& m) { said = m.message(); });
+  const auto status = subscribe<msg::ServerStatus>(bus, topics::kServerStatus, Delivery::kReliable,
+                                                   [&](const msg::ServerStatus& m) { said = m.message(); });
   msg::RobotDescription description;
   to_message(make_description(), &description);
   Publisher<msg::RobotDescription>(bus, topics::of_robot(topics::kRobotDescription, "partner")).publish(description);
   RosJointTrajectory message = make_good_message();
   message.joint_names()[0] = "hop";
-  Publisher<RosJointTrajectory> first(bus, topics::kRosJointTrajectory), its(bus, topics::of_robot(topics::kRosJointTrajectory, "partner"));
+  Publisher<RosJointTrajectory> first(bus, topics::kRosJointTrajectory),
+      its(bus, topics::of_robot(topics::kRosJointTrajectory, "partner"));
   const auto tell = [&](Publisher<RosJointTrajectory>* publisher) {
     publisher->publish(message);
     bus.dispatch_all();
@@ -142,7 +150,8 @@ TEST_F(RosNode, RefusesWhatIsWrongOfAnEarlyMessageWhenTheRobotIsKnown) {
 
 TEST_F(RosNode, SaysThatTooManyMessagesCameBeforeTheRobotWasKnown) {
   for (int i = 0; i < 17; ++i) tell(make_good_message());
-  EXPECT_THAT(said_, testing::HasSubstr("rt/joint_trajectory: came before the robot was known, after 16 others; send it again"));
+  EXPECT_THAT(said_, testing::HasSubstr(
+                         "rt/joint_trajectory: came before the robot was known, after 16 others; send it again"));
 }
 
 }  // namespace

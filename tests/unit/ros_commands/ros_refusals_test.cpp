@@ -21,27 +21,66 @@ struct BadTrajectory {
 // Each is said with topic, field, value and what was expected, and the robot goes on as if it had not come.
 TEST(RosRefusals, RefusesTrajectoriesThatCannotBe) {
   const BadTrajectory cases[] = {
-      {"an unknown joint", [](auto* m) { m->joint_names()[1] = "kne"; }, "joint_names[1]: 'kne'; expected a joint of trio; is it 'knee'?"},
-      {"control characters", [](auto* m) { m->joint_names()[1] = "\x1b[2J\n"; }, "joint_names[1]: '\\x1b[2J\\x0a'; expected a joint of trio"},
-      {"a joint twice", [](auto* m) { m->joint_names()[1] = "hip"; }, "joint_names[1]: 'hip' for the second time; expected each joint once"},
-      {"no joints", [](auto* m) { m->joint_names().clear(); }, "joint_names: empty; expected the joints that the points are for"},
-      {"too few positions", [](auto* m) { m->points()[1].positions({0.1}); }, "points[1].positions: 1 values; expected 2, one a joint of joint_names"},
-      {"no positions", [](auto* m) { m->points()[0].positions().clear(); }, "points[0].positions: 0 values; expected 2"},
-      {"too many velocities", [](auto* m) { m->points()[0].velocities({0, 0, 0}); }, "points[0].velocities: 3 values; expected 2"},
-      {"velocities in one point only", [](auto* m) { m->points()[0].velocities().clear(); }, "points[1].velocities: 2 values; expected 0, as in the first point"},
-      {"too few accelerations", [](auto* m) { m->points()[0].accelerations({0}); }, "points[0].accelerations: 1 values; expected 2"},
-      {"an effort without a number", [](auto* m) { m->points()[0].effort({0, kNan}); }, "points[0].effort[1]: joint 'knee' is told nan; expected a finite number"},
-      {"too much effort", [](auto* m) { m->points()[0].effort({-6, 0}); m->points()[1].effort({0, 0}); }, "points[0].effort[0]: joint 'hip' is told -6 N m; expected -5 to 5 N m"},
-      {"not a number", [](auto* m) { m->points()[1].positions()[0] = kNan; }, "points[1].positions[0]: joint 'hip' is told nan; expected a finite number"},
-      {"infinite", [](auto* m) { m->points()[1].velocities()[0] = INFINITY; }, "points[1].velocities[0]: joint 'hip' is told inf; expected a finite number"},
-      {"beyond the limit", [](auto* m) { m->points()[1].positions()[1] = 1.1; }, "points[1].positions[1]: joint 'knee' is told 1.1 rad; expected -1 to 1 rad, the joint's limits"},
-      {"too fast at a point", [](auto* m) { m->points()[1].velocities()[0] = -2.5; }, "points[1]: on the way there joint 'hip' reaches -2.5 rad/s; expected -2 to 2 rad/s"},
-      {"too fast on the way", [](auto* m) { m->points()[0].time_from_start().sec(0); m->points()[0].time_from_start().nanosec(300000000); }, "points[0]: on the way there joint 'hip' reaches 2.5 rad/s; expected -2 to 2 rad/s"},
+      {"an unknown joint", [](auto* m) { m->joint_names()[1] = "kne"; },
+       "joint_names[1]: 'kne'; expected a joint of trio; is it 'knee'?"},
+      {"control characters", [](auto* m) { m->joint_names()[1] = "\x1b[2J\n"; },
+       "joint_names[1]: '\\x1b[2J\\x0a'; expected a joint of trio"},
+      {"a joint twice", [](auto* m) { m->joint_names()[1] = "hip"; },
+       "joint_names[1]: 'hip' for the second time; expected each joint once"},
+      {"no joints", [](auto* m) { m->joint_names().clear(); },
+       "joint_names: empty; expected the joints that the points are for"},
+      {"too few positions", [](auto* m) { m->points()[1].positions({0.1}); },
+       "points[1].positions: 1 values; expected 2, one a joint of joint_names"},
+      {"no positions", [](auto* m) { m->points()[0].positions().clear(); },
+       "points[0].positions: 0 values; expected 2"},
+      {"too many velocities",
+       [](auto* m) {
+         m->points()[0].velocities({0, 0, 0});
+       },
+       "points[0].velocities: 3 values; expected 2"},
+      {"velocities in one point only", [](auto* m) { m->points()[0].velocities().clear(); },
+       "points[1].velocities: 2 values; expected 0, as in the first point"},
+      {"too few accelerations", [](auto* m) { m->points()[0].accelerations({0}); },
+       "points[0].accelerations: 1 values; expected 2"},
+      {"an effort without a number",
+       [](auto* m) {
+         m->points()[0].effort({0, kNan});
+       },
+       "points[0].effort[1]: joint 'knee' is told nan; expected a finite number"},
+      {"too much effort",
+       [](auto* m) {
+         m->points()[0].effort({-6, 0});
+         m->points()[1].effort({0, 0});
+       },
+       "points[0].effort[0]: joint 'hip' is told -6 N m; expected -5 to 5 N m"},
+      {"not a number", [](auto* m) { m->points()[1].positions()[0] = kNan; },
+       "points[1].positions[0]: joint 'hip' is told nan; expected a finite number"},
+      {"infinite", [](auto* m) { m->points()[1].velocities()[0] = INFINITY; },
+       "points[1].velocities[0]: joint 'hip' is told inf; expected a finite number"},
+      {"beyond the limit", [](auto* m) { m->points()[1].positions()[1] = 1.1; },
+       "points[1].positions[1]: joint 'knee' is told 1.1 rad; expected -1 to 1 rad, the joint's limits"},
+      {"too fast at a point", [](auto* m) { m->points()[1].velocities()[0] = -2.5; },
+       "points[1]: on the way there joint 'hip' reaches -2.5 rad/s; expected -2 to 2 rad/s"},
+      {"too fast on the way",
+       [](auto* m) {
+         m->points()[0].time_from_start().sec(0);
+         m->points()[0].time_from_start().nanosec(300000000);
+       },
+       "points[0]: on the way there joint 'hip' reaches 2.5 rad/s; expected -2 to 2 rad/s"},
       // From 0.2 to 0.99 and to 0.98, with 2 rad/s at the point: beyond 1 in between.
-      {"beyond the limit on the way", [](auto* m) { m->points()[0].positions()[1] = 0.99; m->points()[0].velocities()[1] = 1.9; m->points()[1].positions()[1] = 0.98; }, "points[1]: on the way there joint 'knee' reaches 1."},
-      {"times that do not increase", [](auto* m) { m->points()[1].time_from_start().sec(1); }, "points[1].time_from_start: 1 s; expected later than 1 s of the point before"},
-      {"a negative time", [](auto* m) { m->points()[0].time_from_start().sec(-1); }, "points[0].time_from_start: -1 s; expected 0 or later"},
-      {"too many nanoseconds", [](auto* m) { m->points()[0].time_from_start().nanosec(1000000000); }, "points[0].time_from_start.nanosec: 1000000000; expected less than 1000000000"},
+      {"beyond the limit on the way",
+       [](auto* m) {
+         m->points()[0].positions()[1] = 0.99;
+         m->points()[0].velocities()[1] = 1.9;
+         m->points()[1].positions()[1] = 0.98;
+       },
+       "points[1]: on the way there joint 'knee' reaches 1."},
+      {"times that do not increase", [](auto* m) { m->points()[1].time_from_start().sec(1); },
+       "points[1].time_from_start: 1 s; expected later than 1 s of the point before"},
+      {"a negative time", [](auto* m) { m->points()[0].time_from_start().sec(-1); },
+       "points[0].time_from_start: -1 s; expected 0 or later"},
+      {"too many nanoseconds", [](auto* m) { m->points()[0].time_from_start().nanosec(1000000000); },
+       "points[0].time_from_start.nanosec: 1000000000; expected less than 1000000000"},
   };
   for (const BadTrajectory& bad : cases) {
     Played played, undisturbed;
@@ -111,7 +150,8 @@ class RandomMessage {
   RosJointTrajectory make() {
     static const std::vector<std::string> names{"hip", "knee", "slide", "hop"};
     RosJointTrajectory message;
-    for (size_t k = find_count(2); k > 0; --k) message.joint_names().push_back(names[(k + find_count(3)) % (is_rare() ? 4 : 3)]);
+    for (size_t k = find_count(2); k > 0; --k)
+      message.joint_names().push_back(names[(k + find_count(3)) % (is_rare() ? 4 : 3)]);
     double time = 0.0;
     for (size_t i = find_count(4); i > 0; --i) {
       time += is_rare() ? 0.0 : 3.0 * std::abs(small_(random_));
@@ -136,7 +176,8 @@ class RandomMessage {
   bool with_velocities_ = false;
 };
 
-// Whatever comes: all commands are within the limits, and positions make no jump that a velocity of 2 rad/s does not allow.
+// Whatever comes: all commands are within the limits, and positions make no jump that a velocity of 2 rad/s does not
+// allow.
 TEST(RosRefusals, NoMessageMakesAnyJointLeaveItsLimits) {
   Played played;
   RandomMessage random(5);
@@ -155,7 +196,7 @@ TEST(RosRefusals, NoMessageMakesAnyJointLeaveItsLimits) {
     }
     const JointCommand now = played.step();
     for (int joint = 0; joint < 2; ++joint) {
-      ASSERT_LE(std::abs(now.q[joint]), 1.0 + 1e-6);   // what the controller allows for rounded plans
+      ASSERT_LE(std::abs(now.q[joint]), 1.0 + 1e-6);  // what the controller allows for rounded plans
       ASSERT_LE(std::abs(now.qd[joint]), 2.0 + 1e-6);
       ASSERT_LE(std::abs(now.q[joint] - before.q[joint]), (2.0 + 1e-6) * kPeriod + kExact);
     }

@@ -56,7 +56,8 @@ TEST(CubicSegment, ExtremesAreThoseOfManySamples) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-2.0, 2.0);
   for (int k = 0; k < 300; ++k) {
-    CubicSegment segment = make_cubic(number(random), number(random), number(random), number(random), 0.1 + std::abs(number(random)));
+    CubicSegment segment =
+        make_cubic(number(random), number(random), number(random), number(random), 0.1 + std::abs(number(random)));
     if (k % 10 == 0) segment.b = 0.0;  // parabolas
     if (k % 20 == 0) segment.a = 0.0;  // lines
     double low = segment.q0, high = segment.q0, slow = segment.v0, fast = segment.v0;
@@ -81,7 +82,9 @@ TEST(CubicSegment, ExtremesAreThoseOfManySamples) {
 }
 
 TEST(Trajectory, GoesThroughItsPointsAndHoldsTheLastOneAtRest) {
-  const Trajectory trajectory({{0.0, make_command(0.0, 0.0, 0.0)}, {1.0, make_command(1.0, 2.0, 4.0)}, {3.0, make_command(2.0, 1.0, 8.0)}}, true);
+  const Trajectory trajectory(
+      {{0.0, make_command(0.0, 0.0, 0.0)}, {1.0, make_command(1.0, 2.0, 4.0)}, {3.0, make_command(2.0, 1.0, 8.0)}},
+      true);
   EXPECT_NEAR(trajectory.sample(1.0).q[0], 1.0, kExact);
   EXPECT_NEAR(trajectory.sample(1.0).qd[0], 2.0, kExact);
   EXPECT_NEAR(trajectory.sample(1.0 - 1e-9).qd[0], 2.0, 1e-7);  // the velocity has no step there: |q''| 1e-9 s
@@ -94,7 +97,9 @@ TEST(Trajectory, GoesThroughItsPointsAndHoldsTheLastOneAtRest) {
 }
 
 TEST(Trajectory, WithPositionsOnlyIsMadeOfStraightLines) {
-  const Trajectory trajectory({{0.0, make_command(0.0, 9.0, 0.0)}, {1.0, make_command(1.0, 9.0, 0.0)}, {2.0, make_command(0.0, 9.0, 0.0)}}, false);
+  const Trajectory trajectory(
+      {{0.0, make_command(0.0, 9.0, 0.0)}, {1.0, make_command(1.0, 9.0, 0.0)}, {2.0, make_command(0.0, 9.0, 0.0)}},
+      false);
   EXPECT_NEAR(trajectory.sample(0.25).q[0], 0.25, kExact);
   EXPECT_NEAR(trajectory.sample(0.25).qd[0], 1.0, kExact);
   EXPECT_NEAR(trajectory.sample(1.75).q[0], 0.25, kExact);

@@ -31,7 +31,8 @@ TEST(SampleText, GivesTheBytesOfTheGeneratedType) {
   message.points()[1].time_from_start().sec(-3);
   message.points()[1].time_from_start().nanosec(4000000000u);
   EXPECT_EQ(encode_text(get_trajectory(),
-                        "{header: {frame_id: world}, joint_names: [hip, knees], points: [{positions: [0.5, -1e-3], effort: [1, 2.0]}, "
+                        "{header: {frame_id: world}, joint_names: [hip, knees], points: [{positions: [0.5, -1e-3], "
+                        "effort: [1, 2.0]}, "
                         "{time_from_start: {sec: -3, nanosec: 4000000000}}]}"),
             encode_typed(message));
 }
@@ -53,7 +54,9 @@ TEST(SampleText, WithoutFieldsIsAllZeroAndEmpty) {
 
 TEST(SampleText, SaysWhereItIsNoMessage) {
   const std::pair<const char*, const char*> cases[] = {
-      {"{joint_name: [hip]}", "message:1:2: error: 'joint_name' is no field of trajectory_msgs::msg::dds_::JointTrajectory_; is it 'joint_names'?"},
+      {"{joint_name: [hip]}",
+       "message:1:2: error: 'joint_name' is no field of trajectory_msgs::msg::dds_::JointTrajectory_; is it "
+       "'joint_names'?"},
       {"{points: [{positions: [1, two]}]}", "message:1:27: error: points[0].positions[1]: 'two'; expected a number"},
       {"{points: {positions: [1]}}", "points: expected a list"},
       {"{points: [7]}", "points[0]: expected the fields of trajectory_msgs::msg::dds_::JointTrajectoryPoint_"},

@@ -15,7 +15,7 @@
 
 namespace hrp {
 
-constexpr double kExact = 1e-12;  // a few roundings of numbers of size 1
+constexpr double kExact = 1e-12;   // a few roundings of numbers of size 1
 constexpr double kPeriod = 0.005;  // [s]
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -49,7 +49,8 @@ inline RosJointTrajectory make_message(const std::vector<std::string>& names) {
   return message;
 }
 
-inline void add_point(double time, const std::vector<double>& q, const std::vector<double>& qd, RosJointTrajectory* message) {
+inline void add_point(double time, const std::vector<double>& q, const std::vector<double>& qd,
+                      RosJointTrajectory* message) {
   ::trajectory_msgs::msg::dds_::JointTrajectoryPoint_ point;
   point.positions(q);
   point.velocities(qd);
@@ -70,7 +71,9 @@ class Played {
  public:
   Played() : Played(make_trio()) {}
   explicit Played(const Robot& r) : Played(r, make_scenario_controller(r)) {}
-  Played(const Robot& r, std::unique_ptr<Controller> other) : robot(r), controller(r, std::move(other)) { controller.start(robot); }
+  Played(const Robot& r, std::unique_ptr<Controller> other) : robot(r), controller(r, std::move(other)) {
+    controller.start(robot);
+  }
   // The answer to the next sample.
   JointCommand step() {
     SensorData sensors;

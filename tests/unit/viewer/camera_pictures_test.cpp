@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of cameras on their way to a page: what is read of a sample, what is refused, and that nobody reads unless a page
-// looks. tests/browser/cameras_test.mjs looks at the pixels.
+// Pictures of cameras on their way to a page: what is read of a sample, what is refused, and that nobody reads unless a
+// page looks. tests/browser/cameras_test.mjs looks at the pixels.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,8 @@ using Ms = std::chrono::milliseconds;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-Image make_image(const std::string& encoding, uint32_t width, uint32_t height, uint32_t step, const std::vector<uint8_t>& data) {
+Image make_image(const std::string& encoding, uint32_t width, uint32_t height, uint32_t step,
+                 const std::vector<uint8_t>& data) {
   Image image;
   image.header().stamp().sec(2);
   image.header().stamp().nanosec(500000000);
@@ -47,7 +48,9 @@ Picture read(const Image& image) {
   return read_picture(encode(image, &buffer), kMostPagePixels);
 }
 
-std::string find_error(const Image& image) { return catch_complaint<PictureError>([&] { read(image); }); }
+std::string find_error(const Image& image) {
+  return catch_complaint<PictureError>([&] { read(image); });
+}
 
 std::vector<float> get_depths(const Picture& picture) {
   std::vector<float> depths(picture.pixels.size() / sizeof(float));
@@ -72,20 +75,26 @@ TEST(Pictures, OfDepthAreMetres) {
   EXPECT_EQ(picture.kind, Picture::Kind::kDepth);
   EXPECT_THAT(get_depths(picture), ElementsAre(1.25f, std::numeric_limits<float>::infinity()));
   // 2 x 256 + 88 = 600 mm, and nothing in sight.
-  EXPECT_THAT(get_depths(read(make_image("16UC1", 2, 1, 4, {88, 2, 0, 0}))), ElementsAre(0.6f, std::numeric_limits<float>::infinity()));
+  EXPECT_THAT(get_depths(read(make_image("16UC1", 2, 1, 4, {88, 2, 0, 0}))),
+              ElementsAre(0.6f, std::numeric_limits<float>::infinity()));
 }
 
 TEST(Pictures, ThatMakeNoSenseSayWhichFieldIsWrong) {
   const std::vector<uint8_t> six(6);
   EXPECT_EQ(find_error(make_image("rgb8", 2, 1, 6, six)), "");
-  EXPECT_EQ(find_error(make_image("rgb8", 2, 1, 5, six)), "the picture's step is 5 bytes, expected at least 6: 2 pixels of rgb8");
-  EXPECT_EQ(find_error(make_image("rgb8", 2, 2, 6, six)), "the picture's data is 6 bytes, expected 12: height times step");
-  EXPECT_THAT(find_error(make_image("yuv422", 2, 1, 6, six)), HasSubstr("encoding is 'yuv422', expected one of rgb8, "));
+  EXPECT_EQ(find_error(make_image("rgb8", 2, 1, 5, six)),
+            "the picture's step is 5 bytes, expected at least 6: 2 pixels of rgb8");
+  EXPECT_EQ(find_error(make_image("rgb8", 2, 2, 6, six)),
+            "the picture's data is 6 bytes, expected 12: height times step");
+  EXPECT_THAT(find_error(make_image("yuv422", 2, 1, 6, six)),
+              HasSubstr("encoding is 'yuv422', expected one of rgb8, "));
   EXPECT_THAT(find_error(make_image("rgb8", 0, 1, 6, six)), HasSubstr("width is 0"));
   EXPECT_THAT(find_error(make_image("rgb8", 2, 0, 6, {})), HasSubstr("height is 0"));
   // Sizes whose product is beyond 32 bits, and just within 64.
-  EXPECT_THAT(find_error(make_image("32FC1", 0xffffffff, 0xffffffff, 0xffffffff, six)), HasSubstr("step is 4294967295 bytes, expected at least 17179869180"));
-  EXPECT_THAT(find_error(make_image("mono8", 0xffffffff, 0xffffffff, 0xffffffff, six)), HasSubstr("expected 18446744065119617025"));
+  EXPECT_THAT(find_error(make_image("32FC1", 0xffffffff, 0xffffffff, 0xffffffff, six)),
+              HasSubstr("step is 4294967295 bytes, expected at least 17179869180"));
+  EXPECT_THAT(find_error(make_image("mono8", 0xffffffff, 0xffffffff, 0xffffffff, six)),
+              HasSubstr("expected 18446744065119617025"));
   Image big = make_image("32FC1", 1, 1, 4, {0, 0, 0, 0});
   big.is_bigendian(1);
   EXPECT_THAT(find_error(big), HasSubstr("is_bigendian is 1"));
@@ -181,10 +190,15 @@ nlohmann::json read_head(const std::string& message, std::string* pixels = nullp
 
 TEST(PictureMessages, AreATextAndPixels) {
   std::string pixels;
-  const auto head = read_head(make_picture_message(1, "rt/eye/image_raw", read(make_image("mono8", 2, 1, 2, {7, 8}))), &pixels);
-  EXPECT_EQ(head, nlohmann::json::parse(R"({"op":"picture","source":1,"topic":"rt/eye/image_raw","time":2.5,"kind":"color","width":2,"height":1,"stride":1})"));
+  const auto head =
+      read_head(make_picture_message(1, "rt/eye/image_raw", read(make_image("mono8", 2, 1, 2, {7, 8}))), &pixels);
+  EXPECT_EQ(
+      head,
+      nlohmann::json::parse(
+          R"({"op":"picture","source":1,"topic":"rt/eye/image_raw","time":2.5,"kind":"color","width":2,"height":1,"stride":1})"));
   EXPECT_EQ(pixels, "\7\7\7\10\10\10");
-  EXPECT_EQ(read_head(make_picture_message(0, "rt/eye/image_raw", std::string("\xff why")))["error"], "\xef\xbf\xbd why");
+  EXPECT_EQ(read_head(make_picture_message(0, "rt/eye/image_raw", std::string("\xff why")))["error"],
+            "\xef\xbf\xbd why");
 }
 
 TEST(PictureFeeds, SendEachPictureOnceAndTenASecond) {
@@ -291,7 +305,8 @@ TEST_F(LivePage, FoxgloveReadsTheSameCameraByItsNameInRos2) {
   EXPECT_EQ(channel["topic"], "/eye/image_raw");
   EXPECT_EQ(channel["schemaName"], "sensor_msgs/msg/Image");
   EXPECT_EQ(channel["schemaEncoding"], "ros2msg");
-  client->on_message(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel["id"].dump() + "}]}", false);
+  client->on_message(R"({"op":"subscribe","subscriptions":[{"id":3,"channelId":)" + channel["id"].dump() + "}]}",
+                     false);
   viewer_.tick();
   const Image image = make_image("mono8", 1, 1, 1, {1});
   publish(image);
@@ -311,11 +326,13 @@ std::string make_log(const std::string& name) {
   mcap::Writer writer(mcap::ClaimedFile(path, mcap::Existing::kReplace), mcap::Compression::kZstd);
   const std::string type = topics::make_color_image_topic("").type_name;
   const uint16_t schema = writer.add_schema(type, "omgidl", find_schema_text(type));
-  const uint16_t eye = writer.add_channel("rt/eye/image_raw", schema, "cdr"), ear = writer.add_channel("rt/ear/image_raw", schema, "cdr");
+  const uint16_t eye = writer.add_channel("rt/eye/image_raw", schema, "cdr"),
+                 ear = writer.add_channel("rt/ear/image_raw", schema, "cdr");
   std::vector<char> buffer;
   for (uint8_t i = 1; i <= 10; ++i) {
     for (const uint16_t channel : {ear, eye}) {
-      const Bytes sample = encode(make_image("mono8", 1, 1, 1, {static_cast<uint8_t>(channel == eye ? i : 100 + i)}), &buffer);
+      const Bytes sample =
+          encode(make_image("mono8", 1, 1, 1, {static_cast<uint8_t>(channel == eye ? i : 100 + i)}), &buffer);
       mcap::Message message;
       message.channel_id = channel;
       message.log_time = message.publish_time = i * 100000000ull;

@@ -35,7 +35,8 @@ class ContactSignals : public ::testing::Test {
  protected:
   ContactSignals() {
     // "left" twice: on the ground and on a step. Its points come after the sums, as in the IDL.
-    for (const auto& pair : {make_pair("left", 100, 0.1), make_pair("right", 300, -0.1), make_pair("left", 50, 0.1)}) forces_.pairs().push_back(pair);
+    for (const auto& pair : {make_pair("left", 100, 0.1), make_pair("right", 300, -0.1), make_pair("left", 50, 0.1)})
+      forces_.pairs().push_back(pair);
     forces_.header().time(0.25);
   }
   double find(const std::string& path) {
@@ -88,7 +89,8 @@ TEST_F(ContactSignals, PlaceTheZmpOfEachRobotWithItsOwnForces) {
 }
 
 TEST_F(ContactSignals, SayWhatIsWrongWithAPath) {
-  for (const char* path : {"", "pair", "pairs", "pairs[0]", "pairs[0", "pairs[0]x", "header.time.x", "pairs[0].name_a", "."}) {
+  for (const char* path :
+       {"", "pair", "pairs", "pairs[0]", "pairs[0", "pairs[0]x", "header.time.x", "pairs[0].name_a", "."}) {
     EXPECT_THROW(find(path), InputError) << path;
   }
   EXPECT_THROW(split_signal("no colon"), InputError);
@@ -173,7 +175,8 @@ TEST(Access, IsForThisMachineAndItsOwnPageOnly) {
   EXPECT_NE(find_refusal(rules, foxglove), "");
   foxglove.foxglove = true;
   EXPECT_EQ(find_refusal(rules, foxglove), "");
-  for (const char* origin : {"https://evilfoxglove.dev", "https://user.foxglove.dev", "http://app.foxglove.dev", "https://app.foxglove.dev:81"}) {
+  for (const char* origin : {"https://evilfoxglove.dev", "https://user.foxglove.dev", "http://app.foxglove.dev",
+                             "https://app.foxglove.dev:81"}) {
     foxglove.origin = origin;
     EXPECT_NE(find_refusal(rules, foxglove), "") << origin;
   }
@@ -181,7 +184,8 @@ TEST(Access, IsForThisMachineAndItsOwnPageOnly) {
 
 TEST(Access, OriginsAreComparedWhole) {
   const AccessRules rules;
-  for (const char* origin : {"file://", "null", "file://127.0.0.1:80", "chrome-extension://127.0.0.1:80", "https://127.0.0.1:80", "127.0.0.1:80"}) {
+  for (const char* origin : {"file://", "null", "file://127.0.0.1:80", "chrome-extension://127.0.0.1:80",
+                             "https://127.0.0.1:80", "127.0.0.1:80"}) {
     EXPECT_NE(find_refusal(rules, make_request("127.0.0.1:80", origin)), "") << origin;
   }
   EXPECT_NE(find_refusal({"", false, 80}, make_request("", "file://")), "") << "without a host nothing is one's own";
@@ -202,15 +206,18 @@ TEST(Access, NeedsTheTokenWhereThereIsOne) {
 
 TEST(Meshes, AreServedOnlyFromTheFoldersOfTheUrdfThatNamesThem) {
   namespace fs = std::filesystem;
-  const fs::path folder = fs::path(testing::TempDir()) / ("hrp_viewer_meshes_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()));
+  const fs::path folder = fs::path(testing::TempDir()) /
+                          ("hrp_viewer_meshes_" + std::to_string(::testing::UnitTest::GetInstance()->random_seed()));
   fs::create_directories(folder / "robot" / "meshes");
-  for (const char* name : {"secret.stl", "robot/meshes/foot.stl", "robot/meshes/unnamed.stl"}) std::ofstream(folder / name) << "solid";
+  for (const char* name : {"secret.stl", "robot/meshes/foot.stl", "robot/meshes/unnamed.stl"})
+    std::ofstream(folder / name) << "solid";
   fs::create_symlink(folder / "secret.stl", folder / "robot" / "meshes" / "link.stl");
   Scene scene;
   scene.urdf_path = (folder / "robot" / "robot.urdf").string();
-  scene.urdf = "<mesh filename=\"meshes/foot.stl\"/><mesh filename=\"../secret.stl\"/><mesh filename=\"meshes/link.stl\"/>"
-               "<mesh filename=\"package://robot/meshes/foot.stl\"/><mesh filename=\"package://robot/../secret.stl\"/>"
-               "<mesh filename=\"/etc/passwd\"/>";
+  scene.urdf =
+      "<mesh filename=\"meshes/foot.stl\"/><mesh filename=\"../secret.stl\"/><mesh filename=\"meshes/link.stl\"/>"
+      "<mesh filename=\"package://robot/meshes/foot.stl\"/><mesh filename=\"package://robot/../secret.stl\"/>"
+      "<mesh filename=\"/etc/passwd\"/>";
   EXPECT_TRUE(read_mesh(scene, "meshes/foot.stl"));
   EXPECT_TRUE(read_mesh(scene, "package://robot/meshes/foot.stl"));
   EXPECT_FALSE(read_mesh(scene, "meshes/unnamed.stl")) << "the URDF does not name it";
@@ -224,7 +231,8 @@ TEST(Meshes, AreServedOnlyFromTheFoldersOfTheUrdfThatNamesThem) {
 // A field of 3 x 2 heights, as the model parser sends it.
 msg::RobotDescription make_land() {
   msg::RobotDescription description;
-  description.scenario("robot: a.urdf\nobstacles: {land: {shape: height_field, file: a.csv, spacing: 0.5, position: [1, 2, 3]}}\n");
+  description.scenario(
+      "robot: a.urdf\nobstacles: {land: {shape: height_field, file: a.csv, spacing: 0.5, position: [1, 2, 3]}}\n");
   msg::SurfaceDescription land;
   land.obstacle("land");
   land.columns(3);

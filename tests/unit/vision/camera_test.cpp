@@ -21,7 +21,8 @@ size_t at(const CameraSpec& camera, int u, int v) { return static_cast<size_t>(v
 
 TEST(Depth, OfThePlaneIsThatOfItsHeightAndTheTilt) {
   const double h = 1.5, tilt = 0.4;
-  SeenScene scene("sensors: {camera: {eye: {xyz: [0, 0, 1.5], rpy: [0, 0.4, 0.3], width: 64, height: 48, far: 1000}}}\n");
+  SeenScene scene(
+      "sensors: {camera: {eye: {xyz: [0, 0, 1.5], rpy: [0, 0.4, 0.3], width: 64, height: 48, far: 1000}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   const Pinhole pinhole = make_pinhole(camera);
   const CameraPicture& picture = scene.see(3.0).pictures[0];
@@ -51,8 +52,10 @@ TEST(Depth, OfASlopeIsThatOfItsAngle) {
   for (int v = 0; v < camera.height; ++v) {
     // The slope rises ahead by tan(0.3): 1 - y z = z tan(0.3).
     const double depth = 1.0 / ((v - pinhole.cy) / pinhole.f + std::tan(0.3));
-    if (depth > 0.0 && depth < camera.far) EXPECT_NEAR(picture.depth[at(camera, 5, v)] / depth, 1.0, kFloat);
-    else EXPECT_TRUE(std::isinf(picture.depth[at(camera, 5, v)]));
+    if (depth > 0.0 && depth < camera.far)
+      EXPECT_NEAR(picture.depth[at(camera, 5, v)] / depth, 1.0, kFloat);
+    else
+      EXPECT_TRUE(std::isinf(picture.depth[at(camera, 5, v)]));
   }
 }
 
@@ -77,7 +80,8 @@ std::vector<Eigen::Vector2d> project_corners(const CameraSpec& camera, const Tra
   const Pinhole pinhole = make_pinhole(camera);
   std::vector<Eigen::Vector2d> points;
   for (int k = 0; k < 8; ++k) {
-    const Vector3d corner = X_WG * Vector3d(0.5 * edges.cwiseProduct(Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
+    const Vector3d corner =
+        X_WG * Vector3d(0.5 * edges.cwiseProduct(Vector3d(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
     const Vector3d p_C = camera.X_LC.inverse() * corner;
     points.push_back({pinhole.cx - pinhole.f * p_C.y() / p_C.x(), pinhole.cy - pinhole.f * p_C.z() / p_C.x()});
   }
@@ -94,14 +98,17 @@ void expect_silhouette(SeenScene* scene) {
     for (int u = 0; u < camera.width; ++u) {
       const double depth = calc_depth_in_hull(corners, {u, v});
       if (std::abs(depth) < 1e-3) continue;  // [pixels] on an edge single precision decides
-      EXPECT_EQ(std::isfinite(picture.depth[at(camera, u, v)]), depth > 0.0) << u << " " << v << ", " << depth << " pixels inside";
+      EXPECT_EQ(std::isfinite(picture.depth[at(camera, u, v)]), depth > 0.0)
+          << u << " " << v << ", " << depth << " pixels inside";
       inside += depth > 0.0;
     }
   }
   EXPECT_GT(inside, 500) << "the box is in the picture";
 }
 
-constexpr char kEye[] = "ground: {type: none}\nsensors: {camera: {eye: {xyz: [-1, 0.2, 0.3], rpy: [0.1, 0.2, -0.1], width: 160, height: 120}}}\n";
+constexpr char kEye[] =
+    "ground: {type: none}\nsensors: {camera: {eye: {xyz: [-1, 0.2, 0.3], rpy: [0.1, 0.2, -0.1], width: 160, height: "
+    "120}}}\n";
 constexpr char kPose[] = "position: [1, 0.1, 0.05], rpy: [0.3, -0.4, 0.7]";
 
 TEST(Silhouette, OfABoxIsTheHullOfItsProjectedCorners) {
@@ -113,19 +120,23 @@ TEST(Silhouette, OfABoxIsTheHullOfItsProjectedCorners) {
 std::string write_box_mesh() {
   const std::string path = ::testing::TempDir() + "/camera_test_box.obj";
   std::ofstream file(path);
-  for (int k = 0; k < 8; ++k) file << "v " << (k & 1 ? 0.2 : -0.2) << " " << (k & 2 ? 0.15 : -0.15) << " " << (k & 4 ? 0.25 : -0.25) << "\n";
-  file << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
+  for (int k = 0; k < 8; ++k)
+    file << "v " << (k & 1 ? 0.2 : -0.2) << " " << (k & 2 ? 0.15 : -0.15) << " " << (k & 4 ? 0.25 : -0.25) << "\n";
+  file
+      << "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
   return path;
 }
 
 TEST(Silhouette, OfAMeshIsTheHullOfItsProjectedCorners) {
-  SeenScene scene(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
+  SeenScene scene(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose +
+                  "}}\n");
   expect_silhouette(&scene);
 }
 
 TEST(Mesh, LooksAsTheSolidThatItDescribes) {
   SeenScene solid(std::string(kEye) + "obstacles: {box: {size: [0.4, 0.3, 0.5], " + kPose + "}}\n");
-  SeenScene mesh(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose + "}}\n");
+  SeenScene mesh(std::string(kEye) + "obstacles: {box: {shape: mesh, file: '" + write_box_mesh() + "', " + kPose +
+                 "}}\n");
   const CameraPicture &a = solid.see(3.0).pictures[0], &b = mesh.see(3.0).pictures[0];
   size_t seen = 0;
   for (size_t i = 0; i < a.depth.size(); ++i) {
@@ -144,21 +155,24 @@ TEST(Picture, FollowsAMovingLink) {
   for (const double turn : {-0.8, 0.0, 0.5, 2.0}) {
     const CameraPicture& picture = scene.see(turn).pictures[0];
     const auto nearest = std::min_element(picture.depth.begin(), picture.depth.end()) - picture.depth.begin();
-    // The ball is at (cos, sin, 0). The point of it with the least depth is on the line through its middle along the axis.
+    // The ball is at (cos, sin, 0). The point of it with the least depth is on the line through its middle along the
+    // axis.
     const double z = 3.0 + std::cos(turn) - 0.1;
-    // A ball falls back by d^2 / (2 radius) at d beside its nearest point. The nearest pixel's middle is within 0.71 pixels of
-    // that; 1.1 as the rays are not parallel.
+    // A ball falls back by d^2 / (2 radius) at d beside its nearest point. The nearest pixel's middle is within 0.71
+    // pixels of that; 1.1 as the rays are not parallel.
     const double pixel = z / pinhole.f;
     EXPECT_NEAR(picture.depth[static_cast<size_t>(nearest)], z, 1.1 * 0.5 * pixel * pixel / (2 * 0.1)) << "[m]";
     EXPECT_NEAR(nearest % camera.width, pinhole.cx - pinhole.f * std::sin(turn) / z, 1.5) << "[pixels]";
     EXPECT_NEAR(nearest / camera.width, pinhole.cy + pinhole.f * 0.5 / z, 1.5);
-    EXPECT_GT(picture.rgb[3 * static_cast<size_t>(nearest)], 2 * picture.rgb[3 * static_cast<size_t>(nearest) + 1]) << "it is red";
+    EXPECT_GT(picture.rgb[3 * static_cast<size_t>(nearest)], 2 * picture.rgb[3 * static_cast<size_t>(nearest) + 1])
+        << "it is red";
   }
 }
 
 TEST(Picture, OfACameraOnALinkTurnsWithTheLink) {
-  SeenScene scene("ground: {type: none}\nobstacles: {wall: {size: [0.2, 20, 20], position: [4.1, 0, 0]}}\n"
-              "sensors: {camera: {eye: {link: arm, xyz: [0.2, 0, 0], near: 1, width: 33, height: 25}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobstacles: {wall: {size: [0.2, 20, 20], position: [4.1, 0, 0]}}\n"
+      "sensors: {camera: {eye: {link: arm, xyz: [0.2, 0, 0], near: 1, width: 33, height: 25}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   for (const double turn : {0.0, 0.4, -0.7}) {
     const double ahead = (4.0 - 0.2 * std::cos(turn)) / std::cos(turn);  // [m] to the wall at x = 4, along the arm
@@ -167,8 +181,9 @@ TEST(Picture, OfACameraOnALinkTurnsWithTheLink) {
 }
 
 TEST(Picture, ShowsMovableObjectsWhereTheyAre) {
-  SeenScene scene("ground: {type: none}\nobjects: {ball: {shape: sphere, radius: 0.5, mass: 1, position: [3, 0, 0]}}\n"
-              "sensors: {camera: {eye: {near: 1.5, width: 33, height: 25}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobjects: {ball: {shape: sphere, radius: 0.5, mass: 1, position: [3, 0, 0]}}\n"
+      "sensors: {camera: {eye: {near: 1.5, width: 33, height: 25}}}\n");
   const CameraSpec& camera = scene.maker.cameras()[0];
   EXPECT_NEAR(scene.see(3.0).pictures[0].depth[at(camera, 16, 12)], 2.5, 3e-7);
   scene.look.objects[0].p_WB.x() = 7.25;
@@ -176,7 +191,8 @@ TEST(Picture, ShowsMovableObjectsWhereTheyAre) {
 }
 
 TEST(Picture, HasNothingThatIsNearerThanNearOrFartherThanFar) {
-  const std::string world = "ground: {type: none}\nobstacles: {box: {size: [1, 1, 1]}, wall: {size: [1, 9, 9], position: [3.5, 0, 0]}}\n";
+  const std::string world =
+      "ground: {type: none}\nobstacles: {box: {size: [1, 1, 1]}, wall: {size: [1, 9, 9], position: [3.5, 0, 0]}}\n";
   SeenScene inside(world + "sensors: {camera: {eye: {near: 0.2, width: 3, height: 3}}}\n");
   EXPECT_NEAR(inside.see(3.0).pictures[0].depth[4], 0.5, kFloat) << "the housing from inside";
   SeenScene beyond(world + "sensors: {camera: {eye: {near: 0.6, width: 3, height: 3}}}\n");
@@ -187,8 +203,10 @@ TEST(Picture, HasNothingThatIsNearerThanNearOrFartherThanFar) {
 
 TEST(Picture, IsBrighterWhereTheSunMeetsTheSurfaceMoreStraight) {
   // The sun is high: the top of a box is brighter than the side that is turned away, which is not black.
-  SeenScene scene("ground: {type: none}\nobstacles: {box: {size: [1, 1, 1], position: [2, 0, 0], color: [1, 1, 1]}}\n"
-              "sensors: {camera: {back: {xyz: [4, 0, 0], rpy: [0, 0, 3.1415927], width: 3, height: 3}, front: {width: 3, height: 3}, top: {xyz: [2, 0, 3], rpy: [0, 1.5707963, 0], width: 3, height: 3}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobstacles: {box: {size: [1, 1, 1], position: [2, 0, 0], color: [1, 1, 1]}}\n"
+      "sensors: {camera: {back: {xyz: [4, 0, 0], rpy: [0, 0, 3.1415927], width: 3, height: 3}, front: {width: 3, "
+      "height: 3}, top: {xyz: [2, 0, 3], rpy: [0, 1.5707963, 0], width: 3, height: 3}}}\n");
   const auto& pictures = scene.see(3.0).pictures;
   EXPECT_NEAR(pictures[0].rgb[12], 0.4 * 255, 1.0) << "turned away: what comes from all sides";
   EXPECT_GT(pictures[1].rgb[12], 1.3 * 0.4 * 255) << "towards the sun, at a low angle";
@@ -210,13 +228,15 @@ TEST(DepthNoise, HasTheStatedSpreadAndRepeats) {
   const std::string camera = "{xyz: [0, 0, 3], rpy: [0, 1.5707963, 0], near: 1.5, width: 80, height: 60";
   SeenScene scene("sensors: {camera: {clean: " + camera + "}, noisy: " + camera + ", depth_noise: 0.01}}}\nseed: 3\n");
   const std::vector<float> first = scene.see(3.0, 7).pictures[1].depth;
-  EXPECT_NEAR(calc_spread(first, scene.result.pictures[0].depth), 0.01, 0.01 * 4 / std::sqrt(2.0 * 4800)) << "four standard errors";
+  EXPECT_NEAR(calc_spread(first, scene.result.pictures[0].depth), 0.01, 0.01 * 4 / std::sqrt(2.0 * 4800))
+      << "four standard errors";
   EXPECT_NE(scene.see(3.0, 8).pictures[1].depth, first) << "another step";
   EXPECT_EQ(scene.see(3.0, 7).pictures[1].depth, first) << "the same step again";
 }
 
 TEST(Look, GivesTheSameBitsWhateverWasSeenBefore) {
-  const std::string world = "sensors: {camera: {eye: {xyz: [-3, 0, 0.5], rpy: [0, 0.1, 0], color_noise: 0.02, depth_noise: 0.01}}}\n";
+  const std::string world =
+      "sensors: {camera: {eye: {xyz: [-3, 0, 0.5], rpy: [0, 0.1, 0], color_noise: 0.02, depth_noise: 0.01}}}\n";
   SeenScene one(world), other(world);
   for (const double turn : {0.3, -2.0, 1.0}) one.see(turn, 4);
   const CameraPicture &a = one.see(0.7, 9).pictures[0], &b = other.see(0.7, 9).pictures[0];

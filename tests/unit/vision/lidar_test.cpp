@@ -18,12 +18,14 @@ Vector3d get_point(const Points& points, const LidarSpec& lidar, int row, int co
 }
 
 void expect_point(const Vector3d& point, const Vector3d& expected) {
-  EXPECT_LT((point - expected).norm(), 2 * kFloat * expected.norm()) << point.transpose() << " for " << expected.transpose();
+  EXPECT_LT((point - expected).norm(), 2 * kFloat * expected.norm())
+      << point.transpose() << " for " << expected.transpose();
 }
 
 TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
-  SeenScene scene("ground: {type: none}\nobstacles: {tower: {shape: cylinder, radius: 4, length: 100}}\n"
-                  "sensors: {lidar: {scan: {columns: 72, rows: 9, elevation: [-0.6, 0.6], range: [1.5, 20]}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobstacles: {tower: {shape: cylinder, radius: 4, length: 100}}\n"
+      "sensors: {lidar: {scan: {columns: 72, rows: 9, elevation: [-0.6, 0.6], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
   ASSERT_EQ(points.size(), 4u * 72 * 9);
@@ -38,8 +40,9 @@ TEST(Lidar, InATowerMeasuresItsWallAtEveryElevation) {
 }
 
 TEST(Lidar, MeasuresABallAndNothingBesideIt) {
-  SeenScene scene("ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 1, position: [5, 0, 0]}}\n"
-                  "sensors: {lidar: {scan: {columns: 101, azimuth: [-0.3, 0.3], range: [1.5, 20]}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 1, position: [5, 0, 0]}}\n"
+      "sensors: {lidar: {scan: {columns: 101, azimuth: [-0.3, 0.3], range: [1.5, 20]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   const Points& points = scene.see(3.0).scans[0];
   for (int column = 0; column < lidar.columns; ++column) {
@@ -57,7 +60,9 @@ TEST(Lidar, MeasuresABallAndNothingBesideIt) {
 }
 
 TEST(Lidar, MeasuresTheGroundInItsOwnFrame) {
-  SeenScene scene("sensors: {lidar: {scan: {link: arm, xyz: [0, 0, 2], rpy: [0, 0.1, 0], columns: 8, rows: 1, elevation: [-0.5, -0.5], range: [0.1, 50]}}}\n");
+  SeenScene scene(
+      "sensors: {lidar: {scan: {link: arm, xyz: [0, 0, 2], rpy: [0, 0.1, 0], columns: 8, rows: 1, elevation: [-0.5, "
+      "-0.5], range: [0.1, 50]}}}\n");
   const LidarSpec& lidar = scene.maker.lidars()[0];
   for (const double turn : {0.0, 1.0}) {
     const Points& points = scene.see(turn).scans[0];
@@ -80,8 +85,10 @@ TEST(Lidar, SeesNothingOutOfItsRange) {
 }
 
 TEST(Lidar, GetsLessLightBackFromASurfaceThatItMeetsAskew) {
-  SeenScene scene("ground: {type: none}\nobstacles: {wall: {size: [1, 50, 50], position: [5, 0, 0], color: [0.5, 0.5, 0.5]}}\n"
-                  "sensors: {lidar: {scan: {columns: 1, azimuth: [1, 1], range: [1.5, 20]}, ahead: {columns: 1, azimuth: [0, 0], range: [1.5, 20]}}}\n");
+  SeenScene scene(
+      "ground: {type: none}\nobstacles: {wall: {size: [1, 50, 50], position: [5, 0, 0], color: [0.5, 0.5, 0.5]}}\n"
+      "sensors: {lidar: {scan: {columns: 1, azimuth: [1, 1], range: [1.5, 20]}, ahead: {columns: 1, azimuth: [0, 0], "
+      "range: [1.5, 20]}}}\n");
   const LookResult& seen = scene.see(3.0);
   EXPECT_NEAR(seen.scans[0][3], 0.5 * std::cos(1.0), 1e-7) << "Lambert";
   EXPECT_NEAR(seen.scans[1][3], 0.5, 1e-7);

@@ -21,8 +21,10 @@ LookJob make_job(uint64_t step, const SeenScene& scene) {
 std::vector<uint64_t> take_all(LookWorker* worker) {
   std::vector<uint64_t> steps;
   while (worker->find_oldest_step()) {
-    if (const auto done = worker->take_done()) steps.push_back(done->job.look.step);
-    else std::this_thread::yield();
+    if (const auto done = worker->take_done())
+      steps.push_back(done->job.look.step);
+    else
+      std::this_thread::yield();
   }
   return steps;
 }

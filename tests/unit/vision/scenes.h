@@ -25,7 +25,8 @@ inline const char kArm[] = R"(<robot name="arm">
 struct SeenScene {
   // `world`: YAML beside the robot: sensors, ground, obstacles.
   explicit SeenScene(const std::string& world, const std::string& urdf = kArm)
-      : scenario(parse_scenario("robot: arm.urdf\nbase: fixed\nservo: {default: {kp: 1, kd: 1}}\n" + world, "scene.yaml")),
+      : scenario(
+            parse_scenario("robot: arm.urdf\nbase: fixed\nservo: {default: {kp: 1, kd: 1}}\n" + world, "scene.yaml")),
         robot(parse_robot(urdf, "arm.urdf", scenario)),
         maker(robot, scenario) {
     look.state = make_state(Model(robot.tree));

@@ -14,7 +14,8 @@ namespace {
 
 constexpr char kWorld[] =
     "ground: {type: none}\nobstacles: {ball: {shape: sphere, radius: 0.2, position: [3, 0.7, -0.4]}}\n"
-    "sensors: {camera: {eye: {link: arm, xyz: [0, 0, 0.1], width: 100, height: 80, near: 1.3}}, lidar: {scan: {columns: 8, rows: 2, range: [1.3, 9]}}}\n";
+    "sensors: {camera: {eye: {link: arm, xyz: [0, 0, 0.1], width: 100, height: 80, near: 1.3}}, lidar: {scan: "
+    "{columns: 8, rows: 2, range: [1.3, 9]}}}\n";
 
 float get_float(const std::vector<uint8_t>& bytes, size_t at) {
   float value = 0.0f;
@@ -42,9 +43,11 @@ TEST(CameraMessages, PutAPixelWhereItIsInTheOpticalFrame) {
   const CameraSpec& camera = scene.maker.cameras()[0];
   set_camera_info(camera, 1.25, &info);
   set_depth_image(camera, scene.see().pictures[0], 1.25, &depth);
-  // Optical: x right = -y, y down = -z, z forward = x. The ball is at (3, 0.7, -0.4), the camera 0.1 m above the origin.
+  // Optical: x right = -y, y down = -z, z forward = x. The ball is at (3, 0.7, -0.4), the camera 0.1 m above the
+  // origin.
   const Vector3d expected(-0.7, 0.5, 2.8);
-  EXPECT_LT((find_nearest_point(depth, info) - expected).norm(), 0.03) << "[m] a pixel is 0.038 m wide there, and has its middle within 0.71 of that";
+  EXPECT_LT((find_nearest_point(depth, info) - expected).norm(), 0.03)
+      << "[m] a pixel is 0.038 m wide there, and has its middle within 0.71 of that";
 }
 
 TEST(CameraMessages, HaveSizesEncodingsFramesAndStamps) {
@@ -85,8 +88,10 @@ TEST(LidarMessages, HaveThePointsOfTheScan) {
   EXPECT_EQ(cloud.fields().at(3).name(), "intensity");
   for (size_t i = 0; i < points.size(); ++i) {
     const float value = get_float(cloud.data(), 4 * i);
-    if (std::isnan(points[i])) EXPECT_TRUE(std::isnan(value));
-    else EXPECT_EQ(value, points[i]);
+    if (std::isnan(points[i]))
+      EXPECT_TRUE(std::isnan(value));
+    else
+      EXPECT_EQ(value, points[i]);
   }
 }
 

@@ -65,7 +65,8 @@ TEST(Footsteps, OnASlopeLieOnItsPlane) {
   spec.count = 3;
   spec.length = 0.2;
   for (const Footstep& s : make_footsteps(spec, make_stance(), {0.05, -0.02})) {
-    EXPECT_NEAR(s.hold.p.z(), 0.05 * s.hold.p.x() - 0.02 * (s.hold.p.y() - 0.095), 3e-3) << "from the first feet's height";
+    EXPECT_NEAR(s.hold.p.z(), 0.05 * s.hold.p.x() - 0.02 * (s.hold.p.y() - 0.095), 3e-3)
+        << "from the first feet's height";
   }
 }
 
@@ -74,7 +75,8 @@ TEST(Footsteps, BadPlansAreRefusedWithTheStepAndTheReason) {
   EXPECT_EQ(get_refusal({step(0.2, -0.19), step(0.2, 0.19)}), "");
   EXPECT_THAT(get_refusal({step(0.2, -0.19), step(0.6, 0.19)}), HasSubstr("step 2 (left): too long: 0.600 m"));
   EXPECT_THAT(get_refusal({step(0.2, 0.05)}), HasSubstr("step 1 (right): crossing legs"));
-  EXPECT_THAT(get_refusal({step(0.2, -0.19), step(0.0, 0.19, 0.0, "map")}), HasSubstr("step 2 (left): unknown frame 'map'"));
+  EXPECT_THAT(get_refusal({step(0.2, -0.19), step(0.0, 0.19, 0.0, "map")}),
+              HasSubstr("step 2 (left): unknown frame 'map'"));
   EXPECT_THAT(get_refusal({step(0.0, -0.19, 1.2)}), HasSubstr("turns too far: 1.200 rad"));
   EXPECT_THAT(get_refusal({step(0.0, -0.6)}), HasSubstr("too wide"));
   EXPECT_THAT(get_refusal({step(NAN, -0.19)}), HasSubstr("not finite"));

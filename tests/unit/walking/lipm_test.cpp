@@ -41,7 +41,9 @@ TEST(Pendulum, ClosedFormObeysTheEquationsOfTheAnkleTorques) {
 TEST(Pendulum, WithoutTorqueTheOrbitalEnergyStays) {
   const PendulumState start{{-0.1, 0.08}, {0.4, -0.3}};
   const ZmpSegment still{1.0, Vector2d::Zero(), Vector2d::Zero()};
-  const auto energy = [](const PendulumState& s, int i) { return 0.5 * s.v[i] * s.v[i] - 0.5 * 9.81 / 0.8 * s.x[i] * s.x[i]; };
+  const auto energy = [](const PendulumState& s, int i) {
+    return 0.5 * s.v[i] * s.v[i] - 0.5 * 9.81 / 0.8 * s.x[i] * s.x[i];
+  };
   const PendulumState end = calc_state(kPendulum, start, still, 0.7);
   for (int i : {0, 1}) EXPECT_NEAR(energy(end, i), energy(start, i), 1e-12) << "hyperbolic orbit";
 }

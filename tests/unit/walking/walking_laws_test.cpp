@@ -21,7 +21,8 @@ struct Body {
   Eigen::VectorXd rest;
   WalkSpec spec;
   explicit Body(const std::string& file)
-      : scenario(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/" + file)), robot(load_robot(scenario)) {
+      : scenario(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/" + file)),
+        robot(load_robot(scenario)) {
     rest.setZero(robot.tree.num_joints());
     for (const auto& [name, value] : scenario.initial_joints) rest[robot.tree.find_joint(name)] = value;
     spec.left_foot = "L_ANKLE_R_LINK";
@@ -85,7 +86,8 @@ TEST(Estimate, AttitudeFromGyroAndAccelerometerFollowsASwayAndForgetsAWrongStart
     filter.update({0.0, rate, 0.0}, truth.transpose() * Vector3d(0, 0, 9.81), dt);
   }
   const Vector3d up = Vector3d::UnitZ();  // heading cannot be seen
-  EXPECT_LT((filter.get().transpose() * up - truth.transpose() * up).norm(), 1e-3) << "a sample late at 0.1 rad/s is 5e-4";
+  EXPECT_LT((filter.get().transpose() * up - truth.transpose() * up).norm(), 1e-3)
+      << "a sample late at 0.1 rad/s is 5e-4";
 }
 
 TEST(Laws, EachPushesBack) {
@@ -103,7 +105,8 @@ TEST(Laws, StayWithinTheirLimitsWhateverTheyAreFed) {
   double lift = 0.0;
   spec.inclination_integral = 1.0;
   for (int k = 0; k < 1000; ++k) {
-    EXPECT_LE(calc_inclination_turn(spec, {1e3, -1e3}, {1e3, 1e3}, 0.005, &integral).cwiseAbs().maxCoeff(), spec.inclination_limit);
+    EXPECT_LE(calc_inclination_turn(spec, {1e3, -1e3}, {1e3, 1e3}, 0.005, &integral).cwiseAbs().maxCoeff(),
+              spec.inclination_limit);
     offset = update_zmp_damping(spec, {1e3, -1e3}, 0.005, offset);
     turn = update_foot_turn(spec, {1e6, -1e6}, 0.005, turn);
     lift = update_foot_lift(spec, 1e6, true, 0.005, lift);
@@ -126,7 +129,8 @@ TEST(Laws, AFootThatMeetsTheGroundEarlyStopsThereAndSettlesLater) {
 TEST(Laws, StepsFollowTheDivergentComponentBeyondTheDeadBand) {
   StepAdjustmentSpec spec;
   EXPECT_TRUE(calc_step_shift(spec, {0.9 * spec.dead_band, -spec.dead_band}).isZero(0.0));
-  EXPECT_LT((calc_step_shift(spec, {0.05, -0.06}) - Vector2d(0.02, -0.03)).norm(), 1e-12) << "a step to the capture point";
+  EXPECT_LT((calc_step_shift(spec, {0.05, -0.06}) - Vector2d(0.02, -0.03)).norm(), 1e-12)
+      << "a step to the capture point";
   EXPECT_LE(calc_step_shift(spec, {1e6, -1e6}).cwiseAbs().maxCoeff(), spec.limit);
 }
 

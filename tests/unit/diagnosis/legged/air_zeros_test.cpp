@@ -34,9 +34,7 @@ std::vector<AirZero> find_zeros(const Experiment& e) {
   return find_air_zeros(log, find_contacts(log));
 }
 
-TEST(AirZeros, AFootThatTouchesTheGroundOnItsWayHasNone) {
-  EXPECT_TRUE(find_zeros(make_scraping(0)).empty());
-}
+TEST(AirZeros, AFootThatTouchesTheGroundOnItsWayHasNone) { EXPECT_TRUE(find_zeros(make_scraping(0)).empty()); }
 
 TEST(AirZeros, AreFoundThoughTheFootTouchesTheGround) {
   const std::vector<AirZero> found = find_zeros(make_scraping(12));
@@ -44,8 +42,8 @@ TEST(AirZeros, AreFoundThoughTheFootTouchesTheGround) {
   EXPECT_NEAR(found[0].value, 12, 0.6);  // what a fifth of touched samples moves a median of readings that vary by 1 N
 }
 
-// A peak of ten times the weight in one sample: nothing says what was between samples, so rows around it weigh less. There is
-// no IMU that would feel it.
+// A peak of ten times the weight in one sample: nothing says what was between samples, so rows around it weigh less.
+// There is no IMU that would feel it.
 TEST(Impacts, ThatVerticalForcesAloneSeeMakeTheirRowsRough) {
   Recorded recorded = kLeans;
   recorded.six_axes = false;

@@ -160,7 +160,8 @@ class Maker {
       const Transform X = get_pose(*data, static_cast<int>(link));
       const double part = side == "l" ? share : 1 - share;
       // A foot in the air hangs on its sensor.
-      const Vector3d hung = recorded_.lifts && !recorded_.whole_feet ? Vector3d(0, 0, kFootMass * 9.81) : Vector3d::Zero();
+      const Vector3d hung =
+          recorded_.lifts && !recorded_.whole_feet ? Vector3d(0, 0, kFootMass * 9.81) : Vector3d::Zero();
       const Vector3d force = part * (needed.segment<3>(3) + 2 * hung) - hung;
       const Vector3d moment = part * (needed.head<3>() - X.p.cross(needed.segment<3>(3)));
       wrenches[link] << moment, force;
@@ -180,7 +181,8 @@ class Maker {
       const bool knee = j == 1;
       const double dry = hidden_.every + (knee ? hidden_.dry : 0);
       const double rotor = hidden_.every_rotor + (knee ? hidden_.rotor : 0);
-      const double friction = dry * std::tanh(state.qd(j) / 1e-3) + hidden_.every_viscous * state.qd(j) + rotor * vdot(6 + j);
+      const double friction =
+          dry * std::tanh(state.qd(j) / 1e-3) + hidden_.every_viscous * state.qd(j) + rotor * vdot(6 + j);
       if (recorded_.effort) c.signal[2].push_back(tau(6 + j) + friction + 0.05 * normal_(random_));
     }
   }

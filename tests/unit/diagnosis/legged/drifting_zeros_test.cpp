@@ -8,12 +8,14 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Readings of a column by `end` [N] larger at the end of the last recording, in proportion to the time that was recorded.
+// Readings of a column by `end` [N] larger at the end of the last recording, in proportion to the time that was
+// recorded.
 void drift_column(const std::string& column, double end, Experiment* e) {
   const auto count = static_cast<double>(e->recordings.size());
   double done = 0;
   for (Recording& r : e->recordings) {
-    for (size_t k = 0; k < r.size(); ++k) r.other.at(column)[k] += end * (done + (r.time[k] - r.time.front()) / r.duration()) / count;
+    for (size_t k = 0; k < r.size(); ++k)
+      r.other.at(column)[k] += end * (done + (r.time[k] - r.time.front()) / r.duration()) / count;
     done += 1;
   }
 }
@@ -44,7 +46,8 @@ TEST(LeggedLeans, AZeroThatDriftsWhileOneLongRecordingLastsIsSaidAndTakenOut) {
   const Experiment e = make_one_lean({}, 0, 12);
   const ZeroDrift drift = find_zero_drift(e);
   ASSERT_TRUE(drift.found());
-  EXPECT_NE(drift.findings[0].statement.find("in the order of the stretches"), std::string::npos) << drift.findings[0].statement;
+  EXPECT_NE(drift.findings[0].statement.find("in the order of the stretches"), std::string::npos)
+      << drift.findings[0].statement;
   EXPECT_FALSE(find_zero_drift(take_out(drift, e)).found());
 }
 

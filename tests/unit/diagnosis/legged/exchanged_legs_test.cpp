@@ -21,14 +21,16 @@ void exchange(const std::string& left, const std::string& right, Experiment* e) 
     if (name.rfind(left, 0) != 0) continue;
     const int other = e->robot.tree.find_joint(name.replace(0, left.size(), right));
     ASSERT_GE(other, 0) << name;
-    for (Recording& r : e->recordings) std::swap(r.joints[static_cast<size_t>(j)], r.joints[static_cast<size_t>(other)]);
+    for (Recording& r : e->recordings)
+      std::swap(r.joints[static_cast<size_t>(j)], r.joints[static_cast<size_t>(other)]);
   }
 }
 
 class Exchanged : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam() / "experiment.yaml";
+    const std::filesystem::path path =
+        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam() / "experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
     e_ = load_experiment(path.string());
   }

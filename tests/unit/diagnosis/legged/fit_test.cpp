@@ -129,7 +129,8 @@ TEST(LeggedFit, EffectsHaveACommonEquationWhereBothChangeIt) {
     rows.add_cell(i, 1, [](RowTable* half, double) { half->begin_row(0, 1, 20), half->begin_row(1, 1, 20); });
   }
   const LeggedFitter fitter(rows.merge(), 3);
-  const Candidate a = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}), b = make_candidate(EffectId::kCoulomb, "B", {{{1, 1.0}}});
+  const Candidate a = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}),
+                  b = make_candidate(EffectId::kCoulomb, "B", {{{1, 1.0}}});
   const Candidate mass = make_candidate(EffectId::kMassError, "C", {{{2, 1.0}}});
   EXPECT_FALSE(fitter.have_common_equation(a, b));
   EXPECT_TRUE(fitter.have_common_equation(a, mass));
@@ -170,7 +171,8 @@ TEST(LeggedLaws, AGiveThatMayBeNoneHasNoStiffness) {
 }
 
 // Two joints whose errors change from row to row, so that neither stands out: of this size [N m], and noise of which
-// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2. `signal`: what is measured [N m].
+// half comes back with the other sign, so that products of the halves lack 0.5 N^2 m^2. `signal`: what is measured [N
+// m].
 std::vector<Remaining> list_remaining_of_noise(const std::vector<size_t>& unsteady, double size, double signal = 20) {
   std::mt19937 random(29);
   std::normal_distribution<double> normal;
@@ -215,7 +217,8 @@ size_t count_left_of_explained(double left) {
     });
   }
   const LeggedFitter fitter(rows.merge(), 1);
-  return list_remaining(fitter, fitter.fit({}), fitter.fit({make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}})}), {}).size();
+  return list_remaining(fitter, fitter.fit({}), fitter.fit({make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}})}), {})
+      .size();
 }
 
 // Models are exact to 0.5 % of a signal's spread: 0.14 N of 28.
@@ -232,7 +235,8 @@ TEST(LeggedRemaining, AnEquationThatHasNothingBeyondNoiseByNowIsListedWithItsNoi
 }
 
 // What a report says when a search of a biped's log has ended with `found`, after checks.
-std::vector<Finding> report_checks(const LeggedFitter& fitter, const LeggedOutcome& outcome, const CheckResult& checks, const std::vector<Finding>& found) {
+std::vector<Finding> report_checks(const LeggedFitter& fitter, const LeggedOutcome& outcome, const CheckResult& checks,
+                                   const std::vector<Finding>& found) {
   const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
   const Contacts contacts = find_contacts(log);
   const std::vector<SoleLaw> soles;
@@ -275,7 +279,8 @@ TEST(LeggedWords, AnAxisThatNothingShowsIsUnknown) {
 // Vertical forces say where a weight is missing, and nothing of which link has it.
 TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
   RowHalves rows(1, 100, {{kWeight, {0}}});
-  for (int i = 0; i < rows.cells(); ++i) rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
+  for (int i = 0; i < rows.cells(); ++i)
+    rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
   Finding shin = make_finding(get_laws().mass_error.info(), {{"link", "l_shin"}}, {make_one("scale", "1", 2, 0.1)});
@@ -297,15 +302,18 @@ TEST(LeggedChecks, HeightsThatDriftBesideAWrongZeroInThatLegAreNoSlope) {
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
   CheckResult checks;
-  checks.findings = {make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}}, {make_one("pitch", "rad", 0.003, 0.001)})};
-  const Finding zero = make_finding(get_laws().joint_offset.info(), {{"joint", "l_hip"}}, {make_one("offset", "rad", -0.02, 0.001)});
+  checks.findings = {
+      make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}}, {make_one("pitch", "rad", 0.003, 0.001)})};
+  const Finding zero =
+      make_finding(get_laws().joint_offset.info(), {{"joint", "l_hip"}}, {make_one("offset", "rad", -0.02, 0.001)});
   const Finding load = make_finding(get_laws().payload.info(), {{"link", "pelvis"}}, {make_one("mass", "kg", 1, 0.1)});
   EXPECT_EQ(report_checks(fitter, outcome, checks, {zero}).size(), 1u);
   EXPECT_EQ(report_checks(fitter, outcome, checks, {load}).size(), 2u);
 }
 
 Finding make_turned(double pitch, double roll_std) {
-  return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}}, {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
+  return make_finding(get_laws().sensor_misalignment.info(), {{"sensor", "/imu/waist"}},
+                      {{"rpy", "rad", {0, pitch, 0}, {roll_std, 0.003, 0.004}, true}});
 }
 
 // The search looks at recordings without what was corrected before: it sees the rest of a fault alone.

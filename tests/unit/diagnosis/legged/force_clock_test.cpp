@@ -26,7 +26,9 @@ PressedStretch make_stretch(int recording, double late, double moves) {
   std::mt19937 random(static_cast<unsigned>(71 + recording));
   std::normal_distribution<double> normal;
   PressedStretch out{recording, kSample, {{}}, {}};
-  const auto shake = [&](double t) { return moves * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1)); };
+  const auto shake = [&](double t) {
+    return moves * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1));
+  };
   for (double t = 0; t < 10; t += kSample) {
     const double elsewhere = moves * (std::sin(17 * t) + std::sin(26 * t + 2));
     out.force[0].push_back(300 + 20 * std::sin(t) + 0.5 * shake(t - late) + normal(random));
@@ -36,7 +38,8 @@ PressedStretch make_stretch(int recording, double late, double moves) {
 }
 
 TEST(ForceClock, ARecordingWithoutMotionDoesNotHideThatForcesAreLate) {
-  const ForceClock clock = find_force_clock({make_stretch(0, 0.03, 40), make_stretch(1, 0.03, 20), make_stretch(2, 0.03, 0)}, kSample);
+  const ForceClock clock =
+      find_force_clock({make_stretch(0, 0.03, 40), make_stretch(1, 0.03, 20), make_stretch(2, 0.03, 0)}, kSample);
   EXPECT_TRUE(clock.found);
   EXPECT_NEAR(clock.late, 0.03, std::max(0.002, 3 * clock.std));
   EXPECT_LT(clock.std, 0.006);
@@ -51,11 +54,14 @@ TEST(ForceClock, ForcesInTimeAndRecordingsThatDisagreeAreNotLate) {
 PressedStretch make_steps(int recording, const std::vector<double>& late) {
   std::mt19937 random(static_cast<unsigned>(91 + recording));
   std::normal_distribution<double> normal;
-  const auto shake = [&](double t) { return 40 * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1)); };
+  const auto shake = [&](double t) {
+    return 40 * (std::sin(13 * t + recording) + std::sin(21 * t) + std::sin(31 * t + 1));
+  };
   PressedStretch out{recording, kSample, std::vector<std::vector<double>>(late.size()), {}};
   for (double t = 0; t < 30; t += kSample) {
     for (size_t f = 0; f < late.size(); ++f) {
-      const double at = t - late[f], share = 0.5 + 0.5 * std::sin(M_PI * at + 2 * M_PI * static_cast<double>(f) / static_cast<double>(late.size()));
+      const double at = t - late[f], share = 0.5 + 0.5 * std::sin(M_PI * at + 2 * M_PI * static_cast<double>(f) /
+                                                                                  static_cast<double>(late.size()));
       out.force[f].push_back(share * (300 + shake(at)) + normal(random));
     }
     out.needed.push_back(300 + shake(t) + normal(random));
@@ -84,7 +90,8 @@ std::vector<std::pair<std::string, double>> find_delays(const std::string& colum
   const Evidence evidence = diagnose_legged(e, nullptr).evidence;
   for (const SignalFit& s : evidence.fit.signals) EXPECT_GT(s.spread, 0) << s.signal;  // shares are of it
   for (const Finding& f : evidence.findings) {
-    if (f.effect == "sensor_delay") out.emplace_back(f.where.begin()->get<std::string>(), f.parameters.at(0).value.at(0));
+    if (f.effect == "sensor_delay")
+      out.emplace_back(f.where.begin()->get<std::string>(), f.parameters.at(0).value.at(0));
   }
   return out;
 }

@@ -77,7 +77,8 @@ TEST(WholeReadings, AreToldByFeetInTheAir) {
   EXPECT_TRUE(find_whole_readings(make_biped({})).empty());
 }
 
-// A log without negative forces reads 0 for every foot in the air, as whole feet would. The sum of the feet's forces tells.
+// A log without negative forces reads 0 for every foot in the air, as whole feet would. The sum of the feet's forces
+// tells.
 TEST(WholeReadings, AreNotTakenFromALogThatKeepsNoNegativeForces) {
   Recorded recorded;
   recorded.lifts = true;
@@ -172,7 +173,8 @@ TEST(SensorFrames, AClockThatIsSecondsOffIsMoved) {
   for (const long samples : {300L, -500L}) {
     Experiment e = make_biped({}, kLeans);
     for (Recording& r : e.recordings) {
-      for (auto& [name, column] : r.other) std::rotate(column.begin(), samples > 0 ? column.end() - samples : column.begin() - samples, column.end());
+      for (auto& [name, column] : r.other)
+        std::rotate(column.begin(), samples > 0 ? column.end() - samples : column.begin() - samples, column.end());
     }
     const std::vector<SensorFrame> frames = find_sensor_frames(e);
     ASSERT_EQ(frames.size(), 2u);
@@ -187,14 +189,16 @@ struct Pair {
     const auto n = static_cast<long>(encoders.size());
     const auto list = [&](Purpose side) {
       std::vector<long> out;
-      for (long k = side == Purpose::kForFarAhead ? 150 : 0; k < n - (side == Purpose::kForFarBehind ? 150 : 0); ++k) out.push_back(k);
+      for (long k = side == Purpose::kForFarAhead ? 150 : 0; k < n - (side == Purpose::kForFarBehind ? 150 : 0); ++k)
+        out.push_back(k);
       return out;
     };
     const auto measure = [&](const std::vector<long>& moments) -> Left {
       return [this, &moments, n](const Matrix3d&, const Clock& clock) {
         double sum = 0;
         for (long k : moments) {
-          const long at = clock.held >= 0 ? std::lround(clock.held * static_cast<double>(n - 1)) : std::clamp(k + std::lround(clock.late / 0.02), 0L, n - 1);
+          const long at = clock.held >= 0 ? std::lround(clock.held * static_cast<double>(n - 1))
+                                          : std::clamp(k + std::lround(clock.late / 0.02), 0L, n - 1);
           sum += std::pow(10 * (sensor[static_cast<size_t>(at)] - encoders[static_cast<size_t>(k)]), 2);
         }
         return sum / static_cast<double>(moments.size()) + 1;
@@ -204,8 +208,8 @@ struct Pair {
   }
 };
 
-// A robot that stands for 2.2 s and then moves 20 times as briskly as its legs tell, as one that falls: readings from before look
-// better, at each moment, than its own.
+// A robot that stands for 2.2 s and then moves 20 times as briskly as its legs tell, as one that falls: readings from
+// before look better, at each moment, than its own.
 TEST(SensorFrames, RestBeforeABriskMotionIsNoClock) {
   std::mt19937 random(67);
   std::normal_distribution<double> normal;

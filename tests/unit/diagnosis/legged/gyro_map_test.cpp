@@ -26,7 +26,10 @@ std::vector<RateMoment> make_moments(const Vector3d& turn, double scale, double 
       const Vector3d rate(0.4 * std::sin(5 * p), 0.3 * std::sin(7 * p + 1), 0.25 * std::cos(3 * p));
       const Vector3d said = rate + noise * Vector3d(normal(random), normal(random), normal(random));
       const Vector3d zero(0.01, -0.02, 0.005), swings(2 * std::cos(4 * p), 1, 1);
-      out.push_back({recording, static_cast<int>(2 * t), R.transpose() * (scale * rate) + zero, {{Matrix3d::Identity(), swings}, {Matrix3d::Identity(), said}}});
+      out.push_back({recording,
+                     static_cast<int>(2 * t),
+                     R.transpose() * (scale * rate) + zero,
+                     {{Matrix3d::Identity(), swings}, {Matrix3d::Identity(), said}}});
     }
   }
   return out;
@@ -63,11 +66,16 @@ TEST(GyroMap, NoiseAsLargeAsTheMotionMakesNoScale) {
 TEST(GyroMap, FeetThatStandStillMakeNoScale) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
-  const auto draw = [&](double size) { return Vector3d(size * normal(random), size * normal(random), size * normal(random)); };
+  const auto draw = [&](double size) {
+    return Vector3d(size * normal(random), size * normal(random), size * normal(random));
+  };
   std::vector<RateMoment> moments;
   for (const int recording : {0, 1}) {
     for (int i = 0; i < 2000; ++i) {
-      moments.push_back({recording, i / 25, draw(0.001), {{Matrix3d::Identity(), draw(0.00001)}, {Matrix3d::Identity(), draw(0.0006)}}});
+      moments.push_back({recording,
+                         i / 25,
+                         draw(0.001),
+                         {{Matrix3d::Identity(), draw(0.00001)}, {Matrix3d::Identity(), draw(0.0006)}}});
     }
   }
   const GyroMap map = find_gyro_map(moments);

@@ -47,8 +47,8 @@ void turn_imu(const Vector3d& turn, Experiment* e) {
   }
 }
 
-// The biped leans about y: its gyroscope tells turns about x and z, and none about y. Feet must stand: those of the walk hang below a
-// body that turns, and say that it does not.
+// The biped leans about y: its gyroscope tells turns about x and z, and none about y. Feet must stand: those of the
+// walk hang below a body that turns, and say that it does not.
 TEST(ImuFaults, AWholeImuIsTurnedWithItsAccelerometer) {
   for (const bool pose : {true, false}) {
     Experiment e = make_biped({}, {.effort = false, .leans = true, .pose = pose});

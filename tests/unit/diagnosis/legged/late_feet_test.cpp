@@ -58,7 +58,8 @@ TEST(LateFeet, OneThatIsHalfASecondLateIsToldByMovingIt) {
   Experiment e = make_biped({}, recorded);
   delay_columns("/wrench/l/", 125, &e);
   const Evidence evidence = diagnose_legged(e, nullptr).evidence;
-  const auto late = std::find_if(evidence.findings.begin(), evidence.findings.end(), [](const Finding& f) { return f.effect == "sensor_delay"; });
+  const auto late = std::find_if(evidence.findings.begin(), evidence.findings.end(),
+                                 [](const Finding& f) { return f.effect == "sensor_delay"; });
   ASSERT_NE(late, evidence.findings.end());
   EXPECT_EQ(late->where.begin()->get<std::string>(), "/wrench/l");
   EXPECT_NEAR(late->parameters.at(0).value.at(0), 0.5, 0.02);

@@ -37,7 +37,8 @@ bool names_accelerometer(double factor) {
   Experiment e = make_biped({}, recorded);
   scale_readings("/imu/waist/linear_acceleration", factor, &e);
   const std::vector<Finding> findings = diagnose_legged(e, nullptr).evidence.findings;
-  return std::any_of(findings.begin(), findings.end(), [](const Finding& f) { return f.where.dump().find("linear_acceleration") != std::string::npos; });
+  return std::any_of(findings.begin(), findings.end(),
+                     [](const Finding& f) { return f.where.dump().find("linear_acceleration") != std::string::npos; });
 }
 
 TEST(LeggedLeans, AnAccelerometerWithinItsDataSheetHasNoFault) {
@@ -129,21 +130,25 @@ TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
   EXPECT_NEAR(f.parameters[0].value[0], 3 * 0.004, 0.0012);  // a tenth of it: 1 ms is a quarter of a sample
 }
 
-// A load makes most of the mismatch of forces. What late force sensors make is little beside it, and most of what is left.
+// A load makes most of the mismatch of forces. What late force sensors make is little beside it, and most of what is
+// left.
 TEST(LeggedWalks, LateForceSensorsAreFoundBesideALoadAndAScale) {
   Hidden hidden;
   hidden.load = 2.5, hidden.place = {0.05, 0, 0.2}, hidden.force_scale = 1.04;
   Experiment e = make_biped(hidden, {.effort = false});
   delay_columns("/wrench/", 2, &e);
   const Evidence found = diagnose_legged(e, nullptr).evidence;
-  const auto late = std::find_if(found.findings.begin(), found.findings.end(), [](const Finding& f) { return f.effect == "sensor_delay"; });
+  const auto late = std::find_if(found.findings.begin(), found.findings.end(),
+                                 [](const Finding& f) { return f.effect == "sensor_delay"; });
   ASSERT_NE(late, found.findings.end());
   EXPECT_EQ(late->where.at("sensor"), "/wrench");
   EXPECT_NEAR(late->parameters[0].value[0], 2 * 0.004, 0.002);  // half a sample
-  EXPECT_TRUE(std::any_of(found.findings.begin(), found.findings.end(), [](const Finding& f) { return f.family == "mass and its place"; }));
+  EXPECT_TRUE(std::any_of(found.findings.begin(), found.findings.end(),
+                          [](const Finding& f) { return f.family == "mass and its place"; }));
 }
 
-// The body leans about y alone. About x and z the gyroscope reads its zero and noise, and that is no sign of feet that turn.
+// The body leans about y alone. About x and z the gyroscope reads its zero and noise, and that is no sign of feet that
+// turn.
 TEST(LeggedLeans, AGyroscopesZeroIsFoundAboutAxesThatNothingTurnsAbout) {
   Recorded recorded = kLeans;
   recorded.imu = true;
@@ -155,11 +160,13 @@ TEST(LeggedLeans, AGyroscopesZeroIsFoundAboutAxesThatNothingTurnsAbout) {
     }
   }
   const Evidence found = diagnose_legged(e, nullptr).evidence;
-  const auto f = std::find_if(found.findings.begin(), found.findings.end(),
-                              [](const Finding& g) { return g.where.dump().find("angular_velocity") != std::string::npos; });
+  const auto f = std::find_if(found.findings.begin(), found.findings.end(), [](const Finding& g) {
+    return g.where.dump().find("angular_velocity") != std::string::npos;
+  });
   ASSERT_NE(f, found.findings.end());
   EXPECT_EQ(f->effect, "sensor_bias");
-  for (size_t a = 0; a < 3; ++a) EXPECT_NEAR(f->parameters[0].value[a], zero[a], 0.0005);  // noise 1e-3, over 2000 samples
+  for (size_t a = 0; a < 3; ++a)
+    EXPECT_NEAR(f->parameters[0].value[a], zero[a], 0.0005);  // noise 1e-3, over 2000 samples
 }
 
 // Feet that stay on a slope: zeros of all legs, or an IMU that sits askew, are the same constant.
@@ -211,8 +218,8 @@ TEST(LeggedLeans, AKneesZeroIsFoundFromTheClosedChainOfTheLegs) {
     EXPECT_NEAR(f.parameters[0].value[0], left ? 0.03 : -0.03, 0.0015);  // 5 %: what equations are exact to
     EXPECT_TRUE(left || !six_axes) << "moments tell which of the legs it is";
     EXPECT_TRUE(left || std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
-      return a.effect == "joint_offset" && a.where.at("joint") == "l_knee";
-    }));
+                  return a.effect == "joint_offset" && a.where.at("joint") == "l_knee";
+                }));
   }
 }
 

@@ -10,8 +10,8 @@
 #include "common/multibody/inverse_dynamics.h"
 #include "common/multibody/kinematics.h"
 #include "common/spatial/transform.h"
-#include "diagnosis/floating/diagnose.h"
 #include "diagnosis/floating/conventions/turned_efforts.h"
+#include "diagnosis/floating/diagnose.h"
 #include "diagnosis/floating/equations/leg_forces.h"
 #include "diagnosis/floating/equations/leg_friction.h"
 #include "servers/model_parser/robot_loader.h"
@@ -23,10 +23,10 @@ namespace {
 constexpr double kStep = 0.008, kDuration = 8, kHeight = 0.3, kBall = 0.02;
 const char* const kLegs[] = {"fl", "fr", "rl", "rr"};
 
-std::string make_joint(const std::string& leg, const std::string& name, const std::string& parent, const std::string& child,
-                       const std::string& xyz, const std::string& axis) {
-  return "<joint name=\"" + leg + name + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + leg + child +
-         "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
+std::string make_joint(const std::string& leg, const std::string& name, const std::string& parent,
+                       const std::string& child, const std::string& xyz, const std::string& axis) {
+  return "<joint name=\"" + leg + name + "\" type=\"revolute\"><parent link=\"" + parent + "\"/><child link=\"" + leg +
+         child + "\"/><origin xyz=\"" + xyz + "\"/><axis xyz=\"" + axis +
          "\"/><limit lower=\"-3\" upper=\"3\" effort=\"90\" velocity=\"20\"/></joint>";
 }
 
@@ -36,15 +36,17 @@ std::string make_urdf() {
   for (int l = 0; l < 4; ++l) {
     const std::string leg = kLegs[l], out_y = l % 2 == 0 ? "0 0.08 0" : "0 -0.08 0";
     out += make_link(leg + "_hip", 0.6, 0) + make_link(leg + "_thigh", 1, -0.05) +
-           make_link(leg + "_foot", 0.3, -0.1, "<collision><origin xyz=\"0 0 -0.2\"/><geometry><sphere radius=\"0.02\"/></geometry></collision>");
-    out += make_joint(leg, "_roll", "trunk", "_hip", at[l], "1 0 0") + make_joint(leg, "_pitch", leg + "_hip", "_thigh", out_y, "0 1 0") +
+           make_link(leg + "_foot", 0.3, -0.1,
+                     "<collision><origin xyz=\"0 0 -0.2\"/><geometry><sphere radius=\"0.02\"/></geometry></collision>");
+    out += make_joint(leg, "_roll", "trunk", "_hip", at[l], "1 0 0") +
+           make_joint(leg, "_pitch", leg + "_hip", "_thigh", out_y, "0 1 0") +
            make_joint(leg, "_knee", leg + "_thigh", "_foot", "0 0 -0.2", "0 1 0");
   }
   return out + "</robot>";
 }
 
-// What is hidden: a load [kg] on the trunk at `place` [m], a factor of all logged efforts, what the front left leg's pitch joint
-// reads too much [rad], what its effort does [N m], and a joint whose effort is logged with the other sign.
+// What is hidden: a load [kg] on the trunk at `place` [m], a factor of all logged efforts, what the front left leg's
+// pitch joint reads too much [rad], what its effort does [N m], and a joint whose effort is logged with the other sign.
 struct Off {
   double load = 0, efforts = 1;
   Vector3d place{0, 0, 0};
@@ -56,8 +58,10 @@ constexpr int kPitch = 1;
 class Quadruped {
  public:
   explicit Quadruped(const Off& off) : off_(off) {
-    e_.scenario = parse_scenario("robot: four.urdf\nbase: floating\ndrive: effort\nfeet: [fl_foot, fr_foot, rl_foot, rr_foot]\n"
-                                 "sensors: {imu: {body: {link: trunk}}}\n", "four.yaml");
+    e_.scenario = parse_scenario(
+        "robot: four.urdf\nbase: floating\ndrive: effort\nfeet: [fl_foot, fr_foot, rl_foot, rr_foot]\n"
+        "sensors: {imu: {body: {link: trunk}}}\n",
+        "four.yaml");
     e_.robot = parse_robot(make_urdf(), "four.urdf", e_.scenario);
     e_.path = "four.yaml", e_.sample_time = kStep;
     TreeSpec tree = e_.robot.tree;
@@ -79,8 +83,11 @@ class Quadruped {
   // Place and attitude of the trunk over feet that stand.
   Transform find_pose(double t) const {
     const double s = turn_;
-    const Vector3d p(0.03 * std::sin(2.1 * t + s), 0.02 * std::sin(1.7 * t + 2 * s), kHeight + 0.015 * std::sin(3.3 * t + s));
-    return {make_rotation_from_rpy({0.06 * std::sin(1.9 * t), 0.07 * std::sin(2.3 * t + s), 0.06 * std::sin(1.3 * t + s)}), p};
+    const Vector3d p(0.03 * std::sin(2.1 * t + s), 0.02 * std::sin(1.7 * t + 2 * s),
+                     kHeight + 0.015 * std::sin(3.3 * t + s));
+    return {
+        make_rotation_from_rpy({0.06 * std::sin(1.9 * t), 0.07 * std::sin(2.3 * t + s), 0.06 * std::sin(1.3 * t + s)}),
+        p};
   }
 
   Vector3d find_ball(const Data& data, size_t f) const { return get_pose(data, feet_[f]) * Vector3d(0, 0, -0.2); }
@@ -128,13 +135,15 @@ class Quadruped {
     Eigen::VectorXd vdot(model_->nv()), tau(model_->nv());
     state.R_WB = Eigen::Quaterniond(X.R), state.p_WB = X.p, state.q = q, state.qd = (after - before) / (2 * h);
     state.V_WB << rate(X_before.R, X_after.R, 2 * h), (X_after.p - X_before.p) / (2 * h);
-    vdot << (rate(X.R, X_after.R, h) - rate(X_before.R, X.R, h)) / h, (X_after.p - 2 * X.p + X_before.p) / (h * h), (after - 2 * q + before) / (h * h);
+    vdot << (rate(X.R, X_after.R, h) - rate(X_before.R, X.R, h)) / h, (X_after.p - 2 * X.p + X_before.p) / (h * h),
+        (after - 2 * q + before) / (h * h);
     Data data(*model_);
     update_kinematics(*model_, state, &data);
     calc_inverse_dynamics(*model_, vdot, nullptr, &data, &tau);
     subtract_ground(data, &tau);
     out->time.push_back(t);
-    const Vector3d felt = X.R.transpose() * (vdot.segment<3>(3) - e_.scenario.gravity_W), w = X.R.transpose() * state.V_WB.head<3>();
+    const Vector3d felt = X.R.transpose() * (vdot.segment<3>(3) - e_.scenario.gravity_W),
+                   w = X.R.transpose() * state.V_WB.head<3>();
     for (int i = 0; i < 3; ++i) {
       out->other[std::string("/imu/body/angular_velocity/") + "xyz"[i]].push_back(w(i) + 1e-3 * normal_(random_));
       out->other[std::string("/imu/body/linear_acceleration/") + "xyz"[i]].push_back(felt(i) + 0.02 * normal_(random_));
@@ -142,7 +151,8 @@ class Quadruped {
     for (int j = 0; j < 12; ++j) {
       JointColumns& c = out->joints[static_cast<size_t>(j)];
       c.signal[0].push_back(q(j) + (j == kPitch ? off_.zero : 0.0) + 2e-5 * normal_(random_));
-      c.signal[2].push_back((j == off_.turned ? -1 : off_.efforts) * tau(6 + j) + (j == kPitch ? off_.constant : 0.0) + 0.05 * normal_(random_));
+      c.signal[2].push_back((j == off_.turned ? -1 : off_.efforts) * tau(6 + j) + (j == kPitch ? off_.constant : 0.0) +
+                            0.05 * normal_(random_));
     }
     return q;
   }
@@ -205,7 +215,9 @@ TEST(ForcesOfLegs, TellAFactorOfAllEffortsOnlyBesideAWrongMass) {
   ASSERT_FALSE(evidence.findings.empty());
   const Finding& f = evidence.findings[0];
   const bool named = f.effect == "sensor_scale" && f.where.at("sensor") == "/joint_states";
-  const bool listed = std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.where.contains("sensor") && a.where.at("sensor") == "/joint_states"; });
+  const bool listed = std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
+    return a.where.contains("sensor") && a.where.at("sensor") == "/joint_states";
+  });
   EXPECT_TRUE(named || listed) << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous) << f.statement;
 }
@@ -223,7 +235,9 @@ TEST(ForcesOfLegs, TellAConstantOfAnEffortOnlyBesideFrictionThatTheGearHolds) {
   ASSERT_FALSE(evidence.findings.empty());
   const Finding& f = evidence.findings[0];
   EXPECT_EQ(f.where.at("sensor"), "/joint_states/fl_pitch/effort") << f.statement;
-  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.effect == "coulomb_friction"; })) << f.statement;
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
+    return a.effect == "coulomb_friction";
+  })) << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous);
 }
 
@@ -238,9 +252,13 @@ TEST(ForcesOfLegs, AreExactToTheFrictionThatAJointHoldsWhileItStands) {
   constexpr double kFriction = 0.6, kLever = 2;
   ChannelRows c;
   c.info.equation = {EquationKind::kLegForce, 0};
-  for (const int column : {kViscousColumn, kDryColumn, kLoadColumn, kRotorColumn, kGainColumn, kConstantColumn}) c.columns.push_back(layout.joint(0, column));
+  for (const int column : {kViscousColumn, kDryColumn, kLoadColumn, kRotorColumn, kGainColumn, kConstantColumn})
+    c.columns.push_back(layout.joint(0, column));
   for (int i = 0; i < 400; ++i) {
-    const double way = i % 2 == 0 ? 0 : i % 4 == 1 ? 1 : -1, speed = way * (1 + 0.5 * std::sin(i)), held = kFriction * std::sin(0.7 * i);
+    const double way = i % 2 == 0   ? 0
+                       : i % 4 == 1 ? 1
+                                    : -1,
+                 speed = way * (1 + 0.5 * std::sin(i)), held = kFriction * std::sin(0.7 * i);
     c.x.insert(c.x.end(), {kLever * speed, kLever * way, 0, kLever * std::cos(1.3 * i), 0, kLever});
     c.y.push_back(kLever * (way == 0 ? held : way * kFriction)), c.train.push_back(1), c.block.push_back(i / 20);
   }

@@ -20,7 +20,8 @@ Json diagnose_drives(const Hidden& hidden, const Recorded& recorded = {}) {
   Experiment e = make_biped(hidden, recorded);
   e.joint_noise.assign(6, std::vector<Noise>(kQuantities));
   Reports out;
-  const bool judged = many_drives::diagnose_legged(e, 1, Robots::kAll, [](const std::string&) {}, &out);
+  const bool judged = many_drives::diagnose_legged(
+      e, 1, Robots::kAll, [](const std::string&) {}, &out);
   return judged ? out.report : Json();
 }
 
@@ -54,8 +55,9 @@ TEST(ManyDrives, ADisplacedCentreOfMassDoesNotReachTheJoints) {
   ASSERT_FALSE(report.is_null());
   EXPECT_EQ(list_supported(report).size(), 18u) << report["summary"];
   const auto& found = report["findings"];
-  EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const Json& f) { return f["effect"] == "com_error" && f["where"] == Json{{"link", "l_thigh"}}; }))
-      << report["summary"];
+  EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const Json& f) {
+    return f["effect"] == "com_error" && f["where"] == Json{{"link", "l_thigh"}};
+  })) << report["summary"];
 }
 
 TEST(ManyDrives, AFootSensorOfWrongScaleIsNamedBesideThem) {
@@ -66,7 +68,8 @@ TEST(ManyDrives, AFootSensorOfWrongScaleIsNamedBesideThem) {
   EXPECT_EQ(list_supported(report).size(), 18u) << report["summary"];
   const auto& found = report["findings"];
   EXPECT_TRUE(std::any_of(found.begin(), found.end(), [](const Json& f) {
-    return f["effect"] == "sensor_scale" && f["where"] == Json{{"sensor", "/wrench/l/force"}} && std::abs(f["parameters"]["scale"]["value"].get<double>() - 1.08) < 0.01;
+    return f["effect"] == "sensor_scale" && f["where"] == Json{{"sensor", "/wrench/l/force"}} &&
+           std::abs(f["parameters"]["scale"]["value"].get<double>() - 1.08) < 0.01;
   })) << report["summary"];
 }
 

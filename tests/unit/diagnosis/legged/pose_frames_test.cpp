@@ -50,7 +50,8 @@ TEST(PoseFrame, AnImuThatIsLateIsToldAndThePoseIsLeftAlone) {
   EXPECT_FALSE(find_pose_frame(convert_sensor_frames(e, frames)).any());
 }
 
-// 1.2 s, of the pose or of the IMU. What was never read is blank: readings that are held would look like a robot that stands.
+// 1.2 s, of the pose or of the IMU. What was never read is blank: readings that are held would look like a robot that
+// stands.
 TEST(PoseFrame, AClockThatIsSecondsOffIsToldAndTheOtherIsLeftAlone) {
   for (const std::string sensor : {"/base/pose", "/imu/waist"}) {
     Experiment e = make_biped({}, kWithPose);
@@ -62,7 +63,8 @@ TEST(PoseFrame, AClockThatIsSecondsOffIsToldAndTheOtherIsLeftAlone) {
     EXPECT_NEAR(frames.empty() ? pose.late : frames[0].late, 1.2, kStep);
     EXPECT_EQ(pose.any(), frames.empty());
     const Experiment right = convert_pose(moved, pose);
-    const auto& column = right.recordings[0].other.at(sensor + (frames.empty() ? "/position/z" : "/angular_velocity/y"));
+    const auto& column =
+        right.recordings[0].other.at(sensor + (frames.empty() ? "/position/z" : "/angular_velocity/y"));
     EXPECT_TRUE(std::isnan(column.back()));
     EXPECT_FALSE(std::isnan(column[column.size() - 310]));
   }
@@ -167,7 +169,8 @@ TEST(PoseFrame, TheAxisThatIsUpIsToldWhereNoRateAgrees) {
 class PoseOfARealWalk : public testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+    const std::filesystem::path path =
+        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
     e_ = load_experiment(path.string());
   }

@@ -26,11 +26,12 @@ TEST(LeggedRegimes, NoLawChangesItsSignFromPhaseToPhase) {
 
 Regime make_phase(double size, double std) { return {"phase", size, std, 0.5, true}; }
 
-// A sensor's scale that the stance on one foot tells as half of what the stance on both tells is known no better than that.
+// A sensor's scale that the stance on one foot tells as half of what the stance on both tells is known no better than
+// that.
 TEST(LeggedRegimes, PhasesThatDisagreeMakeAValueUncertain) {
   EXPECT_DOUBLE_EQ(find_phase_spread({make_phase(0.5, 0.1), make_phase(1.1, 0.05), {"calm", 0.3, 0.01}}), 0.5);
   EXPECT_EQ(find_phase_spread({make_phase(0.8, 0.1), make_phase(1.1, 0.05)}), 0.0);  // two deviations: chance
-  EXPECT_EQ(find_phase_spread({make_phase(0.1, 0.25)}), 0.0);                         // it tells nothing
+  EXPECT_EQ(find_phase_spread({make_phase(0.1, 0.25)}), 0.0);                        // it tells nothing
 }
 
 // Rigid feet that roll over an edge turn under a moment, too, but not while they are pressed in the middle.

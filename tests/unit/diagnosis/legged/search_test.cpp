@@ -42,7 +42,8 @@ TEST(LeggedSearch, AValueIsMeasuredByAllRecordingsAndDecidedByTheHeldOutOne) {
     const bool slow = 3 * i < 2 * rows.cells();
     const double acceleration = (slow ? 0.1 : 0.6) * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, (slow ? 92 : 100) * acceleration + 0.2 * normal(random), 40 * std::sin(0.1 * i)), half->add(0, 0, acceleration);
+      half->begin_row(0, (slow ? 92 : 100) * acceleration + 0.2 * normal(random), 40 * std::sin(0.1 * i)),
+          half->add(0, 0, acceleration);
     });
   }
   const LeggedOutcome out = search(rows.merge(), 1, {make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}})});
@@ -100,16 +101,19 @@ TEST(LeggedSearch, AFreeLawTakesThePlaceOfANameOnlyWhereItWinsOutright) {
   EXPECT_TRUE(is_first_listed(0.99, 0.99)) << "a tie is the effect's, which a scenario can hold";
 }
 
-// A cause in each of three equations. An effect at each joint predicts its cause to a tenth, one free law predicts what they all
-// do, but for an error of its own. How many listed effects the search names.
+// A cause in each of three equations. An effect at each joint predicts its cause to a tenth, one free law predicts what
+// they all do, but for an error of its own. How many listed effects the search names.
 size_t count_faults(double error) {
   std::mt19937 random(53);
   std::normal_distribution<double> normal;
-  RowHalves rows(4, 900, {{make_joint_channel("A"), {0, 3}}, {make_joint_channel("B"), {1, 3}}, {make_joint_channel("C"), {2, 3}}});
+  RowHalves rows(
+      4, 900,
+      {{make_joint_channel("A"), {0, 3}}, {make_joint_channel("B"), {1, 3}}, {make_joint_channel("C"), {2, 3}}});
   for (int i = 0; i < rows.cells(); ++i) {
     double cause[3], by_listed[3], by_free[3];
     for (int c = 0; c < 3; ++c) {
-      cause[c] = normal(random), by_listed[c] = cause[c] + 0.1 * normal(random), by_free[c] = by_listed[c] + error * normal(random);
+      cause[c] = normal(random), by_listed[c] = cause[c] + 0.1 * normal(random),
+      by_free[c] = by_listed[c] + error * normal(random);
     }
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       for (int c = 0; c < 3; ++c) {
@@ -124,7 +128,8 @@ size_t count_faults(double error) {
   const char* const joints[] = {"A", "B", "C"};
   for (int c = 0; c < 3; ++c) candidates.push_back(make_candidate(EffectId::kTorqueConstant, joints[c], {{{c, 1.0}}}));
   const LeggedOutcome out = search(rows.merge(), 4, candidates);
-  return static_cast<size_t>(std::count_if(out.effects.begin(), out.effects.end(), [](const FoundEffect& f) { return f.effect.is_listed(); }));
+  return static_cast<size_t>(
+      std::count_if(out.effects.begin(), out.effects.end(), [](const FoundEffect& f) { return f.effect.is_listed(); }));
 }
 
 TEST(LeggedSearch, OneFreeLawIsLikelierThanSeveralFaultsThatExplainAsMuchTogether) {
@@ -161,7 +166,11 @@ TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
   std::mt19937 random(37);
   std::normal_distribution<double> normal;
   const auto name = [](int axis) {
-    return ChannelInfo{{EquationKind::kGyroscope, axis}, "/imu/waist/angular_velocity", "rad/s", "sensor", "/imu/waist/angular_velocity"};
+    return ChannelInfo{{EquationKind::kGyroscope, axis},
+                       "/imu/waist/angular_velocity",
+                       "rad/s",
+                       "sensor",
+                       "/imu/waist/angular_velocity"};
   };
   RowHalves rows(2, 900, {{name(0), {0}}, {name(2), {1}}});
   for (int i = 0; i < rows.cells(); ++i) {
@@ -182,10 +191,14 @@ TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
 size_t count_constants(double force) {
   std::mt19937 random(67);
   std::normal_distribution<double> normal;
-  RowHalves rows(3, 900, {{{{EquationKind::kForce, 0}, "f", "N", "link", "a"}, {0}}, {{{EquationKind::kForce, 1}, "f", "N", "link", "a"}, {1}}, {{{EquationKind::kForce, 2}, "f", "N", "link", "a"}, {2}}});
+  RowHalves rows(3, 900,
+                 {{{{EquationKind::kForce, 0}, "f", "N", "link", "a"}, {0}},
+                  {{{EquationKind::kForce, 1}, "f", "N", "link", "a"}, {1}},
+                  {{{EquationKind::kForce, 2}, "f", "N", "link", "a"}, {2}}});
   for (int i = 0; i < rows.cells(); ++i) {
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      for (int c = 0; c < 3; ++c) half->begin_row(c, (c == 0 ? force : 0) + 0.1 * normal(random), 400 * std::sin(0.1 * i)), half->add(c, c, 1);
+      for (int c = 0; c < 3; ++c)
+        half->begin_row(c, (c == 0 ? force : 0) + 0.1 * normal(random), 400 * std::sin(0.1 * i)), half->add(c, c, 1);
     });
   }
   Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}, {{2, 1.0}}});
@@ -248,7 +261,11 @@ TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
 TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
   std::mt19937 random(43);
   std::normal_distribution<double> normal;
-  const ChannelInfo info{{EquationKind::kAccelerometer, 1}, "/imu/waist/linear_acceleration", "m/s^2", "sensor", "/imu/waist/linear_acceleration"};
+  const ChannelInfo info{{EquationKind::kAccelerometer, 1},
+                         "/imu/waist/linear_acceleration",
+                         "m/s^2",
+                         "sensor",
+                         "/imu/waist/linear_acceleration"};
   RowHalves rows(2, 900, {{info, {0, 1}}});
   for (int i = 0; i < rows.cells(); ++i) {
     const double feels = 9.8 + 0.05 * normal(random);
@@ -257,13 +274,15 @@ TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
       half->add(0, 0, feels), half->add(0, 1, 1);
     });
   }
-  const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
-                                                     make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}})});
+  const LeggedOutcome out = search(rows.merge(), 2,
+                                   {make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
+                                    make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}})});
   ASSERT_EQ(out.effects.size(), 1u);
   EXPECT_LT(std::abs(out.effects[0].x(0)), 0.1);  // 0.05 m/s^2, or 0.005 of the weight; both together: 6 and -0.6
 }
 
-// The left elbow asks for a zero of 15 mrad, the right one for `right` [rad] behind more noise: too little to be found alone.
+// The left elbow asks for a zero of 15 mrad, the right one for `right` [rad] behind more noise: too little to be found
+// alone.
 size_t count_zeros(double right) {
   std::mt19937 random(59);
   std::normal_distribution<double> normal;
@@ -276,8 +295,10 @@ size_t count_zeros(double right) {
       half->begin_row(1, right * other + more, other), half->add(1, 1, other);
     });
   }
-  return search(rows.merge(), 2, {make_candidate(EffectId::kJointOffset, "left_elbow", {{{0, 1.0}}}),
-                                  make_candidate(EffectId::kJointOffset, "right_elbow", {{{1, 1.0}}})}).effects.size();
+  return search(rows.merge(), 2,
+                {make_candidate(EffectId::kJointOffset, "left_elbow", {{{0, 1.0}}}),
+                 make_candidate(EffectId::kJointOffset, "right_elbow", {{{1, 1.0}}})})
+      .effects.size();
 }
 
 // A body that is tilted against what its sensors say turns both arms.
@@ -294,14 +315,17 @@ bool is_spring_named(double play) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double side = normal(random), position = normal(random), unknown = 0.7 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, play * 1000 * side + normal(random), 400 + 40 * std::sin(0.1 * i)), half->add(0, 0, 1000 * side);
+      half->begin_row(0, play * 1000 * side + normal(random), 400 + 40 * std::sin(0.1 * i)),
+          half->add(0, 0, 1000 * side);
       half->begin_row(1, position + unknown, 20), half->add(1, 1, position);
     });
   }
-  const LeggedOutcome out = search(rows.merge(), 2, {make_candidate(EffectId::kBacklash, "hip", {{{0, 1.0}}}),
-                                                     make_candidate(EffectId::kSpring, "hip", {{{1, 1.0}}})});
+  const LeggedOutcome out = search(rows.merge(), 2,
+                                   {make_candidate(EffectId::kBacklash, "hip", {{{0, 1.0}}}),
+                                    make_candidate(EffectId::kSpring, "hip", {{{1, 1.0}}})});
   EXPECT_EQ(out.effects.empty() ? false : out.effects[0].effect.law->effect == EffectId::kBacklash, play > 0);
-  return std::any_of(out.effects.begin(), out.effects.end(), [](const FoundEffect& f) { return f.effect.law->effect == EffectId::kSpring; });
+  return std::any_of(out.effects.begin(), out.effects.end(),
+                     [](const FoundEffect& f) { return f.effect.law->effect == EffectId::kSpring; });
 }
 
 TEST(LeggedSearch, ASpringAcrossATransmissionWithPlayIsWhatItsLawLeaves) {
@@ -309,7 +333,8 @@ TEST(LeggedSearch, ASpringAcrossATransmissionWithPlayIsWhatItsLawLeaves) {
   EXPECT_FALSE(is_spring_named(0.02));
 }
 
-// Two joints whose causes have nothing in common and gain about the same. A third effect explains what the first one does.
+// Two joints whose causes have nothing in common and gain about the same. A third effect explains what the first one
+// does.
 TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   std::mt19937 random(67);
   std::normal_distribution<double> normal;
@@ -321,7 +346,8 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
       half->begin_row(1, 10 * b + normal(random), 20), half->add(1, 1, b);
     });
   }
-  const Candidate a = make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), b = make_candidate(EffectId::kViscous, "B", {{{1, 1.0}}}),
+  const Candidate a = make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}),
+                  b = make_candidate(EffectId::kViscous, "B", {{{1, 1.0}}}),
                   like_a = make_candidate(EffectId::kCoulomb, "A", {{{2, 1.0}}});
   const std::vector<Candidate> candidates{a, b, like_a};
   LeggedFitter fitter(rows.merge(), 3);
@@ -336,8 +362,9 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
 }
 
-// A foot's scale of 7 % makes 11 N and, as the body sways, 0.6 N more or less. An accelerometer's zero makes the same weight, and in the
-// held-out recording just as much of a tilt, as zeros of IMUs differ: that is no word against the scale.
+// A foot's scale of 7 % makes 11 N and, as the body sways, 0.6 N more or less. An accelerometer's zero makes the same
+// weight, and in the held-out recording just as much of a tilt, as zeros of IMUs differ: that is no word against the
+// scale.
 TEST(LeggedSearch, AScaleIsHeldOutByTheForcesThatItChangesNotByATiltThatAnotherEffectTakes) {
   std::mt19937 random(67);
   std::normal_distribution<double> normal;
@@ -349,7 +376,8 @@ TEST(LeggedSearch, AScaleIsHeldOutByTheForcesThatItChangesNotByATiltThatAnotherE
       half->begin_row(1, zero + 0.1 * normal(random), 1), half->add(1, 1, 1);
     });
   }
-  const Candidate scale = make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}), zero = make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}});
+  const Candidate scale = make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
+                  zero = make_candidate(EffectId::kSensorBias, "A", {{{1, 1.0}}});
   const std::vector<Candidate> candidates{scale, zero};
   LeggedFitter fitter(rows.merge(), 2);
   const ColumnLayout layout(make_legged_log(make_biped({}), Half::kEven));
@@ -373,7 +401,8 @@ TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
       half->add(0, 0, direction), half->add(0, 1, direction * std::abs(effort));
     });
   }
-  Candidate plain = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}), loaded = make_candidate(EffectId::kLoadFriction, "A", {{{1, 1.0}}});
+  Candidate plain = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}),
+            loaded = make_candidate(EffectId::kLoadFriction, "A", {{{1, 1.0}}});
   plain.law = &get_laws().coulomb, loaded.law = &get_laws().load_friction;
   EXPECT_TRUE(search(rows.merge(), 2, {loaded}).effects.empty());
   const LeggedOutcome out = search(rows.merge(), 2, {plain, loaded});
@@ -395,8 +424,8 @@ TEST(LeggedSearch, AFootWhoseMomentIsNotRecordedMaySink) {
   EXPECT_EQ(soles, 2u);
 }
 
-// A load of 4.5 kg at (0.1, -0.05, 0.2) m in the pelvis. Its height hardly changes the weight: what else is in the weight would
-// put it 4.6 m up.
+// A load of 4.5 kg at (0.1, -0.05, 0.2) m in the pelvis. Its height hardly changes the weight: what else is in the
+// weight would put it 4.6 m up.
 TEST(LeggedSearch, ALoadWhoseHeightHardlyShowsIsALoadWithinReach) {
   const LeggedLog log = make_legged_log(make_biped({}), Half::kEven);
   const ColumnLayout layout(log);
@@ -404,12 +433,15 @@ TEST(LeggedSearch, ALoadWhoseHeightHardlyShowsIsALoadWithinReach) {
   for (const Candidate& c : list_candidates(log, layout)) {
     if (c.law == &get_laws().payload && c.place == 0) loads.push_back(c);
   }
-  RowHalves rows(layout.count(), 900, {{kWeight, {layout.link(0, 0), layout.link(0, 1), layout.link(0, 2), layout.link(0, 3)}}});
+  RowHalves rows(layout.count(), 900,
+                 {{kWeight, {layout.link(0, 0), layout.link(0, 1), layout.link(0, 2), layout.link(0, 3)}}});
   std::mt19937 random(47);
   std::normal_distribution<double> normal;
   for (int i = 0; i < rows.cells(); ++i) {
-    const double column[] = {9.8 + 0.5 * normal(random), 0.8 * normal(random), 0.8 * normal(random), 0.002 * normal(random)};
-    const double load = 4.5 * (column[0] + 0.1 * column[1] - 0.05 * column[2] + 0.2 * column[3]), other = 20 * column[3];
+    const double column[] = {9.8 + 0.5 * normal(random), 0.8 * normal(random), 0.8 * normal(random),
+                             0.002 * normal(random)};
+    const double load = 4.5 * (column[0] + 0.1 * column[1] - 0.05 * column[2] + 0.2 * column[3]),
+                 other = 20 * column[3];
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, load + other + 0.3 * normal(random), 400 + 10 * normal(random));
       for (int c = 0; c < 4; ++c) half->add(0, layout.link(0, c), column[c]);
@@ -434,11 +466,14 @@ LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, doubl
     if (c.law == &get_laws().flat_sole && c.place == 0) soles.push_back(c);
   }
   const auto list_tilt = [&](int give, int shift) {
-    return std::vector<int>{layout.foot(0, give), layout.foot(0, give + 1), layout.foot(0, shift), layout.foot(0, shift + 1)};
+    return std::vector<int>{layout.foot(0, give), layout.foot(0, give + 1), layout.foot(0, shift),
+                            layout.foot(0, shift + 1)};
   };
   RowHalves rows(layout.count(), 900,
-                 {{{{EquationKind::kTilt, 0}, "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kRollGiveColumn, kRollShiftColumn)},
-                  {{{EquationKind::kTilt, 1}, "/joint_states", "rad", "foot", "l_foot"}, list_tilt(kPitchGiveColumn, kPitchShiftColumn)},
+                 {{{{EquationKind::kTilt, 0}, "/joint_states", "rad", "foot", "l_foot"},
+                   list_tilt(kRollGiveColumn, kRollShiftColumn)},
+                  {{{EquationKind::kTilt, 1}, "/joint_states", "rad", "foot", "l_foot"},
+                   list_tilt(kPitchGiveColumn, kPitchShiftColumn)},
                   {{EquationKind::kHeight, "/joint_states", "m", "foot", "l_foot"}, {layout.foot(0, kSinkColumn)}}});
   std::mt19937 random(37);
   std::normal_distribution<double> normal;
@@ -447,10 +482,13 @@ LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, doubl
     moment[about] = 5 * std::sin(0.04 * i), rate[about] = 5 * std::cos(0.04 * i);
     const double force = 100 * std::sin(0.11 * i);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      if (sink > 0) half->begin_row(2, sink * force + 1e-5 * normal(random), 0.02), half->add(2, layout.foot(0, kSinkColumn), force);
+      if (sink > 0)
+        half->begin_row(2, sink * force + 1e-5 * normal(random), 0.02),
+            half->add(2, layout.foot(0, kSinkColumn), force);
       for (const int axis : {0, 1}) {
         half->begin_row(axis, give * moment[axis] - damping * rate[axis] + 2e-4 * normal(random), 0.03);
-        const int to_give = axis == 0 ? kRollGiveColumn : kPitchGiveColumn, shift = axis == 0 ? kRollShiftColumn : kPitchShiftColumn;
+        const int to_give = axis == 0 ? kRollGiveColumn : kPitchGiveColumn,
+                  shift = axis == 0 ? kRollShiftColumn : kPitchShiftColumn;
         half->add(axis, layout.foot(0, to_give), moment[axis] + 0.05 * normal(random));
         half->add(axis, layout.foot(0, to_give + 1), (damping > 0 ? -rate[axis] : 0) + 0.002 * normal(random));
         half->add(axis, layout.foot(0, shift), 160 + 0.3 * normal(random));

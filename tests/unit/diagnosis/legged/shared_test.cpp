@@ -114,9 +114,8 @@ const Finding* find_at(const Evidence& e, const std::string& sensor) {
 }
 
 TEST_F(LeggedHumanoid, ZeroOfAVerticalForceIsWhatItReadsInTheAir) {
-  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
-    add_to("/wrench/l_sole/force/z", 10, name, column);
-  });
+  const Evidence found = diagnose_with(
+      [](const std::string& name, std::vector<double>* column) { add_to("/wrench/l_sole/force/z", 10, name, column); });
   const Finding* zero = find_at(found, "/wrench/l_sole/force");
   ASSERT_NE(zero, nullptr);
   EXPECT_EQ(zero->effect, "sensor_bias");
@@ -159,9 +158,8 @@ TEST(LeggedShared, ALateFootExplainsWhatItsCorrectionTakesAway) {
 }
 
 TEST_F(LeggedHumanoid, ZeroOfARealGyroscopeIsFound) {
-  const Evidence found = diagnose_with([](const std::string& name, std::vector<double>* column) {
-    add_to("angular_velocity/x", 0.05, name, column);
-  });
+  const Evidence found = diagnose_with(
+      [](const std::string& name, std::vector<double>* column) { add_to("angular_velocity/x", 0.05, name, column); });
   const Finding* zero = find_at(found, "/imu/root/angular_velocity");
   ASSERT_NE(zero, nullptr);
   EXPECT_EQ(zero->effect, "sensor_bias");
@@ -185,8 +183,7 @@ TEST_F(LeggedHumanoid, ScaleOfARealAccelerometerIsListedBesideItsZero) {
 // What one foot lacks may rest on the other, of which nothing is known.
 TEST_F(LeggedHumanoid, WeightThatOneFootLacksIsNoMass) {
   for (Recording& r : robot.recordings) r.other.erase("/wrench/r_sole/force/z");
-  for (const Finding& f : diagnose().findings)
-    EXPECT_NE(f.family, "mass and its place") << f.statement;
+  for (const Finding& f : diagnose().findings) EXPECT_NE(f.family, "mass and its place") << f.statement;
 }
 
 // By the base's pose alone: steps shake its acceleration, and the robot stands most of the time.
@@ -199,7 +196,8 @@ TEST_F(LeggedHumanoid, WeightOfARealHumanoidIsSeenWithoutAnAccelerometer) {
                                    [](const Finding& f) { return f.family == "mass and its place"; });
   ASSERT_NE(weight, found.findings.end());
   EXPECT_NEAR(weight->parameters[0].value[0], 0.94, 0.15) << "2.7 to 3.2 % of 33 kg";
-  EXPECT_TRUE(std::regex_search(weight->statement, std::regex("0\\.98[0-9] \\+- [0-9.]+ on l_foot alone"))) << weight->statement;
+  EXPECT_TRUE(std::regex_search(weight->statement, std::regex("0\\.98[0-9] \\+- [0-9.]+ on l_foot alone")))
+      << weight->statement;
 }
 
 TEST_F(LeggedHumanoid, WeightIsAmbiguousAndNothingIsSaidOfItsDrives) {

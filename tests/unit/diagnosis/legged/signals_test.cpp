@@ -34,7 +34,8 @@ double find_standing(const LeggedLog& log, size_t foot) {
 double find_standing_if_raised(double higher) {
   Experiment e = make_biped({}, kLeansWithImu);
   std::string urdf = make_biped_urdf();
-  for (const auto& [from, to] : {std::pair<std::string, std::string>{kLeftHip, "0 0.3 0"}, {kRightHip, "0 -0.3 " + std::to_string(higher)}})
+  for (const auto& [from, to] :
+       {std::pair<std::string, std::string>{kLeftHip, "0 0.3 0"}, {kRightHip, "0 -0.3 " + std::to_string(higher)}})
     urdf.replace(urdf.find(from), from.size(), to);
   e.scenario.sensors.wrenches.clear();
   e.robot = parse_robot(urdf, "biped.urdf", e.scenario);
@@ -53,7 +54,8 @@ TEST(LeggedContacts, EndsOfLimbsMayStandWhereNoFeetAreTold) {
   const LeggedLog log = make_legged_log(e, Half::kEven);
   ASSERT_EQ(log.feet.size(), 2u);
   EXPECT_DOUBLE_EQ(find_standing(log, 0), 1);
-  EXPECT_TRUE(std::any_of(log.missing.begin(), log.missing.end(), [](const std::string& m) { return m.find("'feet'") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(log.missing.begin(), log.missing.end(),
+                          [](const std::string& m) { return m.find("'feet'") != std::string::npos; }));
   EXPECT_TRUE(diagnose_legged(e, nullptr).evidence.findings.empty());
 }
 
@@ -106,7 +108,8 @@ TEST(LeggedTracks, ALateTrackIsShiftedBackAndALagIsAsItsEquationHasIt) {
 
 // A leg of 8 kg falls onto its sole at 0.1 to 0.3 m/s and is then pressed by up to 300 N more, m z'' = weight + leg -
 // F, F = kz z + cz z' while that is positive. The other foot is rigid. Force and height have noise of 0.5 N and 20 um.
-// A sole that is `rigid` makes the same force and does not sink. Of the leg, `rides` [kg] is below the force sensor, on the rubber.
+// A sole that is `rigid` makes the same force and does not sink. Of the leg, `rides` [kg] is below the force sensor, on
+// the rubber.
 std::vector<Landing> make_landings(double kz, double cz, bool rigid, double rate, double rides = 0) {
   constexpr double kMass = 8, kFine = 2e-5, kTouch = 0.1, kEnd = 0.25;
   std::mt19937 random(31);
@@ -121,7 +124,8 @@ std::vector<Landing> make_landings(double kz, double cz, bool rigid, double rate
       const double force = t >= start ? std::max(0.0, kz * z + cz * v) : 0;
       const double falls = 9.81 + (300 * std::clamp((t - start) / 0.05, 0.0, 1.0) - force) / kMass;
       if (t >= next) {
-        l.force.push_back(force + rides * (falls - 9.81) + 0.5 * normal(random)), l.others.push_back(300 - force + 0.5 * normal(random));
+        l.force.push_back(force + rides * (falls - 9.81) + 0.5 * normal(random)),
+            l.others.push_back(300 - force + 0.5 * normal(random));
         l.height.push_back(0.01 * i - (rigid ? 0 : z) + 2e-5 * normal(random)), l.flat.push_back(force > 50);
         next += l.step;
       }
@@ -145,7 +149,8 @@ TEST(LeggedLandings, OfAMassOnASpringAndADamperTellBoth) {
   }
 }
 
-// The sensor does not read what brakes the foot below it. A fit that takes the rubber's force for the reading finds too little lag.
+// The sensor does not read what brakes the foot below it. A fit that takes the rubber's force for the reading finds too
+// little lag.
 TEST(LeggedLandings, BrakeTheFootBelowItsSensorToo) {
   std::vector<Landing> landings = make_landings(9e4, 350, false, 500, 0.8);
   const double bare = fit_landings(landings, {1, 0})[0].cz;
@@ -225,7 +230,8 @@ TEST(LeggedObstacle, OfRecordingsThatAreTooShortIsTheirLength) {
 TEST(LeggedObstacle, OfAnImuAloneIsWhatWouldTellTheSame) {
   Experiment e = make_biped({}, {.effort = false, .moments = false});
   for (Recording& r : e.recordings) {
-    for (auto at = r.other.begin(); at != r.other.end();) at = at->first.find("angular") == std::string::npos ? r.other.erase(at) : std::next(at);
+    for (auto at = r.other.begin(); at != r.other.end();)
+      at = at->first.find("angular") == std::string::npos ? r.other.erase(at) : std::next(at);
   }
   const std::string text = find_obstacle(e);
   EXPECT_NE(text.find("does not tell the same quantity twice"), std::string::npos) << text;
@@ -239,7 +245,8 @@ TEST(LeggedObstacle, WithoutFeetTheImuIsStillComparedWithTheMotion) {
   const LeggedReport report = diagnose_legged(e, [](const std::string&) {});
   EXPECT_TRUE(report.evidence.findings.empty());
   e.scenario.sensors.imus.clear();
-  EXPECT_NE(find_obstacle(e).find("'feet' names no link that carries the robot"), std::string::npos) << find_obstacle(e);
+  EXPECT_NE(find_obstacle(e).find("'feet' names no link that carries the robot"), std::string::npos)
+      << find_obstacle(e);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Columns of a gyroscope or an accelerometer with another sign or order than the model's axes, beside a right other half.
+// Columns of a gyroscope or an accelerometer with another sign or order than the model's axes, beside a right other
+// half.
 #include "diagnosis/floating/conventions/signed_axes.h"
 
 #include <gtest/gtest.h>
@@ -58,7 +59,8 @@ TEST(SignedAxes, AGyroscopeWhoseAxisIsFlippedIsToldAndThePoseIsLeftAlone) {
 TEST(SignedAxes, AWholeImuThatIsTurnedIsOneFrame) {
   const Matrix3d R = make_rotation_from_rpy({M_PI, 0, 0});
   Experiment e = make_biped({}, {.effort = false, .leans = true});
-  for (const char* half : {"/angular_velocity", "/linear_acceleration"}) write_in_axes(std::string("/imu/waist") + half, R, &e);
+  for (const char* half : {"/angular_velocity", "/linear_acceleration"})
+    write_in_axes(std::string("/imu/waist") + half, R, &e);
   const std::vector<SensorFrame> frames = find_sensor_frames(e);
   ASSERT_EQ(frames.size(), 1u);
   EXPECT_EQ(frames[0].sensor, "/imu/waist");
@@ -95,7 +97,9 @@ TEST(SignedAxes, AScaleThatAWrongSignIsTakenTogetherWithKeepsItsInterval) {
   logged.bodies.push_back({"/imu/waist/linear_acceleration", -1.0, "it counts gravity upwards down", false});
   Reports reports;
   const nlohmann::ordered_json scale{{"value", 0.98}, {"std", 0.003}, {"ci95", {0.974, 0.986}}, {"unit", "1"}};
-  reports.report["findings"] = {{{"effect", "sensor_scale"}, {"where", {{"sensor", "/imu/waist/linear_acceleration"}}}, {"parameters", {{"scale", scale}}}}};
+  reports.report["findings"] = {{{"effect", "sensor_scale"},
+                                 {"where", {{"sensor", "/imu/waist/linear_acceleration"}}},
+                                 {"parameters", {{"scale", scale}}}}};
   add_conventions(make_biped({}), logged, &reports);
   ASSERT_EQ(reports.report["findings"].size(), 1u);
   const auto& both = reports.report["findings"][0]["parameters"]["scale"];
@@ -107,7 +111,8 @@ TEST(SignedAxes, AScaleThatAWrongSignIsTakenTogetherWithKeepsItsInterval) {
 class AxesOfARealWalk : public testing::TestWithParam<std::pair<std::string, Matrix3d>> {};
 
 TEST_P(AxesOfARealWalk, AreToldByLegsThatStand) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+  const std::filesystem::path path =
+      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
   Experiment e = load_experiment(path.string());
   const auto& [half, R] = GetParam();
@@ -120,8 +125,10 @@ TEST_P(AxesOfARealWalk, AreToldByLegsThatStand) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Halves, AxesOfARealWalk,
-                         testing::Values(std::pair(std::string("/angular_velocity"), flip(0)), std::pair(std::string("/angular_velocity"), flip(1)),
-                                         std::pair(std::string("/angular_velocity"), exchange(0, 1)), std::pair(std::string("/angular_velocity"), Matrix3d(-Matrix3d::Identity())),
+                         testing::Values(std::pair(std::string("/angular_velocity"), flip(0)),
+                                         std::pair(std::string("/angular_velocity"), flip(1)),
+                                         std::pair(std::string("/angular_velocity"), exchange(0, 1)),
+                                         std::pair(std::string("/angular_velocity"), Matrix3d(-Matrix3d::Identity())),
                                          std::pair(std::string("/linear_acceleration"), flip(1))));
 
 }  // namespace

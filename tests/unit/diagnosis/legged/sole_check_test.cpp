@@ -33,12 +33,14 @@ TEST(SoleCheck, ASoleThatIsAskewIsSaidWithItsAngles) {
   const CheckResult found = check(0.020, 0.022);
   ASSERT_EQ(found.remaining.size(), 1u);
   EXPECT_NEAR(found.remaining[0].before, 0.022, 1e-4);
-  EXPECT_NE(found.remaining[0].statement.find("pitch 22.0 mrad in sway.csv."), std::string::npos) << found.remaining[0].statement;
+  EXPECT_NE(found.remaining[0].statement.find("pitch 22.0 mrad in sway.csv."), std::string::npos)
+      << found.remaining[0].statement;
 }
 
 TEST(SoleCheck, AnglesThatDifferByRecordingAreSaidOfBoth) {
   const std::string text = check(-0.005, 0.022).remaining.at(0).statement;
-  EXPECT_NE(text.find("pitch 22.0 mrad in sway.csv and by roll 1.0, pitch -5.0 mrad in walk.csv"), std::string::npos) << text;
+  EXPECT_NE(text.find("pitch 22.0 mrad in sway.csv and by roll 1.0, pitch -5.0 mrad in walk.csv"), std::string::npos)
+      << text;
 }
 
 TEST(SoleCheck, HalfADegreeIsNoMismatch) { EXPECT_TRUE(check(-0.005, 0.008).remaining.empty()); }

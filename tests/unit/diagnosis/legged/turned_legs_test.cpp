@@ -43,16 +43,20 @@ TEST(TurnedLegs, SoftAndLooseJointsAreNotTurned) {
 class TurnedLegsOf : public testing::TestWithParam<std::pair<const char*, const char*>> {};
 
 TEST_P(TurnedLegsOf, ARealWalkAreFoundAndNoOthers) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam().first / "experiment.yaml";
+  const std::filesystem::path path =
+      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam().first / "experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
   const Experiment e = load_experiment(path.string());
   EXPECT_TRUE(find_turned_legs(e).joints.empty());
-  EXPECT_EQ(find_turned_legs(turn(e, GetParam().second)).joints, std::vector<int>{e.robot.tree.find_joint(GetParam().second)});
+  EXPECT_EQ(find_turned_legs(turn(e, GetParam().second)).joints,
+            std::vector<int>{e.robot.tree.find_joint(GetParam().second)});
 }
 
 INSTANTIATE_TEST_SUITE_P(Recordings, TurnedLegsOf,
-                         testing::Values(std::pair{"icub_walking", "r_hip_roll"}, std::pair{"icub_walking", "l_hip_pitch"},
-                                         std::pair{"go1_walk", "FL_thigh_joint"}, std::pair{"go1_walk", "FR_thigh_joint"}));
+                         testing::Values(std::pair{"icub_walking", "r_hip_roll"},
+                                         std::pair{"icub_walking", "l_hip_pitch"},
+                                         std::pair{"go1_walk", "FL_thigh_joint"},
+                                         std::pair{"go1_walk", "FR_thigh_joint"}));
 
 }  // namespace
 }  // namespace hrp::diagnosis::floating

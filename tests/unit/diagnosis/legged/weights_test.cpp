@@ -52,7 +52,9 @@ TEST(ShortRecordings, SayAWeightThatIsPlainlyOffAndWhatItMayBe) {
   const Finding& f = findings[0];
   EXPECT_EQ(f.where.at("link"), "pelvis") << "nothing tells which link it is: " << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous);
-  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) { return a.effect == "sensor_scale" && a.where.at("sensor") == "/wrench"; }));
+  EXPECT_TRUE(std::any_of(f.alternatives.begin(), f.alternatives.end(), [](const Alternative& a) {
+    return a.effect == "sensor_scale" && a.where.at("sensor") == "/wrench";
+  }));
   ASSERT_EQ(f.effect, "payload");
   EXPECT_TRUE(f.parameters[1].assumed) << "vertical forces alone do not tell where a load is";
   EXPECT_TRUE(diagnose_legged(make_short(1), nullptr).evidence.findings.empty());

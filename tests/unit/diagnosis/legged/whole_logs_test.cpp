@@ -12,7 +12,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kHeld = 2;  // recording
+constexpr size_t kHeld = 2;         // recording
 constexpr double kRestsFrom = 5.0;  // [s] of 8
 
 // Vertical forces alone, in counts.
@@ -32,15 +32,17 @@ void scale_from(double begin, double factor, size_t recording, Experiment* e) {
 }
 
 bool says(const std::vector<std::string>& notes, const std::string& text) {
-  return std::any_of(notes.begin(), notes.end(), [&](const std::string& note) { return note.find(text) != std::string::npos; });
+  return std::any_of(notes.begin(), notes.end(),
+                     [&](const std::string& note) { return note.find(text) != std::string::npos; });
 }
 
 TEST(Rests, OfARobotThatLiesOnItsTrunkAreSaidAndTellNothingOfItsFeet) {
   Experiment e = make_biped({}, make_counts());
   scale_from(kRestsFrom, 0.2, kHeld, &e);
   const Evidence evidence = diagnose_legged(e, nullptr).evidence;
-  const auto rest = std::find_if(evidence.remaining.begin(), evidence.remaining.end(),
-                                 [](const Remaining& r) { return r.statement.find("the feet bear 0.20") != std::string::npos; });
+  const auto rest = std::find_if(evidence.remaining.begin(), evidence.remaining.end(), [](const Remaining& r) {
+    return r.statement.find("the feet bear 0.20") != std::string::npos;
+  });
   ASSERT_NE(rest, evidence.remaining.end());
   EXPECT_NE(rest->statement.find(e.recordings[kHeld].spec.name + ", 5."), std::string::npos) << rest->statement;
   for (const Finding& f : evidence.findings) {
@@ -51,7 +53,8 @@ TEST(Rests, OfARobotThatLiesOnItsTrunkAreSaidAndTellNothingOfItsFeet) {
 
 TEST(Rests, AreNotWhatFeetOfAWalkDoInTurn) {
   const Evidence evidence = diagnose_biped({}, {.lifts = true});
-  for (const Remaining& r : evidence.remaining) EXPECT_EQ(r.statement.find("the feet bear"), std::string::npos) << r.statement;
+  for (const Remaining& r : evidence.remaining)
+    EXPECT_EQ(r.statement.find("the feet bear"), std::string::npos) << r.statement;
 }
 
 TEST(Recordings, SayEachWhatTheFeetCarryThere) {
@@ -60,7 +63,9 @@ TEST(Recordings, SayEachWhatTheFeetCarryThere) {
   Experiment e = make_biped({}, recorded);
   scale_from(-1, 1.1, kHeld, &e);
   const Evidence evidence = diagnose_legged(e, nullptr).evidence;
-  const auto carry = [&](size_t r, const std::string& share) { return e.recordings[r].spec.name + ": the feet carry " + share; };
+  const auto carry = [&](size_t r, const std::string& share) {
+    return e.recordings[r].spec.name + ": the feet carry " + share;
+  };
   EXPECT_TRUE(says(evidence.warnings, carry(0, "1.00")));
   EXPECT_TRUE(says(evidence.warnings, carry(kHeld, "1.10")) || says(evidence.warnings, carry(kHeld, "1.09")));
   EXPECT_TRUE(says(evidence.warnings, "of the rate that it is compared with"));
