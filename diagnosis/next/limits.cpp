@@ -16,8 +16,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [rad or m] largest distance from the start pose, if none is stated: nothing is known of what stands around
-constexpr double kReach = 1.0;
+// [rad or m] Largest distance from the start pose, if none is stated. Within the description's limits, motions are as
+// large as they can be: intervals of dry friction hold what the unseen part of a turn may have. Beyond half a turn
+// either way, nothing is unseen.
+constexpr double kReach = M_PI;
 constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
 // Factor on the largest effort of the recordings if nothing states a limit: the next step
 constexpr double kGrow = 2.0;

@@ -36,7 +36,7 @@ struct Limits {
 // Limits from the robot's description and from `stated`: "speed=0.5", "effort=20", "reach=0.6" (all joints),
 // "elbow.speed=0.3", "elbow.lower=-1", "load=1". Or the name of a YAML file with the same words: speed: 0.5, joints:
 // {elbow: {speed: 0.3}}. Stated limits only tighten the description's; a stated reach stands for
-// the usual 1 rad. Throws InputError if they cannot be read.
+// the usual half turn. Throws InputError if they cannot be read.
 Limits make_limits(const Experiment& experiment, const std::vector<std::string>& stated);
 
 // [rad or m] range of a joint's recorded commands, or of its positions without commands. Below kStill the joint has

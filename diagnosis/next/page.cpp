@@ -133,8 +133,8 @@ std::string make_intervals(const json& motion) {
          rows +
          "</table><p class='small'>The last column stays, however often a motion is repeated: masses and torque "
          "constants are known to 2 %, the time of an effort to half a "
-         "sample; dry friction varies over the part of a turn that the limits leave unseen (<code>--limit "
-         "reach=</code> widens them); two implementations of a law agree to 0.1 %.</p>";
+         "sample; dry friction varies over the part of a turn that the limits leave unseen (those of the "
+         "description, or <code>--limit</code>); two implementations of a law agree to 0.1 %.</p>";
 }
 
 std::string make_stop(const json& motion) {
@@ -163,6 +163,17 @@ std::string make_steps(const json& motion) {
          "<li>Support the load, then take it off, before the drives are switched off.</li></ol>";
 }
 
+// The space that the motion needs. The tool knows the robot and the ground, and nothing else that stands around.
+std::string make_ranges(const json& motion) {
+  std::string text;
+  for (const auto& [joint, range] : html::get_object(motion, "ranges").items())
+    text += (text.empty() ? "" : ", ") + escape(joint) + " " + format_number(range[0].get<double>(), 3) + " to " +
+            format_number(range[1].get<double>(), 3);
+  return text.empty() ? ""
+                      : "<p>Keep this space free. Joints move over [rad or m]: " + text +
+                            ". Smaller motions: <code>--limit reach=0.5</code>.</p>";
+}
+
 std::string make_motion(const json& motion, const json& next, size_t number) {
   const json& explanations = html::get_list(next, "explanations");
   const std::string scale = html::get_text(next, "scale");
@@ -172,7 +183,8 @@ std::string make_motion(const json& motion, const json& next, size_t number) {
   return "<h2>" + std::to_string(number) + ". " + (steps.empty() ? "" : "With a load. ") +
          escape(html::get_text(motion, "sentence")) + "</h2><p>Play <code>" + escape(html::get_text(motion, "file")) +
          "</code> (" + format_number(html::get_number(motion, "seconds", 0.0), 3) +
-         " s) and record it. Moving: " + joints + ".</p>" + steps + "<p>Add the recording to the experiment" +
+         " s) and record it. Moving: " + joints + ".</p>" + make_ranges(motion) + steps +
+         "<p>Add the recording to the experiment" +
          (held ? "; it is held out: nothing is fitted to it, it judges" : "") + ":</p><pre>" +
          escape(html::get_text(motion, "line")) + "</pre>" + make_stop(motion) +
          make_overlay(html::get_object(motion, "overlay"), explanations) + make_expected(motion, scale) +

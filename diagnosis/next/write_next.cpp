@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes a proposal: commands that a robot can play, next.json for programs, next.html for people.
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -38,6 +39,16 @@ Json make_sizes(const Proposal& p, const std::vector<std::string>& joints) {
     if (p.plan.moves[j]) sizes[joints[j]] = round_to(get_size(p.plan, j), 3);
   }
   return sizes;
+}
+
+// By joint that moves: least and largest command [rad or m], the space that has to be free.
+Json make_ranges(const Proposal& p, const std::vector<std::string>& joints) {
+  Json ranges = Json::object();
+  for (size_t j = 0; j < p.commands.position.size(); ++j) {
+    const auto [low, high] = std::minmax_element(p.commands.position[j].begin(), p.commands.position[j].end());
+    if (*high > *low) ranges[joints[j]] = {round_to(*low, 4), round_to(*high, 4)};
+  }
+  return ranges;
 }
 
 Json make_stop(const Proposal& p, const std::vector<std::string>& joints) {
@@ -94,6 +105,7 @@ Json make_json(const Proposal& p, const std::vector<std::string>& joints) {
           {"size", round_to(p.plan.size, 3)},
           {"sizes", make_sizes(p, joints)},
           {"joints", p.moving},
+          {"ranges", make_ranges(p, joints)},
           {"stop", make_stop(p, joints)},
           {"worth", round_to(p.worth, 3)},
           {"expected", expected},

@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
@@ -392,10 +395,10 @@ TEST(NextExperiment, LimitsOnlyTighten) {
 }
 
 // The description ends at 3 rad, and commands keep a twentieth of the range from both ends.
-TEST(NextExperiment, AStatedReachGoesAsFarAsTheDescriptionAndOtherLimitsDo) {
+TEST(NextExperiment, MotionsReachAsFarAsTheDescriptionOrWhatIsStated) {
   const Experiment e = simulate_arm("next_reach", {});
   const double start = make_limits(e, {}).joints[0].start;
-  EXPECT_DOUBLE_EQ(make_limits(e, {}).joints[0].upper, start + 1.0);
+  EXPECT_NEAR(make_limits(e, {}).joints[0].upper, 2.7, 1e-12);
   EXPECT_DOUBLE_EQ(make_limits(e, {"reach=2"}).joints[0].upper, start + 2.0);
   EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].upper, 2.7, 1e-12);
   EXPECT_NEAR(make_limits(e, {"reach=50"}).joints[0].lower, -2.7, 1e-12);
@@ -404,6 +407,31 @@ TEST(NextExperiment, AStatedReachGoesAsFarAsTheDescriptionAndOtherLimitsDo) {
     EXPECT_LT(make_limits(e, words).joints[0].upper, 0.5);
   EXPECT_DOUBLE_EQ(make_limits(e, {"shoulder.reach=0.2", "reach=2"}).joints[0].upper,
                    make_limits(e, {"shoulder.reach=0.2"}).joints[0].upper);
+}
+
+// A person has to keep that space free: the tool knows nothing of what stands around.
+TEST(NextExperiment, TheSpaceToKeepFreeIsThatOfTheCommands) {
+  const Experiment e = simulate_arm("next_space", {});
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "hrp_next_space";
+  Next next;
+  Proposal p;
+  p.file = "train_1.csv", p.plan.moves = {1, 0}, p.plan.seconds = 4.0, p.moving = {"shoulder"};
+  p.commands = make_motion(p.plan, make_limits(e, {}));
+  next.proposals = {p};
+  write_next(e, next, folder.string());
+  const auto read = [&](const char* name) {
+    std::ifstream in(folder / "next" / name);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  const Json ranges = Json::parse(read("next.json"))["motions"][0]["ranges"];
+  ASSERT_EQ(ranges.size(), 1u) << "the elbow rests";
+  for (double q : p.commands.position[kShoulder]) {
+    EXPECT_GE(q, ranges["shoulder"][0].get<double>() - 5e-4);
+    EXPECT_LE(q, ranges["shoulder"][1].get<double>() + 5e-4);
+  }
+  EXPECT_GT(ranges["shoulder"][1].get<double>() - ranges["shoulder"][0].get<double>(), 2.0)
+      << "more than 1 rad either way";
+  EXPECT_NE(read("next.html").find("Keep this space free. Joints move over [rad or m]: shoulder"), std::string::npos);
 }
 
 }  // namespace
