@@ -268,16 +268,6 @@ bool merge(const Json& finding, Json* list) {
   return false;
 }
 
-// In converted recordings nothing was missing, or something that has no name: with what the log counts otherwise, the
-// recordings are explained down to their noise, or partly.
-void add_to_verdict(Json* report) {
-  Json& verdict = (*report)["verdict"];
-  if (verdict == get_verdict_name(Verdict::kNoMismatch))
-    verdict = get_verdict_name(Verdict::kExplained);
-  else if (verdict == get_verdict_name(Verdict::kUnexplained))
-    verdict = get_verdict_name(Verdict::kPartlyExplained);
-}
-
 // An IMU that the legs know is right by then: what differs from it is the pose.
 void find_frames(const Experiment& in_units, LogConventions* out) {
   out->frames = floating::find_sensor_frames(in_units);

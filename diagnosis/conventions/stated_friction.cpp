@@ -167,10 +167,7 @@ void add_refuted_friction(const Experiment& e, const std::vector<RefutedFriction
                                  ": it was taken out, also for the errors called nominal, and of updated/robot.urdf");
     reports->series["notes"].push_back(report["warnings"].back());
   }
-  if (report["verdict"] == get_verdict_name(Verdict::kNoMismatch))
-    report["verdict"] = get_verdict_name(Verdict::kMostlyExplained);
-  if (report["verdict"] == get_verdict_name(Verdict::kUnexplained))
-    report["verdict"] = get_verdict_name(Verdict::kPartlyExplained);
+  add_to_verdict(&report);
 }
 
 }  // namespace hrp::diagnosis

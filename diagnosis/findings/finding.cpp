@@ -160,6 +160,14 @@ Verdict find_verdict(const Evidence& e) {
   return e.explained > 0.0 && e.explained >= kMostly * ceiling ? Verdict::kMostlyExplained : Verdict::kPartlyExplained;
 }
 
+void add_to_verdict(nlohmann::ordered_json* report) {
+  nlohmann::ordered_json& verdict = (*report)["verdict"];
+  if (verdict == get_verdict_name(Verdict::kNoMismatch))
+    verdict = get_verdict_name(Verdict::kExplained);
+  else if (verdict == get_verdict_name(Verdict::kUnexplained))
+    verdict = get_verdict_name(Verdict::kPartlyExplained);
+}
+
 nlohmann::ordered_json make_fit(const Fit& fit) {
   Json signals = Json::object();
   for (const SignalFit& s : fit.signals) {

@@ -154,6 +154,11 @@ Verdict find_verdict(const Evidence& evidence);
 // The same of a search for single effects.
 Verdict find_verdict(bool mismatch, bool explained, bool partly);
 
+// Adds to the verdict of a report that a log or a model was put right before. In converted recordings nothing was
+// missing, or something that has no name: with what counts otherwise, the recordings are explained down to their noise,
+// or partly.
+void add_to_verdict(nlohmann::ordered_json* report);
+
 // The report (report.json, schema 2). Findings must be sorted.
 nlohmann::ordered_json make_report(const Evidence& evidence);
 nlohmann::ordered_json make_alternatives(const std::vector<Alternative>& alternatives);

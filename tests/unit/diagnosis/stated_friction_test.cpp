@@ -60,6 +60,7 @@ TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
   const Reports reports = diagnose_recordings(
       e, {1, 1.0}, [](const std::string&) {}, [](const Reports&) {});
   ASSERT_EQ(reports.report["findings"].size(), 2u) << reports.report["findings"].dump(1);
+  EXPECT_EQ(reports.report["verdict"], "explained") << "without it, noise is left";
   for (const Json& f : reports.report["findings"]) {
     EXPECT_EQ(f["effect"], "viscous_friction");
     EXPECT_EQ(f["replaces"], 0.5);
