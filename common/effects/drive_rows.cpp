@@ -18,15 +18,12 @@ EffectInfo make_torque_constant() {
                             "the true torque is a fixed multiple of the logged effort",
                             {P("scale", "1").as_factor().bounds(0, 10).search(0.05, 5).size(0.02)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->torque_scale *= p[0]; };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.effort; },
-                [](const double* x, const double*, double* p) {
-                  p[0] = 1.0 - x[0];
-                  return x[0] < 0.95 && x[0] > -4.0;
-                }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.effort; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = 1.0 - x[0];
+    return x[0] < 0.95 && x[0] > -4.0;
+  };
   row.linear = true;
   return row;
 }
@@ -92,12 +89,9 @@ EffectInfo make_constant_torque() {
       make_row(EffectId::kNamed, "constant_torque", PlaceKind::kJoint, EffectFamily::kZero,
                "a constant torque acts against the positive direction", {P("torque", "N m").absent_at(0).size(0.1)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->terms.push_back({&take_constant, {p[0], 0.0}}); };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample&, const double*, double* c) { c[0] = 1.0; },
-                [](const double* x, const double*, double* p) { return p[0] = x[0], true; }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample&, const double*, double* c) { c[0] = 1.0; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], true; };
   row.linear = true;
   return row;
 }
@@ -108,12 +102,9 @@ EffectInfo make_lag() {
                "the drive's torque lags behind its command",
                {P("time_constant", "s").absent_at(0).bounds(0, 1).size(0.002).starts({0.3, 1}, {0.003, 0.01})});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag += p[0]; };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; },
-                [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; };
   row.linear = true;
   return row;
 }

@@ -32,8 +32,9 @@ EffectInfo make_viscous() {
                             "viscous friction brakes in proportion to speed",
                             {P("coefficient", "N m s/rad").absent_at(0).bounds(0, kUnbounded).size(0.1)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->viscous += p[0]; };
-  row.torque = {
-      1, {}, false, false, [](const JointSample& s, const double*, double* c) { c[0] = s.v; }, &take_positive};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.v; };
+  row.torque.make_parameters = &take_positive;
   row.linear = true;
   return row;
 }
@@ -49,15 +50,12 @@ EffectInfo make_coulomb() {
     at.joint->asymmetry += p[1];
     set_presliding(p[2], at.joint);
   };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.direction; },
-                [](const double* x, const double*, double* p) {
-                  p[0] = x[0], p[1] = 0.0, p[2] = kPresliding;
-                  return x[0] > 0.0;
-                }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.direction; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0], p[1] = 0.0, p[2] = kPresliding;
+    return x[0] > 0.0;
+  };
   row.linear = row.dry = row.sticks = true, row.smooth = false;
   return row;
 }
@@ -114,15 +112,14 @@ EffectInfo make_load_friction() {
     at.joint->load_ratio += p[0];
     set_presliding(p[1], at.joint);
   };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.direction * std::abs(s.effort); },
-                [](const double* x, const double*, double* p) {
-                  p[0] = x[0], p[1] = kPresliding;
-                  return x[0] > 0.0;
-                }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) {
+    c[0] = s.direction * std::abs(s.effort);
+  };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0], p[1] = kPresliding;
+    return x[0] > 0.0;
+  };
   row.linear = row.sticks = true, row.smooth = false;
   return row;
 }

@@ -31,12 +31,9 @@ EffectInfo make_rotor() {
                             EffectFamily::kReflectedInertia, "the rotor's reflected inertia is missing",
                             {P("inertia", "kg m^2").absent_at(0).bounds(0, kUnbounded).size(0.01)});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->motor_inertia += p[0]; };
-  row.torque = {1,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.a; },
-                [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }};
+  row.torque.num_columns = 1;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.a; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; };
   row.linear = true, row.rotor = 0;
   return row;
 }
@@ -128,15 +125,12 @@ EffectInfo make_spring() {
     if (k > 0.0) laws.spring_rest = (laws.spring_stiffness * laws.spring_rest + p[0] * p[1]) / k;
     laws.spring_stiffness = k;
   };
-  row.torque = {2,
-                {},
-                false,
-                false,
-                [](const JointSample& s, const double*, double* c) { c[0] = s.q, c[1] = 1.0; },
-                [](const double* x, const double*, double* p) {
-                  p[0] = x[0], p[1] = -x[1] / x[0];
-                  return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
-                }};
+  row.torque.num_columns = 2;
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.q, c[1] = 1.0; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0], p[1] = -x[1] / x[0];
+    return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
+  };
   row.linear = true;
   // A spring's pull is stiffness times position less a constant.
   row.probe.list = [](double k) { return std::vector<std::vector<double>>{{k, 0.0}, {k, kProbedRest}}; };
