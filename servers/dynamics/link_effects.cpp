@@ -7,9 +7,10 @@
 namespace hrp {
 namespace {
 
+// Places at a moving link are in its own axes, also where those of a foot are not its file's.
 int find_moving_link(const TreeSpec& tree, const std::string& name, Transform* X_LF) {
-  const int frame = tree.find_frame(name);
-  if (frame < 0) return tree.find_link(name);
+  const int frame = tree.find_frame(name), own = tree.find_link(name);
+  if (frame < 0 || own >= 0) return own;
   *X_LF = tree.frames[static_cast<size_t>(frame)].X_LF;
   return tree.frames[static_cast<size_t>(frame)].link;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -12,6 +13,7 @@
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
 #include "servers/model_parser/robot_loader.h"
+#include "servers/model_parser/upright_feet.h"
 #include "servers/model_parser/urdf_model.h"
 
 namespace hrp {
@@ -35,6 +37,7 @@ class TreeBuilder {
   void place_links();
   void place(const JointScan& joint);
   JointSpec make_joint(const JointScan& joint, const urdf::Joint& parsed, const Place& parent);
+  Transform stand_up(const std::string& link, JointSpec* joint) const;
   void lump(const std::string& name, const Place& place);
   void sum_fixed();
   LinkInertia read_inertia(const LinkScan& link);
@@ -57,6 +60,7 @@ class TreeBuilder {
   std::unordered_map<std::string, Place> places_;
   std::vector<std::string> placed_;                     // links, parents first
   std::unordered_map<std::string, LinkInertia> fixed_;  // of a link and what is fixed to it, in the link's axes
+  std::map<std::string, Matrix3d> upright_;  // R_CL of moving links that are feet and whose z axis does not point up
 };
 
 void TreeBuilder::add(int line, const std::string& field, const std::string& message, bool is_error) {
@@ -139,6 +143,15 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   return spec;
 }
 
+// Turns the axes of a foot that moves by `joint` until z points up. Returns the pose of the URDF link in these axes.
+Transform TreeBuilder::stand_up(const std::string& link, JointSpec* joint) const {
+  const auto up = upright_.find(link);
+  if (up == upright_.end()) return Transform();
+  const Matrix3d& R_CL = up->second;
+  joint->X_PF.R = joint->X_PF.R * R_CL, joint->axis_F = R_CL.transpose() * joint->axis_F;
+  return {R_CL.transpose(), Vector3d::Zero()};
+}
+
 void TreeBuilder::place(const JointScan& joint) {
   const urdf::JointConstSharedPtr parsed = model_.getJoint(joint.name);
   Place place = places_.at(joint.parent);
@@ -151,7 +164,8 @@ void TreeBuilder::place(const JointScan& joint) {
     link.parent = place.link;
     link.joint = make_joint(joint, *parsed, place);
     robot_.tree.links.push_back(link);
-    place = {static_cast<int>(robot_.tree.links.size()) - 1, Transform(), is_foot(joint.child)};
+    place = {static_cast<int>(robot_.tree.links.size()) - 1, stand_up(joint.child, &robot_.tree.links.back().joint),
+             is_foot(joint.child)};
   }
   lump(joint.child, place);
 }
@@ -321,6 +335,7 @@ void TreeBuilder::build() {
   robot_.tree.name = model_.getName();
   robot_.tree.floating_base = scenario_.floating_base;
   index_links();
+  upright_ = find_upright_feet(model_, scan_, scenario_);
   place_links();
   sum_fixed();
   for (const LinkScan& link : scan_.links) {

@@ -336,5 +336,71 @@ TEST(InertiaCheck, RepairGivesTheNearestPhysicalMoments) {
   EXPECT_NEAR(repaired.I_LLcm_L(2, 2), 0.3, 1e-12) << "the largest moment stays";
 }
 
+// Two legs, one with the axes of its foot upright and one with its x axis up, as CAD or Denavit and Hartenberg leave
+// them.
+std::string make_two_legs() {
+  const std::string box = "<collision><origin xyz='X'/><geometry><box size='Y'/></geometry></collision>";
+  const auto fill = [&](std::string text, const std::string& at, const std::string& size) {
+    return text.replace(text.find('X'), 1, at).replace(text.find('Y'), 1, size);
+  };
+  const std::string limit = "<limit lower='-1' upper='1' effort='1' velocity='1'/>";
+  return make_link("trunk") + make_link("a_foot", kInertia + fill(box, "0.03 0 -0.04", "0.2 0.1 0.02")) +
+         make_joint("a", "revolute", "trunk", "a_foot", "<origin xyz='0 0.1 -0.8'/><axis xyz='0 1 0'/>" + limit) +
+         make_link("b_foot", kInertia + fill(box, "-0.04 0 -0.03", "0.02 0.1 0.2")) + make_link("b_cell") +
+         make_joint("b", "revolute", "trunk", "b_foot",
+                    "<origin xyz='0 -0.1 -0.8' rpy='0 -1.5707963267948966 0'/><axis xyz='0 1 0'/>" + limit) +
+         make_joint("cell", "fixed", "b_foot", "b_cell", "<origin xyz='-0.02 0 0'/>");
+}
+
+TEST(RobotLoader, AFootOnlyTurnsItsAxesSoThatZPointsUp) {
+  const std::string feet = "feet: [a_foot, b_foot]\n";
+  const RobotDescription robot =
+      parse_robot("<robot name='r'>" + make_two_legs() + "</robot>", "r.urdf", make_scenario(feet));
+  const RobotDescription as_drawn =
+      parse_robot("<robot name='r'>" + make_two_legs() + "</robot>", "r.urdf", make_scenario("feet: [a_foot]\n"));
+  const int foot = robot.tree.find_link("b_foot"), cell = robot.tree.find_frame("b_cell");
+  ASSERT_GT(foot, 0);
+  for (const double q : {0.0, 0.3, -0.7}) {
+    const auto place = [&](const RobotDescription& r) -> Transform {
+      const JointSpec& joint = r.tree.links[static_cast<size_t>(foot)].joint;
+      return {joint.X_PF.R * Eigen::AngleAxisd(q, joint.axis_F).toRotationMatrix(), joint.X_PF.p};
+    };
+    if (q == 0.0) {
+      EXPECT_LT((place(robot).R - Matrix3d::Identity()).norm(), 1e-12) << "z is up, x ahead";
+    }
+    // Its shapes, its masses and what is fixed to it stay where the file has them.
+    const auto expect_same = [&](const Transform& ours, const Transform& theirs) {
+      EXPECT_LT(((place(robot) * ours).p - (place(as_drawn) * theirs).p).norm(), 1e-12);
+      EXPECT_LT(((place(robot) * ours).R - (place(as_drawn) * theirs).R).norm(), 1e-12);
+    };
+    for (size_t i = 0; i < robot.shapes.size(); ++i) {
+      if (robot.shapes[i].link == foot) expect_same(robot.shapes[i].X_LG, as_drawn.shapes[i].X_LG);
+    }
+    expect_same(robot.tree.frames[static_cast<size_t>(cell)].X_LF,
+                as_drawn.tree.frames[static_cast<size_t>(cell)].X_LF);
+    const auto inertia = [&](const RobotDescription& r) -> Matrix3d {
+      const Matrix3d R = place(r).R;
+      return R * r.tree.links[static_cast<size_t>(foot)].inertia.I_LLcm_L * R.transpose();
+    };
+    EXPECT_LT((inertia(robot) - inertia(as_drawn)).norm(), 1e-12);
+  }
+  const int upright = robot.tree.find_link("a_foot");
+  EXPECT_EQ(robot.tree.links[static_cast<size_t>(upright)].joint.X_PF.R, Matrix3d::Identity());
+}
+
+// A base whose z axis lies level says nothing of where up is.
+TEST(RobotLoader, FeetKeepTheirAxesWhereTheBaseDoesNotTellUp) {
+  const std::string body =
+      make_link("trunk") +
+      make_link("foot", std::string(kInertia) + "<collision><geometry><sphere radius='0.1'/></geometry></collision>") +
+      make_joint("j", "revolute", "trunk", "foot",
+                 "<origin xyz='-0.8 0 0' rpy='0 1.5707963267948966 0'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' "
+                 "effort='1' velocity='1'/>");
+  const RobotDescription robot =
+      parse_robot("<robot name='r'>" + body + "</robot>", "r.urdf", make_scenario("feet: [foot]\n"));
+  EXPECT_EQ(robot.tree.links[1].joint.axis_F, Vector3d::UnitY());
+  EXPECT_TRUE(robot.tree.frames[1].X_LF.R.isIdentity(0.0));
+}
+
 }  // namespace
 }  // namespace hrp
