@@ -123,12 +123,18 @@ JointSpec TreeBuilder::make_joint(const JointScan& joint, const urdf::Joint& par
   spec.axis_F = make_vector(parsed.axis).normalized();
   spec.rotor_inertia = joint.rotor_inertia;
   spec.spring = joint.spring;
-  if (parsed.limits) {
+  // Exporters write zeros where they know no limit. A joint that is locked by its limits still has a drive, or a speed.
+  const bool unknown = parsed.limits && parsed.limits->lower == 0.0 && parsed.limits->upper == 0.0 &&
+                       parsed.limits->effort == 0.0 && parsed.limits->velocity == 0.0;
+  if (unknown && joint.type != "continuous")
+    add(joint.line, "joint '" + joint.name + "' <limit>",
+        "has zeros only, as exporters write where they know none; taken as without limits", false);
+  if (parsed.limits && !unknown) {
     if (joint.type != "continuous") {
       spec.lower = parsed.limits->lower;
       spec.upper = parsed.limits->upper;
     }
-    // Exporters write 0 where they know no limit; a drive that can do nothing is said by <unactuated/>.
+    // A drive that can do nothing is said by <unactuated/>.
     if (parsed.limits->effort > 0.0) spec.effort_limit = parsed.limits->effort;
     if (parsed.limits->velocity > 0.0) spec.velocity_limit = parsed.limits->velocity;
   }

@@ -336,6 +336,22 @@ TEST(InertiaCheck, RepairGivesTheNearestPhysicalMoments) {
   EXPECT_NEAR(repaired.I_LLcm_L(2, 2), 0.3, 1e-12) << "the largest moment stays";
 }
 
+TEST(RobotLoader, LimitsOfZerosOnlyAreThoseOfAnExporterThatKnewNone) {
+  const auto load = [](const std::string& limit) {
+    return parse_robot("<robot name='r'>" + make_link("a") + make_link("b") +
+                           make_joint("j", "revolute", "a", "b", limit) + "</robot>",
+                       "r.urdf", make_scenario());
+  };
+  const RobotDescription unknown = load("<limit lower='0' upper='0' effort='0' velocity='0'/>");
+  EXPECT_EQ(unknown.tree.joint(0).upper, std::numeric_limits<double>::infinity());
+  ASSERT_EQ(unknown.warnings.size(), 1u);
+  EXPECT_THAT(unknown.warnings[0], HasSubstr("joint 'j' <limit>: has zeros only"));
+  const RobotDescription locked = load("<limit lower='0' upper='0' effort='5' velocity='1'/>");
+  EXPECT_EQ(locked.tree.joint(0).upper, 0.0);
+  EXPECT_EQ(locked.tree.joint(0).effort_limit, 5.0);
+  EXPECT_TRUE(locked.warnings.empty());
+}
+
 // Two legs, one with the axes of its foot upright and one with its x axis up, as CAD or Denavit and Hartenberg leave
 // them.
 std::string make_two_legs() {
