@@ -5,6 +5,7 @@
 #include <cctype>
 #include <map>
 #include <set>
+#include <tuple>
 
 namespace hrp::diagnosis {
 namespace {
@@ -101,6 +102,60 @@ int take_joint(const std::vector<std::string>& joints, std::vector<std::string>*
   return best;
 }
 
+// Of the words of a column that name no quantity, and no unit.
+std::vector<std::string> list_other_words(const std::string& column) {
+  std::vector<std::string> words = split_words(column);
+  words.erase(
+      std::remove_if(words.begin(), words.end(), [](const std::string& w) { return list_words().count(w) > 0; }),
+      words.end());
+  return words;
+}
+
+// "fl sh" of "fl shoulder joint": each word begins the joint's own one.
+bool is_short_for(const std::vector<std::string>& words, const std::string& joint) {
+  std::vector<std::string> name = split_words(joint);
+  if (name.size() > 1 && name.back() == "joint") name.pop_back();
+  const auto begins = [](const std::string& word, const std::string& whole) {
+    return is_number(word) ? word == whole : whole.compare(0, word.size(), word) == 0;
+  };
+  return words.size() == name.size() && std::equal(words.begin(), words.end(), name.begin(), begins);
+}
+
+// The joint that the words may be short for; -1: none, or more than one.
+int find_short_name(const std::vector<std::string>& words, const std::vector<std::string>& joints) {
+  int found = -1;
+  for (size_t j = 0; j < joints.size(); ++j) {
+    if (!is_short_for(words, joints[j])) continue;
+    if (found >= 0) return -1;
+    found = static_cast<int>(j);
+  }
+  return found;
+}
+
+// Columns of one quantity whose names, if short, tell a joint each: one such name may fit by chance.
+void take_short_names(const std::vector<std::string>& columns, const std::vector<std::string>& joints,
+                      std::vector<ColumnMeaning>* meanings) {
+  struct Group {
+    std::map<size_t, int> joint;  // by column
+    std::set<int> told;           // joints, also those that other columns name in full
+    size_t columns = 0;
+  };
+  std::map<std::tuple<ColumnKind, EffortOf, bool>, Group> groups;
+  for (size_t i = 0; i < columns.size(); ++i) {
+    const ColumnMeaning& m = (*meanings)[i];
+    if (m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;
+    Group& group = groups[{m.kind, m.of, m.command}];
+    const int joint = m.joint >= 0 ? m.joint : find_short_name(list_other_words(columns[i]), joints);
+    if (m.joint < 0) group.joint[i] = joint;
+    if (joint >= 0) group.told.insert(joint);
+    ++group.columns;
+  }
+  for (const auto& [quantity, group] : groups) {
+    if (group.joint.size() < 2 || group.told.size() != group.columns) continue;
+    for (const auto& [column, joint] : group.joint) (*meanings)[column].joint = joint, (*meanings)[column].index = -1;
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> split_words(const std::string& text) {
@@ -175,6 +230,7 @@ std::vector<ColumnMeaning> find_meanings(const std::vector<std::string>& columns
       if (alone) meanings[i].joint = 0;
     }
   }
+  take_short_names(columns, joints, &meanings);
   return meanings;
 }
 

@@ -109,16 +109,18 @@ class DraftWriter {
 
   void ask(const std::string& what) { draft_.asked.push_back(what); }
 
-  // A robot that carries an inertial sensor on a root with a mass moves as a whole. A root that is the world has none.
-  bool floats() const { return imu_ && tree_.links[0].inertia.mass > 0.0; }
+  // A robot that carries an inertial sensor, or forces under feet, moves as a whole. A root that is the world has no
+  // mass.
+  bool floats() const { return (imu_ || stands_) && tree_.links[0].inertia.mass > 0.0; }
 
   std::string make_head() const {
     std::string base = "base: fixed        # (?) or floating, for a robot on its feet\n";
     if (floats()) {
-      base =
-          "base: floating     # (?) as the log has an inertial sensor; fixed, for a robot that is bolted down\n"
-          "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" +
-          join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+      base = "base: floating     # (?) as the log has " +
+             std::string(imu_ ? "an inertial sensor" : "forces under feet") +
+             "; fixed, for a robot that is bolted down\n"
+             "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" +
+             join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
     }
     return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " +
            quote_name(name_from_folder(robot_)) + "\n" + base;
@@ -205,7 +207,11 @@ class DraftWriter {
   }
 
   void write_feet(std::ostringstream* columns) {
-    for (const FootColumn& found : floats() ? find_foot_columns(log_.names, tree_) : std::vector<FootColumn>{}) {
+    const std::vector<FootColumn> forces = find_foot_columns(log_.names, tree_);
+    // Two feet: one may be a hopper's on a rail.
+    stands_ = std::any_of(forces.begin(), forces.end(),
+                          [&](const FootColumn& f) { return f.foot && forces[0].foot && f.link != forces[0].link; });
+    for (const FootColumn& found : floats() ? forces : std::vector<FootColumn>{}) {
       if (used_[found.column]) continue;
       *columns << "  /wrench/" << found.link << "/force/" << found.axis << ": " << find_place(found.column) << "\n";
       used_[found.column] = true, upright_ = upright_ && found.axis == "z";
@@ -400,8 +406,11 @@ class DraftWriter {
     }
   }
 
-  // "; the rate of column 3": both ends of each derivative.
+  // "; the rate of column 3": both ends of each derivative. Of names that say another quantity, only the gait is the
+  // same.
   std::string find_relation(size_t column) const {
+    const ColumnKind kind = column < meanings_.size() ? meanings_[column].kind : ColumnKind::kNone;
+    if (kind != ColumnKind::kNone && kind != ColumnKind::kVelocity) return "";
     for (size_t other = 0; other < log_.count && time_ >= 0; ++other) {
       if (other == column || static_cast<int>(other) == time_) continue;
       if (calc_rate_correlation(this->column(other), this->column(column), time()) > 0.9)
@@ -424,6 +433,7 @@ class DraftWriter {
   std::vector<std::string> feet_;  // links with a sensor of force
   bool upright_ = true;            // they have one force each
   bool imu_ = false;               // the log has an inertial sensor
+  bool stands_ = false;            // it has forces under two feet
   int time_ = -1;
   double time_scale_ = 1.0;  // of its column, to seconds
   std::ostringstream out_;

@@ -105,6 +105,21 @@ TEST(ColumnNames, AJointsNameAloneIsItsPosition) {
   EXPECT_EQ(load.kind, ColumnKind::kNone);
 }
 
+TEST(ColumnNames, ThatAreShortForAllJointsTellThem) {
+  const std::vector<std::string> joints{"fl_shoulder_joint", "fl_thigh_joint", "fr_shoulder_joint", "fr_thigh_joint"};
+  const std::vector<ColumnMeaning> m = find_meanings(
+      {"pos_fl_sh", "pos_fl_th", "pos_fr_sh", "pos_fr_th", "load_fr_th", "cmd_pos_fl_th", "cmd_pos_fl_sh"}, joints);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(m[static_cast<size_t>(i)].joint, i);
+  EXPECT_EQ(m[4].joint, -1) << "a single one may fit by chance";
+  EXPECT_EQ(m[5].joint, 1);
+  EXPECT_EQ(m[6].joint, 0);
+  // A letter that begins two names tells neither, and then the others may be of other joints, too.
+  const std::vector<ColumnMeaning> unclear =
+      find_meanings({"pos_fl_s", "pos_fl_t"}, {"fl_shoulder", "fl_shin", "fl_thigh"});
+  EXPECT_EQ(unclear[0].joint, -1);
+  EXPECT_EQ(unclear[1].joint, -1);
+}
+
 TEST(ColumnNames, TheLongestNameOfAJointCounts) {
   const std::vector<std::string> joints{"hip_yaw", "left_hip_yaw"};
   EXPECT_EQ(find_meaning("left_hip_yaw_pos", joints).joint, 1);
@@ -377,7 +392,8 @@ TEST_F(Drafts, OfARobotWithAnInertialSensorOnItsBodyFloat) {
         "0\"/><limit lower=\"-3\" upper=\"3\" effort=\"10\" velocity=\"10\"/></joint></robot>");
   std::string rows = "time,knee_pos,knee_torque,gyro_x,gyro_y,gyro_z,acc_x,acc_y,acc_z\n";
   for (int k = 0; k < 300; ++k)
-    rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",1,0,0,0,0,0,9.81\n";
+    rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",1,0,0,0,0,0,9.8" +
+            std::to_string(k % 3) + "\n";
   write("log.csv", rows);
   const Draft draft = make_draft(path("leg.urdf"), {path("log.csv")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("base: floating"));
@@ -409,13 +425,49 @@ TEST_F(Drafts, OfForcesUnderFeetNameTheFeet) {
   std::string rows =
       "time,JointPosLeft_knee,JointPosRight_knee,BaseAx,BaseAy,BaseAz,BaseWx,BaseWy,BaseWz,Left_Force,right_foot_fz\n";
   for (int k = 0; k < 300; ++k)
-    rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",0.1,0,0,9.81,0,0,0,15,14\n";
+    rows += std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",0.1,0,0,9.81,0,0,0,15,1" +
+            std::to_string(k % 3) + "\n";
   write("walk.csv", rows);
   const Draft draft = make_draft(path("biped.urdf"), {path("walk.csv"), path("walk.csv")}, folder_.string());
   EXPECT_THAT(draft.text, HasSubstr("feet: [left_foot, right_foot]"));
   EXPECT_THAT(draft.text, HasSubstr("drive: motion"));
   write("experiment.yaml", draft.text);
   EXPECT_TRUE(load_experiment(path("experiment.yaml")).recordings[0].has("/wrench/right_foot/force/z")) << draft.text;
+}
+
+// As a humanoid with pressure cells logs a squat: no inertial sensor, and the model writes its sides as letters.
+TEST_F(Drafts, OfForcesUnderTwoFeetFloatWithoutAnInertialSensor) {
+  const std::string mass =
+      "<inertial><mass value=\"1\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" "
+      "iyz=\"0\"/></inertial></link>";
+  std::string urdf = "<robot name=\"biped\"><link name=\"trunk\">" + mass;
+  for (const std::string side : {"L", "R"}) {
+    urdf += "<link name=\"" + side + "_SHIN\">" + mass + "<link name=\"" + side + "_FOOT\">" + mass + "<link name=\"" +
+            side + "_SOLE\">" + mass + "<joint name=\"" + side +
+            "_KNEE\" type=\"revolute\"><parent link=\"trunk\"/><child link=\"" + side +
+            "_SHIN\"/><axis xyz=\"0 1 0\"/><limit lower=\"-3\" upper=\"3\" effort=\"10\" velocity=\"10\"/></joint>";
+    for (const std::string end : {"FOOT", "SOLE"})
+      urdf += "<joint name=\"" + side + end + "\" type=\"fixed\"><parent link=\"" + side + "_SHIN\"/><child link=\"" +
+              side + "_" + end + "\"/></joint>";
+  }
+  write("biped.urdf", urdf + "</robot>");
+  std::string rows = "time,R_KNEE,L_KNEE,right_foot_fz,left_foot_fz\n",
+              fingers = "time,R_KNEE,L_KNEE,right_finger_fz,left_finger_fz\n";
+  for (int k = 0; k < 300; ++k) {
+    const std::string row = std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",0.1,1" +
+                            std::to_string(k % 3) + ",14\n";
+    rows += row, fingers += row;
+  }
+  write("squat.csv", rows);
+  const Draft draft = make_draft(path("biped.urdf"), {path("squat.csv"), path("squat.csv")}, folder_.string());
+  EXPECT_THAT(draft.text, HasSubstr("base: floating     # (?) as the log has forces under feet"));
+  EXPECT_THAT(draft.text, HasSubstr("feet: [R_FOOT, L_FOOT]"));
+  EXPECT_THAT(draft.text, HasSubstr("drive: motion"));
+  write("experiment.yaml", draft.text);
+  EXPECT_TRUE(load_experiment(path("experiment.yaml")).recordings[0].has("/wrench/R_FOOT/force/z")) << draft.text;
+  write("grip.csv", fingers);
+  EXPECT_THAT(make_draft(path("biped.urdf"), {path("grip.csv"), path("grip.csv")}, folder_.string()).text,
+              HasSubstr("base: fixed"));
 }
 
 TEST_F(Drafts, OfARobotWithoutJointsAreRefused) {
