@@ -289,6 +289,25 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
   }
 }
 
+// Drops a sensor of the body that repeats one reading throughout although the joints move. Logs of dead ones look like
+// that: it would turn at one rate all the time. Zeros of a force are those of a foot in the air.
+void drop_still_sensor(Experiment* e, Recording* r, const std::string& name, bool zeros) {
+  constexpr double kMoves = 0.02;  // [rad or m] as of commands
+  double travel = 0.0;
+  for (const JointColumns& joint : r->joints) travel = std::max(travel, calc_range(joint.signal[0]));
+  std::vector<std::string> columns;
+  bool still = travel > kMoves, zero = true;
+  for (const auto& [column, values] : r->other) {
+    if (column.compare(0, name.size() + 1, name + "/") != 0) continue;
+    columns.push_back(column);
+    still = still && is_still(values), zero = zero && find_largest(values) == 0.0;
+  }
+  if (columns.empty() || !still || (zero && !zeros)) return;
+  e->warnings.push_back(r->spec.name + ": " + name + " never changes although the joints move: taken as not recorded" +
+                        (e->recordings.size() > 1 ? ", also in the other recordings" : ""));
+  for (const std::string& column : columns) r->other.erase(column);
+}
+
 void check_commands(const Experiment& e, const Recording& r, int j) {
   const JointSpec& spec = e.robot.tree.joint(j);
   if (e.scenario.drive != "servo" || e.scenario.floating_base || !spec.actuated) return;
@@ -345,6 +364,10 @@ void check_plausibility(Experiment* e) {
       check_commanded_limits(e, r, j);
     }
     drop_still_attitudes(e, &r);
+    if (!e->scenario.floating_base) continue;
+    for (const ImuSpec& imu : e->scenario.sensors.imus) drop_still_sensor(e, &r, "/imu/" + imu.name, true);
+    for (const WrenchSpec& wrench : e->scenario.sensors.wrenches)
+      drop_still_sensor(e, &r, "/wrench/" + wrench.name, false);
   }
 }
 

@@ -145,6 +145,42 @@ TEST(Suspicions, AnAttitudeOfZerosWasNotEstimated) {
   EXPECT_FALSE(e.recordings[0].has("/imu/trunk/orientation/x"));
 }
 
+// A robot whose knee moves by `swing` [rad] beside a body sensor that reads `value` all the time.
+Experiment check_still_sensors(double swing, double value) {
+  Experiment e;
+  e.robot.tree.links.resize(2);
+  e.robot.tree.links[1].joint.name = "knee";
+  e.scenario.floating_base = true;
+  e.scenario.sensors.imus.resize(1);
+  e.scenario.sensors.imus[0].name = "trunk";
+  e.scenario.sensors.wrenches.resize(1);
+  e.scenario.sensors.wrenches[0].name = "foot";
+  Recording& r = e.recordings.emplace_back();
+  r.spec.name = "a.csv";
+  r.joints.resize(1);
+  for (int k = 0; k < 500; ++k) {
+    r.time.push_back(0.005 * k);
+    r.joints[0].signal[0].push_back(swing * std::sin(5.0 * r.time.back()));
+    for (const char* column :
+         {"/imu/trunk/angular_velocity/x", "/imu/trunk/linear_acceleration/z", "/wrench/foot/force/z"})
+      r.other[column].push_back(value);
+  }
+  check_plausibility(&e);
+  return e;
+}
+
+TEST(Suspicions, SensorsOfTheBodyThatStayWhileItsJointsMoveWereNotRead) {
+  const Experiment dead = check_still_sensors(0.2, 2.06);
+  EXPECT_THAT(dead.warnings, testing::ElementsAre(
+                                 "a.csv: /imu/trunk never changes although the joints move: taken as not recorded",
+                                 "a.csv: /wrench/foot never changes although the joints move: taken as not recorded"));
+  EXPECT_TRUE(dead.recordings[0].other.empty());
+  const Experiment air = check_still_sensors(0.2, 0.0);
+  EXPECT_FALSE(air.recordings[0].has("/imu/trunk/angular_velocity/x"));
+  EXPECT_TRUE(air.recordings[0].has("/wrench/foot/force/z")) << "zeros of a force are those of a foot in the air";
+  EXPECT_EQ(check_still_sensors(0.001, 2.06).recordings[0].other.size(), 3u) << "nothing moves";
+}
+
 TEST(Noise, IsFoundUnderASmoothMotion) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal(0.0, 0.003);
