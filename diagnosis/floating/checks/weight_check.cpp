@@ -303,26 +303,44 @@ class WeightChecker {
     for (const auto& [r, one] : normal) {
       if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
     }
-    const double common = b.sum() / A.sum(), prior = find_prior(readings, needed, common);
+    const double common = b.sum() / A.sum(), left = find_left(readings, needed, common),
+                 prior = left / std::pow(kMuch * common, 2);
+    const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
     const auto solve = [&](const Eigen::MatrixXd& G, const Eigen::VectorXd& h) -> Eigen::VectorXd {
-      const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
       return (G + prior * one).ldlt().solve(h + Eigen::VectorXd::Constant(n, prior * common));
     };
-    for (const auto& [r, one] : normal) each.push_back(solve(one.first, one.second));
+    for (const auto& [r, sums] : normal) each.push_back(solve(sums.first, sums.second));
     const Eigen::VectorXd x = solve(A, b);
-    for (int s = 0; s < n; ++s) add_unit(s, x(s), each);
+    // Recordings that agree by chance, or one alone, know no scale better than its rows do.
+    const Eigen::VectorXd least = (left * (A + prior * one).inverse().diagonal()).cwiseSqrt();
+    double more = 0;
+    Eigen::VectorXd lowest = readings[0];
+    for (size_t i = 0; i < needed.size(); ++i) {
+      more += (readings[i].sum() - needed[i]) / static_cast<double>(needed.size()) / static_cast<double>(n);
+      lowest = lowest.cwiseMin(readings[i]);
+    }
+    // The ground pulls at no foot.
+    const bool zeros = lowest.minCoeff() > more;
+    for (int s = 0; s < n; ++s)
+      add_unit(s, x(s), std::max(least(s), find_spread(each, s, x(s))), zeros ? &more : nullptr);
     add_unit_fit(c, readings, needed, x);
     out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
   }
 
-  // Weight of one scale for all sensors against what rows tell of each: feet of a trot bear in pairs, so that rows tell
-  // little of one foot. The errors of a block are one.
-  static double find_prior(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed,
-                           double common) {
+  // Squares that one scale for all sensors leaves in a block, whose rows have one error. Feet of a trot bear in pairs,
+  // so that rows tell little of one foot: against these squares, a common scale weighs.
+  static double find_left(const std::vector<Eigen::VectorXd>& readings, const std::vector<double>& needed,
+                          double common) {
     double left = 0;
     for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
-    left /= std::max(1.0, static_cast<double>(needed.size()));
-    return kRowsOfBlock * left / std::pow(kMuch * common, 2);
+    return kRowsOfBlock * left / std::max(1.0, static_cast<double>(needed.size()));
+  }
+
+  // Of one sensor's scale, by recordings.
+  static double find_spread(const std::vector<Eigen::VectorXd>& each, int sensor, double value) {
+    double spread = 0;
+    for (const Eigen::VectorXd& e : each) spread += std::pow(e(sensor) - value, 2) / static_cast<double>(each.size());
+    return std::sqrt(spread);
   }
 
   // What scales and zeros leave of the weight that the motion asks for.
@@ -341,21 +359,28 @@ class WeightChecker {
     fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
   }
 
-  void add_unit(int s, double per_unit, const std::vector<Eigen::VectorXd>& each) {
+  // `more`: [N] what each sensor reads beyond what it has to bear, if its unit is that of force after all. Null: it is
+  // not.
+  void add_unit(int s, double per_unit, double spread, const double* more) {
     const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
-    double spread = 0;
-    for (const Eigen::VectorXd& e : each) spread += std::pow(e(s) - per_unit, 2) / static_cast<double>(each.size());
-    spread = std::sqrt(spread);
     const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
     const EffectInfo &scale = laws_.sensor_scale.info(), &bias = laws_.sensor_bias.info();
     Estimate counts = make_value(scale, 1 / per_unit, spread / (per_unit * per_unit));
     counts.unit = "counts/N";
     Finding f = make_finding(scale, {{"sensor", name}}, {counts});
     f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
-    f.statement = name + format(
-                             ": these are no newtons but raw counts: %.4f +- %.4f N a count, and %.1f counts in the "
-                             "air. Scale and zero may differ from foot to foot, and readings may saturate.",
-                             per_unit, 2 * spread, level.air);
+    f.statement = name +
+                  format(": these are no newtons but raw counts: %.4f +- %.4f N a count, ", per_unit, 2 * spread) +
+                  (level.swings ? format("and %.1f counts in the air.", level.air)
+                                : "if nothing is read in the air: no foot leaves the ground.") +
+                  " Scale and zero may differ from foot to foot, and readings may saturate.";
+    if (!level.swings && more) {
+      f.grade = Grade::kAmbiguous;
+      f.alternatives.push_back(make_alternative(
+          bias, f.where, {make_value(bias, *more, std::abs(*more) * spread / per_unit, "N")}, "each foot lifted once"));
+      if (per_unit > 1)
+        f.statement += " Or they are newtons, and something else carries part of the robot: a rope, a hand.";
+    }
     out_.findings.push_back(f);
     if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
     // A foot that hangs on its sensor pulls at it, which is no zero.
