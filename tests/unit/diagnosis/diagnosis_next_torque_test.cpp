@@ -148,11 +148,11 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
   EXPECT_NEAR(calc_width(2.0) / calc_width(0.5), 16.0, 0.1);
 }
 
-// Friction is uneven over a turn, and no more than two of the 6.28 rad can be seen.
+// Friction is uneven over a turn, and no more than two of the 6.28 rad can be seen here.
 TEST(NextByTorque, AMotionThatSeesAThirdOfATurnLeavesMostOfTheDoubtAboutDryFriction) {
   const Experiment e = simulate_arm("next_torque_turn", make_arm_drives());
   NextOptions options = make_options();
-  options.count = 2;
+  options.count = 2, options.limits = {"reach=1"};
   const Next next = propose_by_torque(e, make_open_report(), options, kQuietly);
   ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
