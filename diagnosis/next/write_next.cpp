@@ -43,10 +43,11 @@ Json make_sizes(const Proposal& p, const std::vector<std::string>& joints) {
 
 // By joint that moves: least and largest command [rad or m], the space that has to be free.
 Json make_ranges(const Proposal& p, const std::vector<std::string>& joints) {
+  constexpr double kMoves = 1e-4;  // below it, legs that hold a foot only round
   Json ranges = Json::object();
   for (size_t j = 0; j < p.commands.position.size(); ++j) {
     const auto [low, high] = std::minmax_element(p.commands.position[j].begin(), p.commands.position[j].end());
-    if (*high > *low) ranges[joints[j]] = {round_to(*low, 4), round_to(*high, 4)};
+    if (*high - *low > kMoves) ranges[joints[j]] = {round_to(*low, 4), round_to(*high, 4)};
   }
   return ranges;
 }
