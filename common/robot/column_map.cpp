@@ -10,10 +10,10 @@
 namespace hrp {
 namespace {
 
-// "q_*" for joint "hip" is "q_hip".
+// "q_*" for joint "hip" is "q_hip". A header may have stars itself: without a joint they stay.
 std::string put_joint(const std::string& text, const std::string& joint) {
   const size_t star = text.find('*');
-  return star == std::string::npos ? text : text.substr(0, star) + joint + text.substr(star + 1);
+  return joint.empty() || star == std::string::npos ? text : text.substr(0, star) + joint + text.substr(star + 1);
 }
 
 class ColumnReader {

@@ -8,9 +8,11 @@
 #include <set>
 
 #include "common/base/join_words.h"
+#include "common/base/printable.h"
 #include "common/log/ros_bag.h"
 #include "common/log/ros_types.h"
 #include "diagnosis/data/bag_topics.h"
+#include "diagnosis/draft/quote.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -108,7 +110,7 @@ class BagDrafter {
     }
     char rate[32];
     std::snprintf(rate, sizeof rate, "%.3g Hz", states->rate());
-    out_.text += "  joint_states: " + states->topic->name + "   # " + rate + "\n";
+    out_.text += "  joint_states: " + quote_name(states->topic->name) + "   # " + rate + "\n";
     out_.efforts = states->efforts;
     const std::string of = std::to_string(states->known) + " of " + std::to_string(robot_.num_joints()) + " joints";
     out_.found.push_back("topic " + states->topic->name + ": " + of + "; positions: " + say(states->positions) +
@@ -126,12 +128,12 @@ class BagDrafter {
     out_.commands = true;
     const std::string& name = commands->topic->name;
     if (commands->topic->type != kNumbers) {
-      out_.text += "  joint_commands: " + name + "\n";
+      out_.text += "  joint_commands: " + quote_name(name) + "\n";
       out_.found.push_back("topic " + name + ": commands");
       return;
     }
-    out_.text += "  joint_commands: {topic: " + name + ", quantity: position, joints: [";
-    for (int i = 0; i < robot_.num_joints(); ++i) out_.text += (i > 0 ? ", " : "") + robot_.joint(i).name;
+    out_.text += "  joint_commands: {topic: " + quote_name(name) + ", quantity: position, joints: [";
+    for (int i = 0; i < robot_.num_joints(); ++i) out_.text += (i > 0 ? ", " : "") + quote_name(robot_.joint(i).name);
     out_.text += "]}   # (?)\n";
     out_.asked.push_back("which joints, in which order, the numbers of " + name +
                          " are, and whether they are positions, velocities or efforts");
@@ -144,9 +146,11 @@ class BagDrafter {
       if (content.topic->type != type) continue;
       const std::string name = make_name(content.topic->name);
       const bool known = robot_.find_link(content.frame) >= 0 || robot_.find_frame(content.frame) >= 0;
-      out_.text += "  " + kind + "/" + name + ": " + content.topic->name + "\n";
+      out_.text += "  " + kind + "/" + name + ": " + quote_name(content.topic->name) + "\n";
       text += "    " + name + ": {link: " +
-              (known ? content.frame : robot_.links[0].name + "}   # (?) the messages say '" + content.frame + "'");
+              (known ? quote_name(content.frame)
+                     : quote_name(robot_.links[0].name) + "}   # (?) the messages say '" +
+                           make_printable_line(content.frame) + "'");
       text += known ? "}\n" : "\n";
       out_.found.push_back("topic " + content.topic->name + ": sensor '" + name + "'");
       if (!known)

@@ -6,11 +6,14 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <set>
 #include <sstream>
 
 #include "common/base/diagnostics.h"
 #include "common/base/exact_number.h"
 #include "common/base/join_words.h"
+#include "common/base/printable.h"
 #include "common/log/ros_bag.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
@@ -22,6 +25,7 @@
 #include "diagnosis/draft/foot_columns.h"
 #include "diagnosis/draft/imu_columns.h"
 #include "diagnosis/draft/log_columns.h"
+#include "diagnosis/draft/quote.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -49,20 +53,6 @@ constexpr EffortUnit kEffortUnits[] = {
      "looks like viscous friction"},
     {EffortOf::kVoltage, "a voltage",
      "the torque constant at the joint over the resistance [N m/V]; its back-EMF then looks like viscous friction"}};
-
-// For YAML.
-std::string quote(std::string text) {
-  for (size_t at = 0; (at = text.find('\'', at)) != std::string::npos; at += 2) text.insert(at, "'");
-  return "'" + text + "'";
-}
-
-// As it is where YAML takes it as a word.
-std::string quote_name(const std::string& name) {
-  const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
-    return std::isalnum(c) || c == '_' || c == '.' || c == '/' || c == '-';
-  });
-  return plain ? name : quote(name);
-}
 
 std::string format_short(double value) {
   std::ostringstream text;
@@ -120,7 +110,8 @@ class DraftWriter {
              std::string(imu_ ? "an inertial sensor" : "forces under feet") +
              "; fixed, for a robot that is bolted down\n"
              "ground: {type: plane, height: 0.0, friction: 0.8}\nfeet: [" +
-             join_words(feet_) + "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
+             join_words(feet_, quote_name) +
+             "]           # (?) the links that touch the ground: [left_foot, right_foot]\n";
     }
     return "# A draft: look at every line. Lines with (?) ask for what only you know.\nrobot: " +
            quote_name(name_from_folder(robot_)) + "\n" + base;
@@ -149,6 +140,7 @@ class DraftWriter {
   // Of the first log; others are expected to look alike.
   void write_columns(const std::string& path) {
     log_ = read_log_columns(path);
+    for (const std::string& name : log_.names) ++uses_[name];
     meanings_ = find_meanings(log_.names, joints_);
     take_named_joints(log_.names, log_.first, joints_, &meanings_);
     if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") !=
@@ -181,7 +173,8 @@ class DraftWriter {
         upright_ ? ", frame: world}   # (?) one force a foot is taken as upright; without 'frame', along the link's z\n"
                  : "}\n";
     for (const std::string& foot : feet_)
-      out_ << (foot == feet_[0] ? "  wrench:\n" : "") << "    " << foot << ": {link: " << quote_name(foot) << frame;
+      out_ << (foot == feet_[0] ? "  wrench:\n" : "") << "    " << quote_name(foot) << ": {link: " << quote_name(foot)
+           << frame;
     write_drive(commands > 0, efforts > 0);
     out_ << columns.str();
     ask_for_joints();
@@ -211,9 +204,11 @@ class DraftWriter {
     // Two feet: one may be a hopper's on a rail.
     stands_ = std::any_of(forces.begin(), forces.end(),
                           [&](const FootColumn& f) { return f.foot && forces[0].foot && f.link != forces[0].link; });
+    std::set<std::string> written;  // the first column of a force counts
     for (const FootColumn& found : floats() ? forces : std::vector<FootColumn>{}) {
-      if (used_[found.column]) continue;
-      *columns << "  /wrench/" << found.link << "/force/" << found.axis << ": " << find_place(found.column) << "\n";
+      const std::string signal = "/wrench/" + found.link + "/force/" + found.axis;
+      if (used_[found.column] || !written.insert(signal).second) continue;
+      *columns << "  " << quote_name(signal) << ": " << find_place(found.column) << "\n";
       used_[found.column] = true, upright_ = upright_ && found.axis == "z";
       if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
     }
@@ -284,8 +279,11 @@ class DraftWriter {
     }
   }
 
+  // A name in Latin-1 cannot stand in YAML, and one that stands twice in the header means no column.
   std::string find_place(size_t column) const {
-    return log_.names.empty() || log_.names[column].empty() ? std::to_string(column + 1) : quote(log_.names[column]);
+    const std::string name = log_.names.empty() ? "" : log_.names[column];
+    const bool usable = !name.empty() && uses_.at(name) == 1 && find_strange_byte(name) == std::string::npos;
+    return usable ? quote(name) : std::to_string(column + 1);
   }
 
   void write_time(std::ostringstream* columns) {
@@ -343,7 +341,7 @@ class DraftWriter {
         const ColumnMeaning& m = meanings_[i];
         if (m.kind != kind || m.of != unit.of || m.command != command || m.joint != static_cast<int>(joint) || used_[i])
           continue;
-        *columns << "  /" << (command ? "joint_commands" : "joint_states") << "/" << joints_[joint] << "/" << name
+        *columns << "  " << quote_name((command ? "/joint_commands/" : "/joint_states/") + joints_[joint] + "/" + name)
                  << ": ";
         if (unit.of != EffortOf::kTorque)
           *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale > 0.0 ? m.scale : 1.0)
@@ -428,6 +426,7 @@ class DraftWriter {
   TreeSpec tree_;
   std::vector<std::string> joints_;  // its names
   LogColumns log_;
+  std::map<std::string, int> uses_;  // of each name in its header
   std::vector<ColumnMeaning> meanings_;
   std::vector<bool> used_;
   std::vector<std::string> feet_;  // links with a sensor of force

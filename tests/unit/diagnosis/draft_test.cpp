@@ -199,6 +199,36 @@ TEST_F(Drafts, OfFilesWithAnyNamesAreRead) {
   for (size_t i = 0; i < names.size(); ++i) EXPECT_EQ(experiment.recordings[i].spec.name, names[i]);
 }
 
+// In Latin-1, with a star, twice in the header.
+TEST_F(Drafts, OfColumnsWithAnyNamesAreRead) {
+  for (const char* angle : {"shoulder angle [\xb0]", "shoulder angle*", "it's the shoulder: angle #1"}) {
+    write("log.csv", std::string("stamp;") + angle + ";shoulder velocity;shoulder torque\n" + make_rows(";"));
+    write("experiment.yaml", make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).text);
+    const Experiment experiment = load_experiment(path("experiment.yaml"));
+    EXPECT_NEAR(experiment.recordings[0].joints[0].signal[static_cast<int>(Quantity::kPosition)][50],
+                std::sin(1.5) + 0.3 * std::sin(3.5), 1e-6)
+        << angle;
+  }
+  write("log.csv", "stamp;shoulder angle;shoulder angle;shoulder torque\n" + make_rows(";"));
+  EXPECT_THAT(make_draft(path("arm.urdf"), {path("log.csv")}, folder_.string()).text,
+              HasSubstr("/joint_states/shoulder/position: 2\n"));
+}
+
+TEST_F(Drafts, OfJointsWithAnyNamesAreRead) {
+  std::ifstream file(path("arm.urdf"));
+  std::string urdf{std::istreambuf_iterator<char>(file), {}};
+  urdf.replace(urdf.find("shoulder"), 8, "shoulder: left #1");
+  write("odd.urdf", urdf);
+  write("log.csv", "stamp;shoulder left 1 angle;shoulder left 1 velocity;shoulder left 1 torque\n" + make_rows(";"));
+  write("experiment.yaml", make_draft(path("odd.urdf"), {path("log.csv")}, folder_.string()).text);
+  EXPECT_EQ(load_experiment(path("experiment.yaml"))
+                .recordings[0]
+                .joints[0]
+                .signal[static_cast<int>(Quantity::kEffort)]
+                .size(),
+            300u);
+}
+
 TEST_F(Drafts, WithoutAHeaderTakePairsOfPositionAndRateAndAsk) {
   write("log.txt", make_rows(" "));
   const Draft draft = make_draft(path("arm.urdf"), {path("log.txt")}, folder_.string());
@@ -433,6 +463,32 @@ TEST_F(Drafts, OfForcesUnderFeetNameTheFeet) {
   EXPECT_THAT(draft.text, HasSubstr("drive: motion"));
   write("experiment.yaml", draft.text);
   EXPECT_TRUE(load_experiment(path("experiment.yaml")).recordings[0].has("/wrench/right_foot/force/z")) << draft.text;
+  // Raw and filtered: a force has one column.
+  for (size_t at = 0; (at = rows.find('\n', at)) != std::string::npos; at += 4) rows.insert(at, ",14");
+  write("walk.csv", rows.replace(rows.find(",14"), 3, ",right_foot_force"));
+  const std::string text = make_draft(path("biped.urdf"), {path("walk.csv")}, folder_.string()).text;
+  const size_t first = text.find("/wrench/right_foot/force/z");
+  EXPECT_NE(first, std::string::npos) << text;
+  EXPECT_EQ(text.find("/wrench/right_foot/force/z", first + 1), std::string::npos) << text;
+}
+
+// A frame of the messages may be any text.
+TEST_F(Drafts, OfABagWithAnOddFrameAreRead) {
+  using namespace testing_bags;
+  std::vector<Message> messages;
+  for (int k = 0; k < 400; ++k) {
+    const int64_t stamp = int64_t{5'000'000} * k;
+    messages.push_back({"/states", stamp, make_joint_state(stamp, {"shoulder"}, {std::sin(0.02 * k)}, {}, {1.0})});
+    messages.push_back(
+        {"/tool", stamp,
+         CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("flange\nfeet: [upper]")).zeros(6).bytes()});
+  }
+  write_bag(folder_ / "motion", Storage::kMcap,
+            {{"/states", "sensor_msgs/msg/JointState", kJointStateDefinition},
+             {"/tool", "geometry_msgs/msg/WrenchStamped", ""}},
+            messages);
+  write("experiment.yaml", make_draft(path("arm.urdf"), {path("motion")}, folder_.string()).text);
+  EXPECT_TRUE(load_experiment(path("experiment.yaml")).scenario.feet.empty());
 }
 
 // As a humanoid with pressure cells logs a squat: no inertial sensor, and the model writes its sides as letters.
