@@ -4,9 +4,15 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/read_file.h"
+#include "common/robot/collada_nodes.h"
 
 namespace hrp {
 namespace {
@@ -31,9 +37,26 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& pa
   for (unsigned i = 0; i < node.mNumChildren; ++i) append_node(scene, *node.mChildren[i], X, scale, mesh);
 }
 
+// The endings that Assimp takes for COLLADA.
+bool is_collada(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending == ".dae" || ending == ".xml";
+}
+
+void check_nodes(const std::string& path) {
+  std::error_code error;
+  if (!is_collada(path) || !std::filesystem::is_regular_file(path, error)) return;  // Assimp says what is wrong
+  std::ifstream file = open_input(path);
+  const std::string fault = find_node_fault(read_rest(file, path));
+  if (!fault.empty()) refuse_input(path, fault);
+}
+
 }  // namespace
 
 Mesh load_mesh(const std::string& path, const Vector3d& scale) {
+  check_nodes(path);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);

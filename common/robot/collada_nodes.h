@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <string>
+
+namespace hrp {
+
+// Nodes of a COLLADA file may contain other nodes by reference (<instance_node>). Assimp 5.2 follows the references
+// without a limit, until the stack or the memory ends. Empty when it can follow those of this text, else why not.
+std::string find_node_fault(const std::string& collada);
+
+}  // namespace hrp
