@@ -149,9 +149,8 @@ HeightTable parse_pgm(const std::string& text, const std::string& path) {
     refuse_input(path,
                  "has " + std::to_string(count) + " pixels, expected " + std::to_string(kMostHeights) + " at most");
   const size_t bytes = white > 255 ? 2 : 1;
-  ++at;  // one blank after the header
-  if (kind == "P5" && (at > text.size() || text.size() - at < count * bytes))
-    refuse_input(path, "ends within its pixels");
+  if (at < text.size()) ++at;  // one blank after the header
+  if (kind == "P5" && text.size() - at < count * bytes) refuse_input(path, "ends within its pixels");
   for (size_t i = 0; i < count; ++i) {
     int value = 0;
     if (kind == "P2") value = take_number(text, &at, path);

@@ -79,6 +79,7 @@ TEST(Pgm, DamagedFilesAreRefused) {
     return find_complaint(make_field(write_file("d.pgm", text), 0, 1));
   };
   EXPECT_THAT(complain("P6\n2 2\n255\n"), HasSubstr("expected P2 or P5"));
+  EXPECT_THAT(complain("P2\n2 2\n255"), HasSubstr("'' where a number should be"));
   EXPECT_THAT(complain("P5\n2 2\n255\nabc"), HasSubstr("ends within its pixels"));
   EXPECT_THAT(complain("P2\n2 2\n255\n1 2 3"), HasSubstr("where a number should be"));
   EXPECT_THAT(complain("P5\n99999 99999\n255\n"), HasSubstr("pixels, expected 250000 at most"));
