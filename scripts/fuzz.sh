@@ -3,8 +3,9 @@
 # scripts/fuzz.sh [TARGET ...] [--runs N] [--seconds N] [--seed N]
 #
 # Feeds mutated bytes to every reader (libFuzzer, with address and undefined-behaviour sanitizers) and prints a table.
-# Targets: cdr csv experiment http idl mcap mjcf motion picture recording rosbag scenario sdf urdf websocket. It needs clang (apt-get install clang) and builds in
-# build-fuzz, beside the usual build. Status 1 when there is a finding; the input lies in build-fuzz/findings.
+# Targets: cdr csv experiment heights http idl mcap mesh mjcf motion picture recording rosbag scenario sdf urdf websocket.
+# It needs clang (apt-get install clang) and builds in build-fuzz, beside the usual build. Status 1 when there is a finding; the
+# input lies in build-fuzz/findings.
 #
 #   --runs N      executions of each target, default 1000000
 #   --seconds N   time limit of each target, default none
@@ -21,7 +22,7 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
-[ ${#targets[@]} -gt 0 ] || targets=(cdr csv experiment http idl mcap mjcf motion picture recording rosbag scenario sdf urdf websocket)
+[ ${#targets[@]} -gt 0 ] || targets=(cdr csv experiment heights http idl mcap mesh mjcf motion picture recording rosbag scenario sdf urdf websocket)
 for target in "${targets[@]}"; do [ -f "$ROOT/tests/fuzz/$target.cpp" ] || refuse "there is no target $target (--help)"; done
 command -v clang++ > /dev/null || fail "clang is missing: apt-get install clang"
 export BUILD="${HRP_FUZZ_BUILD_DIR:-$ROOT/build-fuzz}"
