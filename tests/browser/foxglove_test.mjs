@@ -32,7 +32,8 @@ async function checkScene(reader, log) {
 }
 
 async function checkLive(protocol) {
-  const simulation = await startRun(`live_${protocol.replaceAll(".", "_")}`, ["--speed", "1", "--duration", "1.5"]);
+  // At the speed of the clock, and so long that a busy machine has subscribed long before the end.
+  const simulation = await startRun(`live_${protocol.replaceAll(".", "_")}`, ["--speed", "1", "--duration", "4"]);
   const viewer = await startViewer(["--domain", String(simulation.domain), "--read-only"]);
   const reader = new Reader(viewer.socket, protocol);
   await waitFor("channels", () => topics.every((topic) => reader.channels.has(topic)));
