@@ -142,9 +142,12 @@ class BagDrafter {
   // One for each topic of the type, on the link that its messages name.
   void write_sensors(const char* type, const std::string& kind) {
     std::string text;
+    std::set<std::string> names;
     for (const TopicContent& content : contents_) {
       if (content.topic->type != type) continue;
-      const std::string name = make_name(content.topic->name);
+      std::string name = make_name(content.topic->name);
+      // "/imu/data" and "/imu_data" are two sensors.
+      for (int i = 2; !names.insert(name).second; ++i) name = make_name(content.topic->name) + "_" + std::to_string(i);
       const bool known = robot_.find_link(content.frame) >= 0 || robot_.find_frame(content.frame) >= 0;
       out_.text += "  " + kind + "/" + name + ": " + quote_name(content.topic->name) + "\n";
       text += "    " + name + ": {link: " +

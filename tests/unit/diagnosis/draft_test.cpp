@@ -368,6 +368,8 @@ TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
     messages.push_back(
         {"/imu/data", stamp, CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("upper")).zeros(37).bytes()});
     messages.push_back(
+        {"/imu_data", stamp, CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("upper")).zeros(37).bytes()});
+    messages.push_back(
         {"/tool", stamp, CdrWriter().put(int32_t{0}).put(uint32_t{0}).put(std::string("flange")).zeros(6).bytes()});
     messages.push_back({"/controller/commands", stamp,
                         CdrWriter().put(uint32_t{0}).put(uint32_t{0}).put(std::vector<double>{0.1}).bytes()});
@@ -375,6 +377,7 @@ TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
   write_bag(folder_ / "motion", Storage::kMcap,
             {{"/states", "sensor_msgs/msg/JointState", kJointStateDefinition},
              {"/imu/data", "sensor_msgs/msg/Imu", ""},
+             {"/imu_data", "sensor_msgs/msg/Imu", ""},
              {"/tool", "geometry_msgs/msg/WrenchStamped", ""},
              {"/controller/commands", "std_msgs/msg/Float64MultiArray", ""}},
             messages);
@@ -388,6 +391,7 @@ TEST_F(Drafts, OfABagNameItsTopicsAndSensors) {
   const Experiment experiment = load_experiment(path("experiment.yaml"));
   ASSERT_EQ(experiment.recordings.size(), 1u) << draft.text;
   EXPECT_TRUE(experiment.recordings[0].has("/imu/imu_data/linear_acceleration/x"));
+  EXPECT_TRUE(experiment.recordings[0].has("/imu/imu_data_2/linear_acceleration/x")) << "a name of its own";
   EXPECT_TRUE(experiment.recordings[0].has("/wrench/tool/force/z"));
 }
 
