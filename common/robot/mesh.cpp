@@ -4,13 +4,12 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
-#include <algorithm>
 #include <assimp/Importer.hpp>
-#include <cctype>
 #include <filesystem>
 #include <fstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/file_ending.h"
 #include "common/base/read_file.h"
 #include "common/robot/collada_nodes.h"
 
@@ -39,9 +38,7 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& pa
 
 // The endings that Assimp takes for COLLADA.
 bool is_collada(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = find_ending(path);
   return ending == ".dae" || ending == ".xml";
 }
 

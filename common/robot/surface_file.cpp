@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <filesystem>
 #include <map>
 #include <tuple>
 
 #include "common/base/diagnostics.h"
+#include "common/base/file_ending.h"
 #include "common/base/read_file.h"
 #include "common/robot/mesh.h"
 
@@ -57,13 +57,6 @@ int take_number(const std::string& text, size_t* at, const std::string& path) {
   if (error != std::errc() || end != word.data() + word.size() || value < 0)
     refuse_input(path, "is no PGM image: '" + word + "' where a number should be");
   return value;
-}
-
-std::string find_ending(const std::string& path) {
-  std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
 }
 
 HeightTable load_heights(const std::string& path) {

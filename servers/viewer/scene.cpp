@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
+#include "common/base/file_ending.h"
 #include "common/messages/cdr.h"
 #include "common/messages/convert_robot.h"
 #include "common/robot/experiment_keys.h"
@@ -149,9 +150,7 @@ void add_scenario(const msg::RobotDescription& description, Json* json, Scene* s
 }
 
 bool is_mesh_name(const std::string& name) {
-  std::string ending = fs::path(name).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = find_ending(name);
   return ending == ".stl" || ending == ".dae" || ending == ".obj";
 }
 
