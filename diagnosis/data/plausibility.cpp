@@ -216,6 +216,7 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
 
 // Smallest change that counts. No sensor resolves less, so smaller ones are numerical traces in a column of zeros.
 constexpr double kLeastChange = 1e-12;
+constexpr double kMoves = 0.02;  // [rad or m] range of a joint, or of its command, that a sensor shows
 
 bool is_still(const std::vector<double>& values) {
   const bool any = std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -238,7 +239,7 @@ bool changes_between(const Experiment& e, int j) {
 // columns count as not recorded.
 void check_still(Experiment* e, Recording* r, int j) {
   JointColumns& joint = r->joints[static_cast<size_t>(j)];
-  const bool moves = calc_range(joint.command) > 0.02;
+  const bool moves = calc_range(joint.command) > kMoves;
   if (moves && is_still(joint.signal[0])) {
     refuse_input(
         r->find_place(e->signal_name(j, Quantity::kPosition)),
@@ -292,11 +293,8 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
 // Drops a sensor of the body that repeats one reading throughout although the joints move. Logs of dead ones look like
 // that: it would turn at one rate all the time. Zeros of a force are those of a foot in the air.
 void drop_still_sensor(Experiment* e, Recording* r, const std::string& name, bool zeros) {
-  constexpr double kMoves = 0.02;  // [rad or m] as of commands
-  double travel = 0.0;
-  for (const JointColumns& joint : r->joints) travel = std::max(travel, calc_range(joint.signal[0]));
   std::vector<std::string> columns;
-  bool still = travel > kMoves, zero = true;
+  bool still = true, zero = true;
   for (const auto& [column, values] : r->other) {
     if (column.compare(0, name.size() + 1, name + "/") != 0) continue;
     columns.push_back(column);
@@ -306,6 +304,14 @@ void drop_still_sensor(Experiment* e, Recording* r, const std::string& name, boo
   e->warnings.push_back(r->spec.name + ": " + name + " never changes although the joints move: taken as not recorded" +
                         (e->recordings.size() > 1 ? ", also in the other recordings" : ""));
   for (const std::string& column : columns) r->other.erase(column);
+}
+
+void drop_still_sensors(Experiment* e, Recording* r) {
+  const auto moves = [](const JointColumns& joint) { return calc_range(joint.signal[0]) > kMoves; };
+  if (!e->scenario.floating_base || std::none_of(r->joints.begin(), r->joints.end(), moves)) return;
+  for (const ImuSpec& imu : e->scenario.sensors.imus) drop_still_sensor(e, r, "/imu/" + imu.name, true);
+  for (const WrenchSpec& wrench : e->scenario.sensors.wrenches)
+    drop_still_sensor(e, r, "/wrench/" + wrench.name, false);
 }
 
 void check_commands(const Experiment& e, const Recording& r, int j) {
@@ -364,10 +370,7 @@ void check_plausibility(Experiment* e) {
       check_commanded_limits(e, r, j);
     }
     drop_still_attitudes(e, &r);
-    if (!e->scenario.floating_base) continue;
-    for (const ImuSpec& imu : e->scenario.sensors.imus) drop_still_sensor(e, &r, "/imu/" + imu.name, true);
-    for (const WrenchSpec& wrench : e->scenario.sensors.wrenches)
-      drop_still_sensor(e, &r, "/wrench/" + wrench.name, false);
+    drop_still_sensors(e, &r);
   }
 }
 
