@@ -3,6 +3,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/ends_with.h"
+#include "common/base/split_cells.h"
 #include "common/base/trim.h"
 #include "controller/motion/motion.h"
 #include "controller/motion/motion_text.h"
@@ -15,17 +16,6 @@ struct Column {
   std::string joint;
 };
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> words;
-  size_t at = 0;
-  while (true) {
-    const size_t comma = line.find(',', at);
-    words.push_back(trim(line.substr(at, comma == std::string::npos ? comma : comma - at)));
-    if (comma == std::string::npos) return words;
-    at = comma + 1;
-  }
-}
-
 // "/joint_commands/KNEE/position" -> "KNEE"; "KNEE" stays; other topics -> "".
 std::string read_joint_name(const std::string& word) {
   const std::string prefix = "/joint_commands/", suffix = "/position";
@@ -36,7 +26,7 @@ std::string read_joint_name(const std::string& word) {
 }
 
 std::vector<Column> read_header(const std::string& line, const std::string& path, int number, size_t* width) {
-  const std::vector<std::string> words = split(line);
+  const std::vector<std::string> words = split_cells(line);
   *width = words.size();
   if (words[0] != "time") {
     refuse_input({path, "", number},

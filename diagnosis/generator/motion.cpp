@@ -181,6 +181,17 @@ std::vector<Curve> biped_curves(const RobotPlan& robot, const std::string& kind,
 
 }  // namespace
 
+Commands Commands::sample(const std::vector<double>& at) const {
+  Commands out;
+  out.time = at;
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    out.position.emplace_back(at.size()), out.velocity.emplace_back(at.size());
+    for (std::size_t k = 0; k < at.size(); ++k)
+      find(static_cast<int>(j), at[k], out.position[j][k], out.velocity[j][k]);
+  }
+  return out;
+}
+
 void Commands::find(int joint, double t, double& position_out, double& velocity_out) const {
   const auto& q = position[static_cast<std::size_t>(joint)];
   const auto& v = velocity[static_cast<std::size_t>(joint)];

@@ -16,6 +16,7 @@ struct Commands {
   std::vector<std::vector<double>> position, velocity;  // [joint][sample]
 
   void find(int joint, double t, double& position_out, double& velocity_out) const;
+  Commands sample(const std::vector<double>& at) const;
 };
 
 // Draws a motion for the robot and samples it at the given times. Kinds: for arms `multisine`, `trapezoid`, `step`,

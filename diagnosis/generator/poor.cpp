@@ -60,17 +60,6 @@ Commands read_commands(const RobotPlan& robot, const std::string& file) {
 }
 
 // The same motion as it is at the recorder's stamps.
-Commands sample(const Commands& commands, const std::vector<double>& time) {
-  Commands out;
-  out.time = time;
-  for (std::size_t j = 0; j < commands.position.size(); ++j) {
-    out.position.emplace_back(time.size()), out.velocity.emplace_back(time.size());
-    for (std::size_t k = 0; k < time.size(); ++k)
-      commands.find(static_cast<int>(j), time[k], out.position[j][k], out.velocity[j][k]);
-  }
-  return out;
-}
-
 void add(Draft* draft, RecordingPlan plan, Commands commands) {
   draft->times.push_back(commands.time);
   draft->commands.push_back(std::move(commands));
@@ -118,7 +107,7 @@ void play_commands(Draft* draft, const std::vector<std::string>& files, Prng& ra
     const double duration = commands.time.back() - commands.time.front();
     RecordingPlan plan = make_plan(file, duration);
     plan.loads = read_loads(file);
-    add(draft, plan, sample(commands, draw_row_times(draft->recorder, 0, duration, random)));
+    add(draft, plan, commands.sample(draw_row_times(draft->recorder, 0, duration, random)));
   }
 }
 

@@ -65,20 +65,6 @@ class Senses {
 };
 
 // The commands at the rows of the recording.
-Commands sample(const Commands& commands, const std::vector<double>& times) {
-  Commands out;
-  out.time = times;
-  for (std::size_t j = 0; j < commands.position.size(); ++j) {
-    out.position.emplace_back(), out.velocity.emplace_back();
-    for (double t : times) {
-      double q = 0, v = 0;
-      commands.find(static_cast<int>(j), t, q, v);
-      out.position.back().push_back(q), out.velocity.back().push_back(v);
-    }
-  }
-  return out;
-}
-
 // Its recordings are those that were played on the feet after the walks.
 struct WalkDraft : Draft {
   std::vector<std::string> missing;
@@ -104,7 +90,7 @@ Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& r
   const double end = readings.empty() ? 0 : readings.back().time;
   while (!times.empty() && times.back() > end) times.pop_back();
   if (times.empty() || times.back() < kShortest) throw InsaneCase{"falls at once"};
-  const Commands given = sample(commands, times);
+  const Commands given = commands.sample(times);
   walk.columns = make_columns(draft.robot, all, draft.recorder, given, times, instants, readings, random);
   Prng none(0);
   if (!draft.dirt.background.empty())

@@ -8,6 +8,7 @@
 namespace hrp {
 namespace {
 
+constexpr double kCoupledShare = 0.25;  // explicit stability of link against link: k dt^2 and c dt over the mass
 constexpr size_t kReservedPairs = 64;
 constexpr size_t kReservedPointsPerPair = 16;
 
@@ -77,6 +78,12 @@ Vector3d calc_body_point_velocity(const Data& data, int body, const Vector3d& p_
   if (body < 0) return Vector3d::Zero();
   const LinkKinematics& k = data.kinematics[static_cast<size_t>(body)];
   return small::to_eigen(k.v) + small::to_eigen(k.w).cross(p_WC - small::to_eigen(k.p));
+}
+
+double calc_coupled_mass(const Model& model, int body_a, int body_b) {
+  const double a = model.links()[static_cast<size_t>(body_a)].mass;
+  const double b = model.links()[static_cast<size_t>(body_b)].mass;
+  return kCoupledShare * a * b / std::max(a + b, 1e-9);
 }
 
 ContactReport::ContactReport() {

@@ -31,6 +31,11 @@ Transform get_body_pose(const Data& data, int body);
 // Velocity of the point of `body` that is at p_WC now.
 Vector3d calc_body_point_velocity(const Data& data, int body, const Vector3d& p_WC);
 
+// Link against link acts explicitly, so that both links get exactly opposite forces. A law is stable while its
+// stiffness is below this mass [kg] over dt^2 and its damping below this mass over dt: a quarter of the links' reduced
+// mass.
+double calc_coupled_mass(const Model& model, int body_a, int body_b);
+
 // Makes `forces` look like `contacts` (same pairs and points, parts zero) without allocating: what is not needed now
 // waits in `spare`.
 class ContactReport {

@@ -6,11 +6,6 @@
 #include "servers/dynamics/spring_contact.h"
 
 namespace hrp {
-namespace {
-
-constexpr double kCoupledShare = 0.25;  // explicit stability of link against link: k dt^2 and c dt over the mass
-
-}  // namespace
 
 SpringContact::SpringContact(const ContactSpec& spec, const Model& model)
     : spec_(spec), law_(make_point_parameters(spec)), gravity_W_(model.gravity_W()) {
@@ -120,12 +115,9 @@ void SpringContact::start_point(const PairWork& pair, const ContactSet& contacts
   point->direction = Vector3d::Zero();
 }
 
-// Link against link acts explicitly, so that both links get exactly opposite forces; what would be unstable is
-// softened.
+// What would be unstable is softened.
 void SpringContact::limit_coupled_stiffness(const Model& model, const PairWork& pair, PointWork* point) const {
-  const double a = model.links()[static_cast<size_t>(pair.body_a)].mass;
-  const double b = model.links()[static_cast<size_t>(pair.body_b)].mass;
-  const double mass = kCoupledShare * a * b / std::max(a + b, 1e-9) / pair.count;
+  const double mass = calc_coupled_mass(model, pair.body_a, pair.body_b) / pair.count;
   const double k_max = mass / (dt_ * dt_), c_max = mass / dt_;
   if (point->spring.slope > k_max) {
     point->spring.force *= k_max / point->spring.slope;

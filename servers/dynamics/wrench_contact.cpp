@@ -7,11 +7,10 @@
 namespace hrp {
 namespace {
 
-constexpr int kMaxChanges = 9;          // of one pair's linearisation within a step: as many as solve_regimes() has
-constexpr double kSettled = 1e-7;       // relative: the law agrees with its linearisation
-constexpr double kHeld = 1e-3;          // relative: what has not settled is this near, or held
-constexpr double kSmallWrench = 1e-7;   // [N] or less does not matter
-constexpr double kCoupledShare = 0.25;  // explicit stability of link against link: k dt^2 and c dt over the mass
+constexpr int kMaxChanges = 9;         // of one pair's linearisation within a step: as many as solve_regimes() has
+constexpr double kSettled = 1e-7;      // relative: the law agrees with its linearisation
+constexpr double kHeld = 1e-3;         // relative: what has not settled is this near, or held
+constexpr double kSmallWrench = 1e-7;  // [N] or less does not matter
 constexpr size_t kReservedPairs = 64;
 
 Vector6d make_diagonal(double x, double y, double z, const Vector3d& linear) {
@@ -128,12 +127,9 @@ void WrenchContact::start_pair(const ContactSet& contacts, const Model& model, c
   linearise(pair->V0, pair);
 }
 
-// Link against link acts explicitly, so that both links get exactly opposite wrenches; what would be unstable is
-// softened.
+// What would be unstable is softened.
 void WrenchContact::limit_coupled_law(const Model& model, WrenchPairWork* pair) const {
-  const double a = model.links()[static_cast<size_t>(pair->body_a)].mass;
-  const double b = model.links()[static_cast<size_t>(pair->body_b)].mass;
-  const double mass = kCoupledShare * a * b / std::max(a + b, 1e-9);
+  const double mass = calc_coupled_mass(model, pair->body_a, pair->body_b);
   pair->law.stiffness *= std::min(1.0, mass / (dt_ * dt_) / pair->law.stiffness.tail<3>().maxCoeff());
   pair->law.damping *= std::min(1.0, mass / dt_ / std::max(pair->law.damping.tail<3>().maxCoeff(), 1e-9));
 }

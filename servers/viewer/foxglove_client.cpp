@@ -9,6 +9,7 @@
 #include "common/base/ros_definitions.h"
 #include "common/messages/topics.h"
 #include "common/scene/foxglove.h"
+#include "servers/viewer/dump_json.h"
 #include "servers/viewer/foxglove_scene.h"
 
 namespace hrp {
@@ -19,8 +20,6 @@ using Json = nlohmann::json;
 constexpr size_t kMostSubscriptions = 256;
 constexpr char kMessageData = 1;
 enum StatusLevel { kInfo, kWarning, kError };
-
-std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 template <typename Number>
 void append(std::string* out, Number value) {
@@ -76,7 +75,7 @@ FoxgloveClient::FoxgloveClient(Connection& connection, Viewer& viewer) : connect
                   {"capabilities", Json::array()},
                   {"supportedEncodings", Json::array()},
                   {"metadata", Json::object()}};
-  connection_.send(make_payload(dump(info)), false, Urgency::kNeeded);
+  connection_.send(make_payload(dump_json(info)), false, Urgency::kNeeded);
   advertise();
 }
 
@@ -103,7 +102,7 @@ void FoxgloveClient::advertise() {
                         {"schemaEncoding", "jsonschema"}});
   }
   if (added.empty()) return;
-  connection_.send(make_payload(dump({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);
+  connection_.send(make_payload(dump_json({{"op", "advertise"}, {"channels", added}})), false, Urgency::kNeeded);
 }
 
 void FoxgloveClient::on_message(const std::string& message, bool binary) {
@@ -155,7 +154,7 @@ void FoxgloveClient::update_pictures() {
 }
 
 void FoxgloveClient::send_status(int level, const std::string& text) {
-  connection_.send(make_payload(dump({{"op", "status"}, {"level", level}, {"message", text}})), false,
+  connection_.send(make_payload(dump_json({{"op", "status"}, {"level", level}, {"message", text}})), false,
                    Urgency::kNeeded);
 }
 

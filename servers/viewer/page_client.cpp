@@ -8,6 +8,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/messages/convert.h"
+#include "servers/viewer/dump_json.h"
 
 namespace hrp {
 namespace {
@@ -55,8 +56,6 @@ msg::Vector3 get_vector(const Json& request, const char* key) {
   return to_message(Vector3d((*list)[0].get<double>(), (*list)[1].get<double>(), (*list)[2].get<double>()));
 }
 
-std::string dump(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
-
 // Times to the nanosecond, values exact: what the page shows is what was recorded.
 Json make_series(const Series& series) {
   Json times = Json::array(), values = Json::array();
@@ -92,7 +91,7 @@ PageClient::~PageClient() { viewer_.leave(this); }
 void PageClient::answer(const std::string& text) { connection_.send(make_payload(text), false, Urgency::kNeeded); }
 
 void PageClient::answer_error(const std::string& text, int64_t id) {
-  answer(dump({{"op", "error"}, {"message", text}, {"id", id}}));
+  answer(dump_json({{"op", "error"}, {"message", text}, {"id", id}}));
 }
 
 void PageClient::on_message(const std::string& message, bool binary) {
@@ -227,7 +226,7 @@ void PageClient::send_series(const Json& request) {
     Json json = make_series(series);
     json["op"] = "series";
     json["id"] = id;
-    answer(dump(json));
+    answer(dump_json(json));
   } catch (const InputError& error) {
     answer_error(error.what(), id);
   }

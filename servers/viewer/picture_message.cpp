@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "servers/viewer/dump_json.h"
+
 namespace hrp {
 namespace {
 
@@ -17,7 +19,7 @@ Json make_head(size_t source, const std::string& topic) {
 }
 
 std::string make_message(const Json& head, const std::string& pixels) {
-  std::string text = head.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string text = dump_json(head);
   text.resize((text.size() + 3) & ~size_t{3}, ' ');  // a page reads numbers of 4 bytes behind it
   const auto length = static_cast<uint32_t>(text.size());
   std::string message(reinterpret_cast<const char*>(&length), sizeof length);

@@ -15,6 +15,7 @@
 #include "common/messages/convert_robot.h"
 #include "common/robot/experiment_keys.h"
 #include "common/robot/scenario.h"
+#include "servers/viewer/dump_json.h"
 
 namespace hrp {
 namespace {
@@ -239,7 +240,7 @@ Scene make_scene(const msg::RobotDescription& description) {
   json["robots"] = Json::array();
   for (const msg::OtherRobotDescription& other : description.robots()) add_robot(other, &json, &scene);
   add_scenario(description, &json, &scene);
-  scene.json = json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  scene.json = dump_json(json);
   return scene;
 }
 

@@ -15,6 +15,7 @@
 #include "common/messages/topics.h"
 #include "common/node/run_token.h"
 #include "servers/viewer/access.h"
+#include "servers/viewer/dump_json.h"
 #include "servers/viewer/foxglove_client.h"
 #include "servers/viewer/page_client.h"
 
@@ -148,10 +149,9 @@ std::string Viewer::make_hello() const {
                      ",\"topics\":" + Json(find_topics()).dump() + ",\"recordings\":[";
   for (size_t i = 0; i < recordings_.size() && !live_; ++i) {
     const Recording& recording = *recordings_[i];
-    text += (i ? ",{" : "{") + std::string("\"name\":") +
-            Json(recording.name()).dump(-1, ' ', false, Json::error_handler_t::replace) +
+    text += (i ? ",{" : "{") + std::string("\"name\":") + dump_json(recording.name()) +
             ",\"begin\":" + Json(recording.begin()).dump() + ",\"end\":" + Json(recording.end()).dump() +
-            ",\"notes\":" + Json(recording.notes()).dump(-1, ' ', false, Json::error_handler_t::replace) + "}";
+            ",\"notes\":" + dump_json(recording.notes()) + "}";
   }
   return text + "]}";
 }
@@ -321,9 +321,7 @@ void Viewer::send_samples(const std::map<std::string, Arrivals>& arrivals) {
     }
   }
   if (json.empty()) return;
-  send_pages(Json({{"op", "samples"}, {"epoch", run_status_.epoch()}, {"signals", json}})
-                 .dump(-1, ' ', false, Json::error_handler_t::replace),
-             Urgency::kDroppable);
+  send_pages(dump_json({{"op", "samples"}, {"epoch", run_status_.epoch()}, {"signals", json}}), Urgency::kDroppable);
 }
 
 void Viewer::send_frame(const std::map<std::string, Arrivals>& arrivals) {

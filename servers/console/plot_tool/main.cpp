@@ -3,34 +3,27 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "common/base/command_line.h"
+#include "common/base/split_cells.h"
 #include "common/base/version.h"
 #include "common/plot/svg_plot.h"
 
 namespace {
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::stringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-  return cells;
-}
 
 // An empty cell leaves a gap.
 void read(const std::string& path, hrp::Plot* plot) {
   std::ifstream file(path);
   std::string line;
   if (!file || !std::getline(file, line)) throw std::runtime_error(path + ": cannot be read");
-  const std::vector<std::string> names = split(line);
+  const std::vector<std::string> names = hrp::split_cells(line);
   for (size_t i = 1; i < names.size(); ++i) plot->series.push_back({names[i], {}, {}});
   for (int number = 2; std::getline(file, line); ++number) {
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = hrp::split_cells(line);
     if (cells.empty()) continue;
     try {
       for (size_t i = 1; i < cells.size() && i < names.size(); ++i) {
