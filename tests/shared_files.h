@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <string>
 
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 
 // A file or folder of other people beside this repository, such as "robots/sr1/SR1.urdf"; empty when it is not there.
 inline std::string find_shared(const std::string& relative) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / ".." / "shared" / relative;
+  const std::filesystem::path path = std::filesystem::path(source_dir()) / ".." / "shared" / relative;
   return std::filesystem::exists(path) ? path.lexically_normal().string() : "";
 }
 

@@ -106,16 +106,6 @@ function(hrp_program name)
   endif()
 endfunction()
 
-# Where tests find the tree and the programs: "test_places.h". A header and no definition for every test, so that a clone in
-# another folder compiles again only what includes it.
-file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/test_places/test_places.h CONTENT "#pragma once
-#define HRP_SOURCE_DIR \"${PROJECT_SOURCE_DIR}\"
-#define HRP_BIN_DIR \"${CMAKE_BINARY_DIR}/bin\"
-")
-function(hrp_test_places target)
-  target_include_directories(${target} PRIVATE ${CMAKE_BINARY_DIR}/test_places)
-endfunction()
-
 # Tests of this folder that have no COST begin evenly spread over a run: those of one folder wait for processes, those of
 # another compute, and a core is idle where three that wait run at once.
 function(hrp_spread_tests)
@@ -144,9 +134,8 @@ function(hrp_test name)
     set(ARG_TIMEOUT 3600) # the diagnosis takes thirty times as long under the thread sanitizer
   endif()
   add_executable(${name} ${name}.cpp ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE ${ARG_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE ${ARG_LINK} hrp_test_places GTest::gtest GTest::gmock GTest::gtest_main)
   hrp_quick(${name} hrp_test_headers)
-  hrp_test_places(${name})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(ARG_NIGHTLY)
     add_test(NAME ${name} COMMAND ${name} --gtest_filter=-*Nightly*)

@@ -20,12 +20,12 @@
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/mjcf.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
-std::string find_g1() { return std::string(HRP_SOURCE_DIR) + "/../shared/robots/unitree_g1/g1_29dof_rev_1_0.urdf"; }
+std::string find_g1() { return source_dir() + "/../shared/robots/unitree_g1/g1_29dof_rev_1_0.urdf"; }
 
 bool load(benchmark::State& loop, Scenario* scenario, RobotDescription* robot) {
   if (!std::filesystem::exists(find_g1())) {

@@ -14,7 +14,7 @@
 #include "controller/play.h"
 #include "servers/console/trial/trial.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -27,7 +27,7 @@ struct Walk {
 };
 
 bool prepare(benchmark::State& loop, const char* name, RobotDescription* description, Scenario* scenario, Walk* walk) {
-  const std::string path = std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/" + name + ".yaml";
+  const std::string path = source_dir() + "/models/scenarios/paper_a/" + name + ".yaml";
   try {
     *scenario = load_scenario(path);
     Trial trial(*scenario);

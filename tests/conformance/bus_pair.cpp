@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "tests/conformance/bus_pair.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 #include <chrono>
 #include <csignal>
@@ -15,7 +15,7 @@ namespace hrp::conformance {
 
 PeerProcess::PeerProcess(const std::string& vendor, int domain, const std::string& role,
                          const std::vector<std::string>& types) {
-  std::vector<std::string> words{HRP_BIN_DIR "/../tests/conformance_peer", vendor, std::to_string(domain), role};
+  std::vector<std::string> words{bin_dir() + "/../tests/conformance_peer", vendor, std::to_string(domain), role};
   words.insert(words.end(), types.begin(), types.end());
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());

@@ -14,7 +14,7 @@
 #include "hrp_idl/dynamics.h"
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/scheduling.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -38,7 +38,7 @@ class TopicTool : public ::testing::TestWithParam<std::string> {
 
   // What the tool prints; with `status` its complaints too.
   std::string run(const std::string& arguments, int* status = nullptr) {
-    const std::string command = HRP_BIN_DIR "/hrp-topic " + arguments + " --domain " + std::to_string(claim_.domain()) +
+    const std::string command = bin_dir() + "/hrp-topic " + arguments + " --domain " + std::to_string(claim_.domain()) +
                                 (status ? " 2>&1" : "");
     FILE* pipe = popen(command.c_str(), "r");
     std::string text;

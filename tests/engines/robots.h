@@ -9,13 +9,13 @@
 
 #include "common/multibody/tree_spec.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
 #include "tests/shared_files.h"
+#include "tests/test_places.h"
 
 namespace hrp::engines {
 
 inline std::vector<std::string> find_urdfs() {
-  const std::filesystem::path source = HRP_SOURCE_DIR;
+  const std::filesystem::path source = source_dir();
   std::vector<std::string> paths;
   for (const std::filesystem::path& folder : {source / ".." / "shared" / "robots", source / "models"}) {
     if (!std::filesystem::is_directory(folder)) continue;

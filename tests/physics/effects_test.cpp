@@ -11,15 +11,15 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/momentum.h"
 #include "servers/dynamics/joint_effects.h"
-#include "test_places.h"
 #include "tests/physics/rigs.h"
 #include "tests/physics/scenario_robot.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
 std::string read_stand() {
-  std::ifstream file(std::string(HRP_SOURCE_DIR) + "/models/scenarios/hrp2p_stand.yaml");
+  std::ifstream file(source_dir() + "/models/scenarios/hrp2p_stand.yaml");
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();

@@ -6,13 +6,13 @@
 #include <gtest/gtest.h>
 
 #include "servers/console/trial/trial.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
 Scenario load(const std::string& name) {
-  return load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/" + name + ".yaml");
+  return load_scenario(source_dir() + "/models/scenarios/paper_a/" + name + ".yaml");
 }
 
 TEST(Experiments, StairsOfThreeCentimetresAreClimbed) {

@@ -4,13 +4,13 @@
 
 #include <gtest/gtest.h>
 
-#include "test_places.h"
 #include "tests/physics/run_trial.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 constexpr double kGravity = 9.81;
 
 // Beside a pendulum that hangs far away.

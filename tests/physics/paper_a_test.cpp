@@ -16,13 +16,13 @@
 
 #include "common/base/diagnostics.h"
 #include "servers/console/trial/trial.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
 std::string read(const std::string& name) {
-  const std::string path = std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/" + name + ".yaml";
+  const std::string path = source_dir() + "/models/scenarios/paper_a/" + name + ".yaml";
   std::ifstream file(path);
   std::stringstream text;
   text << file.rdbuf();
@@ -36,7 +36,7 @@ Scenario load(const std::string& name, const std::string& plan = "{count: 4, len
   text = std::regex_replace(text, std::regex("force: \\[.*start: [0-9.]+"), push);
   text = std::regex_replace(text, std::regex("duration: [0-9.]+\\}\ninter"),
                             "duration: " + std::to_string(duration) + "}\ninter");
-  return parse_scenario(text, std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/test.yaml");
+  return parse_scenario(text, source_dir() + "/models/scenarios/paper_a/test.yaml");
 }
 
 TEST(PaperA, RigidFeetWalkWithoutAStabilizer) {
@@ -49,7 +49,7 @@ TEST(PaperA, RigidFeetWalkWithoutAStabilizer) {
 TEST(PaperA, TheRunThatUsersSeeFirstWalks) {
   std::vector<double> standing;  // [N] vertical force on the left foot in the last half second
   const TrialResult r =
-      Trial(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/default.yaml")).run([&](const Trial& trial) {
+      Trial(load_scenario(source_dir() + "/models/scenarios/default.yaml")).run([&](const Trial& trial) {
         if (trial.time() > 11.5) standing.push_back(trial.engine().foot_forces()[0]);
       });
   EXPECT_FALSE(r.fallen);
@@ -267,7 +267,7 @@ TEST(PaperA, StepsFollowAPushThatTheStabilizerAloneDoesNotSurvive) {
 }
 
 TEST(PaperA, TheSameControllerWalksJvrc1) {
-  const std::string folder = std::string(HRP_SOURCE_DIR) + "/../shared/robots/jvrc1";
+  const std::string folder = source_dir() + "/../shared/robots/jvrc1";
   if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "NOT TESTED: ../shared/robots/jvrc1 is not there";
   const TrialResult r = Trial(load("beyond_jvrc1", "{count: 4, length: 0.15}")).run();
   EXPECT_FALSE(r.fallen);

@@ -16,8 +16,8 @@
 #include "servers/console/trial/trial.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
 #include "tests/engines/mujoco_engine.h"
+#include "tests/test_places.h"
 #include "tests/unit/multibody/random_tree.h"
 
 namespace hrp {
@@ -25,7 +25,7 @@ namespace {
 
 constexpr double kArm = 0.05, kHalfWidth = 0.04, kThigh = 0.36;  // [m] README.md of the robot
 
-Scenario load() { return load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/parallel_ankles.yaml"); }
+Scenario load() { return load_scenario(source_dir() + "/models/scenarios/parallel_ankles.yaml"); }
 
 double get_q(const State& state, const TreeSpec& tree, const std::string& joint) {
   return state.q[tree.find_joint(joint)];

@@ -11,9 +11,9 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/tree_mass.h"
 #include "common/spatial/gravity.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
 #include "tests/physics/run_trial.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 const std::string kBox = "robot: " + kModels + "test_robots/box.urdf\nfeet: [box]\n";
 const std::string kFree = "gravity: [0, 0, 0]\nground: {type: none}\ncontroller: {type: hold}\n";
 

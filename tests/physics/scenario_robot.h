@@ -7,14 +7,14 @@
 #include "servers/collision_checker/collision_world.h"
 #include "servers/dynamics/simulator.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 
 class ScenarioRobot {
  public:
   explicit ScenarioRobot(const std::string& yaml)
-      : robot(load_robot(parse_scenario(yaml, std::string(HRP_SOURCE_DIR) + "/models/scenarios/test.yaml"))),
+      : robot(load_robot(parse_scenario(yaml, source_dir() + "/models/scenarios/test.yaml"))),
         scenario(parse_scenario(robot.scenario, robot.scenario_path)),
         world(robot, scenario),
         simulator(robot, scenario) {

@@ -11,12 +11,12 @@
 
 #include "diagnosis/identification/identify.h"
 #include "diagnosis/identification/motions.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::identification {
 namespace {
 
-const char* const kScenario = HRP_SOURCE_DIR "/models/scenarios/paper_b/foot.yaml";
+const std::string kScenario = source_dir() + "/models/scenarios/paper_b/foot.yaml";
 constexpr size_t kTilt = 0, kSwayRight = 9, kSwayLeft = 10;
 
 class SingleSupport : public ::testing::Test {

@@ -12,8 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "servers/console/trial/trial.h"
-#include "test_places.h"
 #include "tests/physics/scenario_robot.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -150,7 +150,7 @@ std::string make_plates() {
 }
 
 TrialResult walk_over(const std::string& obstacles) {
-  const Scenario flat = load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/default.yaml");
+  const Scenario flat = load_scenario(source_dir() + "/models/scenarios/default.yaml");
   return Trial(parse_scenario(flat.text + obstacles, flat.path)).run();
 }
 
@@ -189,7 +189,7 @@ TEST(Surface, ABoxRestsOnTheStepOfAMeshWithItsWeight) {
 
 // The scenario that docs/tutorials/world.md tells to save under this name, as if it lay in models/scenarios.
 std::string read_from_tutorial(const std::string& name) {
-  std::ifstream file(std::string(HRP_SOURCE_DIR) + "/docs/tutorials/world.md");
+  std::ifstream file(source_dir() + "/docs/tutorials/world.md");
   std::string text{std::istreambuf_iterator<char>(file), {}};
   text.erase(0, text.find("# " + name));
   text.erase(text.find("```"));
@@ -263,7 +263,7 @@ TEST(Surface, ARobotStartsOnTheFieldUnderIt) {
 }
 
 TEST(Surface, TheShippedWalkOverWavesStaysUpright) {
-  const TrialResult r = Trial(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/terrain.yaml")).run();
+  const TrialResult r = Trial(load_scenario(source_dir() + "/models/scenarios/terrain.yaml")).run();
   EXPECT_FALSE(r.fallen) << r.fault;
   EXPECT_NEAR(r.duration, 12.0, 1e-9) << r.fault;
   EXPECT_NEAR(r.travelled.x(), 1.6, 0.15) << "eight steps of 0.2 m";
@@ -271,7 +271,7 @@ TEST(Surface, TheShippedWalkOverWavesStaysUpright) {
 }
 
 TEST(Surface, AWalkerThatIsPushedOverOnWavesHasFallen) {
-  const Scenario waves = load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/terrain.yaml");
+  const Scenario waves = load_scenario(source_dir() + "/models/scenarios/terrain.yaml");
   const std::string push = "pushes: {shove: {link: CHEST_IMU, force: [0, 400, 0], start: 3, duration: 0.3}}\n";
   const TrialResult r = Trial(parse_scenario(waves.text + push, waves.path)).run();
   EXPECT_TRUE(r.fallen);

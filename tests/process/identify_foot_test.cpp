@@ -10,14 +10,14 @@
 #include "common/robot/scenario.h"
 #include "diagnosis/identification/motions.h"
 #include "diagnosis/identification/robot_log.h"
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
 
 constexpr size_t kOneFoot = 9;  // of make_plans: a hand holds the robot, the left foot is lifted
-const char* const kScenario = HRP_SOURCE_DIR "/models/scenarios/paper_b/foot.yaml";
+const std::string kScenario = source_dir() + "/models/scenarios/paper_b/foot.yaml";
 
 TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
   const Scenario base = load_scenario(kScenario);
@@ -25,7 +25,7 @@ TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
   std::ofstream experiment(folder + "/experiment.yaml");
   std::string text = base.text;
   const std::string robot = "../../hrp2p_like";
-  text.replace(text.find(robot), robot.size(), HRP_SOURCE_DIR "/models/hrp2p_like");
+  text.replace(text.find(robot), robot.size(), source_dir() + "/models/hrp2p_like");
   experiment << text << "recordings:\n";
   std::vector<std::pair<std::string, std::string>> runs = {{"hanging", identification::write_hanging(base, folder)}};
   const std::vector<identification::MotionPlan> plans = identification::make_plans(0.5);
@@ -54,9 +54,9 @@ TEST(IdentifyFoot, TakesLogsOfTheServerSetAndGivesAScenarioThatItRuns) {
   EXPECT_NEAR(found.foot_bush.at(base.feet[0]).k_pitch / base.foot_bush.at(base.feet[0]).k_pitch, 1.0, 0.02);
   EXPECT_NEAR(found.foot_bush.at(base.feet[1]).k_roll / base.foot_bush.at(base.feet[1]).k_roll, 1.0, 0.02);
   // As a user does, script and all; what it builds first is built already.
-  setenv("HRP_BUILD_DIR", HRP_BIN_DIR "/..", 1);
+  setenv("HRP_BUILD_DIR", (bin_dir() + "/..").c_str(), 1);
   const std::string log = folder + "/identified.mcap";
-  Program again({HRP_SOURCE_DIR "/scripts/simulate.sh", folder + "/out/identified.yaml", "--no-plot", "--duration", "1",
+  Program again({source_dir() + "/scripts/simulate.sh", folder + "/out/identified.yaml", "--no-plot", "--duration", "1",
                  "--log", log});
   EXPECT_EQ(again.wait(), 0) << again.output();
   EXPECT_EQ(find_last_step(log), 2000);

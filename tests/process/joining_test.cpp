@@ -11,8 +11,8 @@
 #include <cstdlib>
 
 #include "common/bus/domain.h"
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -95,7 +95,7 @@ TEST(SeveralRuns, AreListedAndOneIsChosenByItsProcess) {
     return runs.size() == 2 && runs[0].waits_for == "controller" && runs[1].waits_for == "controller";
   }));
   for (const std::string program : {"my-controller", "hrp-topic list", "hrp-run status", "hrp-viewer"}) {
-    Program tool({"/bin/sh", "-c", std::string(HRP_BIN_DIR) + "/" + program + " < /dev/null"});
+    Program tool({"/bin/sh", "-c", bin_dir() + "/" + program + " < /dev/null"});
     EXPECT_NE(tool.wait(), 0) << program;
     for (const ServerSet* set : {&one, &two}) {
       EXPECT_THAT(tool.output(), HasSubstr("--run " + std::to_string(set->process_id()))) << program;
@@ -141,7 +141,7 @@ TEST(SeveralRuns, AreAskedForOnATerminal) {
   ServerSet one("asked-one", {write_endless("asked_one"), "--quiet", "--realtime"}),
       two("asked-two", {write_endless("asked_two"), "--quiet", "--realtime"});
   ASSERT_TRUE(one.wait_for_step(1) && two.wait_for_step(1)) << one.output() << two.output();
-  const std::string shown = run_on_terminal(HRP_BIN_DIR "/hrp-run status", "Which one? [1-2]", "2\n");
+  const std::string shown = run_on_terminal(bin_dir() + "/hrp-run status", "Which one? [1-2]", "2\n");
   EXPECT_THAT(shown, HasSubstr("asked_one"));
   EXPECT_THAT(shown, HasSubstr("running epoch 0"));
   for (ServerSet* set : {&one, &two}) {
@@ -189,7 +189,7 @@ TEST(Waiting, IsSaidWithWhatAndWhereAndWhichRunsThereAre) {
                        {{"hrp-topic", "--domain", domain, "--dds", "fast", "echo", "contact_forces"}, "contact_forces"},
                        {{"hrp-run", "--domain", domain, "--dds", "fast", "status"}, "the scheduler"}};
   for (const auto& waiter : waiters) {
-    std::string command = HRP_BIN_DIR;
+    std::string command = bin_dir();
     for (const std::string& word : waiter.words) command += (&word == &waiter.words[0] ? "/" : " ") + word;
     Program program(
         {"/bin/sh", "-c", "trap 'kill $child' TERM; " + command + " & child=$!; wait"});  // no child of the holder

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "common/mcap/reader.h"
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -158,7 +158,7 @@ class PowerCut : public ::testing::TestWithParam<const char*> {};
 TEST_P(PowerCut, LosesNoStepOfADurableLogThatIsSaidToBeOnDisk) {
   const std::string name = std::string("power-") + GetParam(), synced = get_test_folder() + "/" + name + ".synced";
   setenv("HRP_TEST_SYNCED", synced.c_str(), 1);
-  setenv("LD_PRELOAD", HRP_BIN_DIR "/../tests/libpower_cut.so", 1);
+  setenv("LD_PRELOAD", (bin_dir() + "/../tests/libpower_cut.so").c_str(), 1);
   ServerSet set(name, {write_steps(name, kEndless), "--durable", "--dds", GetParam()});
   unsetenv("LD_PRELOAD");
   unsetenv("HRP_TEST_SYNCED");

@@ -15,8 +15,8 @@
 #include <thread>
 
 #include "common/messages/topics.h"
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -33,7 +33,7 @@ std::map<std::string, double> read_counts(const std::string& output) {
 }
 
 // How a user of Cyclone DDS meets us on loopback.
-const char kCycloneConfig[] = "file://" HRP_SOURCE_DIR "/idl/example_c/cyclone.xml";
+const std::string kCycloneConfig = "file://" + source_dir() + "/idl/example_c/cyclone.xml";
 
 class Foreign : public ::testing::TestWithParam<const char*> {};
 
@@ -47,8 +47,8 @@ TEST_P(Foreign, AControllerMadeFromTheIdlAloneRunsTheRobotAndReadsTheRosViews) {
 
   ServerSet set(std::string("foreign-") + GetParam(),
                 {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
-  setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
-  Program controller({HRP_BIN_DIR "/../tests/foreign_controller", std::to_string(set.find_domain())});
+  setenv("CYCLONEDDS_URI", kCycloneConfig.c_str(), 1);
+  Program controller({bin_dir() + "/../tests/foreign_controller", std::to_string(set.find_domain())});
   unsetenv("CYCLONEDDS_URI");
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
   controller.send_signal(SIGTERM);
@@ -82,12 +82,12 @@ TEST_P(Foreign, TheExamplesInCHoldThePoseAndShowTheForces) {
   EXPECT_EQ(reference.wait(), 0) << reference.output();
   ServerSet set(std::string("example-") + GetParam(),
                 {scenario, "--without", "controller", "--dds", GetParam(), "--realtime"});
-  setenv("CYCLONEDDS_URI", kCycloneConfig, 1);
+  setenv("CYCLONEDDS_URI", kCycloneConfig.c_str(), 1);
   const std::string domain = std::to_string(set.find_domain());
   ASSERT_TRUE(wait_until([&] { return count_readers(set, "hrp/contact_forces") == 1; })) << "the logger";
-  Program watcher({HRP_BIN_DIR "/../tests/watch_forces", domain});
+  Program watcher({bin_dir() + "/../tests/watch_forces", domain});
   ASSERT_TRUE(wait_until([&] { return count_readers(set, "hrp/contact_forces") == 2; }));
-  Program controller({HRP_BIN_DIR "/../tests/hold_pose", domain});
+  Program controller({bin_dir() + "/../tests/hold_pose", domain});
   unsetenv("CYCLONEDDS_URI");
   EXPECT_EQ(set.wait(), 0) << set.output() << controller.output();
   EXPECT_EQ(controller.wait(), 0) << controller.output();
@@ -169,8 +169,8 @@ TEST_P(Foreign, WhoeverDoesNotKnowTheTokenNeitherSteersNorEndsARun) {
   // Without the folder of the run's user: as somebody else.
   Program other({"/bin/sh", "-c",
                  "mkdir -m 700 " + get_test_folder() + "/nobody-" + GetParam() +
-                     " && XDG_RUNTIME_DIR=" + get_test_folder() + "/nobody-" + GetParam() +
-                     " exec " HRP_BIN_DIR "/hrp-run --domain " + domain + " stop"});
+                     " && XDG_RUNTIME_DIR=" + get_test_folder() + "/nobody-" + GetParam() + " exec " + bin_dir() +
+                     "/hrp-run --domain " + domain + " stop"});
   EXPECT_EQ(other.wait(), 2) << other.output();
   EXPECT_THAT(other.output(), HasSubstr("only the user who started this run may steer it"));
   Program go({"hrp-run", "--domain", domain, "run"});

@@ -11,8 +11,8 @@
 #include "common/mcap/reader.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -69,7 +69,7 @@ Walked read_walk(const std::string& log, double weight) {
 }
 
 TEST(Sr1, WalksItsPublishedPatternThroughSixProcesses) {
-  const std::filesystem::path folder = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/robots/sr1";
+  const std::filesystem::path folder = std::filesystem::path(source_dir()) / "../shared/robots/sr1";
   if (!std::filesystem::exists(folder / "SR1.urdf")) GTEST_SKIP() << "NOT TESTED: ../shared/robots/sr1 is not there";
   const std::string scenario = get_test_folder() + "/sr1.yaml";
   std::ofstream(scenario) << "robot: " << (folder / "SR1.urdf").string() << "\nfeet: [LLEG_ANKLE_R, RLEG_ANKLE_R]\n"

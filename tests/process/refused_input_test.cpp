@@ -5,8 +5,8 @@
 
 #include <fstream>
 
-#include "test_places.h"
 #include "tests/process/run_and_digest.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {

@@ -8,8 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "test_places.h"
 #include "tests/process/server_set.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -18,7 +18,7 @@ using ::testing::HasSubstr;
 
 // The walk of figure 9 with another plan.
 std::string write_walk(const std::string& name, const std::string& plan) {
-  const std::string folder = std::string(HRP_SOURCE_DIR) + "/models/scenarios/paper_a/";
+  const std::string folder = source_dir() + "/models/scenarios/paper_a/";
   std::ifstream file(folder + "fig9.yaml");
   std::stringstream text;
   text << file.rdbuf();

@@ -20,7 +20,7 @@
 #include "common/mcap/reader.h"
 #include "common/messages/topics.h"
 #include "hrp_idl/dynamics.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -84,7 +84,7 @@ std::string get_test_folder() {
 }
 
 std::string write_scenario(const std::string& name, const ScenarioChange& change) {
-  const std::string models = std::string(HRP_SOURCE_DIR) + "/models";
+  const std::string models = source_dir() + "/models";
   std::string text = read_file(models + "/scenarios/hrp2p_stand.yaml");
   text = replace_line(text, "robot", models + "/hrp2p_like/hrp2p_like.urdf");
   text = replace_line(text, "controller", change.controller);
@@ -98,7 +98,7 @@ Program::Program(const std::vector<std::string>& arguments) {
   static int count = 0;
   output_file_ = get_test_folder() + "/output-" + std::to_string(count++) + ".txt";
   std::vector<std::string> words = arguments;
-  if (words[0].find('/') == std::string::npos) words[0] = std::string(HRP_BIN_DIR) + "/" + words[0];
+  if (words[0].find('/') == std::string::npos) words[0] = bin_dir() + "/" + words[0];
   std::vector<char*> pointers;
   for (std::string& word : words) pointers.push_back(word.data());
   pointers.push_back(nullptr);
@@ -227,7 +227,7 @@ std::vector<ProcessSeen> find_processes() {
 std::vector<ProcessSeen> find_servers(int domain) {
   std::vector<ProcessSeen> servers;
   for (const ProcessSeen& process : find_processes()) {
-    const bool ours = process.command.find(HRP_BIN_DIR) == 0;
+    const bool ours = process.command.find(bin_dir()) == 0;
     if (ours && process.command.find("--domain " + std::to_string(domain) + " ") != std::string::npos)
       servers.push_back(process);
   }

@@ -12,8 +12,8 @@
 
 #include "common/bus/make_bus.h"
 #include "common/messages/topics.h"
-#include "test_places.h"
 #include "tests/process/run_and_digest.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 const std::string kEndless = "{time_step: 0.001, control_period: 0.005, duration: 0}";
 
 std::string make_odd_controller(const std::string& mode) {
-  return "controller=" + std::string(HRP_BIN_DIR) + "/hrp-odd-controller-" + mode;
+  return "controller=" + bin_dir() + "/hrp-odd-controller-" + mode;
 }
 
 // ---- the same bits ------------------------------------------------------------------------------------------------

@@ -7,15 +7,15 @@
 #include <fstream>
 
 #include "common/messages/topics.h"
-#include "test_places.h"
 #include "tests/process/run_and_digest.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models";
+const std::string kModels = source_dir() + "/models";
 
 // The box of test_robots beside a robot that does squats.
 std::string write_world(const std::string& name, const std::string& duration = "0.5") {

@@ -11,8 +11,8 @@
 #include "common/messages/ros_topics.h"
 #include "hrp_idl/ros_views.h"
 #include "hrp_idl/vision.h"
-#include "test_places.h"
 #include "tests/process/run_and_digest.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
@@ -109,7 +109,7 @@ TEST_P(EachVendor, AReaderOfRosSeesTheCamera) {
 
 TEST_P(EachVendor, AControllerThatWaitsForPicturesGetsThemInLockstep) {
   const std::string scenario = write_looking_scenario("lockstep", kEyes);
-  const std::string controller = "controller=" + std::string(HRP_BIN_DIR) + "/hrp-odd-looking-controller";
+  const std::string controller = "controller=" + bin_dir() + "/hrp-odd-looking-controller";
   const auto one =
       run_and_digest(std::string("lockstep-") + GetParam(), scenario, {"--program", controller, "--dds", GetParam()});
   EXPECT_EQ(one.at("hrp/robot_state").count, 501u);

@@ -6,15 +6,15 @@
 
 #include <fstream>
 
-#include "test_places.h"
 #include "tests/process/run_and_digest.h"
+#include "tests/test_places.h"
 
 namespace hrp::test {
 namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models";
+const std::string kModels = source_dir() + "/models";
 
 // The box of test_robots falls askew onto the stairs and the hills of models/terrain.
 std::string write_world() {

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/experiment_keys.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -276,7 +276,7 @@ TEST(Scenario, DamagedTextIsRefusedOrReadButNeverCrashes) {
 }
 
 TEST(Scenario, ExperimentFoldersAreScenarios) {
-  const std::filesystem::path shared = std::filesystem::path(HRP_SOURCE_DIR) / "../shared";
+  const std::filesystem::path shared = std::filesystem::path(source_dir()) / "../shared";
   int found = 0;
   for (const char* folder : {"recordings", "cases/open"}) {
     if (!std::filesystem::is_directory(shared / folder)) continue;

@@ -10,8 +10,8 @@
 #include "common/messages/convert_robot.h"
 #include "common/messages/logged_description.h"
 #include "common/robot/surface_file.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -19,7 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const std::string kTerrain = std::string(HRP_SOURCE_DIR) + "/models/terrain/";
+const std::string kTerrain = source_dir() + "/models/terrain/";
 
 std::string write_file(const std::string& name, const std::string& text) {
   const std::string path = ::testing::TempDir() + "/surface_" + std::to_string(getpid()) + "_" + name;

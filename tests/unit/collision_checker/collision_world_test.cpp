@@ -11,7 +11,7 @@
 
 #include "servers/collision_checker/sole_contact.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -19,7 +19,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 
 struct Case {
   Scenario scenario;

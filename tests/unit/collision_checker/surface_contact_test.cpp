@@ -9,7 +9,7 @@
 #include "common/robot/surface_file.h"
 #include "servers/collision_checker/collision_world.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 using ::testing::Each;
 using ::testing::SizeIs;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 
 Surface make_grid(int columns, int rows, double spacing, const std::function<double(double, double)>& height) {
   Surface surface;

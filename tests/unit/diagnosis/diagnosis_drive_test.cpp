@@ -8,7 +8,7 @@
 #include <functional>
 
 #include "diagnosis/fixed_base.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -218,7 +218,7 @@ TEST(Drives, ASoundJointBesideABadOneGetsNoName) {
 // One recording with none held out: sets of a few effects fit it to the noise (a gain of 0.69 and a force on the rod),
 // and the model of the drive must still win. Both recordings together say 0.89 and 0.19 N m of dry friction.
 TEST(Drives, OneRecordingOfARealPendulumIsAnsweredLikeTwo) {
-  const fs::path path = fs::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_simple_pendulum/experiment.yaml";
+  const fs::path path = fs::path(source_dir()) / "../shared/recordings/dfki_simple_pendulum/experiment.yaml";
   if (!fs::exists(path)) GTEST_SKIP() << path << " is not there";
   Experiment e = load_experiment(path.string());
   e.recordings.resize(1);

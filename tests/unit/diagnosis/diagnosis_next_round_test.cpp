@@ -7,7 +7,7 @@
 #include "diagnosis/next/trial_motion.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/search/fit.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -30,7 +30,7 @@ Json make_open_report() {
 
 // The shipped arm, its recordings and one round of motions of 6 s, played by an arm whose upper link is heavier.
 Experiment play_round() {
-  Experiment e = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/lifter/experiment.yaml");
+  Experiment e = load_experiment(source_dir() + "/models/experiments/lifter/experiment.yaml");
   NextOptions options;
   options.seconds = 6.0, options.jobs = 2;
   const Next next = propose(e, make_open_report(), options, kQuietly);
@@ -54,7 +54,7 @@ Experiment play_round() {
 
 // Along recorded paths, a torque constant, a load and a mass fit nearly alike; only the simulation tells them apart.
 TEST(NextRound, AHeavyLinkIsToldFromATorqueConstantAndKnownBetterThanBefore) {
-  const Experiment before = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/lifter/experiment.yaml");
+  const Experiment before = load_experiment(source_dir() + "/models/experiments/lifter/experiment.yaml");
   const Experiment after = play_round();
   ASSERT_EQ(after.recordings.size(), 4u);
   const Problem problem = make_problem(after, 2);

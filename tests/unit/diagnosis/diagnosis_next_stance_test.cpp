@@ -12,12 +12,12 @@
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/stance_worlds.h"
 #include "diagnosis/report/report.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-const std::string kFolder = std::string(HRP_SOURCE_DIR) + "/models/experiments/";
+const std::string kFolder = source_dir() + "/models/experiments/";
 const Progress kQuietly = [](const std::string&) {};
 
 Json make_sole(const std::string& foot, double stiffness) {

@@ -11,12 +11,12 @@
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/walk_motions.h"
 #include "diagnosis/report/report.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-const std::string kFile = std::string(HRP_SOURCE_DIR) + "/models/experiments/standing/experiment.yaml";
+const std::string kFile = source_dir() + "/models/experiments/standing/experiment.yaml";
 
 Commands make_walk_of(const Experiment& e, const Limits& limits, unsigned seed, double seconds) {
   MotionPlan plan;

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "diagnosis/diagnose_recordings.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 class OpenCase : public testing::TestWithParam<const char*> {};
 
 TEST_P(OpenCase, IsNamedInTheRightPlace) {
-  const fs::path folder = fs::path(HRP_SOURCE_DIR) / "../shared/cases/open" / GetParam();
+  const fs::path folder = fs::path(source_dir()) / "../shared/cases/open" / GetParam();
   if (!fs::exists(folder / "truth.json"))
     GTEST_SKIP() << "no open cases beside the tree: " << folder << " is absent, NOTHING was checked";
   std::ifstream file(folder / "truth.json");

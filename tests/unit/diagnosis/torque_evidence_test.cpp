@@ -14,7 +14,7 @@
 #include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/search/problem.h"
 #include "diagnosis/simulation/windows.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {
@@ -261,7 +261,7 @@ TEST(TorqueEvidence, WhatCarriesTheLinksBesideTheDrivesIsNamedWithItsShare) {
 // What a joint's rotor is beside a wrong mass is another number than alone: it must still be one.
 TEST(TorqueEvidence, OfARealArmWithOneRecordingNoRotorWeighsLessThanNothing) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/recordings/dfki_double_pendulum/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Experiment e = load_experiment(path.string());
   e.recordings.resize(1);

@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "diagnosis/simulation/bodies.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
 
 namespace hrp::diagnosis {
@@ -73,7 +73,7 @@ TEST(TorqueLog, AServoThatSwingsBetweenItsLimitsChangesNoFriction) {
 TEST(TorqueLog, OfRealPendulumsWhoseLogsLeaveGravityOutGravityIsNamed) {
   for (const char* name : {"dfki_simple_pendulum", "dfki_double_pendulum"}) {
     const std::filesystem::path path =
-        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / name / "experiment.yaml";
+        std::filesystem::path(source_dir()) / "../shared/recordings" / name / "experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
     Experiment e = load_experiment(path.string());
     const Plant plant = make_plant(e, {});
@@ -206,7 +206,7 @@ TEST(TorqueLog, LateCommandsOfPositionLogsAreNoViscousFrictionAndNoRotor) {
 // Its authors have a rotor in each joint. What the recordings do not tell from none takes the place of nothing.
 void expect_rotors_of_the_quadruped(bool exchanged) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/go2_hanging/experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/recordings/go2_hanging/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   Experiment e = load_experiment(path.string());
   for (Recording& r : e.recordings) r.spec.train = r.spec.train != exchanged;

@@ -4,7 +4,7 @@
 
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/measurement/torque/torque.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -43,7 +43,7 @@ TEST(TorqueTraces, WithFrictionThatDiffersByDirectionMeetTheRecordedEffort) {
 // In one recording of this arm the joint turns one way only: its torque alone says 0.54 N m, of a level of 0.43 +-
 // 0.11.
 TEST(PerRecording, AgreesOnFrictionThatDiffersByDirectionAlsoWhereTheJointTurnsOneWay) {
-  const Experiment e = load_experiment(std::string(HRP_SOURCE_DIR) + "/models/experiments/arm/experiment.yaml");
+  const Experiment e = load_experiment(source_dir() + "/models/experiments/arm/experiment.yaml");
   const TorqueData data = make_torque_data(e);
   Json found = {{{"effect", "coulomb_friction"},
                  {"where", {{"joint", "axis2"}}},

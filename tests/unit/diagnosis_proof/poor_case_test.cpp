@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "diagnosis/generator/make_case.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::cases {
 namespace {
@@ -155,7 +155,7 @@ std::string make_hold(const std::string& csv) {
 // Two short walks; what is proposed for them is played by the same robot, on its feet.
 TEST(PoorCaseNightly, AWalkerPlaysAProposedMotionAfterItsWalks) {
   CaseOptions options;
-  options.poor = 4.5, options.models = std::string(HRP_SOURCE_DIR) + "/models";
+  options.poor = 4.5, options.models = source_dir() + "/models";
   const CaseRequest request = parse_request("walk:viscous_friction");
   const Case first = make_case(request, 3, options);
   EXPECT_EQ(first.files.count("walk_2.csv"), 1u);

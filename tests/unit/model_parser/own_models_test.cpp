@@ -7,7 +7,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/robot/sole.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -19,7 +19,7 @@ struct OwnRobot {
 
 OwnRobot load_own(const std::string& scenario) {
   OwnRobot own;
-  own.scenario = load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/" + scenario);
+  own.scenario = load_scenario(source_dir() + "/models/scenarios/" + scenario);
   own.robot = load_robot(own.scenario);
   return own;
 }

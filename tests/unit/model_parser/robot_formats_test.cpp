@@ -14,9 +14,9 @@
 #include "common/spatial/rpy.h"
 #include "servers/model_parser/mjcf/compiled_model.h"
 #include "servers/mujoco_dynamics/mjcf.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
 #include "tests/physics/scenario_robot.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -24,7 +24,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 
 Scenario make_scenario(const std::string& file, const std::string& more = "base: fixed\n") {
   return parse_scenario("robot: " + kModels + file + "\n" + more, kModels + "s.yaml");

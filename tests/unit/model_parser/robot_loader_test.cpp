@@ -10,15 +10,15 @@
 
 #include "servers/model_parser/inertia_check.h"
 #include "servers/model_parser/mesh_path.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 
 Scenario make_scenario(const std::string& more = "") { return parse_scenario("robot: r.urdf\n" + more, "/dir/s.yaml"); }
 

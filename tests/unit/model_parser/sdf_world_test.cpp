@@ -6,15 +6,15 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/ground_plane.h"
-#include "test_places.h"
 #include "tests/physics/scenario_robot.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
 using ::testing::HasSubstr;
 
-const std::string kModels = std::string(HRP_SOURCE_DIR) + "/models/";
+const std::string kModels = source_dir() + "/models/";
 const std::string kBox = "robot: " + kModels + "test_robots/box.urdf\n";
 
 WorldSpec read(const std::string& models, Diagnostics* diagnostics, const std::string& more = "") {

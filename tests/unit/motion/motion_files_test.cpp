@@ -10,8 +10,8 @@
 
 #include "common/base/diagnostics.h"
 #include "controller/motion/leg.h"
-#include "test_places.h"
 #include "tests/catch_complaint.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
@@ -84,8 +84,7 @@ TEST(Motion, BadFilesAreRefusedWithLineAndReason) {
   broken.replace(broken.find("1e0"), 3, "zzz");
   EXPECT_THAT(complain_seq(broken), HasSubstr("m.seq:21: error: value 1 of the frame is 'zzz'"));
   EXPECT_THAT(catch_complaint([] { load_motion("/no/such.seq", {}); }), HasSubstr("cannot be read"));
-  EXPECT_THAT(catch_complaint([] { load_motion(std::string(HRP_SOURCE_DIR) + "/README.md", {}); }),
-              HasSubstr("README.md"));
+  EXPECT_THAT(catch_complaint([] { load_motion(source_dir() + "/README.md", {}); }), HasSubstr("README.md"));
 }
 
 TEST(Motion, DamagedTextNeverCrashes) {
@@ -132,7 +131,7 @@ TEST(MotionPlayer, UnknownJointsAreNamed) {
 TEST(Motion, WalkingPatternsOfSr1AreRead) {
   std::vector<std::string> order;
   for (int i = 0; i < 29; ++i) order.push_back("j" + std::to_string(i));
-  const auto folder = std::filesystem::path(HRP_SOURCE_DIR) / "../shared/robots/sr1";
+  const auto folder = std::filesystem::path(source_dir()) / "../shared/robots/sr1";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "NOT TESTED: ../shared/robots/sr1 is not there";
   const Motion first = load_motion((folder / "SR1WalkPattern1.seq").string(), order);
   EXPECT_EQ(first.times.size(), 6701u);
@@ -177,7 +176,7 @@ TEST(Leg, InverseKinematicsUndoesForwardKinematics) {
 }
 
 TEST(Motion, TheShippedSquatAndSwayStartsAndEndsInHalfSitting) {
-  const Motion motion = load_motion(std::string(HRP_SOURCE_DIR) + "/models/motions/hrp2p_squat_and_sway.csv", {});
+  const Motion motion = load_motion(source_dir() + "/models/motions/hrp2p_squat_and_sway.csv", {});
   EXPECT_NEAR(motion.duration(), 10.0, 1e-9);
   EXPECT_LT((motion.positions.col(0) - motion.positions.rightCols(1)).cwiseAbs().maxCoeff(), 1e-7) << "8 decimals";
   EXPECT_NEAR(motion.positions(2, 0), 50.0 * M_PI / 180.0, 1e-7);

@@ -11,12 +11,12 @@
 #include "servers/model_parser/robot_loader.h"
 #include "servers/mujoco_dynamics/engine.h"
 #include "servers/mujoco_dynamics/ground_law.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp {
 namespace {
 
-const char* const kStand = HRP_SOURCE_DIR "/models/scenarios/hrp2p_stand.yaml";
+const std::string kStand = source_dir() + "/models/scenarios/hrp2p_stand.yaml";
 
 double calc_weight(const TreeSpec& tree) { return calc_mass(tree) * kGravity; }
 

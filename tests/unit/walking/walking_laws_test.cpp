@@ -10,7 +10,7 @@
 #include "controller/walking/stabilizer.h"
 #include "controller/walking/whole_body.h"
 #include "servers/model_parser/robot_loader.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::walking {
 namespace {
@@ -21,8 +21,7 @@ struct Body {
   Eigen::VectorXd rest;
   WalkSpec spec;
   explicit Body(const std::string& file)
-      : scenario(load_scenario(std::string(HRP_SOURCE_DIR) + "/models/scenarios/" + file)),
-        robot(load_robot(scenario)) {
+      : scenario(load_scenario(source_dir() + "/models/scenarios/" + file)), robot(load_robot(scenario)) {
     rest.setZero(robot.tree.num_joints());
     for (const auto& [name, value] : scenario.initial_joints) rest[robot.tree.find_joint(name)] = value;
     spec.left_foot = "L_ANKLE_R_LINK";

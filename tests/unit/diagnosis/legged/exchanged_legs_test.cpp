@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "diagnosis/floating/conventions/exchanged_sides.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
@@ -30,7 +30,7 @@ class Exchanged : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
     const std::filesystem::path path =
-        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam() / "experiment.yaml";
+        std::filesystem::path(source_dir()) / "../shared/recordings" / GetParam() / "experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
     e_ = load_experiment(path.string());
   }

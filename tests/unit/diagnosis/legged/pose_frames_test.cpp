@@ -11,7 +11,7 @@
 #include "common/spatial/turn.h"
 #include "diagnosis/floating/conventions/sensor_frames.h"
 #include "diagnosis/floating/fit/shift_columns.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
@@ -170,7 +170,7 @@ class PoseOfARealWalk : public testing::Test {
  protected:
   void SetUp() override {
     const std::filesystem::path path =
-        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+        std::filesystem::path(source_dir()) / "../shared/recordings/icub_walking/experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
     e_ = load_experiment(path.string());
   }

@@ -12,13 +12,13 @@
 
 #include "diagnosis/data/recording.h"
 #include "diagnosis/floating/diagnose.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
 Evidence diagnose_shared(const std::string& folder, bool* there) {
-  const std::filesystem::path path = std::filesystem::path(HRP_SOURCE_DIR) / "../shared" / folder / "experiment.yaml";
+  const std::filesystem::path path = std::filesystem::path(source_dir()) / "../shared" / folder / "experiment.yaml";
   *there = std::filesystem::exists(path);
   return *there ? diagnose_legged(load_experiment(path.string()), nullptr).evidence : Evidence{};
 }
@@ -48,7 +48,7 @@ TEST(LeggedShared, RotorsOfBothKneesAreNamedFromAWalk) {
 // what it brings in of the stance is no zero.
 TEST(LeggedShared, StanceThatTheKernelBringsIntoSwingsIsNoZero) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/go1_walk/experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/recordings/go1_walk/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
   Experiment e = load_experiment(path.string());
   for (Recording& r : e.recordings) {
@@ -85,7 +85,7 @@ class LeggedHumanoid : public testing::Test {
 
   void SetUp() override {
     const std::filesystem::path path =
-        std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+        std::filesystem::path(source_dir()) / "../shared/recordings/icub_walking/experiment.yaml";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << "no recordings beside the tree, NOTHING was checked";
     robot = load_experiment(path.string());
   }
@@ -139,7 +139,7 @@ TEST_F(LeggedHumanoid, AFootOfARealHumanoidThatIsLateIsNamed) {
 // tells how much the delay explains: without that, the finding would be doubted.
 TEST(LeggedShared, ALateFootExplainsWhatItsCorrectionTakesAway) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/cases/open/walk-01/experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/cases/open/walk-01/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "no open cases beside the tree, NOTHING was checked";
   Experiment e = load_experiment(path.string());
   for (Recording& r : e.recordings) {

@@ -12,7 +12,7 @@
 #include "common/spatial/rpy.h"
 #include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/floating/conventions/sensor_frames.h"
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
@@ -112,7 +112,7 @@ class AxesOfARealWalk : public testing::TestWithParam<std::pair<std::string, Mat
 
 TEST_P(AxesOfARealWalk, AreToldByLegsThatStand) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings/icub_walking/experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/recordings/icub_walking/experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
   Experiment e = load_experiment(path.string());
   const auto& [half, R] = GetParam();

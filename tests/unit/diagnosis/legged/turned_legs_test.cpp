@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "test_places.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
 namespace hrp::diagnosis::floating {
@@ -44,7 +44,7 @@ class TurnedLegsOf : public testing::TestWithParam<std::pair<const char*, const 
 
 TEST_P(TurnedLegsOf, ARealWalkAreFoundAndNoOthers) {
   const std::filesystem::path path =
-      std::filesystem::path(HRP_SOURCE_DIR) / "../shared/recordings" / GetParam().first / "experiment.yaml";
+      std::filesystem::path(source_dir()) / "../shared/recordings" / GetParam().first / "experiment.yaml";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there, NOTHING was checked";
   const Experiment e = load_experiment(path.string());
   EXPECT_TRUE(find_turned_legs(e).joints.empty());
