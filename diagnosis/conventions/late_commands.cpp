@@ -206,8 +206,9 @@ LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged
       !has_rates(e) && has_damping(e) && find_left(convert_commands(e, make_rate())).calc_share(logged) < kHalf;
   if (!late.any() && !rate.any()) return {};
   const ListFit as_logged = fit_list(e, jobs);
+  // In N m: efforts by a servo's law grow with the delay, and friction explains the growth.
   const auto judge = [&](const LateCommands& c) {
-    return c.any() ? compare(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0;
+    return c.any() ? compare_torques(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0;
   };
   const double of_delay = judge(late) - kWholeGain, of_rate = judge(rate);
   if (std::max(of_delay, of_rate) < kConventionNats) return {};

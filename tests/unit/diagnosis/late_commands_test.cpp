@@ -2,6 +2,9 @@
 // Commands and positions without efforts: what the servos acted on is known from the log of the commands alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "diagnosis/conventions/late_commands.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/conventions/log_conventions.h"
@@ -115,6 +118,53 @@ TEST(LateCommands, ServosThatDampTheErrorOfTheVelocityGetItsCommandFromThePositi
   const Experiment converted = convert_commands(e, late);
   for (const JointColumns& joint : converted.recordings[0].joints)
     EXPECT_EQ(joint.command_rate.size(), joint.command.size());
+}
+
+// A motor with a rotor and friction, kp 1, and a servo that damps the error of the velocity with kd; encoder counts.
+// Neither efforts nor commanded velocities are logged.
+Experiment make_position_loop(const std::string& name, double kd) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / ("hrp_loop_" + name);
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "robot.urdf") << R"(<robot name="motor"><link name="base"/><link name="rotor"><inertial>
+    <mass value="0.1"/><inertia ixx="1e-5" ixy="0" ixz="0" iyy="1e-5" iyz="0" izz="1e-5"/></inertial></link>
+    <joint name="motor" type="continuous"><parent link="base"/><child link="rotor"/><axis xyz="0 0 1"/></joint></robot>)";
+  std::ofstream yaml(folder / "experiment.yaml");
+  yaml << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 1, kd: " << kd
+       << ", effort_limit: 0.5}}\nrecordings:\n";
+  constexpr double kCount = 2.0 * M_PI / 4096;  // [rad]
+  for (int file = 0; file < 2; ++file) {
+    yaml << "- {file: r" << file << ".csv, role: " << (file < 1 ? "train" : "validate") << "}\n";
+    std::ofstream csv(folder / ("r" + std::to_string(file) + ".csv"));
+    csv.precision(10);
+    csv << "time,/joint_commands/motor/position,/joint_states/motor/position\n";
+    const double way = file < 1 ? 6.3 : -6.3, time = 0.75;  // [rad], [s] of one move with minimum jerk
+    for (int k = 0; k < 120; ++k) {
+      const double s = std::clamp(0.008 * k / time - 0.15, 0.0, 1.0);
+      const double q = way * s * s * s * (10.0 + s * (6.0 * s - 15.0));
+      const double v = way / time * 30.0 * s * s * (1.0 - s) * (1.0 - s);
+      const double a = way / time / time * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s);
+      const double texture = 4e-3 * std::sin((1.5 + 0.2 * q) * q);  // of no effect on the list
+      const double torque = 1.1e-4 * a + 4e-4 * v + 4e-3 * std::tanh(v / 0.05) + texture;
+      csv << 0.008 * k << "," << kCount * std::round((q + torque) / kCount) << "," << kCount * std::round(q / kCount)
+          << "\n";
+    }
+  }
+  yaml.close();
+  return load_experiment((folder / "experiment.yaml").string());
+}
+
+// A delay of any size makes torques in proportion to speed, which friction then takes back: that is no evidence of it.
+TEST(LateCommands, ADelayThatFrictionTakesBackIsNotBelieved) {
+  for (double kd : {0.001, 0.005}) {
+    const LateCommands late = find_late_commands(make_position_loop("taken_back", kd), 1);
+    EXPECT_EQ(late.delay > 0.0 && !late.of_rate, false) << kd << ": " << late.delay;
+  }
+}
+
+// The torque by a damping that does not act is many times what moves the joint: in proportion to such efforts, no
+// motion shows that its law is another.
+TEST(LateCommands, DampingThatIsMuchTooLargeIsSeenToActOnTheErrorOfTheVelocity) {
+  EXPECT_TRUE(find_late_commands(make_position_loop("too_large", 0.01), 1).of_rate);
 }
 
 // Recorded efforts do not depend on the log of the commands.
