@@ -19,6 +19,7 @@
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/doubtful_constants.h"
+#include "diagnosis/findings/even_speeds.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/odd_sizes.h"
 #include "diagnosis/findings/simpler_law.h"
@@ -64,6 +65,7 @@ void finish(const Experiment& e, Reports* reports) {
   doubt_constants_of_masses(e, &report);
   doubt_constants_of_commands(e, &report);
   doubt_limits_within_friction(&report);
+  doubt_friction_of_even_speeds(e, &report);
   doubt_upright_forces(e, &report);
   drop_idle_findings(&report);
   list_once(&report);

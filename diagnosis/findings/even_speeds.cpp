@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/findings/even_speeds.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/rounding.h"
+#include "common/effects/effect_info.h"
+#include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/grading.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kParts = 8.0;     // of the range: speeds over each are hardly coarser for an encoder's steps
+constexpr double kStanding = 0.5;  // of a part
+constexpr double kLost = 5.0;      // samples: across a gap of more, the way is not known
+// Largest over smallest speed. Dry friction of real drives changes by a fifth and more along their way and as they warm
+// up; over less than this, viscous friction changes by no more than twice that.
+constexpr double kEven = 1.5;
+constexpr size_t kFewest = 4;    // parts: half of one way
+constexpr size_t kTrimmed = 10;  // of so many parts, the slowest and the fastest are left out
+
+double calc_range(const Experiment& e, size_t joint) {
+  double low = 1e300, high = -1e300;
+  for (const Recording& r : e.recordings) {
+    for (double q : r.joints[joint].signal[0]) {
+      if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
+    }
+  }
+  return std::max(0.0, high - low);
+}
+
+// The parts of one recording. `part` [rad or m].
+void add_speeds(const Recording& r, const std::vector<double>& q, double part, double lost, std::vector<double>* out) {
+  size_t begin = 0, left = 0;  // of the part, and of its second half
+  for (size_t k = 1; k < q.size(); ++k) {
+    if (!std::isfinite(q[k])) continue;
+    if (r.time[k] - r.time[k - 1] > lost || !std::isfinite(q[begin])) {
+      begin = left = k;
+      continue;
+    }
+    const double way = q[k] - q[begin];
+    if (std::abs(way) < kStanding * part) left = k;
+    if (std::abs(way) < part) continue;
+    out->push_back((q[k] - q[left]) / (r.time[k] - r.time[left]));
+    begin = left = k;
+  }
+}
+
+bool is_even(std::vector<double> speeds) {
+  if (speeds.empty()) return true;
+  std::sort(speeds.begin(), speeds.end());
+  const size_t trim = speeds.size() / kTrimmed;
+  return speeds[speeds.size() - 1 - trim] <= kEven * speeds[trim];
+}
+
+double get_parameter(const Json& finding, const char* name) {
+  const Json& p = finding["parameters"];
+  return p.contains(name) && p[name].is_object() && p[name]["value"].is_number() ? p[name]["value"].get<double>() : 0.0;
+}
+
+// Torque [N m] of friction at a speed; 0 if it depends on more than that.
+double calc_torque(const Json& finding, double speed) {
+  return get_parameter(finding, "level") + get_parameter(finding, "coulomb") +
+         get_parameter(finding, "coefficient") * speed +
+         get_parameter(finding, "stiffness") * get_parameter(finding, "yield_angle");
+}
+
+bool is_friction(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  if (!effect || !finding["where"].contains("joint")) return false;
+  return effect->family == EffectFamily::kDryFriction || effect->family == EffectFamily::kSpeedLoss ||
+         finding["parameters"].contains("yield_angle");  // with memory
+}
+
+void list_other(const std::string& other, const char* parameter, double value, Json* finding) {
+  Json& list = (*finding)["alternatives"];
+  const bool listed = std::any_of(list.begin(), list.end(), [&](const Json& a) {
+    return a["effect"] == other && a.value("where", Json()) == (*finding)["where"];
+  });
+  if (listed || (*finding)["effect"] == other) return;
+  Json parameters = Json::object();
+  if (value > 0.0) parameters[parameter] = round_to(value, 2);
+  list.push_back({{"effect", other},
+                  {"family", find_family_name(other)},
+                  {"where", (*finding)["where"]},
+                  {"parameters", parameters},
+                  {"motion_that_would_tell", "several constant speeds in both directions"}});
+}
+
+void doubt_friction(double speed, Json* finding) {
+  const double torque = calc_torque(*finding, speed);
+  make_ambiguous(finding);
+  (*finding)["statement"] = finding->value("statement", "") +
+                            " The joint moves at one speed in each direction: that does not tell friction of constant "
+                            "level from friction in proportion to speed.";
+  list_other("coulomb_friction", "level", torque, finding);
+  list_other("viscous_friction", "coefficient", torque / speed, finding);
+}
+
+}  // namespace
+
+std::vector<double> list_speeds(const Experiment& e, size_t joint) {
+  std::vector<double> speeds;
+  const double part = calc_range(e, joint) / kParts;
+  for (const Recording& r : e.recordings) {
+    if (part > 0.0 && r.joints[joint].has(Quantity::kPosition))
+      add_speeds(r, r.joints[joint].signal[0], part, kLost * e.sample_time, &speeds);
+  }
+  return speeds;
+}
+
+bool is_of_even_speed(const std::vector<double>& speeds) {
+  std::vector<double> forward, backward;
+  for (double v : speeds) (v > 0.0 ? forward : backward).push_back(std::abs(v));
+  return speeds.size() >= kFewest && is_even(forward) && is_even(backward);
+}
+
+void doubt_friction_of_even_speeds(const Experiment& e, Json* report) {
+  for (Json& f : (*report)["findings"]) {
+    if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_friction(f)) continue;
+    for (int j = 0; j < e.num_joints(); ++j) {
+      if (f["where"]["joint"] != e.robot.tree.joint(j).name) continue;
+      const std::vector<double> speeds = list_speeds(e, static_cast<size_t>(j));
+      if (!is_of_even_speed(speeds)) continue;
+      double sum = 0.0;
+      for (double v : speeds) sum += std::abs(v);
+      doubt_friction(sum / static_cast<double>(speeds.size()), &f);
+    }
+  }
+}
+
+}  // namespace hrp::diagnosis
