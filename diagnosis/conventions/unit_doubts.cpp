@@ -43,6 +43,15 @@ void mark_unexplained(const std::string& joint, const std::string& unit, Json* r
   }
 }
 
+// Nor is what remains there.
+void mark_remaining(const std::string& joint, Json* report) {
+  if (!report->contains("remaining")) return;
+  for (Json& r : (*report)["remaining"]) {
+    if (r.value("where", Json::object()).value("joint", "") == joint)
+      r["statement"] = r.value("statement", "") + " Values are in the unit of the log.";
+  }
+}
+
 // A value with the relative deviation `blur` of its unit beside its own.
 void widen(double blur, Json* number, Json* std, Json* ends) {
   const double own = std->get<double>(), wide = std::hypot(own, blur * number->get<double>());
@@ -223,6 +232,7 @@ void doubt_untold_units(const Experiment& e, const std::vector<EffortUnit>& unto
          reports);
     mark_findings(name, "in_log_unit", " Values are in the unit of the log.", &reports->report);
     mark_unexplained(name, unit, &reports->report);
+    mark_remaining(name, &reports->report);
     doubt_large_rotor(name, unit, u, &reports->report);
     doubt_whole_friction(name, &reports->report);
     const bool of_friction = u.without_friction != 1.0;

@@ -22,6 +22,13 @@ std::string get_joint(const std::string& signal) {
   return signal.substr(begin + 1, end - begin - 1);
 }
 
+// Whether it is an effort whose unit the motion does not tell.
+bool is_untold(const json& report, const std::string& signal) {
+  const json& joints = get_list(report, "untold_units");
+  return std::any_of(joints.begin(), joints.end(),
+                     [&](const json& joint) { return ends_with(signal, "/" + format_value(joint) + "/effort"); });
+}
+
 // Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as
 // newton metres.
 std::set<std::string> list_untold_efforts(const json& report, const json& signals) {
@@ -30,8 +37,7 @@ std::set<std::string> list_untold_efforts(const json& report, const json& signal
   if (std::none_of(findings.begin(), findings.end(), [](const json& f) { return get(f, "of_log") == json(true); }))
     return untold;
   for (const auto& item : signals.items()) {
-    for (const json& joint : get_list(report, "untold_units"))
-      if (ends_with(item.key(), "/" + format_value(joint) + "/effort")) untold.insert(item.key());
+    if (is_untold(report, item.key())) untold.insert(item.key());
   }
   return untold;
 }
@@ -46,13 +52,13 @@ std::string make_change(double before, double after, const std::string& unit) {
 }
 
 // Sums over the signals whose names end so, by unit.
-std::map<std::string, Squares> sum_squares(const json& signals, const std::string& suffix,
+std::map<std::string, Squares> sum_squares(const json& report, const json& signals, const std::string& suffix,
                                            const std::set<std::string>& left_out) {
   std::map<std::string, Squares> by_unit;
   for (const auto& [name, fit] : signals.items()) {
     const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
     if (!std::isfinite(before + after) || !ends_with(name, suffix) || left_out.count(name) > 0) continue;
-    Squares& s = by_unit[get_text(fit, "unit")];
+    Squares& s = by_unit[is_untold(report, name) ? "(unit of the log)" : get_text(fit, "unit")];
     s.before += before * before, s.after += after * after, s.n += 1.0;
   }
   return by_unit;
@@ -87,7 +93,7 @@ std::string make_errors_sentence(const json& report) {
   const std::set<std::string> untold = list_untold_efforts(report, signals);
   std::string falls, rises;
   for (const auto& [suffix, word] : kinds) {
-    for (const auto& [unit, s] : sum_squares(signals, suffix, untold)) {
+    for (const auto& [unit, s] : sum_squares(report, signals, suffix, untold)) {
       std::string& text = s.after > s.before ? rises : falls;
       text += (text.empty() ? "" : ", ") + std::string(word) +
               make_change(std::sqrt(s.before / s.n), std::sqrt(s.after / s.n), unit);

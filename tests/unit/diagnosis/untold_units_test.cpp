@@ -30,6 +30,11 @@ TEST(UntoldUnits, WhatIsFoundWhereTheUnitIsNotToldIsInTheUnitOfTheLog) {
   EXPECT_NE(report["summary"].get<std::string>().find("the unit of the effort of motor"), std::string::npos)
       << report["summary"];
   for (const Json& f : report["findings"]) EXPECT_TRUE(f.contains("in_log_unit")) << f["statement"];
+  // Errors of this effort neither.
+  const std::string summary = report["summary"], errors = summary.substr(summary.find("efforts from "));
+  EXPECT_NE(errors.substr(0, errors.find(". ")).find("(unit of the log)"), std::string::npos) << errors;
+  for (const Json& r : report["remaining"])
+    EXPECT_NE(r["statement"].get<std::string>().find("in the unit of the log"), std::string::npos) << r["statement"];
 }
 
 // A heavy disc with the current of its motor as effort: it takes a fortieth of what is logged, as a rotor of 39 discs
