@@ -62,10 +62,11 @@ std::vector<Row> list_rows(const std::vector<RateMoment>& moments, const Map& ma
 
 // Feet that land or slide leave much and tell little: weights of Cauchy's errors about the median.
 std::vector<double> find_weights(const std::vector<Row>& rows) {
-  std::vector<double> squares, out;
-  for (const Row& r : rows) squares.push_back(r.left.squaredNorm());
-  const double usual = std::max(1e-12, find_median(squares));
-  for (double s : squares) out.push_back(1 / (1 + s / usual));
+  std::vector<double> out;
+  for (const Row& r : rows) out.push_back(r.left.squaredNorm());
+  std::vector<double> copy = out;  // at -O2, GCC 12 takes a copy made by the call for memory that is freed wrongly
+  const double usual = std::max(1e-12, find_median(std::move(copy)));
+  for (double& s : out) s = 1 / (1 + s / usual);
   return out;
 }
 
