@@ -111,18 +111,22 @@ class RivalSearch {
   }
 
   // If a drive carries one link alone from the base, its gain and the link's mass scale the same torque in every
-  // motion. The mass is then a rival, whatever its evidence.
+  // motion. The mass is then a rival, whatever its evidence, and the first: a report lists a few.
   void add_equal_mass() {
     const TreeSpec& tree = design_.data->experiment->robot.tree;
     const std::string& joint = tree.joint(g_.term.place).name;
     for (size_t link = 1; link < tree.links.size(); ++link) {
       const LinkSpec& own = tree.links[link];
       if (own.joint.name != joint || own.parent != 0 || !is_last(tree, static_cast<int>(link))) continue;
-      const bool there = std::any_of(rivals_.begin(), rivals_.end(), [&](const Rival& r) {
+      const auto there = std::find_if(rivals_.begin(), rivals_.end(), [&](const Rival& r) {
         return r.term.row->factor && r.term.place == static_cast<int>(link);
       });
+      if (there != rivals_.end()) {
+        std::rotate(rivals_.begin(), there, there + 1);
+        continue;
+      }
       const double k = 1.0 - g_.parameters[0];
-      if (there || !(k > 0.0)) continue;
+      if (!(k > 0.0)) continue;
       const Term mass{&find_term_row(&TermRow::factor), static_cast<int>(link)};
       rivals_.insert(rivals_.begin(), {mass, Eigen::VectorXd::Constant(1, 1.0 / k - 1.0), g_.width / (k * k), {}, {}});
     }
