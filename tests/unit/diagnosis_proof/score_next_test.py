@@ -31,6 +31,12 @@ class ScoreNext(unittest.TestCase):
         self.assertTrue(score_next.is_right(DIRTY, report(found("coulomb_friction", 0.1), found("rotor_inertia", 0.1))))
         self.assertFalse(score_next.is_right(DIRTY, report(found("coulomb_friction", 0.1))))
 
+    def test_of_a_dirty_world_the_effects_that_are_named_are_counted(self):
+        case = {"truth": DIRTY, "first": report(found("coulomb_friction", 0.1)), "proposed": {}}
+        self.assertEqual(score_next.count_named(case, "first"), (1, 2))
+        self.assertEqual(score_next.count_named(case, "proposed"), (0, 2))
+        self.assertEqual(score_next.count_named({"truth": CLEAN, "first": report()}, "first"), (0, 0))
+
     def test_background_is_no_wrong_name_and_its_intervals_count(self):
         self.assertEqual(score_next.count_wrong(DIRTY, report(found("coulomb_friction", 0.1))), 0)
         self.assertEqual(score_next.count_wrong(DIRTY, report(found("backlash", 0.1))), 1)
