@@ -13,9 +13,10 @@
 #   --jobs J     tools that run at the same time (all cores)
 #   --out DIR    working folder (out/next-SEED); a stopped trial continues there
 #   --family F   families of hrp-make-cases, a comma list (joint,link,pair,pair_same_joint). arm_dirty: friction and rotors
-#                in every joint; stand_joint,stand_link,stand_foot,stand_pair: standing robots; walk_joint,walk_dirty and
-#                other walks: motions on the feet after two short walks
-#   --poor T     seconds of the first recordings (2); of walks more than 4
+#                in every joint; stand_joint,stand_link,stand_foot,stand_pair: standing robots; walk: walks with one or two
+#                effects or none; walk_dirty: with friction and rotors in every joint. Motions on the feet follow two short
+#                walks
+#   --poor T     seconds of the first recordings (2); of walks at least 3, a single step
 #   --seconds T  seconds of a proposed motion (6)
 #   --limit T    seconds after which a run counts as no answer (900)
 #   --stage X    table: only counts existing answers; all (all)

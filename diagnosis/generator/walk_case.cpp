@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kPeriod = 0.005;          // [s] of the controller
 constexpr double kShortest = 4.0;          // [s] a recording that ends earlier, in a fall, tells too little
+constexpr double kNearlyAll = 0.9;         // share of a shorter recording that has to be there
 constexpr int kDraws = 60;                 // of robot, effects and walks, before a case is given up
 constexpr double kHeldSteps = 30;          // of its encoder, that a joint which is held moves by at most
 constexpr int kWalks = 4, kPoorWalks = 2;  // the last one to validate
@@ -89,7 +90,7 @@ Walk make_walk(const WalkDraft& draft, double duration, bool stabilized, Prng& r
   walk.fell = readings.size() < instants.size();
   const double end = readings.empty() ? 0 : readings.back().time;
   while (!times.empty() && times.back() > end) times.pop_back();
-  if (times.empty() || times.back() < kShortest) throw InsaneCase{"falls at once"};
+  if (times.empty() || times.back() < std::min(kShortest, kNearlyAll * duration)) throw InsaneCase{"falls at once"};
   const Commands given = commands.sample(times);
   walk.columns = make_columns(draft.robot, all, draft.recorder, given, times, instants, readings, random);
   Prng none(0);
