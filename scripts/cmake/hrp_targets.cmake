@@ -32,6 +32,10 @@ function(hrp_quick target headers)
   hrp_precompile(${target} ${headers})
 endfunction()
 
+# Code of which no program computes states step by step (diagnosis, viewer): -O2 takes a quarter
+# faster to compile. Results are the same to the bit: no option here changes values.
+set(HRP_MEDIUM -O2)
+
 # hrp_plain(FILE ...): sources of this folder that neither compute nor use Eigen or CLI11. Without the precompiled header,
 # whose own objects cost a second in each file, and with little optimisation they take half of the time to compile.
 function(hrp_plain)
@@ -68,6 +72,7 @@ function(hrp_library name)
   elseif(ARG_QUICK)
     hrp_quick(${name} hrp_command_line_headers)
   else()
+    target_compile_options(${name} PRIVATE ${HRP_MEDIUM})
     hrp_precompile(${name} hrp_eigen_headers)
   endif()
 endfunction()
@@ -97,6 +102,7 @@ function(hrp_program name)
   if(CLI11::CLI11 IN_LIST ARG_LINK)
     hrp_quick(${name} hrp_command_line_headers)
   else()
+    target_compile_options(${name} PRIVATE ${HRP_MEDIUM})
     hrp_precompile(${name} hrp_eigen_headers)
   endif()
   add_dependencies(hrp_programs ${name})
