@@ -19,7 +19,8 @@ constexpr double kCutoff = 8.0;         // [Hz] cutoff of both columns
 constexpr double kTrim = 0.3;           // [s] left out at both ends, where derivatives are one-sided
 constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
 constexpr double kExactTime = 0.05;     // [sampling times] agreement of a delay
-constexpr int kRounds = 3;              // of linear steps towards the delay
+constexpr int kLeastRounds = 3;         // of linear steps towards the delay
+constexpr int kMostRounds = 16;         // of a mean over a time, whose damping leaves half of the way at each step
 constexpr int kFilterRounds = 8;        // the same towards a filter's time constant, which is further away
 
 // Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
@@ -111,11 +112,12 @@ void take_smaller_scale(const VelocityReading& undamped, VelocityReading* out) {
 VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, const std::vector<Gram>& as_logged,
                              double sample_time) {
   VelocityReading out;
-  double late = 0.0;
-  for (int round = 0; round < kRounds; ++round) {
+  double late = 0.0, step = 0.0;
+  for (int round = 0; round < kLeastRounds || (round < kMostRounds && std::abs(step) > kExactTime * sample_time);
+       ++round) {
     const std::vector<Gram> folds = round == 0 ? as_logged : add_stretches(motions, joint, late);
     out = read_columns(folds, kAll, sample_time);
-    late += out.late, out.late = late;
+    step = out.late, late += step, out.late = late;
     if (out.ratio == 0.0 || !(std::abs(late) < kLongest)) return {};
     take_smaller_scale(read_columns(folds, kUndamped, sample_time), &out);
   }

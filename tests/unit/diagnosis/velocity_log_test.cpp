@@ -81,6 +81,29 @@ TEST(VelocityLog, AFilterThatDampsFastMotionIsNoScale) {
               0.003);  // half a sample of the filter's own rule, and what it bends beyond the second term
 }
 
+// A servo tells its velocity as the way of the last 0.1 s. It starts and turns within a second.
+TEST(VelocityLog, AMeanOverATimeIsLateByHalfOfIt) {
+  constexpr double kMean = 0.1;  // [s]
+  Experiment e = make_simulated_experiment("velocity_mean", kArm, {"shoulder", "elbow"}, {});
+  e.recordings.resize(1);
+  Recording& r = e.recordings[0];
+  r.time.resize(300);  // 1.5 s
+  for (JointColumns& c : r.joints) {
+    for (std::vector<double>& signal : c.signal) signal.resize(std::min(signal.size(), r.size()));
+  }
+  JointColumns& elbow = r.joints[kElbow];
+  const auto calc_position = [](double time) {
+    return 0.3 * std::sin(2.0 * M_PI * time) + 0.06 * std::sin(2.0 * M_PI * 4.0 * time + 0.5);
+  };
+  for (size_t k = 0; k < r.size(); ++k) {
+    elbow.signal[0][k] = calc_position(r.time[k]);
+    elbow.signal[1][k] = (calc_position(r.time[k]) - calc_position(r.time[k] - kMean)) / kMean;
+  }
+  const VelocityReading log = find_velocity_readings(e)[kElbow];
+  EXPECT_NEAR(log.late, 0.5 * kMean, 5e-4);  // a tenth of the sampling time
+  EXPECT_LT(std::abs(log.late - 0.5 * kMean), 2.0 * log.late_std);
+}
+
 // The elbow swings at 2 Hz for 1.5 s, and its drive logs `scale` times its velocity in whole degrees per second, `late`
 // [s].
 VelocityReading read_one_frequency(const std::string& name, double scale, double late) {
