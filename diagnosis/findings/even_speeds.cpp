@@ -6,6 +6,7 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/grading.h"
@@ -23,16 +24,6 @@ constexpr double kLost = 5.0;      // samples: across a gap of more, the way is 
 constexpr double kEven = 1.5;
 constexpr size_t kFewest = 4;    // parts: half of one way
 constexpr size_t kTrimmed = 10;  // of so many parts, the slowest and the fastest are left out
-
-double calc_range(const Experiment& e, size_t joint) {
-  double low = 1e300, high = -1e300;
-  for (const Recording& r : e.recordings) {
-    for (double q : r.joints[joint].signal[0]) {
-      if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
-    }
-  }
-  return std::max(0.0, high - low);
-}
 
 // The parts of one recording. `part` [rad or m].
 void add_speeds(const Recording& r, const std::vector<double>& q, double part, double lost, std::vector<double>* out) {
@@ -58,16 +49,10 @@ bool is_even(std::vector<double> speeds) {
   return speeds[speeds.size() - 1 - trim] <= kEven * speeds[trim];
 }
 
-double get_parameter(const Json& finding, const char* name) {
-  const Json& p = finding["parameters"];
-  return p.contains(name) && p[name].is_object() && p[name]["value"].is_number() ? p[name]["value"].get<double>() : 0.0;
-}
-
 // Torque [N m] of friction at a speed; 0 if it depends on more than that.
 double calc_torque(const Json& finding, double speed) {
-  return get_parameter(finding, "level") + get_parameter(finding, "coulomb") +
-         get_parameter(finding, "coefficient") * speed +
-         get_parameter(finding, "stiffness") * get_parameter(finding, "yield_angle");
+  const auto get = [&](const char* name) { return read_number(finding["parameters"], name, 0.0); };
+  return get("level") + get("coulomb") + get("coefficient") * speed + get("stiffness") * get("yield_angle");
 }
 
 bool is_friction(const Json& finding) {
@@ -106,7 +91,7 @@ void doubt_friction(double speed, Json* finding) {
 
 std::vector<double> list_speeds(const Experiment& e, size_t joint) {
   std::vector<double> speeds;
-  const double part = calc_range(e, joint) / kParts;
+  const double part = calc_position_range(e, joint) / kParts;
   for (const Recording& r : e.recordings) {
     if (part > 0.0 && r.joints[joint].has(Quantity::kPosition))
       add_speeds(r, r.joints[joint].signal[0], part, kLost * e.sample_time, &speeds);

@@ -68,6 +68,12 @@ bool holds(const Json& interval, double value) {
          interval[0].get<double>() <= value && value <= interval[1].get<double>();
 }
 
+double read_number(const Json& parameters, const char* name, double missing) {
+  if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number())
+    return missing;
+  return parameters[name]["value"].get<double>();
+}
+
 void make_ambiguous(Json* finding) {
   (*finding)["grade"] = get_grade_name(Grade::kAmbiguous);
   if (finding->contains("statement")) (*finding)["statement"] = say_ambiguous((*finding)["statement"]);

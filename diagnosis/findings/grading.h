@@ -17,6 +17,9 @@ nlohmann::ordered_json make_graded_report(bool has_held, Evidence evidence);
 // Whether a finding's interval has this value in it; false for what is no interval.
 bool holds(const nlohmann::ordered_json& interval, double value);
 
+// A number of a finding's parameters, by its name in a report; `missing` where the finding does not say.
+double read_number(const nlohmann::ordered_json& parameters, const char* name, double missing);
+
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 

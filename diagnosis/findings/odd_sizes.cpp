@@ -85,18 +85,12 @@ double calc_wound(const TreeSpec& tree, const Json& finding) {
 
 bool has_odd_size(const Json& finding) { return finding.contains("odd_size"); }
 
-// Value of a stiffness; infinite if it is not stated, so nothing is compliant.
-double read_stiffness(const Json& parameters, const char* name) {
-  if (!parameters.contains(name) || !parameters[name].is_object() || !parameters[name]["value"].is_number())
-    return HUGE_VAL;
-  return parameters[name]["value"].get<double>();
-}
-
 bool is_stiff_sole(const Json& finding, double half_weight) {
   if (finding["effect"] != get_effect(EffectId::kFootCompliance).name) return false;
-  const Json& p = finding["parameters"];
-  const double tilt = std::min(read_stiffness(p, "k_roll"), read_stiffness(p, "k_pitch"));
-  return half_weight / read_stiffness(p, "kz") < kSink && half_weight * kMove / tilt < kTilt;
+  // A stiffness that is not stated is no compliance.
+  const auto get = [&](const char* name) { return read_number(finding["parameters"], name, HUGE_VAL); };
+  const double tilt = std::min(get("k_roll"), get("k_pitch"));
+  return half_weight / get("kz") < kSink && half_weight * kMove / tilt < kTilt;
 }
 
 // True if all parameters that define the effect are within `kIdle` standard deviations of neutral.

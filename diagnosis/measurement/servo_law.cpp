@@ -9,6 +9,7 @@
 #include "diagnosis/data/held_out.h"
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/noise.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/smooth.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
@@ -171,17 +172,6 @@ double calc_spread(const Experiment& e, size_t j) {
   return spread.get();
 }
 
-// Range of positions over all recordings [rad].
-double calc_travel(const Experiment& e, size_t j) {
-  double low = 1e300, high = -1e300;
-  for (const Recording& r : e.recordings) {
-    for (double q : r.joints[j].signal[0]) {
-      if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
-    }
-  }
-  return std::max(0.0, high - low);
-}
-
 ServoPairs list_pairs(const ServoLog& log, double delay) {
   ServoPairs out;
   log.walk(delay, true, [&](double law, double effort, double position, size_t recording) {
@@ -338,7 +328,7 @@ std::vector<ServoReading> find_servo_readings(const Experiment& e, const std::ve
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     list[j] = read_servo({e, j, plant.laws[j]}, find_delay(delays, j), velocity[j].late, calc_spread(e, j));
-    list[j].travel = calc_travel(e, j);
+    list[j].travel = calc_position_range(e, j);
   }
   return list;
 }
