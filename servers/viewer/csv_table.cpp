@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/viewer/csv_table.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -8,22 +9,14 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/read_file.h"
-#include "common/base/trim.h"
+#include "common/base/split_cells.h"
 
 namespace hrp {
 namespace {
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else if (c != '\r' && c != '"') {
-      cells.back() += c;
-    }
-  }
-  for (std::string& cell : cells) cell = trim(cell);
-  return cells;
+std::vector<std::string> split_without_quotes(std::string line) {
+  line.erase(std::remove_if(line.begin(), line.end(), [](char c) { return c == '\r' || c == '"'; }), line.end());
+  return split_cells(line);
 }
 
 double read_number(const std::string& cell, const InputPlace& place, size_t column) {
@@ -55,7 +48,7 @@ CsvTable read_csv_table(const std::string& path) {
     ++place.line;
     if (place.line == 1 && line.rfind("\xEF\xBB\xBF", 0) == 0) line.erase(0, 3);  // byte order mark
     if (line.empty() || line[0] == '#' || line == "\r") continue;
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = split_without_quotes(line);
     if (table.names.empty()) {
       table.names = cells;
       table.columns.resize(cells.size());

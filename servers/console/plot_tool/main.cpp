@@ -24,7 +24,6 @@ void read(const std::string& path, hrp::Plot* plot) {
   for (size_t i = 1; i < names.size(); ++i) plot->series.push_back({names[i], {}, {}});
   for (int number = 2; std::getline(file, line); ++number) {
     const std::vector<std::string> cells = hrp::split_cells(line);
-    if (cells.empty()) continue;
     try {
       for (size_t i = 1; i < cells.size() && i < names.size(); ++i) {
         plot->series[i - 1].x.push_back(std::stod(cells[0]));
