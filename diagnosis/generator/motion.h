@@ -16,6 +16,7 @@ struct Commands {
   std::vector<std::vector<double>> position, velocity;  // [joint][sample]
 
   void find(int joint, double t, double& position_out, double& velocity_out) const;
+  // The same motion at other times, such as the stamps of a recorder.
   Commands sample(const std::vector<double>& at) const;
 };
 

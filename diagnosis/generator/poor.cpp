@@ -59,7 +59,6 @@ Commands read_commands(const RobotPlan& robot, const std::string& file) {
   return out;
 }
 
-// The same motion as it is at the recorder's stamps.
 void add(Draft* draft, RecordingPlan plan, Commands commands) {
   draft->times.push_back(commands.time);
   draft->commands.push_back(std::move(commands));

@@ -134,11 +134,12 @@ def list_passed(root, case, kind):
 
 def summarise(root, cases):
     opened = [c for c in cases if is_open(c) and all(c[k] is not None for k in KINDS)]
+    named = [count_named(c, "first") for c in opened]
     out = {"cases": len(cases), "open": sum(map(is_open, cases)), "answered": len(opened),
            "first_right": sum(is_right(c["truth"], c["first"]) for c in opened),
            "first_wrong_names": sum(count_wrong(c["truth"], c["first"]) for c in opened),
-           "first_named": sum(count_named(c, "first")[0] for c in opened),
-           "weighty": sum(count_named(c, "first")[1] for c in opened)}
+           "first_named": sum(of for of, _ in named),
+           "weighty": sum(of_all for _, of_all in named)}
     for kind in KINDS:
         ratios = [r for c in opened for r in find_ratios(c, kind)]
         wide = [r for c in opened for r in find_ratios(c, kind, wide=True)]

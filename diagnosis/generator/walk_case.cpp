@@ -65,7 +65,6 @@ class Senses {
   std::deque<Reading> past_;
 };
 
-// The commands at the rows of the recording.
 // Its recordings are those that were played on the feet after the walks.
 struct WalkDraft : Draft {
   std::vector<std::string> missing;
