@@ -35,6 +35,10 @@ endfunction()
 # For code that steps no simulation (diagnosis, viewer): takes a quarter off the time to compile. Results are the same to the
 # bit: no option here changes values.
 set(HRP_MEDIUM -O2)
+function(hrp_medium target)
+  target_compile_options(${target} PRIVATE ${HRP_MEDIUM})
+  hrp_precompile(${target} hrp_eigen_headers)
+endfunction()
 
 # hrp_plain(FILE ...): sources of this folder that neither compute nor use Eigen or CLI11. Without the precompiled header,
 # whose own objects cost a second in each file, and with little optimisation they take half of the time to compile.
@@ -72,8 +76,7 @@ function(hrp_library name)
   elseif(ARG_QUICK)
     hrp_quick(${name} hrp_command_line_headers)
   else()
-    target_compile_options(${name} PRIVATE ${HRP_MEDIUM})
-    hrp_precompile(${name} hrp_eigen_headers)
+    hrp_medium(${name})
   endif()
 endfunction()
 
@@ -102,8 +105,7 @@ function(hrp_program name)
   if(CLI11::CLI11 IN_LIST ARG_LINK)
     hrp_quick(${name} hrp_command_line_headers)
   else()
-    target_compile_options(${name} PRIVATE ${HRP_MEDIUM})
-    hrp_precompile(${name} hrp_eigen_headers)
+    hrp_medium(${name})
   endif()
   add_dependencies(hrp_programs ${name})
   file(RELATIVE_PATH place ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
