@@ -244,7 +244,8 @@ void PrintTo(const BadNetwork& bad, std::ostream* out) { *out << bad.name; }
 class Network : public ::testing::TestWithParam<BadNetwork> {};
 
 TEST_P(Network, OptionsThatCannotBeUsedAreRefused) {
-  std::vector<std::string> words{"hrp-scheduler", "--domain", "99"};
+  // Above kLastDomain: a run beside this test is never given it, and a claimed domain is refused before the options.
+  std::vector<std::string> words{"hrp-scheduler", "--domain", "150"};
   words.insert(words.end(), GetParam().options.begin(), GetParam().options.end());
   Program server(words);
   EXPECT_NE(server.wait(), 0);
