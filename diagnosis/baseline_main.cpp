@@ -2,7 +2,8 @@
 // hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]: models side by side, judged alike on the recordings that
 // nothing was fitted to. The nominal one; what anybody would do first: plain linear least squares of viscous and
 // Coulomb friction and rotor inertia at every driven joint (Gautier and Khalil's inverse dynamic identification in its
-// simplest form); and every model whose `effects` a file states. Prints JSON.
+// simplest form); what other programs would answer (other_tools.h); and every model whose `effects` a file states.
+// Prints JSON.
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -11,6 +12,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/run_main.h"
 #include "common/base/version.h"
+#include "diagnosis/evidence/other_tools.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/measurement/torque/residual.h"
 #include "diagnosis/model/nominal.h"
@@ -78,6 +80,36 @@ nlohmann::ordered_json judge(const Problem& problem, const TorqueData& data, con
   return {{"position", write(positions)}, {"effort", write(efforts)}};
 }
 
+// Parameters by joint.
+nlohmann::ordered_json write_parameters(const Experiment& e, const OtherAnswer& answer) {
+  nlohmann::ordered_json joints;
+  for (const Effect& effect : answer.hypothesis) {
+    const EffectInfo& info = get_effect(effect.id);
+    nlohmann::ordered_json& own = joints[e.robot.tree.joint(effect.place.index).name][info.name];
+    for (size_t i = 0; i < effect.p.size(); ++i) own[info.parameters[i].name] = effect.p[i];
+  }
+  return {{"model", answer.model}, {"joints", joints}};
+}
+
+// "ticked": the parameters of MuJoCo's joints. "friction model": of the five, the one that predicts the judged
+// recordings best, which favours it.
+void add_other_answers(const Problem& problem, const TorqueData& data, nlohmann::ordered_json* out) {
+  const std::vector<OtherAnswer> answers = fit_friction_models(problem);
+  double least = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < answers.size(); ++i) {
+    const nlohmann::ordered_json judged = judge(problem, data, answers[i].hypothesis);
+    const double error = judged["position"]["all"].is_number() ? judged["position"]["all"].get<double>() : 1e300;
+    (*out)["friction_models"][answers[i].model] = error;
+    if (i == 0)
+      (*out)["models"]["ticked"] = judged,
+      (*out)["answers"]["ticked"] = write_parameters(*problem.experiment, answers[0]);
+    if (!(error < least)) continue;
+    least = error;
+    (*out)["models"]["friction model"] = judged;
+    (*out)["answers"]["friction model"] = write_parameters(*problem.experiment, answers[i]);
+  }
+}
+
 nlohmann::ordered_json identify(const std::string& path,
                                 const std::vector<std::pair<std::string, std::string>>& models) {
   const Experiment e = load_experiment(path);
@@ -101,6 +133,7 @@ nlohmann::ordered_json identify(const std::string& path,
   const TorqueData data = make_torque_data(e);
   out["models"]["nominal"] = judge(problem, data, {});
   out["models"]["least squares"] = judge(problem, data, hypothesis);
+  add_other_answers(problem, data, &out);
   for (const auto& [name, file] : models) {
     const Experiment with = add_effects(e, file);
     out["models"][name] = judge(make_problem(with, 2), data, {});
@@ -126,9 +159,9 @@ int main(int argc, char** argv) {
       "Usage: hrp-diagnose-baseline EXPERIMENT.yaml [NAME=MODEL.yaml ...]\n"
       "Judges models alike on recordings that nothing was fitted to: nominal, plain least squares of friction and "
       "rotor\n"
-      "inertia, and the `effects` of every MODEL.yaml. Positions in rad by simulation (from recorded efforts over 0.5 "
-      "s),\n"
-      "efforts in N m along the recorded motion. Prints JSON.";
+      "inertia, friction models of other programs, fitted to the positions, and the `effects` of every MODEL.yaml.\n"
+      "Positions in rad by simulation (from recorded efforts over 0.5 s), efforts in N m along the recorded motion.\n"
+      "Prints JSON.";
   if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
   std::vector<std::pair<std::string, std::string>> models;
   if (!read_models(argc, argv, &models)) return std::fprintf(stderr, "%s\n", usage), 2;

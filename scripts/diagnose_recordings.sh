@@ -6,6 +6,7 @@
 # compare its model on held-out recordings with
 #   - the nominal model,
 #   - plain least squares of friction and rotor inertia,
+#   - what other programs would answer: friction models that are fitted to the positions,
 #   - the model that the authors published (models/published/NAME.yaml), if any,
 #   - the plain baseline of ../shared/baselines, if any.
 # For the folders of ../shared/recordings, it also writes the tables between the marks in docs/recordings.md.

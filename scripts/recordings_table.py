@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Table of what hrp-diagnose said about real recordings, beside plain least squares. Used by diagnose_recordings.sh."""
+"""Tables of what hrp-diagnose said about real recordings, beside other models. Used by diagnose_recordings.sh."""
 import argparse
 import json
 import pathlib
@@ -8,7 +8,7 @@ import re
 
 BEGIN, END = "<!-- table: begin (scripts/diagnose_recordings.sh) -->", "<!-- table: end -->"
 
-MODELS = ["nominal", "least squares", "published", "tool"]
+MODELS = ["nominal", "least squares", "ticked", "friction model", "published", "tool"]
 
 
 def read_json(path):
@@ -101,6 +101,33 @@ def comparison(folder, out):
     return rows
 
 
+TICKED = [("viscous_friction", "coefficient", "damping", "N m s/rad"), ("coulomb_friction", "level", "friction loss", "N m"),
+          ("rotor_inertia", "inertia", "armature", "kg m^2")]
+
+
+def ticked_values(joints):
+    """Smallest and largest value of each ticked parameter over the joints."""
+    out = []
+    for effect, parameter, name, unit in TICKED:
+        values = [j[effect][parameter] for j in joints.values() if effect in j]
+        if values:
+            low, high = number(min(values)), number(max(values))
+            out.append(f"{name} {low if low == high else f'{low} to {high}'} {unit}")
+    return "; ".join(out) or "-"
+
+
+def answers(folder, out):
+    name = pathlib.Path(folder).resolve().name
+    baseline = read_json(out / name / "baseline.json")
+    other = baseline.get("answers")
+    if not other:
+        return []
+    errors = baseline.get("friction_models") or {}
+    tried = ", ".join(f"{model.split(':')[0]} {number(error)}" for model, error in errors.items() if error < 1e299)
+    chosen = (other.get("friction model") or {}).get("model", "-")
+    return [[name, ticked_values(other["ticked"]["joints"]), tried or "-", chosen]]
+
+
 def make_table(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
     return "\n".join(lines + ["| " + " | ".join(cell.replace("|", "/") for cell in r) + " |" for r in rows])
@@ -109,8 +136,10 @@ def make_table(head, rows):
 def make_tables(folders, out):
     head = ["recording", "verdict", "what was found", "its own measure, nominal to tool", "s"]
     compared = ["recording", "error"] + MODELS + ["plain baseline, share"]
-    return (make_table(head, [row(f, out) for f in folders]) + "\n\n" +
-            make_table(compared, [r for f in folders for r in comparison(f, out)]))
+    asked = ["recording", "ticked parameters", "position error of M1 to M5 [rad]", "friction model that is chosen"]
+    return "\n\n".join([make_table(head, [row(f, out) for f in folders]),
+                        make_table(compared, [r for f in folders for r in comparison(f, out)]),
+                        make_table(asked, [r for f in folders for r in answers(f, out)])])
 
 
 def main():

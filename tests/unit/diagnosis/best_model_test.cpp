@@ -6,6 +6,7 @@
 
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/effort_rows.h"
+#include "diagnosis/evidence/other_tools.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/evidence/polish.h"
 #include "diagnosis/evidence/torque/findings.h"
@@ -239,6 +240,24 @@ TEST(WindowResiduals, OfTheTrueModelAreAHundredthOfNominalOnes) {
   const double nominal = calc_score(windows, 1, {}, problem.train).chi2,
                right = calc_score(windows, 1, make_drives(), problem.train).chi2;
   EXPECT_LT(right, 1e-4 * nominal);  // squares: recorded states have an encoder's noise only
+}
+
+// Friction of the elbow that grows with its load is a part of BAM's third model, and not of its first, which is also
+// all that damping, friction loss and armature of a simulator can say.
+TEST(OtherTools, AFrictionModelWithTheLoadPredictsTheMotionOfADriveWithSuchFrictionBestOfThoseOfItsSize) {
+  const Experiment e = make_simulated_experiment("other_tools", kArm, kJoints, make_drives());
+  const Problem problem = make_problem(e, 1);
+  const std::vector<OtherAnswer> answers = fit_friction_models(problem);
+  ASSERT_EQ(answers.size(), 5u);
+  const auto judge = [&](size_t i) {
+    return calc_score(problem, answers[i].hypothesis, problem.validate).rms(kElbow * kQuantities);
+  };
+  EXPECT_LT(judge(2), 0.5 * judge(0)) << "half: the load takes most of this elbow's friction";
+  const auto load = std::find_if(answers[2].hypothesis.begin(), answers[2].hypothesis.end(), [](const Effect& effect) {
+    return effect.id == EffectId::kLoadFriction && effect.place.index == kElbow;
+  });
+  ASSERT_NE(load, answers[2].hypothesis.end());
+  EXPECT_NEAR(load->p[0], 0.2, 0.04);  // a fifth: the model also has a constant level, which this elbow has not
 }
 
 }  // namespace

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/other_tools.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/evidence/plain_model.h"
+#include "diagnosis/model/nominal.h"
+#include "diagnosis/search/fit_residuals.h"
+#include "diagnosis/search/subtrees.h"
+#include "diagnosis/simulation/plant.h"
+#include "diagnosis/simulation/windows.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr double kStick = 0.002;  // [rad] of displacement before slipping, as in make_plain_model()
+constexpr double kSmall = 0.05;   // ratio of the load's friction at the start of a fit
+constexpr double kSlowest = 0.1;  // [rad/s] Stribeck velocity at the start of a fit
+constexpr double kAtRest = 1.3;   // level of friction at rest over that in motion, at the start of a fit
+constexpr double kBounded =
+    1e-3;  // of the limit of effort: friction at the start of a fit where least squares has none
+
+// Which parts a friction model has beside viscous and dry friction.
+struct FrictionModel {
+  const char* name;
+  bool stribeck, load, direction;
+};
+constexpr FrictionModel kModels[] = {{"M1: Coulomb and viscous", false, false, false},
+                                     {"M2: Stribeck", true, false, false},
+                                     {"M3: load", false, true, false},
+                                     {"M4: Stribeck and load", true, true, false},
+                                     {"M5: Stribeck, load and its direction", true, true, true}};
+
+void add_drive(const FrictionModel& model, const PlainDrive& from, int joint, Hypothesis* out) {
+  if (model.stribeck) {
+    out->push_back({EffectId::kStribeck, joint, {from.dry, kAtRest * from.dry, kSlowest, from.viscous, kStick}});
+  } else {
+    out->push_back({EffectId::kViscous, joint, {from.viscous}});
+    out->push_back({EffectId::kCoulomb, joint, {from.dry, 0.0, kStick}});
+  }
+  if (model.load) out->push_back({EffectId::kLoadFriction, joint, {kSmall, kStick}});
+  if (model.direction) out->push_back({find_effect("backdriving_friction")->id, joint, {kSmall, kStick}});
+  out->push_back({EffectId::kRotorInertia, joint, {from.rotor}});
+}
+
+using Drives = std::vector<PlainDrive>;  // by joint
+
+// Friction at the start: where least squares has none, next to none, because a fit needs a slope.
+Hypothesis make_start(const FrictionModel& model, const Experiment& e, const Drives& drives) {
+  Hypothesis out;
+  for (int j = 0; j < e.num_joints(); ++j) {
+    if (!e.robot.tree.joint(j).actuated) continue;
+    PlainDrive drive = drives[static_cast<size_t>(j)];
+    const double limit = e.robot.tree.joint(j).effort_limit;
+    if (std::isfinite(limit)) drive.dry = std::max(drive.dry, kBounded * limit);
+    add_drive(model, drive, j, &out);
+  }
+  return out;
+}
+
+// The common part of all models, where the fit of a larger one may start.
+Drives read_drives(const Hypothesis& h, int num_joints) {
+  Drives out(static_cast<size_t>(num_joints));
+  for (const Effect& effect : h) {
+    PlainDrive& drive = out[static_cast<size_t>(effect.place.index)];
+    if (effect.id == EffectId::kViscous) drive.viscous = effect.p[0];
+    if (effect.id == EffectId::kCoulomb) drive.dry = effect.p[0];
+    if (effect.id == EffectId::kStribeck) drive.dry = effect.p[0], drive.viscous = effect.p[3];
+    if (effect.id == EffectId::kRotorInertia) drive.rotor = effect.p[0];
+  }
+  return out;
+}
+
+// None of these programs has friction that differs by direction.
+Hypothesis make_symmetric(Hypothesis h) {
+  for (Effect& effect : h) {
+    if (effect.id == EffectId::kCoulomb) effect.p[1] = 0.0;
+  }
+  return h;
+}
+
+// Of the positions alone, which these programs compare. Efforts let a simulation drift away: there over short windows,
+// each from the recorded state, as a user would cut the recording.
+bool calc_position_residuals(const Problem& problem, const Hypothesis& h, int recording, std::vector<double>* out) {
+  const Experiment& e = *problem.experiment;
+  const size_t r = static_cast<size_t>(recording);
+  if (is_effort_driven(e)) {
+    if (!simulate_windows(make_plant(e, h), e, problem.smooth[r], recording, out)) return false;
+  } else if (!calc_residuals(problem, h, recording, out)) {
+    return false;
+  }
+  for (size_t i = 0; i < out->size(); ++i) {
+    const size_t channel = i % (static_cast<size_t>(e.num_joints()) * kQuantities), quantity = channel % kQuantities;
+    double& x = (*out)[i];
+    if (quantity != 0) {
+      x = 0.0;
+    } else if (is_effort_driven(e)) {
+      const std::vector<double>& q = e.recordings[r].joints[channel / kQuantities].signal[0];
+      const double recorded = q.empty() ? std::nan("") : q[i / (static_cast<size_t>(e.num_joints()) * kQuantities)];
+      x = std::isfinite(recorded) ? (recorded - x) * problem.weights[channel] : 0.0;
+    }
+  }
+  return true;
+}
+
+// From each start; the best fit, or the first start where no simulation stays finite.
+Hypothesis fit_model(const FrictionModel& model, const Problem& problem, const std::vector<Drives>& starts) {
+  const auto residuals = [&](const Hypothesis& h, int recording, std::vector<double>* out) {
+    return calc_position_residuals(problem, make_symmetric(h), recording, out);
+  };
+  FitResult best;
+  for (const Drives& drives : starts) {
+    const Hypothesis start = make_start(model, *problem.experiment, drives);
+    const FitResult result = fit(residuals, problem.jobs, start, problem.train, FitOptions{});
+    if (best.hypothesis.empty()) best.hypothesis = start;
+    if (result.ok && (!best.ok || result.train.chi2 < best.train.chi2)) best = result;
+  }
+  return make_symmetric(best.hypothesis);
+}
+
+// Each model also starts from the one before, of which it is an extension.
+std::vector<OtherAnswer> fit_models(const Problem& problem) {
+  std::vector<Drives> starts{fit_plain_model(problem)};
+  std::vector<OtherAnswer> out;
+  for (const FrictionModel& model : kModels) {
+    out.push_back({model.name, fit_model(model, problem, starts)});
+    starts.resize(1);
+    starts.push_back(read_drives(out.back().hypothesis, problem.experiment->num_joints()));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<OtherAnswer> fit_friction_models(const Problem& whole) {
+  Problem problem = whole;
+  split_subtrees(&problem);
+  if (problem.subtrees.empty()) return fit_models(problem);
+  std::vector<OtherAnswer> out;
+  for (const Subtree& subtree : problem.subtrees) {
+    const std::vector<OtherAnswer> own = fit_models(subtree.problem);
+    out.resize(own.size());
+    for (size_t i = 0; i < own.size(); ++i) {
+      out[i].model = own[i].model;
+      for (Effect effect : own[i].hypothesis) {
+        effect.place.index = subtree.joints[static_cast<size_t>(effect.place.index)];
+        out[i].hypothesis.push_back(effect);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace hrp::diagnosis
