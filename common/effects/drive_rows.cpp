@@ -56,6 +56,13 @@ double limit_by_speed(const double* p, double torque, double v) {
   return std::clamp(torque, -limit, limit);
 }
 
+// A drive whose torque hardly falls up to the joint's largest speed has a constant limit.
+SpecialCase find_constant_limit(const double* p, double speed, double) {
+  constexpr double kHardly = 0.05;  // of the torque, as for friction: so weak a part may be no part
+  if (speed < kHardly * p[1]) return {EffectId::kSaturation, {p[0]}};
+  return {};
+}
+
 EffectInfo make_velocity_limit() {
   EffectInfo row = make_row(
       EffectId::kNamed, "velocity_limit", PlaceKind::kJoint, EffectFamily::kLimits,
@@ -78,6 +85,7 @@ EffectInfo make_velocity_limit() {
     p[0] = shape[0], p[1] = shape[1];
     return x[0] > 0.3 && x[0] < 3.0;
   };
+  row.find_special_case = &find_constant_limit;
   row.always_shows = true, row.smooth = false;
   return row;
 }

@@ -68,7 +68,9 @@ class Search {
   // tries transmissions in place of a rotor, since the residual of a slightly elastic one may look like noise.
   void try_special_cases() {
     const Hypothesis best = trials_.best().hypothesis;
-    if (calc_cost(trials_.best()) > kMinor * calc_cost(nominal_)) return;
+    // A weak effect leaves noise, which is more than a minor part of what was there.
+    const bool minor = calc_cost(trials_.best()) <= kMinor * calc_cost(nominal_);
+    if (!minor && !is_explained(trials_.best(), nominal_)) return;
     for (size_t i = 0; i < best.size(); ++i) {
       Hypothesis other = best;
       const SpecialCase simpler = find_special_case(best[i]);

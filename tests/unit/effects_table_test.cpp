@@ -51,6 +51,16 @@ TEST(EffectTable, AddsAStribeckCurveToTheFrictionThatIsThere) {
   EXPECT_DOUBLE_EQ(calc_static_level(laws, 0.0, 1.0), 4.5) << "whatever the order";
 }
 
+// 617 rad/s is what a fit made of a constant limit of 19 N m at joint speeds of 3 rad/s.
+TEST(EffectTable, ADriveWhoseTorqueHardlyFallsUpToItsLargestSpeedHasAConstantLimit) {
+  const EffectInfo& info = *find_effect("velocity_limit");
+  const double values[] = {19.0, 617.0};  // stall torque [N m], speed without torque [rad/s]
+  const SpecialCase constant = info.find_special_case(values, 3.0, 0.0);
+  EXPECT_EQ(constant.id, EffectId::kSaturation);
+  EXPECT_EQ(constant.p, std::vector<double>{19.0});
+  EXPECT_TRUE(info.find_special_case(values, 100.0, 0.0).p.empty()) << "a sixth of the torque is gone at that speed";
+}
+
 TEST(EffectTable, CombinesTwoSpringsAtOneJoint) {
   JointLaws laws = apply_to(JointLaws{}, EffectId::kSpring, {30.0, 0.0});
   laws = apply_to(laws, EffectId::kSpring, {10.0, 0.4});
