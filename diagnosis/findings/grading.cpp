@@ -18,18 +18,6 @@ bool all_hold(const Json& intervals, double value) {
   return std::all_of(intervals.begin(), intervals.end(), [&](const Json& interval) { return holds(interval, value); });
 }
 
-// True if the interval of a parameter contains its neutral value, at which the effect is absent.
-bool may_be_absent(const Json& finding) {
-  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
-  if (!effect) return false;
-  for (const EffectParameter& p : effect->parameters) {
-    if (std::isnan(p.neutral) || !finding["parameters"].contains(p.name)) continue;
-    const Json& stated = finding["parameters"][p.name];
-    if (stated.is_object() && stated.contains("ci95")) return all_hold(stated["ci95"], p.neutral);
-  }
-  return false;
-}
-
 // Nothing is certain without held-out recordings or while something else is missing. If another family fits as well, or
 // the same one elsewhere, both are ambiguous, and so is what takes nothing away.
 Grade find_grade(const Json& finding, bool may_be_certain) {
@@ -66,6 +54,17 @@ Json make_graded_report(bool has_held, Evidence evidence) {
 bool holds(const Json& interval, double value) {
   return interval.is_array() && interval.size() == 2 && interval[0].is_number() && interval[1].is_number() &&
          interval[0].get<double>() <= value && value <= interval[1].get<double>();
+}
+
+bool may_be_absent(const Json& finding) {
+  const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
+  if (!effect) return false;
+  for (const EffectParameter& p : effect->parameters) {
+    if (std::isnan(p.neutral) || !finding["parameters"].contains(p.name)) continue;
+    const Json& stated = finding["parameters"][p.name];
+    if (stated.is_object() && stated.contains("ci95")) return all_hold(stated["ci95"], p.neutral);
+  }
+  return false;
 }
 
 double read_number(const Json& parameters, const char* name, double missing) {

@@ -17,6 +17,9 @@ nlohmann::ordered_json make_graded_report(bool has_held, Evidence evidence);
 // Whether a finding's interval has this value in it; false for what is no interval.
 bool holds(const nlohmann::ordered_json& interval, double value);
 
+// True if the interval of a parameter contains its neutral value, at which the effect is absent.
+bool may_be_absent(const nlohmann::ordered_json& finding);
+
 // A number of a finding's parameters, by its name in a report; `missing` where the finding does not say.
 double read_number(const nlohmann::ordered_json& parameters, const char* name, double missing);
 

@@ -209,9 +209,11 @@ void doubt_limits_within_friction(Json* report) {
 
 void drop_idle_findings(Json* report) {
   Json& findings = (*report)["findings"];
+  const bool explained = report->value("verdict", "") == "explained";
   Json kept = Json::array();
   for (const Json& f : findings) {
-    if (!is_idle(f)) kept.push_back(f);
+    const bool ambiguous = f.value("grade", "") == get_grade_name(Grade::kAmbiguous);
+    if (!is_idle(f) && !(explained && ambiguous && may_be_absent(f))) kept.push_back(f);
   }
   if (!kept.empty()) findings = kept;
 }
