@@ -167,6 +167,11 @@ void add_check_findings(const CheckResult& checks, ReportState* state) {
       if (is_of_mass(f) && !are_places_told(*state)) take_weight(*state, f, &findings);
       continue;
     }
+    // Something that is not in the table moves bodies: what a check sees and cannot tell may be that.
+    if (has_free_law(state->outcome) && f.grade == Grade::kAmbiguous) {
+      state->evidence.remaining.push_back({f.where, "", 0.0, 0.0, {}, f.statement});
+      continue;
+    }
     findings.push_back(f);
     if (!checks.weight.empty() && is_of_mass(f)) add_weight(checks.weight[0], &findings.back(), state);
   }

@@ -271,6 +271,23 @@ TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
   EXPECT_EQ(count_masses(0.1), 1u);
 }
 
+// A hip that bends lets feet that stand drift in height by the base's pose. The slope that a check makes of it is none.
+TEST(LeggedChecks, WhatACheckCannotTellIsNoFindingWhereSomethingOutsideTheTableMoves) {
+  RowHalves rows(1, 100, {{kWeight, {0}}});
+  for (int i = 0; i < rows.cells(); ++i)
+    rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
+  const LeggedFitter fitter(rows.merge(), 1);
+  CheckResult checks;
+  checks.findings = {make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}}, {})};
+  checks.findings[0].grade = Grade::kAmbiguous;
+  LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
+  EXPECT_EQ(report_checks(fitter, outcome, checks, {}).size(), 1u);
+  outcome.effects.emplace_back();
+  outcome.effects[0].effect = make_candidate(EffectId::kNamed, "A", {{{0, 1.0}}});
+  outcome.effects[0].effect.law = &get_laws().hold;
+  EXPECT_TRUE(report_checks(fitter, outcome, checks, {}).empty());
+}
+
 TEST(LeggedWords, AnAxisThatNothingShowsIsUnknown) {
   const Estimate force{"force", "N", {10, 0, -20}, {1, 0, 2}, true};
   EXPECT_EQ(describe({force}), "force 10 +- 2, unknown, -20 +- 3.9 N");
