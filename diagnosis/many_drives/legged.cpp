@@ -62,19 +62,18 @@ Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
 
 }  // namespace
 
-bool diagnose_legged(const Experiment& e, int jobs, floating::Robots robots,
-                     const std::function<void(const std::string&)>& progress, Reports* out) {
+bool diagnose_legged(const Experiment& e, int jobs, const std::function<void(const std::string&)>& progress,
+                     Reports* out) {
   LeggedLogs logs{{}, make_legged_log(e, Half::kEven), {}};
   if (!has_drives(logs.smooth)) return false;
   if (!floating::find_servos(e).empty())
     return false;  // joints follow commands by servos that the model lacks: those first
   logs.contacts = find_contacts(logs.smooth);
-  if (robots == floating::Robots::kWalking && !logs.contacts.walks) return false;
   logs.raw = make_legged_log(e, Half::kAll);
   const TorqueVerdict alone = judge_torque(make_legged_torques(logs), jobs);
   if (!has_real_drives(alone) && !may_have_real_drives(alone)) return false;
   progress("torques are missing in most joints: first the equations in which no drive has a part");
-  LeggedReport body = floating::diagnose_legged(e, progress, robots, floating::Drives::kLeftOut);
+  LeggedReport body = floating::diagnose_legged(e, progress, floating::Robots::kAll, floating::Drives::kLeftOut);
   // The drives are not completely known, so nothing is certain.
   for (Finding& f : body.evidence.findings) {
     if (f.grade == Grade::kCertain) f.grade = Grade::kSupported;

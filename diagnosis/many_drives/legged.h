@@ -10,7 +10,7 @@
 namespace hrp::diagnosis::many_drives {
 
 // Returns false if the drives of most joints are as stated, or nothing tells the torques of joints.
-bool diagnose_legged(const Experiment& experiment, int jobs, floating::Robots robots,
-                     const std::function<void(const std::string&)>& progress, Reports* out);
+bool diagnose_legged(const Experiment& experiment, int jobs, const std::function<void(const std::string&)>& progress,
+                     Reports* out);
 
 }  // namespace hrp::diagnosis::many_drives

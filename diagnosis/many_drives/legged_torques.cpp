@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "diagnosis/data/csv.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/floating/equations/residuals.h"
-#include "diagnosis/many_drives/grid_series.h"
 #include "diagnosis/measurement/torque/flags.h"
 
 namespace hrp::diagnosis::many_drives {
@@ -75,7 +75,11 @@ class Gridder {
     return diagnosis::resample(in_.time, t.value, find_time(0), grid_.step, count_);
   }
 
-  Track make_track(const Eigen::VectorXd& value) const { return differentiate_twice<Track>(value, grid_.step); }
+  Track make_track(const Eigen::VectorXd& value) const {
+    const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.data(), v.data() + v.size()); };
+    const Eigen::VectorXd rate = differentiate(value, grid_.step);
+    return {list(value), list(rate), list(differentiate(rate, grid_.step))};
+  }
 
   Track filter(const Track& t) const {
     return t.empty() ? Track{} : make_track(low_pass(resample(t), grid_.step, cutoff_));
@@ -110,7 +114,7 @@ class ClipTorques {
     if (gridder_.count() <= 2 * reach_) return;
     const Clip grid = gridder_.run();
     BodyMotion motion(logs_.raw, grid);
-    const Flags calm = gridder_.find_calm();
+    const Flags calm = lands() ? gridder_.find_calm() : Flags::Constant(gridder_.count(), true);
     for (long k = reach_; k + reach_ < gridder_.count(); ++k) {
       if (!calm[k] || !motion.update(static_cast<size_t>(k))) continue;
       const BodySample at{logs_.raw, grid, clip_, static_cast<size_t>(k), motion};
@@ -123,6 +127,15 @@ class ClipTorques {
   }
 
  private:
+  // Whether a foot lands or lifts. The forces of feet that stay are sudden only where joints stick and slip, which both
+  // sides of the equation show alike through the filter.
+  bool lands() const {
+    const auto& feet = logs_.contacts.loaded[clip_];
+    return std::any_of(feet.begin(), feet.end(), [](const std::vector<char>& loaded) {
+      return std::adjacent_find(loaded.begin(), loaded.end(), std::not_equal_to<>()) != loaded.end();
+    });
+  }
+
   const LeggedLogs& logs_;
   const size_t clip_;
   const Gridder gridder_;

@@ -10,18 +10,6 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-// Odds [nats] of one hypothesis over another by the drives that both judge. No drive counts more than 20 to 1: any of
-// them may have a zero of its own, which one of the two takes away by chance.
-double calc_drive_odds(const std::vector<DriveLeft>& with, const std::vector<DriveLeft>& other) {
-  double odds = 0;
-  for (size_t j = 0; j < std::min(with.size(), other.size()); ++j) {
-    if (!(with[j].square > 0) || !(other[j].square > 0)) continue;
-    const double independent = std::min(with[j].independent, other[j].independent);
-    odds += std::clamp(0.5 * independent * std::log(other[j].square / with[j].square), -kOdds, kOdds);
-  }
-  return odds;
-}
-
 // Coefficients of effect k.
 Eigen::Map<const Eigen::VectorXd> map_values(const StandFit& fit, size_t k) {
   return {fit.hypothesis[k].p.data(), static_cast<long>(fit.hypothesis[k].p.size())};
@@ -68,52 +56,18 @@ StandFit StandSearcher::fit_instead(size_t i, const Effect& other) const {
   return fit;
 }
 
-// What the drives lack with these effects. Each effect's alternatives are compared with the same chosen effects, and an
-// answer takes seconds, so none is asked for twice.
-const std::vector<DriveLeft>& StandSearcher::ask_drives(const Hypothesis& h) {
-  const auto is_it = [&](const auto& answer) {
-    return std::equal(h.begin(), h.end(), answer.first.begin(), answer.first.end(),
-                      [](const Effect& a, const Effect& b) { return is_same(a, b) && a.p == b.p; });
-  };
-  const auto at = std::find_if(asked_.begin(), asked_.end(), is_it);
-  if (at != asked_.end()) return at->second;
-  asked_.emplace_back(h, drives_(h));
-  return asked_.back().second;
-}
-
-// Equations without drives may not tell a zero of a force sensor from a displaced mass. The drives do: what is wrong of
-// a body is missing in them beside friction and rotors. An alternative that they prefer at 20 to 1 takes the place of
-// the effect; those that lose to it at these odds are none. `fits`: with each alternative.
-void StandSearcher::let_drives_decide(std::vector<StandFit>* fits) {
-  fits->push_back(out_.chosen);
-  std::vector<std::vector<DriveLeft>> left;
-  for (const StandFit& fit : *fits) left.push_back(ask_drives(fit.hypothesis));
-  const size_t found = fits->size() - 1;
-  size_t best = found;
-  for (size_t k = 0; k < found; ++k) {
-    if (calc_drive_odds(left[k], left[best]) > (best == found ? kOdds : 0)) best = k;
-  }
-  if (best != found) out_.chosen = finish((*fits)[best], (*fits)[best].hypothesis);
-  std::vector<StandFit> kept;
-  for (size_t k = 0; k < fits->size(); ++k) {
-    if (k != best && calc_drive_odds(left[best], left[k]) <= kOdds) kept.push_back((*fits)[k]);
-  }
-  *fits = kept;
-}
-
 // An effect has the value that it has beside one of several others. Its interval must hold what it is beside each of
 // them.
 void StandSearcher::weigh_alternatives() {
   std::vector<Eigen::VectorXd> reach;
   for (const Effect& e : out_.chosen.hypothesis) reach.push_back(Eigen::VectorXd::Zero(static_cast<long>(e.p.size())));
-  for (size_t i = 0; i < out_.indistinguishable.size() && (drives_ || reach.size() > 1); ++i) {
+  for (size_t i = 0; i < out_.indistinguishable.size() && reach.size() > 1; ++i) {
     std::vector<StandFit> fits;
     std::vector<Effect> unfitted;
     for (const Effect& e : out_.indistinguishable[i]) {
       fits.push_back(fit_instead(i, e));
       if (fits.back().score >= 1e299) fits.pop_back(), unfitted.push_back(e);
     }
-    if (drives_ && !fits.empty()) let_drives_decide(&fits);
     out_.indistinguishable[i] = unfitted;
     for (const StandFit& fit : fits) {
       out_.indistinguishable[i].push_back(fit.hypothesis[i]);

@@ -157,9 +157,6 @@ StandRow make_coulomb() {
 StandRow make_stribeck() {
   StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
   row.apply = &apply_stribeck, row.to_table = &tell_stribeck;
-  row.from_table = [](const std::vector<double>& p) {
-    return std::vector<double>{p[0], p[1] - p[0], p[2], p.size() > 3 ? p[3] : 0.0};
-  };
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1; };
   row.keep = [](std::vector<double>* p) { (*p)[2] = std::clamp((*p)[2], 0.01, 0.5); };  // [rad/s]
   row.list_starts = [](const StandProblem&, const StandHints&, size_t) {
@@ -186,7 +183,6 @@ StandRow make_hysteresis() {
 StandRow make_spring() {
   StandRow row = make_drive_row(EffectId::kSpring, {0, 0}, {1, 0.1});
   row.apply = &apply_spring, row.to_table = &tell_spring, row.follows_position = true;
-  row.from_table = [](const std::vector<double>& p) { return std::vector<double>{p[0], -p[0] * p[1]}; };
   return row;
 }
 

@@ -44,7 +44,6 @@ struct StandRow {
   Reading reading = Reading::kAll;
   std::vector<double> neutral, step;  // step: of finite differences; 0: read off, not fitted
   void (*apply)(const std::vector<double>& p, const StandTarget& at) = nullptr;  // null: as the table does
-  std::vector<double> (*from_table)(const std::vector<double>& p) = nullptr;     // converts the table's parameters
   // Converts coefficients and standard deviations back to the table's order; NaN: unknown. Null: they are the same.
   void (*to_table)(std::vector<double>* p, Eigen::VectorXd* std) = nullptr;
   bool positive = false;    // first coefficient must exceed its neutral value

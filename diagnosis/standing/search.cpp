@@ -270,9 +270,8 @@ void StandSearcher::exchange_effects(bool all) {
   }
 }
 
-StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress,
-                             const DrivesLeft& drives) {
-  return StandSearcher(problems, jobs, progress, drives).run();
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress) {
+  return StandSearcher(problems, jobs, progress).run();
 }
 
 }  // namespace hrp::diagnosis::standing

@@ -35,19 +35,8 @@ struct StandOutcome {
 
 using Progress = std::function<void(const std::string&)>;
 
-// What friction and a rotor leave of a drive's missing torque: mean square [(N m)^2] (0: not judged), number of
-// independent samples.
-struct DriveLeft {
-  double square = 0, independent = 0;
-};
-
-// By joint, with these links, feet and sensors.
-using DrivesLeft = std::function<std::vector<DriveLeft>(const Hypothesis&)>;
-
-// Runs the search. `jobs`: threads. `drives`: decide between effects that the equations do not tell apart; empty:
-// nothing does.
-StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress,
-                             const DrivesLeft& drives = {});
+// Runs the search. `jobs`: threads.
+StandOutcome search_standing(const StandProblems& problems, int jobs, const Progress& progress);
 
 // Contents of report.json, and the data of the page's plots.
 nlohmann::ordered_json make_stand_report(const StandProblem& problem, const StandOutcome& outcome);

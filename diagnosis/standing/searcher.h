@@ -24,7 +24,7 @@ inline bool is_same(const Effect& a, const Effect& b) { return a.id == b.id && a
 
 class StandSearcher {
  public:
-  StandSearcher(const StandProblems& problems, int jobs, const Progress& progress, const DrivesLeft& drives)
+  StandSearcher(const StandProblems& problems, int jobs, const Progress& progress)
       : problems_(problems),
         p_(problems.all),
         coarse_(make_coarse(p_)),
@@ -32,8 +32,7 @@ class StandSearcher {
         coarse_odd_(make_coarse(problems.odd)),
         judge_(p_),
         jobs_(jobs),
-        progress_(progress),
-        drives_(drives) {
+        progress_(progress) {
     out_.channels = judge_.list();
     for (size_t r = 0; r < p_.recordings.size(); ++r) all_.push_back(r);
   }
@@ -83,8 +82,6 @@ class StandSearcher {
   void look_below_noise();
   void find_indistinguishable();
   StandFit fit_instead(size_t effect, const Effect& other) const;
-  const std::vector<DriveLeft>& ask_drives(const Hypothesis& h);
-  void let_drives_decide(std::vector<StandFit>* fits);
   void weigh_alternatives();
   void doubt();
   bool is_consistent(size_t effect) const;
@@ -104,9 +101,6 @@ class StandSearcher {
   StandJudge judge_;
   int jobs_;
   Progress progress_;
-  DrivesLeft drives_;
-  // Answers of `drives_`: each takes as long as a whole report
-  std::vector<std::pair<Hypothesis, std::vector<DriveLeft>>> asked_;
   StandOutcome out_;
   std::vector<StandTrial> first_round_;  // before any effect was found
   std::vector<size_t> all_;

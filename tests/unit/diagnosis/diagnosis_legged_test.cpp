@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/floating/diagnose.h"
-#include "diagnosis/many_drives/joint_torques.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 #include "tests/unit/diagnosis/legged/late_columns.h"
 
@@ -226,26 +224,6 @@ TEST(Legged, RawCountsAreNoNewtons) {
     EXPECT_EQ(f.effect, "sensor_scale");
     EXPECT_NEAR(f.parameters[0].value[0], 8, 0.4);  // 5 %: where the load lies between the feet is not known
   }
-}
-
-// With losses in every drive each joint is judged alone, in bounded time: what its neighbours lack does not reach it.
-TEST(Legged, FrictionOfEveryJointOfARobotOnItsFeetIsToldJointByJoint) {
-  Experiment e = make_biped({.every = 2.0});
-  e.joint_noise.assign(6, std::vector<Noise>(kQuantities));
-  standing::StandProblem problem;
-  std::string why;
-  ASSERT_TRUE(standing::make_stand_problem(e, {Parity::kAll}, &problem, &why)) << why;
-  const TorqueVerdict verdict = judge_torque(standing::make_joint_torques(problem, {}), 1);
-  ASSERT_TRUE(verdict.judged);
-  EXPECT_TRUE(has_real_drives(verdict));
-  int found = 0;
-  for (const Finding& f : verdict.evidence.findings) {
-    if (f.effect != "coulomb_friction" || f.grade != Grade::kSupported) continue;
-    // The filter takes some percent of a jump's edges away, from torque and column alike.
-    EXPECT_NEAR(f.parameters[0].value[0], 2.0, 0.1) << f.statement;
-    ++found;
-  }
-  EXPECT_EQ(found, 6);
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ class Stander {
     if (body.log > 0) choose_laws(&p_);
   }
 
-  StandOutcome search(const DrivesLeft& drives = {}) const { return search_standing(p_, 1, {}, drives); }
+  StandOutcome search() const { return search_standing(p_, 1, {}); }
   StandProblem get_problem() const { return p_.all; }
 
  private:
@@ -342,50 +342,6 @@ TEST(StandingSearch, AnArmWithoutEffortsThatSeemsDisplacedMayBeTheTrunkThatCarri
   };
   EXPECT_TRUE(may_be_trunk(0.02));
   EXPECT_FALSE(may_be_trunk(0.1));
-}
-
-// The same arm that hardly moves. Of a displaced trunk, the drives lack half as much beside friction and rotors.
-TEST(StandingSearch, WhatTheBodysEquationsDoNotTellIsDecidedByTheDrivesButByNoneAlone) {
-  Body body;
-  body.hidden = {{EffectId::kComError, at_link(2), {0.15, 0, 0}}};
-  body.nod = 0.1, body.mute = true;
-  const Stander stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body);
-  const auto search = [&](size_t drives) {
-    return stander.search([drives](const Hypothesis& h) {
-      const bool trunk = std::any_of(h.begin(), h.end(), [](const Effect& e) { return e.place == at_link(0); });
-      return std::vector<DriveLeft>(drives, DriveLeft{trunk ? 1.0 : 2.0, 30});
-    });
-  };
-  const StandOutcome three = search(3), one = search(1);
-  EXPECT_TRUE(is_named(three, EffectId::kComError, at_link(0)));
-  EXPECT_TRUE(three.indistinguishable.at(0).empty()) << "the arm has lost at more than 20 to 1";
-  EXPECT_TRUE(is_named(one, EffectId::kComError, at_link(2))) << "a drive may have a zero of its own";
-  EXPECT_FALSE(one.indistinguishable.at(0).empty());
-}
-
-// The drives judge a hypothesis as long as a whole report takes, and each effect's alternatives are compared with the
-// same chosen one.
-TEST(StandingSearch, TheDrivesJudgeEachHypothesisOnce) {
-  Body body;
-  body.hidden = {{EffectId::kSensorBias, at_sensor(0, Reading::kForce), {30, 20, 4}},
-                 {EffectId::kComError, at_link(2), {0.15, 0, 0}}};
-  body.nod = 0.1, body.mute = true;
-  const Stander stander({{{0.02, 0.02, 0.02}, lacks_nothing}}, body);
-  std::vector<Hypothesis> asked;
-  size_t twice = 0;
-  const StandOutcome o = stander.search([&](const Hypothesis& h) {
-    const auto is_it = [&](const Hypothesis& other) {
-      return std::equal(h.begin(), h.end(), other.begin(), other.end(), [](const Effect& a, const Effect& b) {
-        return a.id == b.id && a.place == b.place && a.p == b.p;
-      });
-    };
-    twice += std::any_of(asked.begin(), asked.end(), is_it) ? 1 : 0;
-    asked.push_back(h);
-    return std::vector<DriveLeft>(3, DriveLeft{1.0, 30});
-  });
-  ASSERT_GE(o.chosen.hypothesis.size(), 2u) << "two effects share one chosen hypothesis";
-  EXPECT_GE(asked.size(), 3u) << "the chosen one, and an alternative of each effect";
-  EXPECT_EQ(twice, 0u);
 }
 
 // A zero of the foot's force beside an arm that is 0.2 kg too light and hardly swings. What the arm's motion shows may

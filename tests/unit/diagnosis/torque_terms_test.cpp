@@ -52,19 +52,6 @@ TEST(TorqueTerms, TermsOfTheWholeRobotFillRowsAndTermsOfAJointHaveColumns) {
   }
 }
 
-TEST(StandRows, CoefficientsComeBackFromTheTablesParameters) {
-  for (const standing::StandRow& row : standing::make_rows()) {
-    if (!row.from_table) continue;
-    std::vector<double> p(row.neutral.size());
-    for (size_t i = 0; i < p.size(); ++i) p[i] = 0.4 + 0.1 * static_cast<double>(i);
-    const std::vector<double> before = p;
-    Eigen::VectorXd std = Eigen::VectorXd::Constant(static_cast<long>(p.size()), 0.1);
-    row.to_table(&p, &std);
-    const std::vector<double> back = row.from_table(p);
-    for (size_t i = 0; i < before.size(); ++i) EXPECT_NEAR(back[i], before[i], kRounding) << get_effect(row.id).name;
-  }
-}
-
 // A humanoid that moves one arm: no joint feels the mass of the other one.
 TEST(TorqueTerms, OnlyLinksThatAJointCarriesWhoseSamplesAreUsedHaveAMassToFind) {
   const Experiment e = simulate_arm("terms_of_links", make_arm_drives());

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <cmath>
 
-#include "diagnosis/many_drives/many_drives.h"
 #include "diagnosis/report/report.h"
 #include "diagnosis/standing/search.h"
 
@@ -25,11 +24,9 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
   choose_laws(&stands);
   fill_noise(&stands);
   if (progress) progress("standing robot: " + std::to_string(list_channels(stand).size()) + " equations a sample");
-  if (!diagnose_many_drives(stands, problem.jobs, progress, out)) {
-    const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
-    out->report = make_stand_report(stand, outcome);
-    out->series = make_stand_series(stand, outcome);
-  }
+  const StandOutcome outcome = search_standing(stands, problem.jobs, progress);
+  out->report = make_stand_report(stand, outcome);
+  out->series = make_stand_series(stand, outcome);
   out->series["experiment"] = problem.experiment->path;
   for (const std::string& warning : problem.experiment->warnings) out->series["notes"].push_back(warning);
   return true;
