@@ -10,9 +10,9 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/measurement/joint_zeros.h"
-#include "diagnosis/report/finding_head.h"
 
 namespace hrp::diagnosis {
 namespace {

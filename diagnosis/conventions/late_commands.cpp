@@ -16,11 +16,11 @@
 #include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/torque/effort.h"
 #include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/measurement/velocity_log.h"
-#include "diagnosis/report/finding_head.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {

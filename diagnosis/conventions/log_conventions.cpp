@@ -16,10 +16,10 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/floating/conventions/exchanged_legs.h"
 #include "diagnosis/floating/conventions/signed_axes.h"
 #include "diagnosis/model/last_link.h"
-#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {

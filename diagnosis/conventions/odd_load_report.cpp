@@ -8,8 +8,8 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/measurement/torque/terms.h"
-#include "diagnosis/report/finding_head.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {

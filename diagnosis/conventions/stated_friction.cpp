@@ -11,7 +11,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/findings/finding.h"
-#include "diagnosis/report/finding_head.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/report/json.h"
 
 namespace hrp::diagnosis {

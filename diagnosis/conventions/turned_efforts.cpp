@@ -8,8 +8,8 @@
 #include "diagnosis/conventions/mounting.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/measurement/joint_zeros.h"
-#include "diagnosis/report/finding_head.h"
 
 namespace hrp::diagnosis {
 namespace {

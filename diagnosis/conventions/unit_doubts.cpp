@@ -10,8 +10,8 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
-#include "diagnosis/report/finding_head.h"
 
 namespace hrp::diagnosis {
 namespace {

@@ -7,8 +7,8 @@
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/range.h"
-#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
 
 namespace hrp::diagnosis {
@@ -62,19 +62,17 @@ bool is_friction(const Json& finding) {
          finding["parameters"].contains("yield_angle");  // with memory
 }
 
-void list_other(const std::string& other, const char* parameter, double value, Json* finding) {
+// `value`: of the law's own parameter, its first.
+void list_other(const EffectInfo& other, double value, Json* finding) {
   Json& list = (*finding)["alternatives"];
   const bool listed = std::any_of(list.begin(), list.end(), [&](const Json& a) {
-    return a["effect"] == other && a.value("where", Json()) == (*finding)["where"];
+    return a["effect"] == other.name && a.value("where", Json()) == (*finding)["where"];
   });
-  if (listed || (*finding)["effect"] == other) return;
+  if (listed || (*finding)["effect"] == other.name) return;
   Json parameters = Json::object();
-  if (value > 0.0) parameters[parameter] = round_to(value, 2);
-  list.push_back({{"effect", other},
-                  {"family", find_family_name(other)},
-                  {"where", (*finding)["where"]},
-                  {"parameters", parameters},
-                  {"motion_that_would_tell", "several constant speeds in both directions"}});
+  if (value > 0.0) parameters[other.parameters[0].name] = round_to(value, 2);
+  list.push_back(
+      state_alternative(other, (*finding)["where"], parameters, "several constant speeds in both directions"));
 }
 
 void doubt_friction(double speed, Json* finding) {
@@ -83,8 +81,8 @@ void doubt_friction(double speed, Json* finding) {
   (*finding)["statement"] = finding->value("statement", "") +
                             " The joint moves at one speed in each direction: that does not tell friction of constant "
                             "level from friction in proportion to speed.";
-  list_other("coulomb_friction", "level", torque, finding);
-  list_other("viscous_friction", "coefficient", torque / speed, finding);
+  list_other(get_effect(EffectId::kCoulomb), torque, finding);
+  list_other(get_effect(EffectId::kViscous), torque / speed, finding);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "common/effects/effect_info.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
 
 namespace hrp::diagnosis {
@@ -56,12 +57,9 @@ Json make_plain(const Json& curve, const char* effect, const char* from, const c
 
 Json make_coulomb(const Json& curve) {
   Json plain = make_plain(curve, "coulomb_friction", "coulomb", "level");
-  plain["alternatives"].push_back(
-      {{"effect", kCurve},
-       {"family", find_family_name(kCurve)},
-       {"where", curve["where"]},
-       {"parameters", curve["parameters"]},
-       {"motion_that_would_tell", "constant speeds from the slowest on, in both directions"}});
+  plain["alternatives"].push_back(state_alternative(get_effect(EffectId::kStribeck), curve["where"],
+                                                    curve["parameters"],
+                                                    "constant speeds from the slowest on, in both directions"));
   plain["statement"] =
       get_place(curve) + ": dry friction of constant level, level " + make_words(plain["parameters"]["level"]) +
       ". A larger friction at rest (Stribeck) would fit as well; its size and speed are not told from none.";
@@ -89,11 +87,8 @@ Json make_linear_sole(const Json& sole) {
   const EffectInfo& row = get_effect(EffectId::kFootCompliance);
   plain["effect"] = row.name, plain["parameters"].erase(kHardening);
   if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
-  plain["alternatives"].push_back({{"effect", sole["effect"]},
-                                   {"family", find_family_name(row.name)},
-                                   {"where", sole["where"]},
-                                   {"parameters", sole["parameters"]},
-                                   {"motion_that_would_tell", "larger tilts of the foot"}});
+  plain["alternatives"].push_back(state_alternative(*find_effect(sole["effect"].get<std::string>()), sole["where"],
+                                                    sole["parameters"], "larger tilts of the foot"));
   plain["statement"] = get_place(sole) + ": " + row.phrase + " (" + list_words(plain["parameters"]) +
                        "). That it hardens as it gives is not told from none.";
   return plain;
