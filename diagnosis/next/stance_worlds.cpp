@@ -249,7 +249,7 @@ class Maker {
   // the model that the others are compared with.
   Json list_rivals(const Json& report) {
     for (const Riddle& riddle : list_riddles(e_, report)) {
-      const Json rivals = list_joint_rivals(e_, riddle);
+      Json rivals = list_joint_rivals(e_, riddle);
       if (rivals.empty()) continue;
       out_.remarks.push_back(
           "nothing explains " + riddle.joint +

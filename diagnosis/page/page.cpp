@@ -149,8 +149,8 @@ std::string make_findings(const json& report) {
     }
   }
   if (cards.empty()) return "";
-  const std::string each = "<div class='cards'>" + cards + "</div>" +
-                           make_table({"effect", "where", "parameter", "value", "95 % interval", "against zero"}, rows);
+  std::string each = "<div class='cards'>" + cards + "</div>" +
+                     make_table({"effect", "where", "parameter", "value", "95 % interval", "against zero"}, rows);
   const JointTable table = make_joint_table(report);
   if (table.joints.empty()) return each;
   std::vector<std::string> head;

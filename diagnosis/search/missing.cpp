@@ -95,7 +95,7 @@ class Builder {
   // Standard deviation of each kind of row: smoothed effort noise, and acceleration noise times the mass matrix.
   void find_deviations() {
     const Problem& p = problem_;
-    out_.sigma.assign(static_cast<size_t>(2 * n_), 0.0);
+    out_.sigma.assign(2 * static_cast<size_t>(n_), 0.0);
     Data data(*plant_.model);
     State state = make_state(*plant_.model);
     Eigen::MatrixXd M2 = Eigen::MatrixXd::Zero(n_, n_);
@@ -123,7 +123,7 @@ class Builder {
         variance += M2(j, k) * s * s;
       }
       out_.sigma[static_cast<size_t>(j)] = std::sqrt(variance) + 1e-12;
-      out_.sigma[static_cast<size_t>(n_ + j)] = std::sqrt((effort + servo) * average) + 1e-12;
+      out_.sigma[static_cast<size_t>(n_) + static_cast<size_t>(j)] = std::sqrt((effort + servo) * average) + 1e-12;
     }
   }
 
@@ -136,7 +136,7 @@ class Builder {
           if (!e_.robot.tree.joint(j).actuated) continue;
           out_.residual[row * 2 * n_ + j] = (g.u(k, j) - g.tau(k, j)) / out_.sigma[static_cast<size_t>(j)];
           if (out_.has_effort[static_cast<size_t>(j)] && !plant_.effort_driven) {
-            const double sigma = out_.sigma[static_cast<size_t>(n_ + j)];
+            const double sigma = out_.sigma[static_cast<size_t>(n_) + static_cast<size_t>(j)];
             out_.residual[row * 2 * n_ + n_ + j] = (g.u(k, j) - g.servo(k, j)) / sigma;
           }
         }

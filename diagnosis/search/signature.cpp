@@ -40,11 +40,12 @@ class Builder {
   // Adds a column f(grid, sample) in the rows of joint j and of one kind (0: motion, 1: servo). Returns its index.
   int add_column(int j, int kind, const std::function<double(const Grid&, long)>& f) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows_ * 2 * n_);
+    const double sigma = sigma_[static_cast<size_t>(kind) * static_cast<size_t>(n_) + static_cast<size_t>(j)];
     long row = 0;
     for (const Grid& g : grids_) {
       for (long k = 0; k < g.q.rows(); ++k, ++row) {
         const long at = row * 2 * n_ + kind * n_ + j;
-        column[at] = f(g, k) / sigma_[static_cast<size_t>(kind * n_ + j)];
+        column[at] = f(g, k) / sigma;
       }
     }
     for (size_t i = 0; i < columns_.size(); ++i) {  // laws share columns

@@ -80,8 +80,8 @@ Subtree make_limb(const Problem& problem, const std::vector<int>& joints) {
     own.smooth.push_back({smooth.start, smooth.judged, pick(smooth.joints, joints), pick(smooth.effort, joints)});
   }
   for (int j : joints) {
-    for (int q = 0; q < kQuantities; ++q)
-      own.weights.push_back(problem.weights[static_cast<size_t>(j * kQuantities + q)]);
+    const size_t first = static_cast<size_t>(j) * kQuantities;
+    for (size_t q = 0; q < kQuantities; ++q) own.weights.push_back(problem.weights[first + q]);
   }
   own.experiment = experiment.get();
   for (size_t r = 0; r < own.smooth.size(); ++r) own.trust.push_back(find_trust(own, r));

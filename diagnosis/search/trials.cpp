@@ -124,7 +124,7 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   options.abandon_above = 25.0 * best_chi2_;
   problem_.starts = estimate_starts(problem_, start, all_);
   problem_.step_errors.clear();
-  const FitResult rough = fit(problem_, start, problem_.train, options);
+  FitResult rough = fit(problem_, start, problem_.train, options);
   if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
   // Friction next to new effects may need another pre-sliding displacement.
   const double finest = rough.train.rms() > kVague ? kCoarseFactor : kFinestFactor;

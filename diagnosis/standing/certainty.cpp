@@ -137,7 +137,7 @@ std::optional<Effect> StandSearcher::find_weight(size_t effect) const {
   const bool pulls = is_link(force) && is_vector(force) && get_effect(force.id).family == EffectFamily::kZero;
   if (!pulls || force.p[2] >= 0) return std::nullopt;
   const double mass = p_.tree.links[static_cast<size_t>(force.place.index)].inertia.mass;
-  const Effect heavier{
+  Effect heavier{
       EffectId::kMassError, force.place, {1 - force.p[2] / (mass * p_.experiment->scenario.gravity_W.norm())}};
   h[effect].p = {0, 0, 0};
   h.push_back(heavier);

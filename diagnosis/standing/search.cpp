@@ -166,7 +166,7 @@ StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) 
     const bool contained = std::any_of(unsure.begin(), unsure.end(),
                                        [&](const StandFit* rich) { return is_contained(t.fit, *rich, out_.chosen); });
     if (t.probability < kMinor && !contained) continue;
-    const StandFit finished = finish(t.fit, t.fit.hypothesis);
+    StandFit finished = finish(t.fit, t.fit.hypothesis);
     if (is_significant(finished)) return finished;
     unsure.push_back(&t.fit);
   }

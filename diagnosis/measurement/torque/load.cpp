@@ -70,9 +70,9 @@ void read_link_motion(const TorqueWork& w, TorqueRecording* r) {
 // Returns the fit with the chosen speed.
 LoadFit choose_speed(TorqueWork* w, int j) {
   std::vector<Eigen::VectorXd> sharp;
-  const LoadFit with_sharp = fit_loads(*w, j);
+  LoadFit with_sharp = fit_loads(*w, j);
   for (TorqueRecording& r : w->data.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
-  const LoadFit with_smooth = fit_loads(*w, j);
+  LoadFit with_smooth = fit_loads(*w, j);
   if (with_smooth.left < kNearlyAll * with_sharp.left) return with_smooth;
   for (size_t r = 0; r < sharp.size(); ++r) w->data.recordings[r].speed.col(j) = sharp[r];
   return with_sharp;
