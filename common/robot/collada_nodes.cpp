@@ -75,7 +75,7 @@ class Scene {
 
   std::string find_fault() {
     for (size_t i = 0; i < nodes_.size(); ++i) {
-      const std::string fault = visit(i, 1);
+      std::string fault = visit(i, 1);
       if (!fault.empty()) return fault;
       if (nodes_[i].size > kMostNodes)
         return "has more than " + std::to_string(kMostNodes) + " nodes, as nodes contain others several times";
@@ -123,7 +123,7 @@ class Scene {
     if (nodes_[at].state == Node::kOpen) return "has a node that contains itself: '" + nodes_[at].id + "'";
     nodes_[at].state = Node::kOpen;
     for (const size_t i : find_inside(nodes_[at])) {
-      const std::string fault = depth < kDeepest ? visit(i, depth + 1) : describe_depth();
+      std::string fault = depth < kDeepest ? visit(i, depth + 1) : describe_depth();
       if (!fault.empty()) return fault;
       nodes_[at].size += nodes_[i].size, nodes_[at].depth = std::max(nodes_[at].depth, nodes_[i].depth + 1);
     }
