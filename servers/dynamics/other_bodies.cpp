@@ -110,9 +110,8 @@ void OtherBodies::let_go() {
 void OtherBodies::append_pushes(PushForces* forces) const {
   for (const Moving& moving : movers_) {
     for (PushForce force : moving.pushes.acting()) {
-      force.link = all_.spec()
-                       .links[static_cast<size_t>(moving.first_link + moving.simulator.tree().find_link(force.link))]
-                       .name;
+      const int link = moving.first_link + moving.simulator.tree().find_link(force.link);
+      force.link = all_.spec().links[static_cast<size_t>(link)].name;
       forces->push_back(force);
     }
   }
@@ -164,7 +163,7 @@ void OtherBodies::update_places(const State& robot) {
   for (const Moving& moving : movers_) {
     for (int i = 0; i < moving.num_links; ++i) {
       const LinkKinematics& from = moving.simulator.kinematics().kinematics[static_cast<size_t>(i)];
-      LinkKinematics& to = data_.kinematics[static_cast<size_t>(moving.first_link + i)];
+      LinkKinematics& to = data_.kinematics[static_cast<size_t>(moving.first_link) + static_cast<size_t>(i)];
       to.R = from.R, to.p = from.p, to.w = from.w, to.v = from.v;
     }
   }
@@ -195,7 +194,7 @@ const ExternalWrenches& OtherBodies::start(const ContactSet& contacts, const Sta
 std::string OtherBodies::step(Moving* moving) {
   on_mover_ = moving->pushes.find(moving->simulator.time(), moving->simulator.state());
   for (int link = 0; link < moving->num_links; ++link)
-    on_mover_.push_back({link, wrenches_[static_cast<size_t>(moving->first_link + link)]});
+    on_mover_.push_back({link, wrenches_[static_cast<size_t>(moving->first_link) + static_cast<size_t>(link)]});
   const StepStatus status = moving->simulator.step(moving->own, moving->command, on_mover_);
   if (status == StepStatus::kOk) return "";
   return std::string(moving->is_robot ? "robot '" : "object '") + moving->name + "': " + get_step_status_text(status) +
@@ -204,7 +203,7 @@ std::string OtherBodies::step(Moving* moving) {
 
 std::string OtherBodies::finish(const ContactForces& on_robot) {
   for (Moving& moving : movers_) {
-    const std::string fault = step(&moving);
+    std::string fault = step(&moving);
     if (!fault.empty()) return fault;
   }
   law_.accept();

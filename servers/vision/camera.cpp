@@ -16,7 +16,7 @@ constexpr int kSensorShift = 40;
 
 constexpr int kReadings = 4;  // of a pixel: red, green, blue, depth
 
-uint8_t make_byte(double value) { return static_cast<uint8_t>(std::clamp(value, 0.0, 1.0) * 255.0 + 0.5); }
+uint8_t make_byte(double value) { return static_cast<uint8_t>(std::lround(std::clamp(value, 0.0, 1.0) * 255.0)); }
 
 void write_color(Vector3d color, double noise, const NoiseKey& key, unsigned long long reading, uint8_t* rgb) {
   for (int k = 0; k < 3; ++k) {

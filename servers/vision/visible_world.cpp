@@ -115,9 +115,9 @@ void VisibleWorld::update_mover_poses(const ObjectStates& states) {
   for (size_t k = 0; k < movers_.size(); ++k) {
     auto& [model, data] = moving_[k];
     update_kinematics(model, states[k], &data);
-    for (int link = 0; link < movers_[k].num_bodies(); ++link) {
-      mover_poses_[static_cast<size_t>(movers_[k].first_body - kFirstObject + link)] = get_pose(data, link);
-    }
+    const auto first = static_cast<size_t>(movers_[k].first_body - kFirstObject);
+    for (int link = 0; link < movers_[k].num_bodies(); ++link)
+      mover_poses_[first + static_cast<size_t>(link)] = get_pose(data, link);
   }
 }
 

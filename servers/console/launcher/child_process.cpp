@@ -69,8 +69,7 @@ std::optional<ChildEnd> Children::take_ended() {
   for (size_t i = 0; i < running_.size(); ++i) {
     int status = 0;
     if (waitpid(running_[i].process_id, &status, WNOHANG) != running_[i].process_id) continue;
-    const ChildEnd end{running_[i].spec.role, get_file_name(running_[i].spec.arguments[0]), running_[i].process_id,
-                       status};
+    ChildEnd end{running_[i].spec.role, get_file_name(running_[i].spec.arguments[0]), running_[i].process_id, status};
     running_.erase(running_.begin() + static_cast<long>(i));
     return end;
   }

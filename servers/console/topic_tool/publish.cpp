@@ -23,7 +23,7 @@ TopicSpec find_command_topic(const std::string& name) {
   const size_t slash = plain.find('/');
   const std::string robot = slash == std::string::npos ? "" : plain.substr(0, slash);
   for (const TopicSpec* topic : {&topics::kRosJointTrajectory, &topics::kRosPositionCommands}) {
-    const TopicSpec found = topics::of_robot(*topic, robot);
+    TopicSpec found = topics::of_robot(*topic, robot);
     if (topics::find_ros_topic(found.name) == "/" + plain) return found;
   }
   throw std::runtime_error("nothing can be sent on '" + name + "'; topics for commands: " +
