@@ -17,7 +17,9 @@ namespace {
 // A depth is a float of a double: half a unit in its last place.
 constexpr double kFloat = 1e-7;
 
-size_t at(const CameraSpec& camera, int u, int v) { return static_cast<size_t>(v * camera.width + u); }
+size_t at(const CameraSpec& camera, int u, int v) {
+  return static_cast<size_t>(v) * static_cast<size_t>(camera.width) + static_cast<size_t>(u);
+}
 
 TEST(Depth, OfThePlaneIsThatOfItsHeightAndTheTilt) {
   const double h = 1.5, tilt = 0.4;

@@ -13,7 +13,8 @@ namespace {
 constexpr double kFloat = 1e-7;  // relative: half a unit in a float's last place
 
 Vector3d get_point(const Points& points, const LidarSpec& lidar, int row, int column) {
-  const size_t i = kNumbersPerPoint * static_cast<size_t>(row * lidar.columns + column);
+  const size_t ray = static_cast<size_t>(row) * static_cast<size_t>(lidar.columns) + static_cast<size_t>(column);
+  const size_t i = kNumbersPerPoint * ray;
   return {points[i], points[i + 1], points[i + 2]};
 }
 
