@@ -167,7 +167,8 @@ class StanceProposer {
     const long p = static_cast<long>(slopes.size());
     out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
     const auto recorded = std::count_if(c->weights.begin(), c->weights.end(), [](double w) { return w > 0.0; });
-    out.count = static_cast<double>(c->runs[i].readings.size() / noise_.size()) * static_cast<double>(recorded);
+    const size_t samples = c->runs[i].readings.size() / noise_.size();
+    out.count = static_cast<double>(samples) * static_cast<double>(recorded);
     for (long a = 0; a < p; ++a) {
       out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
       for (long b = 0; b < p; ++b)

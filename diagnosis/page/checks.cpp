@@ -29,8 +29,7 @@ std::string make_recordings(const json& checks) {
 // "0.12 N m", "weak: from 0.4 N m on", "hidden by rotor inertia".
 std::string describe_tell(const json& tell) {
   const std::string verdict = get_text(tell, "verdict"), unit = get_text(tell, "unit");
-  const std::string least =
-      format_number(get_number(tell, "least"), 2) + (unit == "1" ? "" : " " + escape(typeset(unit)));
+  std::string least = format_number(get_number(tell, "least"), 2) + (unit == "1" ? "" : " " + escape(typeset(unit)));
   if (verdict == "clear") return least;
   if (verdict == "weak") return least + " <span class='small'>(weak)</span>";
   std::string by = get_text(tell, "hidden_by");
