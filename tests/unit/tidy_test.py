@@ -14,6 +14,7 @@ import unittest.mock
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / 'scripts/robustness'))
 import tidy  # noqa: E402
+import tidy_units  # noqa: E402
 
 # Stands for clang-tidy: complains of sources with the word "wrong", and counts how often it is called.
 CLANG_TIDY = '''#!/bin/sh
@@ -131,6 +132,44 @@ class Tidy(unittest.TestCase):
         with unittest.mock.patch.dict(os.environ, GIT_CEILING_DIRECTORIES=str(self.root.parent)):
             with self.assertRaisesRegex(SystemExit, 'say --all or names'):
                 self.tidy()
+
+
+# Complains of a unit with more than one source of the name "clash".
+CLANG_TIDY_OF_UNITS = '''#!/bin/sh
+for unit; do if [ "$unit" = "--" ]; then break; fi; file="$unit"; done
+echo x >> "{0}/calls"
+if [ "$(grep -c 'include.*clash' "$file")" -gt 1 ]; then echo "clash.cpp:1:2: error: redefinition [clang-diagnostic-error]"; exit 1; fi
+'''
+
+
+class Units(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name).resolve()
+
+    def write(self, **texts):
+        for name, text in texts.items():
+            (self.root / f'{name}.cpp').write_text(text)
+        return [self.root / f'{name}.cpp' for name in texts]
+
+    def test_a_source_is_apart_from_one_that_uses_what_it_defines(self):
+        a, b, c = self.write(a='namespace {\nint find(int x) { return x; }\n}\n', b='int two() { return find(2); }\n',
+                             c='int three() { return x.find(3); }  // a member, and find() in a comment\n')
+        self.assertEqual(tidy_units.make_units([a, b, c], {a: [], b: [], c: []}), [[a, c], [b]])
+
+    def test_a_unit_has_sources_with_the_same_macros_only(self):
+        a, b = self.write(a='int a();\n', b='int b();\n')
+        self.assertEqual(tidy_units.make_units([a, b], {a: [('-DX',)], b: [('-O3',)]}), [[a], [b]])
+
+    def test_a_unit_that_cannot_be_compiled_is_halved(self):
+        tool = self.root / 'clang-tidy'
+        tool.write_text(CLANG_TIDY_OF_UNITS.format(self.root))
+        tool.chmod(0o755)
+        sources = self.write(clash_a='', b='', c='', clash_d='')
+        with unittest.mock.patch.dict(os.environ, PATH=f'{self.root}:{os.environ["PATH"]}'):
+            said = tidy_units.look(sources, self.root, {source: [('-O3',)] for source in sources})
+        self.assertEqual((said, len((self.root / 'calls').read_text().split())), ('', 3))
 
 
 if __name__ == '__main__':
