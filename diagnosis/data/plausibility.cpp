@@ -290,28 +290,67 @@ void drop_still_attitudes(Experiment* e, Recording* r) {
   }
 }
 
-// Drops a sensor of the body that repeats one reading throughout although the joints move. Logs of dead ones look like
-// that: it would turn at one rate all the time. Zeros of a force are those of a foot in the air.
-void drop_still_sensor(Experiment* e, Recording* r, const std::string& name, bool zeros) {
+std::vector<std::string> list_columns(const Recording& r, const std::string& sensor) {
   std::vector<std::string> columns;
-  bool still = true, zero = true;
-  for (const auto& [column, values] : r->other) {
-    if (column.compare(0, name.size() + 1, name + "/") != 0) continue;
-    columns.push_back(column);
-    still = still && is_still(values), zero = zero && find_largest(values) == 0.0;
+  for (const auto& [column, values] : r.other) {
+    if (column.compare(0, sensor.size() + 1, sensor + "/") == 0) columns.push_back(column);
   }
-  if (columns.empty() || !still || (zero && !zeros)) return;
-  e->warnings.push_back(r->spec.name + ": " + name + " never changes although the joints move: taken as not recorded" +
-                        (e->recordings.size() > 1 ? ", also in the other recordings" : ""));
-  for (const std::string& column : columns) r->other.erase(column);
+  return columns;
 }
 
-void drop_still_sensors(Experiment* e, Recording* r) {
+// True if a sensor of the body repeats one reading throughout although the joints move. Logs of dead ones look like
+// that: it would turn at one rate all the time. Zeros of a force are those of a foot in the air, unless `zeros`.
+bool is_dead(const Recording& r, const std::string& sensor, bool zeros) {
   const auto moves = [](const JointColumns& joint) { return calc_range(joint.signal[0]) > kMoves; };
-  if (!e->scenario.floating_base || std::none_of(r->joints.begin(), r->joints.end(), moves)) return;
-  for (const ImuSpec& imu : e->scenario.sensors.imus) drop_still_sensor(e, r, "/imu/" + imu.name, true);
-  for (const WrenchSpec& wrench : e->scenario.sensors.wrenches)
-    drop_still_sensor(e, r, "/wrench/" + wrench.name, false);
+  if (std::none_of(r.joints.begin(), r.joints.end(), moves)) return false;
+  bool still = true, zero = true;
+  const std::vector<std::string> columns = list_columns(r, sensor);
+  for (const std::string& column : columns) {
+    const std::vector<double>& values = r.other.at(column);
+    still = still && is_still(values), zero = zero && find_largest(values) == 0.0;
+  }
+  return !columns.empty() && still && (zeros || !zero);
+}
+
+// True if the other recordings have the sensor, and can be fitted and, if there was one, held out without those.
+bool can_spare(const std::vector<Recording>& recordings, const std::vector<bool>& dead, const std::string& sensor) {
+  bool train = false, held_out = false, was_held_out = false;
+  for (size_t i = 0; i < recordings.size(); ++i) {
+    const Recording& r = recordings[i];
+    was_held_out = was_held_out || !r.spec.train;
+    if (dead[i]) continue;
+    if (list_columns(r, sensor).empty()) return false;
+    train = train || r.spec.train, held_out = held_out || !r.spec.train;
+  }
+  return train && (held_out || !was_held_out);
+}
+
+// The diagnosis uses a sensor that all recordings have. So that one dead log does not cost it in all of them, the
+// recordings in which it is dead are left out. If too few would be left, the sensor goes.
+void drop_still_sensor(Experiment* e, const std::string& sensor, bool zeros) {
+  std::vector<bool> dead;
+  for (const Recording& r : e->recordings) dead.push_back(is_dead(r, sensor, zeros));
+  if (std::find(dead.begin(), dead.end(), true) == dead.end()) return;
+  const bool spare = can_spare(e->recordings, dead, sensor);
+  const char* const consequence = spare                      ? "this recording is left out, so that the others keep it"
+                                  : e->recordings.size() > 1 ? "taken as not recorded, also in the other recordings"
+                                                             : "taken as not recorded";
+  std::vector<Recording> kept;
+  for (size_t i = 0; i < dead.size(); ++i) {
+    Recording& r = e->recordings[i];
+    if (dead[i]) {
+      e->warnings.push_back(r.spec.name + ": " + sensor + " never changes although the joints move: " + consequence);
+      for (const std::string& column : list_columns(r, sensor)) r.other.erase(column);
+    }
+    if (!dead[i] || !spare) kept.push_back(std::move(r));
+  }
+  e->recordings = std::move(kept);
+}
+
+void drop_still_sensors(Experiment* e) {
+  if (!e->scenario.floating_base) return;
+  for (const ImuSpec& imu : e->scenario.sensors.imus) drop_still_sensor(e, "/imu/" + imu.name, true);
+  for (const WrenchSpec& wrench : e->scenario.sensors.wrenches) drop_still_sensor(e, "/wrench/" + wrench.name, false);
 }
 
 void check_commands(const Experiment& e, const Recording& r, int j) {
@@ -370,8 +409,8 @@ void check_plausibility(Experiment* e) {
       check_commanded_limits(e, r, j);
     }
     drop_still_attitudes(e, &r);
-    drop_still_sensors(e, &r);
   }
+  drop_still_sensors(e);
 }
 
 }  // namespace hrp::diagnosis

@@ -145,8 +145,21 @@ TEST(Suspicions, AnAttitudeOfZerosWasNotEstimated) {
   EXPECT_FALSE(e.recordings[0].has("/imu/trunk/orientation/x"));
 }
 
-// A robot whose knee moves by `swing` [rad] beside a body sensor that reads `value` all the time.
-Experiment check_still_sensors(double swing, double value) {
+// Adds a recording whose knee moves by `swing` [rad] beside body sensors that read `value`, and `more` times the knee.
+void add_body_log(const std::string& name, bool train, double swing, double value, double more, Experiment* e) {
+  Recording& r = e->recordings.emplace_back();
+  r.spec.name = name, r.spec.train = train;
+  r.joints.resize(1);
+  for (int k = 0; k < 500; ++k) {
+    r.time.push_back(0.005 * k);
+    r.joints[0].signal[0].push_back(swing * std::sin(5.0 * r.time.back()));
+    for (const char* column :
+         {"/imu/trunk/angular_velocity/x", "/imu/trunk/linear_acceleration/z", "/wrench/foot/force/z"})
+      r.other[column].push_back(value + more * r.joints[0].signal[0].back());
+  }
+}
+
+Experiment make_knee_with_body_sensors() {
   Experiment e;
   e.robot.tree.links.resize(2);
   e.robot.tree.links[1].joint.name = "knee";
@@ -155,16 +168,13 @@ Experiment check_still_sensors(double swing, double value) {
   e.scenario.sensors.imus[0].name = "trunk";
   e.scenario.sensors.wrenches.resize(1);
   e.scenario.sensors.wrenches[0].name = "foot";
-  Recording& r = e.recordings.emplace_back();
-  r.spec.name = "a.csv";
-  r.joints.resize(1);
-  for (int k = 0; k < 500; ++k) {
-    r.time.push_back(0.005 * k);
-    r.joints[0].signal[0].push_back(swing * std::sin(5.0 * r.time.back()));
-    for (const char* column :
-         {"/imu/trunk/angular_velocity/x", "/imu/trunk/linear_acceleration/z", "/wrench/foot/force/z"})
-      r.other[column].push_back(value);
-  }
+  return e;
+}
+
+// A robot whose knee moves by `swing` [rad] beside a body sensor that reads `value` all the time.
+Experiment check_still_sensors(double swing, double value) {
+  Experiment e = make_knee_with_body_sensors();
+  add_body_log("a.csv", true, swing, value, 0.0, &e);
   check_plausibility(&e);
   return e;
 }
@@ -179,6 +189,31 @@ TEST(Suspicions, SensorsOfTheBodyThatStayWhileItsJointsMoveWereNotRead) {
   EXPECT_FALSE(air.recordings[0].has("/imu/trunk/angular_velocity/x"));
   EXPECT_TRUE(air.recordings[0].has("/wrench/foot/force/z")) << "zeros of a force are those of a foot in the air";
   EXPECT_EQ(check_still_sensors(0.001, 2.06).recordings[0].other.size(), 3u) << "nothing moves";
+}
+
+TEST(Suspicions, ASensorThatIsDeadInOneRecordingStaysInTheOthers) {
+  Experiment e = make_knee_with_body_sensors();
+  add_body_log("a.csv", true, 0.2, 2.06, 1.0, &e);
+  add_body_log("b.csv", true, 0.2, 2.06, 0.0, &e);
+  add_body_log("c.csv", false, 0.2, 2.06, 1.0, &e);
+  check_plausibility(&e);
+  ASSERT_EQ(e.recordings.size(), 2u);
+  EXPECT_EQ(e.recordings[0].spec.name, "a.csv");
+  EXPECT_EQ(e.recordings[1].spec.name, "c.csv");
+  EXPECT_TRUE(e.recordings[0].has("/imu/trunk/angular_velocity/x"));
+  EXPECT_THAT(e.warnings, testing::Contains("b.csv: /imu/trunk never changes although the joints move: this recording "
+                                            "is left out, so that the others keep it"));
+}
+
+TEST(Suspicions, ASensorThatIsDeadInTheOnlyHeldOutRecordingIsNotUsed) {
+  Experiment e = make_knee_with_body_sensors();
+  add_body_log("a.csv", true, 0.2, 2.06, 1.0, &e);
+  add_body_log("b.csv", false, 0.2, 2.06, 0.0, &e);
+  check_plausibility(&e);
+  EXPECT_EQ(e.recordings.size(), 2u);
+  EXPECT_TRUE(e.recordings[1].other.empty());
+  EXPECT_THAT(e.warnings, testing::Contains("b.csv: /imu/trunk never changes although the joints move: taken as not "
+                                            "recorded, also in the other recordings"));
 }
 
 TEST(Noise, IsFoundUnderASmoothMotion) {
