@@ -89,8 +89,9 @@ struct ServoLog {
                        [&](const Recording& r) { return r.joints[j].has(Quantity::kVelocity); });
   }
 
-  // Calls take(law, effort, position) at every sample of the training (or of the other) recordings that commands with
-  // this `delay` [s] cover. `law`: effort by the servo law before its limit [N m].
+  // Calls take(law, effort, position, recording, damping) at every sample of the training (or of the other) recordings
+  // that commands with this `delay` [s] cover. `law`: effort by the servo law before its limit [N m]; `damping`: its
+  // part by rates.
   template <typename Take>
   void walk(double delay, bool train, const Take& take) const {
     for (size_t i = 0; i < e.recordings.size(); ++i) {
@@ -102,7 +103,7 @@ struct ServoLog {
         double given = 0.0, rate = 0.0;
         read_command(r.time, c, r.time[k] - delay, k, &given, &rate);
         take(calc_servo_effort(laws, given - c.signal[0][k], rate - rates[i][k], 0.0), c.signal[2][k], c.signal[0][k],
-             i);
+             i, laws.kd * (rate - rates[i][k]));
       }
     }
   }
@@ -111,7 +112,7 @@ struct ServoLog {
 // Mean square [(N m)^2] of the law's residual with commands `delay` [s] late.
 double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
-  log.walk(delay, train, [&](double law, double effort, double, size_t) {
+  log.walk(delay, train, [&](double law, double effort, double, size_t, double) {
     const double missed = effort - std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
     if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
   });
@@ -121,7 +122,7 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
 // Sums of effort over law and a constant, with commands `delay` [s] late, by parts of the training samples.
 std::vector<Gram> sum_parts(const ServoLog& log, double delay, size_t parts) {
   std::vector<Eigen::Vector2d> pairs;
-  log.walk(delay, true, [&](double law, double effort, double, size_t) {
+  log.walk(delay, true, [&](double law, double effort, double, size_t, double) {
     if (std::isfinite(law + effort))
       pairs.emplace_back(std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit), effort);
   });
@@ -174,10 +175,10 @@ double calc_spread(const Experiment& e, size_t j) {
 
 ServoPairs list_pairs(const ServoLog& log, double delay) {
   ServoPairs out;
-  log.walk(delay, true, [&](double law, double effort, double position, size_t recording) {
+  log.walk(delay, true, [&](double law, double effort, double position, size_t recording, double damping) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
     out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position),
-        out.recording.push_back(recording);
+        out.damping.push_back(damping), out.recording.push_back(recording);
   });
   return out;
 }
@@ -211,7 +212,10 @@ double calc_wavers(const ServoPairs& pairs, double scale, double bias) {
 }
 
 // Adds uncertainties to the slope: of the delay, and of the rates. If the velocity was logged `late` [s], the servo may
-// use that velocity or a sharper one. Late damping pushes with the acceleration, so it looks like stiffness.
+// use that velocity or a sharper one. Late damping pushes with the acceleration, so it looks like stiffness. If no
+// velocity was logged, positions show its mean between two samples. A servo that gets held commands jerks at each of
+// them, and damps with the velocity of an instant. Stiffness and damping nearly cancel while a joint follows its
+// command: an error of 1 % in the damping may be a tenth of the effort.
 ServoSlope find_slope(const ServoLog& log, const ServoPairs& pairs, const ServoDelay& delay, double late) {
   ServoSlope slope = find_slope(pairs);
   const auto add_doubt = [&](const ServoLog& other, double of_command) {
@@ -219,6 +223,7 @@ ServoSlope find_slope(const ServoLog& log, const ServoPairs& pairs, const ServoD
   };
   add_doubt(log.smooth_rates(log.has_rates() ? kSmooth : kSmoother), delay.delay);
   if (late > 0.0) add_doubt(log.delay_rates(late), delay.delay);
+  if (!log.has_rates()) slope.std = std::hypot(slope.std, slope.value - find_slope_beside_damping(pairs));
   if (delay.delay > 0.0) add_doubt(log, delay.delay + find_delay_error(log, delay.delay));
   return slope;
 }

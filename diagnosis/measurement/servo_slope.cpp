@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/servo_slope.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -74,6 +75,21 @@ ServoSlope find_slope(const ServoPairs& pairs) {
   const ServoSlope of_all = find_slope(pairs, std::vector<size_t>(pairs.law.size(), 0));
   const ServoSlope at_places = find_slope(pairs, find_cells(pairs.position));
   return at_places.std < of_all.std ? at_places : of_all;
+}
+
+double find_slope_beside_damping(const ServoPairs& pairs) {
+  const std::vector<size_t> one(pairs.law.size(), 0);
+  const std::vector<double> law = centre(pairs.law, one), damping = centre(pairs.damping, one),
+                            effort = centre(pairs.effort, one);
+  Eigen::Matrix2d of_columns = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d of_effort = Eigen::Vector2d::Zero();
+  for (size_t k = kLaterSamples; k + kLaterSamples < law.size(); ++k) {
+    const size_t before = k - kLaterSamples, after = k + kLaterSamples;
+    const Eigen::Vector2d around(law[before] + law[after], damping[before] + damping[after]);
+    of_columns += around * Eigen::RowVector2d(law[k], damping[k]), of_effort += around * effort[k];
+  }
+  const Eigen::FullPivLU<Eigen::Matrix2d> lu(of_columns);
+  return lu.isInvertible() ? lu.solve(of_effort)[0] : find_slope(pairs).value;
 }
 
 }  // namespace hrp::diagnosis

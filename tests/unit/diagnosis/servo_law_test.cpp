@@ -203,6 +203,57 @@ TEST(ServoLaw, DampingByALateRateIsNoScaleOfTheEffort) {
   EXPECT_TRUE(find_servo_readings(e, {})[elbow].is_scaled());  // nothing says that the rate may come late
 }
 
+// An elbow with dry friction [N m] whose stiff servo gets a new command every 4 ms, at 250 Hz, and logs no velocity.
+Experiment make_jerked(const std::string& name, double scale) {
+  constexpr double kInertia = 0.1, kFriction = 1.5, kStiff = 900.0,
+                   kDamping = 20.0;  // [kg m^2, N m, N m/rad, N m s/rad]
+  constexpr double kStep = 1e-4;     // [s]
+  constexpr int kSteps = 40;         // of each command
+  Experiment e = make_late(name, 0.0, 0.0, 0.0, 0.0, 1.0);
+  const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
+  ServoGains& gains = e.scenario.servo_default;
+  gains.kp = kStiff, gains.kd = kDamping;
+  TestNoise noise;
+  for (Recording& r : e.recordings) {
+    JointColumns& c = r.joints[elbow];
+    r.time.clear(), c.command.clear(), c.command_rate.clear(), c.signal[0].clear(), c.signal[1].clear(),
+        c.signal[2].clear();
+    double q = 0.0, v = 0.0;
+    for (int k = 0; k < 2500; ++k) {
+      const double command = calc_command(0.004 * k) - calc_command(0.0);
+      for (int i = 0; i < kSteps; ++i) {
+        const double effort = kStiff * (command - q) - kDamping * v;
+        if (i == kSteps / 2) {
+          r.time.push_back(0.004 * k + i * kStep), c.command.push_back(command), c.signal[0].push_back(q);
+          c.signal[2].push_back(scale * effort + 0.1 * noise.draw());
+        }
+        v += kStep / kInertia * (effort - kFriction * std::tanh(v / 1e-3)), q += kStep * v;
+      }
+    }
+  }
+  e.sample_time = 0.004;
+  return e;
+}
+
+// Between two held commands the velocity ripples in step with the samples, so the mean rate is off by a hundredth of
+// it: a tenth of the effort, as stiffness and damping nearly cancel.
+TEST(ServoLaw, TheJerkOfHeldCommandsIsNoScaleOfTheEffort) {
+  const Experiment e = make_jerked("jerked", 1.0);
+  const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(e.robot.tree.find_joint("elbow"))];
+  EXPECT_FALSE(reading.is_scaled()) << reading.scale << " " << reading.scale_std;
+}
+
+// Without velocities, too, a log of another scale is told where the motion needs effort.
+TEST(ServoLaw, AScaleIsToldFromPositionsAlone) {
+  Experiment e = make_late("positions", 0.0, 0.0, 0.0);
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) joint.signal[1].clear();
+  }
+  const ServoReading reading = find_servo_readings(e, {})[static_cast<size_t>(e.robot.tree.find_joint("elbow"))];
+  ASSERT_TRUE(reading.is_scaled());
+  EXPECT_NEAR(reading.scale, kScale, 3.0 * reading.scale_std);
+}
+
 // The slope of effort over law follows the delay: 3 % in a tenth of a sample here.
 TEST(ServoLaw, AScaleBesideADelayIsKnownNoBetterThanTheCommandsBetweenTwoSamples) {
   Experiment e = make_late("coarse", 0.0, 0.0, 0.0203, 0.0, 0.8);
