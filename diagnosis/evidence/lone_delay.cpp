@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/lone_delay.h"
+#include "diagnosis/evidence/torque/rivals.h"
 
 #include <algorithm>
 
@@ -45,7 +46,7 @@ void add_rivals(const TorqueDesign& design, const Choice& with_delay, const Choi
 
 // [s] Delay of all commands that takes as much torque as the joint's viscous friction; 0 if the effort was logged.
 double find_like_delay(const TorqueDesign& design, const GradedTerm& g) {
-  if (g.place.joint < 0 || g.term.effect().id != EffectId::kViscous) return 0.0;
+  if (g.place.joint < 0 || !is_viscous(g.term)) return 0.0;
   const TorqueData& data = *design.data;
   const auto joint = static_cast<size_t>(design.joints[static_cast<size_t>(g.place.joint)].joint);
   const double kp =

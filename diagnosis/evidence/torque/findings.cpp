@@ -14,6 +14,7 @@
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/balancers.h"
 #include "diagnosis/evidence/coupled_drives.h"
+#include "diagnosis/evidence/held_commands.h"
 #include "diagnosis/evidence/idle_drives.h"
 #include "diagnosis/evidence/indistinguishable.h"
 #include "diagnosis/evidence/lone_delay.h"
@@ -52,6 +53,7 @@ class Judge {
     take_simpler_terms(jobs);
     doubt_lone_delays(design_, choice_, &graded_);
     doubt_viscous_of_one_delay(design_, &graded_);
+    widen_by_held_commands(design_, &graded_);
   }
 
   TorqueVerdict run() {

@@ -384,4 +384,6 @@ double calc_own_inertia(const TreeSpec& tree, int joint) {
 
 bool is_rotor(const Term& term) { return term.effect().id == EffectId::kRotorInertia; }
 
+bool is_viscous(const Term& term) { return term.effect().id == EffectId::kViscous; }
+
 }  // namespace hrp::diagnosis

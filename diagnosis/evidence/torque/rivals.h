@@ -22,5 +22,6 @@ std::vector<Rival> list_rivals(const TorqueDesign& design, const Gap& gap, size_
 double calc_own_inertia(const TreeSpec& tree, int joint);
 
 bool is_rotor(const Term& term);
+bool is_viscous(const Term& term);
 
 }  // namespace hrp::diagnosis

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/evidence/held_commands.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "diagnosis/data/servo_gains.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/torque/rivals.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+// Of viscous friction [N m s/rad] or of a rotor [kg m^2]; 0 of others.
+double calc_bound(const GradedTerm& g, const ServoGains& gains, double period) {
+  if (is_viscous(g.term)) return 0.5 * period * gains.kp;
+  return is_rotor(g.term) ? 0.5 * period * gains.kd : 0.0;
+}
+
+}  // namespace
+
+bool may_hold_commands(const Experiment& e, int joint) {
+  if (e.scenario.drive != "servo") return false;
+  return std::any_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
+    const JointColumns& c = r.joints[static_cast<size_t>(joint)];
+    return !c.command.empty() && c.command_rate.empty();
+  });
+}
+
+void widen_by_held_commands(const TorqueDesign& design, std::vector<GradedTerm>* graded) {
+  const Experiment& e = *design.data->experiment;
+  for (GradedTerm& g : *graded) {
+    if (g.place.joint < 0) continue;
+    const int joint = design.joints[static_cast<size_t>(g.place.joint)].joint;
+    if (!may_hold_commands(e, joint)) continue;
+    const double bound = calc_bound(g, get_servo_gains(e.scenario, e.robot.tree.joint(joint).name), e.sample_time);
+    if (!(bound > 0.0)) continue;
+    // The instant is the same in all recordings: a systematic error, which adds linearly.
+    g.width[0] += bound / kNinetyFive;
+    if (g.grade == Grade::kAmbiguous || std::abs(g.parameters[0]) > kNinetyFive * g.width[0]) continue;
+    g.grade = Grade::kAmbiguous;
+    g.doubt = "commands that the servo holds between two samples push by as much";
+  }
+}
+
+}  // namespace hrp::diagnosis
