@@ -28,6 +28,15 @@ bool may_hold_commands(const Experiment& e, int joint) {
   });
 }
 
+// From one command to the next, the torque falls evenly by kp T v about its mean. Its second integral over the period
+// is the ripple: v (1 - kp T^2 / (12 I)) at the ends of the period, half as much above the mean in its middle.
+double calc_rippling_inertia(const Experiment& e, int joint, double scale) {
+  if (!may_hold_commands(e, joint) || scale == 1.0) return 0.0;
+  const double kp = get_servo_gains(e.scenario, e.robot.tree.joint(joint).name).kp;
+  const double inertia = kp * e.sample_time * e.sample_time / (12.0 * std::abs(1.0 - scale));
+  return inertia < calc_own_inertia(e.robot.tree, joint) ? 0.0 : inertia;
+}
+
 void widen_by_held_commands(const TorqueDesign& design, std::vector<GradedTerm>* graded) {
   const Experiment& e = *design.data->experiment;
   for (GradedTerm& g : *graded) {

@@ -14,6 +14,11 @@ namespace hrp::diagnosis {
 // True if nothing says how the joint's command moves between two samples: its rate was not recorded.
 bool may_hold_commands(const Experiment& experiment, int joint);
 
+// [kg m^2] Inertia at which the velocity ripples between held commands by this factor of the mean rate, at the instant
+// just before or after a command: T^2 kp / (12 |1 - scale|). 0 if commands are not held, or if the joint's own link has
+// more.
+double calc_rippling_inertia(const Experiment& experiment, int joint, double scale);
+
 // Widens the intervals of viscous friction and of rotors by these bounds, where commands may be held. Findings whose
 // interval then contains none are ambiguous.
 void widen_by_held_commands(const TorqueDesign& design, std::vector<GradedTerm>* graded);

@@ -8,6 +8,7 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/evidence/held_commands.h"
 #include "diagnosis/evidence/torque/gears.h"
 #include "diagnosis/measurement/torque/term_rows.h"
 #include "diagnosis/model/made.h"
@@ -197,8 +198,13 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
     list.back().weight = 0.0;  // does not change the missing torque
   };
   if (log.is_scaled()) {
+    const double rippling = calc_rippling_inertia(e, joint, log.scale);
     add(EffectId::kSensorScale, Quantity::kVelocity, make_one("scale", "1", log.scale, log.scale_std),
-        "the recorded velocity is " + number(log.scale, 4) + " times the rate of the recorded position");
+        "the recorded velocity is " + number(log.scale, 4) + " times the rate of the recorded position" +
+            (rippling > 0.0 ? "; if the servo holds its commands between two samples and turns " + number(rippling, 2) +
+                                  " kg m^2, the velocity is that at their instants"
+                            : ""));
+    if (rippling > 0.0) list.back().grade = Grade::kAmbiguous;
     list.back().alternatives.push_back(
         make_alternative(get_effect(EffectId::kSensorScale), make_log_place(e, joint, Quantity::kPosition),
                          {make_one("scale", "1", 1.0 / log.scale, log.scale_std / (log.scale * log.scale))},
