@@ -57,8 +57,7 @@ Json make_plain(const Json& curve, const char* effect, const char* from, const c
 
 Json make_coulomb(const Json& curve) {
   Json plain = make_plain(curve, "coulomb_friction", "coulomb", "level");
-  plain["alternatives"].push_back(state_alternative(get_effect(EffectId::kStribeck), curve["where"],
-                                                    curve["parameters"],
+  plain["alternatives"].push_back(state_alternative(*find_effect(kCurve), curve["where"], curve["parameters"],
                                                     "constant speeds from the slowest on, in both directions"));
   plain["statement"] =
       get_place(curve) + ": dry friction of constant level, level " + make_words(plain["parameters"]["level"]) +
