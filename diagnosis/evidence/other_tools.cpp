@@ -18,6 +18,7 @@ constexpr double kStick = 0.002;  // [rad] of displacement before slipping, as i
 constexpr double kSmall = 0.05;   // ratio of the load's friction at the start of a fit
 constexpr double kSlowest = 0.1;  // [rad/s] Stribeck velocity at the start of a fit
 constexpr double kAtRest = 1.3;   // level of friction at rest over that in motion, at the start of a fit
+constexpr double kLess = 0.3;     // of the friction of plain least squares, for further starts
 constexpr double kBounded =
     1e-3;  // of the limit of effort: friction at the start of a fit where least squares has none
 
@@ -119,13 +120,22 @@ Hypothesis fit_model(const FrictionModel& model, const Problem& problem, const s
   return make_symmetric(best.hypothesis);
 }
 
+// Plain least squares, and less of its friction: a drive that sticks in the simulation gives a fit no slope.
+std::vector<Drives> list_starts(const Problem& problem) {
+  std::vector<Drives> starts(3, fit_plain_model(problem));
+  for (PlainDrive& drive : starts[1]) drive.dry *= kLess;
+  for (PlainDrive& drive : starts[2]) drive.dry *= kLess, drive.viscous *= kLess;
+  return starts;
+}
+
 // Each model also starts from the one before, of which it is an extension.
 std::vector<OtherAnswer> fit_models(const Problem& problem) {
-  std::vector<Drives> starts{fit_plain_model(problem)};
+  const std::vector<Drives> usual = list_starts(problem);
+  std::vector<Drives> starts = usual;
   std::vector<OtherAnswer> out;
   for (const FrictionModel& model : kModels) {
     out.push_back({model.name, fit_model(model, problem, starts)});
-    starts.resize(1);
+    starts = usual;
     starts.push_back(read_drives(out.back().hypothesis, problem.experiment->num_joints()));
   }
   return out;

@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
