@@ -206,8 +206,10 @@ def make_readme_block(cases, notes):
 
 def write_readme(path, cases, notes):
     text = path.read_text()
-    begin, end = text.find(README_BEGIN), text.find(README_END)
-    if begin < 0 or end < begin:
+    # The page's own words also name the marks: only a mark that begins a line is one.
+    begin = text.find("\n" + README_BEGIN) + 1
+    end = text.find("\n" + README_END, begin) + 1
+    if begin <= 0 or end < begin:
         sys.exit(f"{path}: has no block from '{README_BEGIN} ... -->' to '{README_END}'")
     path.write_text(text[:begin] + make_readme_block(cases, notes) + text[end + len(README_END):])
 

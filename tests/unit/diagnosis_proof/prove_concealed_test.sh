@@ -33,7 +33,7 @@ grep -q '"status": 0' "$folder/p/answers/case-002/run.json" || claim "a killed t
 [ ! -e "$folder/p/answers/case-001/report.json" ] || claim "an answered case is not asked again"
 [ -e "$folder/p/answers/case-002/report.json" ] || claim "the other one is"
 
-printf 'before\n<!-- proof: begin -->\nold\n<!-- proof: end -->\nafter\n' > "$folder/readme.md"
+printf 'before, with the marks `<!-- proof: begin` and `<!-- proof: end -->`\n<!-- proof: begin -->\nold\n<!-- proof: end -->\nafter\n' > "$folder/readme.md"
 prove --out "$folder/p" --stage open --readme "$folder/readme.md" > "$folder/open.txt"
 grep -q 'runs without an answer *1 of 2' "$folder/open.txt" || claim "a case without an answer is counted"
 head -n 1 "$folder/readme.md" | grep -q '^before' && tail -n 1 "$folder/readme.md" | grep -q '^after' || claim "the rest of the document stays"
