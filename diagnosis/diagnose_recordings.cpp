@@ -63,6 +63,7 @@ void finish(const Experiment& e, Reports* reports) {
   name_simpler_laws(&report);
   lower_grades(&report);
   doubt_constants_of_masses(e, &report);
+  doubt_constants_of_feet(e, &report);
   doubt_constants_of_commands(e, &report);
   doubt_limits_within_friction(&report);
   doubt_friction_of_even_speeds(e, &report);

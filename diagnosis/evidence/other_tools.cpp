@@ -19,6 +19,7 @@ constexpr double kSmall = 0.05;   // ratio of the load's friction at the start o
 constexpr double kSlowest = 0.1;  // [rad/s] Stribeck velocity at the start of a fit
 constexpr double kAtRest = 1.3;   // level of friction at rest over that in motion, at the start of a fit
 constexpr double kLess = 0.3;     // of the friction of plain least squares, for further starts
+constexpr int kFewJoints = 2;     // with several starts
 constexpr double kBounded =
     1e-3;  // of the limit of effort: friction at the start of a fit where least squares has none
 
@@ -120,8 +121,10 @@ Hypothesis fit_model(const FrictionModel& model, const Problem& problem, const s
   return make_symmetric(best.hypothesis);
 }
 
-// Plain least squares, and less of its friction: a drive that sticks in the simulation gives a fit no slope.
+// Plain least squares, and less of its friction: a drive that sticks in the simulation gives a fit no slope. Of a leg,
+// a fit takes minutes, and joints that push each other hardly stick: one start.
 std::vector<Drives> list_starts(const Problem& problem) {
+  if (problem.experiment->num_joints() > kFewJoints) return {fit_plain_model(problem)};
   std::vector<Drives> starts(3, fit_plain_model(problem));
   for (PlainDrive& drive : starts[1]) drive.dry *= kLess;
   for (PlainDrive& drive : starts[2]) drive.dry *= kLess, drive.viscous *= kLess;

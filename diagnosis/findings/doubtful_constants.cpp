@@ -2,12 +2,16 @@
 #include "diagnosis/findings/doubtful_constants.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "common/multibody/tree_mass.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/finding_head.h"
 #include "diagnosis/findings/grading.h"
 
 namespace hrp::diagnosis {
@@ -15,7 +19,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool is_of_mass(const Json& finding) { return finding.value("family", "") == get_family_name(EffectFamily::kMass); }
+// A mass or its place, or an IMU that is turned, and gravity with it.
+bool may_weigh(const Json& finding) {
+  const std::string family = finding.value("family", "");
+  return family == get_family_name(EffectFamily::kMass) ||
+         (family == get_family_name(EffectFamily::kSensorGeometry) &&
+          finding["where"].value("sensor", "").rfind("/imu/", 0) == 0);
+}
 
 bool is_constant_torque(const Json& finding) {
   const EffectInfo* info = find_effect(finding.value("effect", ""));
@@ -31,19 +41,59 @@ std::pair<double, double> read_constant(const Json& finding) {
   return {parameters.begin().value()["value"], parameters.begin().value()["std"]};
 }
 
-// Masses and their places that ambiguous findings may be, as alternatives. What several of them may be is listed once.
+// Masses, their places and turned IMUs that ambiguous findings may be, as alternatives. What several of them may be is
+// listed once.
 std::vector<Json> list_masses(const Json& findings) {
   std::vector<Json> masses;
   const auto add = [&](const Json& mass) {
     const auto is_same = [&](const Json& m) { return m["effect"] == mass["effect"] && m["where"] == mass["where"]; };
-    if (is_of_mass(mass) && std::none_of(masses.begin(), masses.end(), is_same)) masses.push_back(mass);
+    if (may_weigh(mass) && std::none_of(masses.begin(), masses.end(), is_same)) masses.push_back(mass);
   };
   for (const Json& f : findings) {
     if (f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
-    if (is_of_mass(f)) add(state_as_alternative(f));
+    if (may_weigh(f)) add(state_as_alternative(f));
     for (const Json& a : f.value("alternatives", Json::array())) add(a);
   }
   return masses;
+}
+
+// Six-axis sensors drift by about a percent of their range, which for a robot's foot is about the robot's weight.
+constexpr double kZeroOfForce = 0.01;
+constexpr double kLifted = 0.1;  // of the foot's largest force: what it reads below is that of a foot in the air
+
+// [m] How far a foot's sensor can be from a joint's axis: along the links. 0 if the joint does not carry it.
+double calc_leg(const TreeSpec& tree, const FrameSpec& sensor, int link) {
+  double length = sensor.X_LF.p.norm();
+  for (int i = sensor.link; i > 0; i = tree.links[static_cast<size_t>(i)].parent) {
+    if (i == link) return length;
+    length += tree.links[static_cast<size_t>(i)].joint.X_PF.p.norm();
+  }
+  return 0.0;
+}
+
+// [N] The smallest zero of a foot's force that is this torque [N m] at a joint; 0 if the joint does not carry the foot,
+// or if it is larger than zeros are.
+double find_zero(const Experiment& e, const WrenchSpec& sensor, const std::string& joint, double torque) {
+  const TreeSpec& tree = e.robot.tree;
+  const int frame = tree.find_frame(sensor.link);
+  double leg = 0.0;
+  for (int j = 0; frame >= 0 && j < e.num_joints(); ++j) {
+    if (tree.joint(j).name == joint) leg = calc_leg(tree, tree.frames[static_cast<size_t>(frame)], j + 1);
+  }
+  return torque <= kZeroOfForce * calc_mass(tree) * e.scenario.gravity_W.norm() * leg ? torque / leg : 0.0;
+}
+
+// A foot in the air tells its sensor's zero.
+bool lifts(const Experiment& e, const std::string& sensor) {
+  double least = HUGE_VAL, most = 0.0;
+  for (const Recording& r : e.recordings) {
+    const auto column = r.other.find("/wrench/" + sensor + "/force/z");
+    if (column == r.other.end()) return true;  // not read at all
+    for (double f : column->second) {
+      if (std::isfinite(f)) least = std::min(least, std::abs(f)), most = std::max(most, std::abs(f));
+    }
+  }
+  return least < kLifted * most;
 }
 
 }  // namespace
@@ -56,8 +106,26 @@ void doubt_constants_of_masses(const Experiment& experiment, Json* report) {
   for (Json& f : findings) {
     if (!is_constant_torque(f) || f.value("grade", "") != get_grade_name(Grade::kSupported)) continue;
     make_ambiguous(&f);
-    f["statement"] = f.value("statement", "") + " It may be the weight of what is not where the model has it.";
+    f["statement"] =
+        f.value("statement", "") + " It may be the weight of what is not where the model or an IMU has it.";
     for (const Json& mass : masses) f["alternatives"].push_back(mass);
+  }
+}
+
+void doubt_constants_of_feet(const Experiment& e, Json* report) {
+  if (!e.scenario.floating_base) return;
+  for (Json& f : (*report)["findings"]) {
+    if (!is_constant_torque(f) || f.value("grade", "") == get_grade_name(Grade::kCertain)) continue;
+    for (const WrenchSpec& sensor : e.scenario.sensors.wrenches) {
+      const double zero = find_zero(e, sensor, f["where"]["joint"], std::abs(read_constant(f).first));
+      if (!(zero > 0.0) || lifts(e, sensor.name)) continue;
+      make_ambiguous(&f);
+      f["statement"] = f.value("statement", "") + " A zero of " + number(zero, 2) + " N of /wrench/" + sensor.name +
+                       " would do the same.";
+      f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero),
+                                                    {{"sensor", "/wrench/" + sensor.name + "/force"}}, Json::object(),
+                                                    "that foot lifted once"));
+    }
   }
 }
 
@@ -68,7 +136,7 @@ void doubt_constants_of_commands(const Experiment& e, Json* report) {
     const double kp = get_servo_gains(e.scenario, joint).kp;
     Json *of_log = nullptr, *of_joint = nullptr;
     for (Json& f : findings) {
-      if (f["effect"] == get_effect(EffectId::kSensorBias).name &&
+      if (f["effect"] == get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).name &&
           f["where"].value("sensor", "") == e.signal_name(j, Quantity::kEffort))
         of_log = &f;
       if (is_constant_torque(f) && f["where"].value("joint", "") == joint) of_joint = &f;

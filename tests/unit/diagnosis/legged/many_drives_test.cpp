@@ -8,6 +8,7 @@
 #include <set>
 #include <string>
 
+#include "diagnosis/findings/doubtful_constants.h"
 #include "diagnosis/many_drives/legged_torques.h"
 #include "tests/unit/diagnosis/legged/biped.h"
 
@@ -98,6 +99,34 @@ TEST(ManyDrives, JerksOfFeetThatStayAreNoLandingsAndHideNoTorque) {
   }
   EXPECT_GT(smooth, 0);
   EXPECT_EQ(count_known(e), smooth);
+}
+
+// An Atlas whose feet read 5 N too much to the side gets 5 N m in both hips, 1 m above. A foot that lifts shows that
+// zero.
+TEST(DoubtfulConstants, OfAHipMayBeTheZeroOfTheForceUnderAFootThatNeverLifts) {
+  const auto grade_hip = [](double torque, double least) {
+    Experiment e = make_biped({}, {.leans = true});
+    const std::string sensor = e.scenario.sensors.wrenches.at(0).name;
+    for (Recording& r : e.recordings) {
+      std::vector<double>& force = r.other.at("/wrench/" + sensor + "/force/z");
+      std::fill(force.begin(), force.end(), 170.0);
+      force.front() = least;
+    }
+    Json report;
+    report["findings"] = {{{"effect", "constant_torque"},
+                           {"grade", "supported"},
+                           {"where", {{"joint", "l_hip"}}},
+                           {"parameters", {{"torque", {{"value", torque}, {"std", 0.1}, {"unit", "N m"}}}}},
+                           {"alternatives", Json::array()}}};
+    doubt_constants_of_feet(e, &report);
+    return report["findings"][0];
+  };
+  const Json small = grade_hip(1.0, 170.0);
+  EXPECT_EQ(small["grade"], "ambiguous");
+  ASSERT_EQ(small["alternatives"].size(), 1u);
+  EXPECT_EQ(small["alternatives"][0]["effect"], "sensor_bias");
+  EXPECT_EQ(grade_hip(1.0, 2.0)["grade"], "supported") << "the foot lifts";
+  EXPECT_EQ(grade_hip(50.0, 170.0)["grade"], "supported") << "no zero is as large as a tenth of the weight";
 }
 
 TEST(ManyDrives, OneLossIsNoRobotWithLossesEverywhere) {
