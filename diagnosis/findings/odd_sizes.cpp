@@ -111,6 +111,21 @@ bool is_idle(const Json& finding) {
   return any;
 }
 
+bool names(const Json& finding, const Json& other) {
+  return std::any_of(finding["alternatives"].begin(), finding["alternatives"].end(), [&](const Json& a) {
+    return a["effect"] == other["effect"] && a.value("where", Json()) == other["where"];
+  });
+}
+
+// True if a heavier finding at the same place names this one as what it may be, and the other way: one cause of which
+// each law takes a part.
+bool is_part_of_another(const Json& finding, const Json& findings) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Json& f) {
+    return f["where"] == finding["where"] && f.value("weight", 0.0) > finding.value("weight", 0.0) &&
+           names(f, finding) && names(finding, f);
+  });
+}
+
 // What is hardly possible says nothing to whoever looks for the cause. A gain of any size may be the unit of a log.
 void drop_odd_alternatives(const TreeSpec& tree, Json* finding) {
   if (!finding->contains("alternatives")) return;
@@ -213,7 +228,8 @@ void drop_idle_findings(Json* report) {
   Json kept = Json::array();
   for (const Json& f : findings) {
     const bool ambiguous = f.value("grade", "") == get_grade_name(Grade::kAmbiguous);
-    if (!is_idle(f) && !(explained && ambiguous && may_be_absent(f))) kept.push_back(f);
+    const bool needed = !may_be_absent(f) && !is_part_of_another(f, findings);
+    if (!is_idle(f) && (needed || !ambiguous || !explained)) kept.push_back(f);
   }
   if (!kept.empty()) findings = kept;
 }

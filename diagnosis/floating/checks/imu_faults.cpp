@@ -21,6 +21,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+// Gyroscopes are calibrated to some percent. Wrong units are larger factors, and found before (degrees: 57).
+constexpr double kLargestScale = 1.5;
 constexpr const char* kMotion = "the IMU turned by known angles about three axes";
 
 int find_block(const Clip& clip, size_t k) { return static_cast<int>(std::floor(clip.time[k] / kBlock)); }
@@ -124,8 +126,10 @@ bool find_fault(const LeggedLog& log, size_t imu, ImuFault* out) {
   const std::vector<Posed> posed = list_posed(log, imu);
   const GyroMap by_legs = find_gyro_map(list_by_legs(log, imu)), by_pose = find_gyro_map(list_by_pose(posed, imu));
   out->imu = imu, out->by_pose = by_pose.told, out->map = by_pose.told ? by_pose : by_legs;
-  // Balls roll and slide in step with the turning, which looks like a scale.
-  if (!out->by_pose && !has_flat_foot(log)) out->map.is_scaled = false;
+  // Balls roll and slide in step with the turning, which looks like a scale. So do soft soles, by more than any
+  // gyroscope errs.
+  const bool far = std::abs(std::log(out->map.scale)) > std::log(kLargestScale);
+  if (!out->by_pose && (far || !has_flat_foot(log))) out->map.is_scaled = false;
   if (out->map.may_be_turned) out->what = find_what(log, posed, *out);
   // Where much else is left of the rates, an accelerometer that is turned by the same is a second witness.
   if (out->map.may_be_turned && out->what == Turned::kWhole) out->map.is_turned = true;

@@ -323,6 +323,23 @@ TEST(IdleFindings, WhatMayBeNoneIsNotNamedWhereTheRestExplainsAllAndIsNamedWhere
   EXPECT_EQ(count("mostly_explained"), 2u) << "a real drive has a rotor, however little is known of it";
 }
 
+// Play of 17 mrad in an ankle came out as play of 9 mrad beside a zero of 4 mrad, each listed as the other.
+TEST(IdleFindings, ALighterFindingThatIsAnAlternativeOfOneAtItsPlaceIsNotNamedASecondTime) {
+  const auto list_effects = [](const char* place_of_zero) {
+    Json play = make_finding("backlash", "joint", "ankle", "gap", 0.009);
+    Json zero = make_finding("joint_offset", "joint", place_of_zero, "offset", 0.004);
+    for (Json* f : {&play, &zero}) (*f)["grade"] = "ambiguous";
+    play["weight"] = 0.3, zero["weight"] = 0.1;
+    play["alternatives"] = {state_as_alternative(zero)}, zero["alternatives"] = {state_as_alternative(play)};
+    Json report{{"verdict", "explained"}, {"findings", {zero, play}}};
+    drop_idle_findings(&report);
+    return report["findings"];
+  };
+  ASSERT_EQ(list_effects("ankle").size(), 1u);
+  EXPECT_EQ(list_effects("ankle")[0]["effect"], "backlash");
+  EXPECT_EQ(list_effects("knee").size(), 2u);
+}
+
 TEST(Numbers, AHundredWithTwoDigitsIsPrintedAsPeopleWriteIt) {
   EXPECT_EQ(number(100.0, 2), "100");
   EXPECT_EQ(number(1234.0, 2), "1200");

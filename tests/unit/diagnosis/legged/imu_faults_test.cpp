@@ -49,6 +49,17 @@ void turn_imu(const Vector3d& turn, Experiment* e) {
 
 // The biped leans about y: its gyroscope tells turns about x and z, and none about y. Feet must stand: those of the
 // walk hang below a body that turns, and say that it does not.
+// Legs on soft soles tell too little of a turn: 2.65 was the factor of a gyroscope without a fault.
+TEST(ImuFaults, AGyroscopeThatReadsTwiceWhatLegsTellIsNoScale) {
+  const auto count = [](double factor) {
+    Experiment e = make_biped({}, {.leans = true});
+    scale_readings("/imu/waist/angular_velocity", factor, &e);
+    return find_faults(e).size();
+  };
+  EXPECT_EQ(count(1.2), 1u);
+  EXPECT_EQ(count(2.65), 0u);
+}
+
 TEST(ImuFaults, AWholeImuIsTurnedWithItsAccelerometer) {
   for (const bool pose : {true, false}) {
     Experiment e = make_biped({}, {.effort = false, .leans = true, .pose = pose});
