@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "common/base/diagnostics.h"
@@ -95,18 +96,17 @@ nlohmann::ordered_json write_parameters(const Experiment& e, const OtherAnswer& 
 // recordings best, which favours it.
 void add_other_answers(const Problem& problem, const TorqueData& data, nlohmann::ordered_json* out) {
   const std::vector<OtherAnswer> answers = fit_friction_models(problem);
+  const auto write = [&](const char* name, const OtherAnswer& answer, const nlohmann::ordered_json& judged) {
+    (*out)["models"][name] = judged;
+    (*out)["answers"][name] = write_parameters(*problem.experiment, answer);
+  };
   double least = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < answers.size(); ++i) {
-    const nlohmann::ordered_json judged = judge(problem, data, answers[i].hypothesis);
-    const double error = judged["position"]["all"].is_number() ? judged["position"]["all"].get<double>() : 1e300;
-    (*out)["friction_models"][answers[i].model] = error;
-    if (i == 0)
-      (*out)["models"]["ticked"] = judged,
-      (*out)["answers"]["ticked"] = write_parameters(*problem.experiment, answers[0]);
-    if (!(error < least)) continue;
-    least = error;
-    (*out)["models"]["friction model"] = judged;
-    (*out)["answers"]["friction model"] = write_parameters(*problem.experiment, answers[i]);
+  for (const OtherAnswer& answer : answers) {
+    const nlohmann::ordered_json judged = judge(problem, data, answer.hypothesis);
+    const double error = judged["position"]["all"];  // NaN, in JSON null, where no simulation stays finite
+    (*out)["friction_models"][answer.model] = error;
+    if (&answer == &answers.front()) write("ticked", answer, judged);
+    if (error < least) least = error, write("friction model", answer, judged);
   }
 }
 

@@ -13,12 +13,11 @@
 #include "diagnosis/evidence/links/findings.h"
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/families.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/simulation/bodies.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-bool is_same(const Json& a, const Json& b) { return a["effect"] == b["effect"] && a["where"] == b["where"]; }
 
 // The first number of the first parameter.
 double get_first_value(const Json& finding) {
@@ -42,7 +41,7 @@ double find_value(const Json& parameters, const EffectParameter& p) {
 void remove_from(Json* list, const Json& finding) {
   Json kept = Json::array();
   for (const Json& other : *list) {
-    if (!is_same(other, finding)) kept.push_back(other);
+    if (!is_same_effect(other, finding)) kept.push_back(other);
   }
   *list = kept;
 }
@@ -246,7 +245,7 @@ class Merger {
       const int joint = e_.robot.tree.find_joint(f["where"]["joint"]);
       if (!sensors_.has_torque(joint) || (info && info->flexible)) continue;
       const auto is_in = [&](const Json& list) {
-        return std::any_of(list.begin(), list.end(), [&](const Json& g) { return is_same(f, g); });
+        return std::any_of(list.begin(), list.end(), [&](const Json& g) { return is_same_effect(f, g); });
       };
       if (is_in(own["findings"]) || is_in(own_["findings"])) continue;
       drop(f, "efforts ask for it, but torque measured behind the gear does not");
@@ -267,7 +266,7 @@ class Merger {
 
   void add(const Json& finding) {
     for (Json& f : report_["findings"]) {
-      if (!is_same(f, finding)) continue;
+      if (!is_same_effect(f, finding)) continue;
       const std::string text = " Sensors behind the gears agree: " + finding["statement"].get<std::string>();
       if (f.value("grade", "") != "certain" && finding["grade"] != "ambiguous")
         f = finding;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/lone_delay.h"
-#include "diagnosis/evidence/torque/rivals.h"
 
 #include <algorithm>
 
@@ -8,6 +7,7 @@
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/evidence/torque/rivals.h"
 #include "diagnosis/measurement/torque/term_rows.h"
 
 namespace hrp::diagnosis {

@@ -14,14 +14,12 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kStick = 0.002;  // [rad] of displacement before slipping, as in make_plain_model()
 constexpr double kSmall = 0.05;   // ratio of the load's friction at the start of a fit
 constexpr double kSlowest = 0.1;  // [rad/s] Stribeck velocity at the start of a fit
 constexpr double kAtRest = 1.3;   // level of friction at rest over that in motion, at the start of a fit
 constexpr double kLess = 0.3;     // of the friction of plain least squares, for further starts
 constexpr int kFewJoints = 2;     // with several starts
-constexpr double kBounded =
-    1e-3;  // of the limit of effort: friction at the start of a fit where least squares has none
+constexpr double kLeast = 1e-3;   // of the limit of effort: friction at the start of a fit, at least
 
 // Which parts a friction model has beside viscous and dry friction.
 struct FrictionModel {
@@ -55,7 +53,7 @@ Hypothesis make_start(const FrictionModel& model, const Experiment& e, const Dri
     if (!e.robot.tree.joint(j).actuated) continue;
     PlainDrive drive = drives[static_cast<size_t>(j)];
     const double limit = e.robot.tree.joint(j).effort_limit;
-    if (std::isfinite(limit)) drive.dry = std::max(drive.dry, kBounded * limit);
+    if (std::isfinite(limit)) drive.dry = std::max(drive.dry, kLeast * limit);
     add_drive(model, drive, j, &out);
   }
   return out;
@@ -86,24 +84,20 @@ Hypothesis make_symmetric(Hypothesis h) {
 // each from the recorded state, as a user would cut the recording.
 bool calc_position_residuals(const Problem& problem, const Hypothesis& h, int recording, std::vector<double>* out) {
   const Experiment& e = *problem.experiment;
-  const size_t r = static_cast<size_t>(recording);
-  if (is_effort_driven(e)) {
-    if (!simulate_windows(make_plant(e, h), e, problem.smooth[r], recording, out)) return false;
-  } else if (!calc_residuals(problem, h, recording, out)) {
-    return false;
-  }
-  for (size_t i = 0; i < out->size(); ++i) {
-    const size_t channel = i % (static_cast<size_t>(e.num_joints()) * kQuantities), quantity = channel % kQuantities;
+  const size_t r = static_cast<size_t>(recording), width = problem.weights.size();
+  const bool windows = is_effort_driven(e);
+  const bool ok = windows ? simulate_windows(make_plant(e, h), e, problem.smooth[r], recording, out)
+                          : calc_residuals(problem, h, recording, out);
+  for (size_t i = 0; ok && i < out->size(); ++i) {
+    const size_t channel = i % width;
     double& x = (*out)[i];
-    if (quantity != 0) {
-      x = 0.0;
-    } else if (is_effort_driven(e)) {
-      const std::vector<double>& q = e.recordings[r].joints[channel / kQuantities].signal[0];
-      const double recorded = q.empty() ? std::nan("") : q[i / (static_cast<size_t>(e.num_joints()) * kQuantities)];
-      x = std::isfinite(recorded) ? (recorded - x) * problem.weights[channel] : 0.0;
-    }
+    if (channel % kQuantities != 0) x = 0.0;
+    if (channel % kQuantities != 0 || !windows) continue;
+    const std::vector<double>& q = e.recordings[r].joints[channel / kQuantities].signal[0];
+    const double recorded = q.empty() ? std::nan("") : q[i / width];
+    x = std::isfinite(recorded) ? (recorded - x) * problem.weights[channel] : 0.0;
   }
-  return true;
+  return ok;
 }
 
 // From each start; the best fit, or the first start where no simulation stays finite.
@@ -156,10 +150,7 @@ std::vector<OtherAnswer> fit_friction_models(const Problem& whole) {
     out.resize(own.size());
     for (size_t i = 0; i < own.size(); ++i) {
       out[i].model = own[i].model;
-      for (Effect effect : own[i].hypothesis) {
-        effect.place.index = subtree.joints[static_cast<size_t>(effect.place.index)];
-        out[i].hypothesis.push_back(effect);
-      }
+      for (const Effect& effect : map_to_robot(own[i].hypothesis, subtree)) out[i].hypothesis.push_back(effect);
     }
   }
   return out;

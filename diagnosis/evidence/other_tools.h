@@ -18,8 +18,8 @@ struct OtherAnswer {
 
 // Friction models of increasing size, each in all driven joints at once, with a rotor. The fits start from plain least
 // squares.
-//   - M1 to M5 are those of BAM [D24]: Coulomb and viscous, Stribeck, growing with
-//     the load, both, with a direction of the load. M6 is quadratic in the load, for which the table has no effect.
+//   - M1 to M5 are those of BAM [D24]: Coulomb and viscous, Stribeck, growing with the load, both, with a direction of
+//     the load. M6 is quadratic in the load, for which the table has no effect.
 //   - M1 is also the answer of programs that fit the parameters which the user ticks, if these are damping, friction
 //     loss and armature: `mujoco.sysid` (SO-101 example of MuJoCo Playground), and the System Identification extension
 //     of Isaac Sim 6.2.

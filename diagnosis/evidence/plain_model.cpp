@@ -107,7 +107,6 @@ std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears)
 }
 
 Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted) {
-  constexpr double kStick = 0.002;  // [rad] of displacement before slipping
   Hypothesis hypothesis;
   for (size_t i = 0; i < fitted.size(); ++i) {
     const int j = static_cast<int>(i);

@@ -21,6 +21,8 @@ struct PlainDrive {
 // By joint. `with_gears` also fits `gear`.
 std::vector<PlainDrive> fit_plain_model(const Problem& problem, bool with_gears = false);
 
+constexpr double kStick = 0.002;  // [rad] of displacement before friction slips
+
 // The fitted drives as effects of a simulation.
 Hypothesis make_plain_model(const std::vector<PlainDrive>& fitted);
 

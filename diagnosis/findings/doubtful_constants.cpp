@@ -46,7 +46,7 @@ std::pair<double, double> read_constant(const Json& finding) {
 std::vector<Json> list_masses(const Json& findings) {
   std::vector<Json> masses;
   const auto add = [&](const Json& mass) {
-    const auto is_same = [&](const Json& m) { return m["effect"] == mass["effect"] && m["where"] == mass["where"]; };
+    const auto is_same = [&](const Json& m) { return is_same_effect(m, mass); };
     if (may_weigh(mass) && std::none_of(masses.begin(), masses.end(), is_same)) masses.push_back(mass);
   };
   for (const Json& f : findings) {
@@ -76,10 +76,8 @@ double calc_leg(const TreeSpec& tree, const FrameSpec& sensor, int link) {
 double find_zero(const Experiment& e, const WrenchSpec& sensor, const std::string& joint, double torque) {
   const TreeSpec& tree = e.robot.tree;
   const int frame = tree.find_frame(sensor.link);
-  double leg = 0.0;
-  for (int j = 0; frame >= 0 && j < e.num_joints(); ++j) {
-    if (tree.joint(j).name == joint) leg = calc_leg(tree, tree.frames[static_cast<size_t>(frame)], j + 1);
-  }
+  if (frame < 0) return 0.0;
+  const double leg = calc_leg(tree, tree.frames[static_cast<size_t>(frame)], tree.find_joint(joint) + 1);
   return torque <= kZeroOfForce * calc_mass(tree) * e.scenario.gravity_W.norm() * leg ? torque / leg : 0.0;
 }
 

@@ -16,7 +16,8 @@ void doubt_constants_of_masses(const Experiment& experiment, nlohmann::ordered_j
 
 // Zeros of the force sensor in a foot that never lifts, up to a hundredth of the robot's weight, are constant torques
 // of all joints above it. A constant torque of such a joint that takes no larger zero becomes `ambiguous`, with that
-// sensor among its alternatives. Does nothing on a fixed base.
+// sensor among its alternatives. `certain` ones stay: where all is explained, the other joints would show the zero.
+// Does nothing on a fixed base.
 void doubt_constants_of_feet(const Experiment& experiment, nlohmann::ordered_json* report);
 
 // A servo whose commands count from another zero than its positions: its effort is off what its law asks for by a

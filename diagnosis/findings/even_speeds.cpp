@@ -65,15 +65,13 @@ bool is_friction(const Json& finding) {
 
 // `value`: of the law's own parameter, its first.
 void list_other(const EffectInfo& other, double value, Json* finding) {
-  Json& list = (*finding)["alternatives"];
-  const bool listed = std::any_of(list.begin(), list.end(), [&](const Json& a) {
-    return a["effect"] == other.name && a.value("where", Json()) == (*finding)["where"];
-  });
-  if (listed || (*finding)["effect"] == other.name) return;
   Json parameters = Json::object();
   if (value > 0.0) parameters[other.parameters[0].name] = round_to(value, 2);
-  list.push_back(
-      state_alternative(other, (*finding)["where"], parameters, "several constant speeds in both directions"));
+  const Json stated =
+      state_alternative(other, (*finding)["where"], parameters, "several constant speeds in both directions");
+  Json& list = (*finding)["alternatives"];
+  const auto is_listed = [&](const Json& a) { return is_same_effect(a, stated); };
+  if (!is_listed(*finding) && std::none_of(list.begin(), list.end(), is_listed)) list.push_back(stated);
 }
 
 void doubt_friction(double speed, Json* finding) {

@@ -78,6 +78,10 @@ void make_ambiguous(Json* finding) {
   if (finding->contains("statement")) (*finding)["statement"] = say_ambiguous((*finding)["statement"]);
 }
 
+bool is_same_effect(const Json& a, const Json& b) {
+  return a["effect"] == b["effect"] && a.value("where", Json()) == b.value("where", Json());
+}
+
 Json state_as_alternative(const Json& finding) {
   return {{"effect", finding["effect"]},
           {"family", finding["family"]},
@@ -111,9 +115,7 @@ void list_once(Json* report) {
   if (!report->contains("not_identifiable")) return;
   Json list = Json::array();
   for (const Json& entry : (*report)["not_identifiable"]) {
-    const auto same = [&](const Json& other) {
-      return other["effect"] == entry["effect"] && other.value("where", Json()) == entry.value("where", Json());
-    };
+    const auto same = [&](const Json& other) { return is_same_effect(other, entry); };
     if (std::none_of(list.begin(), list.end(), same)) list.push_back(entry);
   }
   (*report)["not_identifiable"] = list;

@@ -26,6 +26,9 @@ double read_number(const nlohmann::ordered_json& parameters, const char* name, d
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
 
+// Whether two findings, or alternatives of findings, are of one effect at one place.
+bool is_same_effect(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b);
+
 // A finding as an alternative of another one.
 nlohmann::ordered_json state_as_alternative(const nlohmann::ordered_json& finding);
 

@@ -112,9 +112,8 @@ bool is_idle(const Json& finding) {
 }
 
 bool names(const Json& finding, const Json& other) {
-  return std::any_of(finding["alternatives"].begin(), finding["alternatives"].end(), [&](const Json& a) {
-    return a["effect"] == other["effect"] && a.value("where", Json()) == other["where"];
-  });
+  return std::any_of(finding["alternatives"].begin(), finding["alternatives"].end(),
+                     [&](const Json& a) { return is_same_effect(a, other); });
 }
 
 // True if a heavier finding at the same place names this one as what it may be, and the other way: one cause of which

@@ -35,9 +35,10 @@ void doubt_stiff_soles(const TreeSpec& tree, nlohmann::ordered_json* report);
 void doubt_limits_within_friction(nlohmann::ordered_json* report);
 
 // Removes ambiguous findings within a quarter of a standard deviation of neutral from the report, not from the model.
-// Where the rest is explained to the noise, also those whose 95 % interval contains neutral: nothing needs them.
-// (Drives of real machines leave more than noise, and there friction and rotors of wide intervals are expected.) Keeps
-// them if no other finding remains.
+// Where the rest is explained to the noise, also those whose 95 % interval contains neutral, and those that a heavier
+// finding at the same place lists as its alternative and that list it as theirs: nothing needs them. (Drives of real
+// machines leave more than noise, and there friction and rotors of wide intervals are expected.) Keeps them if no other
+// finding remains.
 void drop_idle_findings(nlohmann::ordered_json* report);
 
 }  // namespace hrp::diagnosis

@@ -26,14 +26,6 @@ Place map_place(Place place, const MapJoint& map_joint) {
   return place;
 }
 
-Hypothesis map_to_robot(const Hypothesis& own, const Subtree& subtree) {
-  Hypothesis whole = own;
-  for (Effect& effect : whole) {
-    effect.place = map_place(effect.place, [&](int joint) { return subtree.joints[static_cast<size_t>(joint)]; });
-  }
-  return whole;
-}
-
 TreeSpec make_tree(const TreeSpec& whole, const std::vector<int>& joints) {
   TreeSpec tree = whole;
   tree.links = {whole.links[0]};
@@ -234,6 +226,14 @@ Hypothesis select_effects(const Hypothesis& whole, const Subtree& subtree) {
     if (effect.place.index >= 0) own.push_back(effect);
   }
   return own;
+}
+
+Hypothesis map_to_robot(const Hypothesis& own, const Subtree& subtree) {
+  Hypothesis whole = own;
+  for (Effect& effect : whole) {
+    effect.place = map_place(effect.place, [&](int joint) { return subtree.joints[static_cast<size_t>(joint)]; });
+  }
+  return whole;
 }
 
 bool calc_subtree_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,

@@ -17,6 +17,9 @@ void split_subtrees(Problem* problem);
 // Effects of the whole robot that act on a subtree, in its own numbering of joints and links.
 Hypothesis select_effects(const Hypothesis& whole, const Subtree& subtree);
 
+// The other way: a subtree's effects in the numbering of the whole robot.
+Hypothesis map_to_robot(const Hypothesis& own, const Subtree& subtree);
+
 // As calc_residuals() of the whole robot, one subtree after another.
 bool calc_subtree_residuals(const Problem& problem, const Hypothesis& hypothesis, int recording,
                             std::vector<double>* residuals);

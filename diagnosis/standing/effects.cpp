@@ -91,16 +91,11 @@ class Lister {
 
 }  // namespace
 
-const StandRow* find_row(const Effect& e) {
-  for (const StandRow& row : list_rows()) {
-    if (row.id == e.id && row.reading == e.place.reading) return &row;
-  }
-  return nullptr;
-}
-
 const StandRow& get_row(const Effect& e) {
-  const StandRow* row = find_row(e);
-  HRP_CHECK(row, "a standing robot's equations do not show this effect");
+  const std::vector<StandRow>& rows = list_rows();
+  const auto row = std::find_if(rows.begin(), rows.end(),
+                                [&](const StandRow& r) { return r.id == e.id && r.reading == e.place.reading; });
+  HRP_CHECK(row != rows.end(), "a standing robot's equations do not show this effect");
   return *row;
 }
 

@@ -68,8 +68,7 @@ struct StandRow {
   double (*find_doubt)(const Effect&) = nullptr;
   std::vector<Effect> (*list_richer)(const StandProblem&, const Effect&) = nullptr;
 };
-std::vector<StandRow> make_rows();               // of all effects (effect_rows.cpp)
-const StandRow* find_row(const Effect& effect);  // null: the equations of a standing robot do not show it
+std::vector<StandRow> make_rows();  // of all effects (effect_rows.cpp)
 const StandRow& get_row(const Effect& effect);
 
 // Candidates that may be added to a hypothesis. Effects with a parameter that no linear fit finds (a Stribeck velocity,
