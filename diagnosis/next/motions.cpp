@@ -162,7 +162,7 @@ double find_largest(const std::vector<double>& values) {
 
 const char* get_family_word(Family family) {
   static const char* const words[] = {"multisine", "two_speeds", "steps", "chirp", "postures", "creep", "ripple",
-                                      "sway",      "lean",       "squat", "stir",  "swing",    "walk"};
+                                      "sway",      "lean",       "squat", "stir",  "swing",    "turn",  "walk"};
   return words[static_cast<size_t>(family)];
 }
 
@@ -178,8 +178,9 @@ const char* get_family_sentence(Family family) {
       "The feet stand, the body sways sideways.",
       "The feet stand, the body moves forward and back.",
       "The feet stand, the knees bend.",
-      "The feet stand, the body moves sideways, forward and down, and the limbs that stand on nothing swing.",
+      "The feet stand, the body moves and turns about all axes, and the limbs that stand on nothing swing.",
       "The feet and the body stand, the limbs that stand on nothing swing.",
+      "The feet stand, the body turns left and right and tilts.",
       "A few steps forward and back: keep a metre free around the robot, and hold it by a slack rope."};
   return sentences[static_cast<size_t>(family)];
 }

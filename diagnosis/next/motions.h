@@ -24,6 +24,7 @@ enum class Family {
   kSquat,
   kStir,
   kSwing,
+  kTurn,
   kWalk,
   kEnd
 };

@@ -21,7 +21,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr unsigned kSeeds = 2;
+// Several sines, held postures, and slow sines: the zero-moment point bears a larger sway if it is slow.
+constexpr unsigned kSeeds = 3, kGaits = 2;
 
 using Readings = std::vector<double>;
 
@@ -187,6 +188,8 @@ class StanceProposer {
         MotionPlan plan;
         plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
         plan.moves.assign(limits_.joints.size(), 1);
+        if (seed > kGaits && plan.family == Family::kWalk) continue;
+        if (seed > kGaits) plan.quickest = kSlowSines;
         plans.push_back(plan);
       }
     }

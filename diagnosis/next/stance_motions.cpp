@@ -12,13 +12,14 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kReach[3] = {0.04, 0.06, 0.03};  // [m] amplitude of the body: forward, sideways, vertical
-constexpr double kSwing = 0.4;                    // [rad or m] amplitude of joints that carry no foot
-constexpr double kSwungMass = 0.01;               // [m] by which a joint that swings may move the centre of mass
-constexpr double kBodySpeed = 0.25;               // [m/s]
-constexpr int kIterations = 6;                    // of inverse kinematics, from the last pose
-constexpr double kClose = 1e-5;                   // [m and rad] tolerance of a foot's pose
-constexpr double kDamping = 1e-8;                 // regularisation of the inverted squares
+constexpr int kWays = 6;  // of the body: forward, sideways, up; about the same three axes
+constexpr double kReach[kWays] = {0.04, 0.06, 0.05, 0.1, 0.1, 0.25};  // [m], [rad] amplitudes
+constexpr double kSwing = 0.4;                // [rad or m] amplitude of joints that carry no foot
+constexpr double kSwungMass = 0.01;           // [m] by which a joint that swings may move the centre of mass
+constexpr double kBodySpeed[2] = {0.4, 1.0};  // [m/s], [rad/s]
+constexpr int kIterations = 6;                // of inverse kinematics, from the last pose
+constexpr double kClose = 1e-5;               // [m and rad] tolerance of a foot's pose
+constexpr double kDamping = 1e-8;             // regularisation of the inverted squares
 // Knees that are nearly straight leave the body no way up or aside. It is lowered first, by the least of these shares
 // of its height that does, and raised at the end.
 constexpr double kLowered[] = {0.0, 0.03, 0.06, 0.1};
@@ -30,12 +31,12 @@ double calc_share_lowered(double time, double end) {
   return x * x * (3.0 - 2.0 * x);
 }
 
-// Limits of a robot whose three joints are the directions of the body.
+// Limits of a robot whose joints are the directions of the body.
 Limits make_body_limits(double size) {
   Limits body;
-  for (double reach : kReach) {
+  for (int i = 0; i < kWays; ++i) {
     JointLimits way;
-    way.lower = -size * reach, way.upper = size * reach, way.speed = kBodySpeed;
+    way.lower = -size * kReach[i], way.upper = size * kReach[i], way.speed = kBodySpeed[i / 3];
     body.joints.push_back(way);
   }
   return body;
@@ -43,11 +44,12 @@ Limits make_body_limits(double size) {
 
 std::vector<char> find_ways(Family family) {
   switch (family) {
-    case Family::kSway: return {0, 1, 0};
-    case Family::kLean: return {1, 0, 0};
-    case Family::kSquat: return {0, 0, 1};
-    case Family::kSwing: return {0, 0, 0};
-    default: return {1, 1, 1};
+    case Family::kSway: return {0, 1, 0, 0, 0, 0};
+    case Family::kLean: return {1, 0, 0, 0, 0, 0};
+    case Family::kSquat: return {0, 0, 1, 0, 0, 0};
+    case Family::kTurn: return {0, 0, 0, 1, 1, 1};
+    case Family::kSwing: return {0, 0, 0, 0, 0, 0};
+    default: return {1, 1, 1, 1, 1, 1};
   }
 }
 
@@ -68,7 +70,7 @@ class Legs {
   Legs(const Experiment& e, const Limits& limits) : model_(e.robot.tree, e.scenario.gravity_W), data_(model_) {
     state_ = make_start_state(e.robot, e.scenario);
     for (size_t j = 0; j < limits.joints.size(); ++j) state_.q[static_cast<long>(j)] = limits.joints[j].start;
-    start_ = state_.p_WB;
+    start_ = state_.p_WB, upright_ = state_.R_WB;
     update_kinematics(model_, state_, &data_);
     for (const std::string& foot : e.scenario.feet) {
       frames_.push_back(e.robot.tree.find_frame(foot));
@@ -76,10 +78,13 @@ class Legs {
     }
   }
 
-  // Moves the body by `moved` [m]. Returns false if a foot cannot stay in place.
-  bool follow(const Vector3d& moved) {
+  // Moves the body by `moved` [m] and turns it by `turned` [rad], an axis times an angle, both in W. Returns false if a
+  // foot cannot stay in place.
+  bool follow(const Vector3d& moved, const Vector3d& turned) {
     if (targets_.empty() || targets_.size() != frames_.size()) return false;
-    state_.p_WB = start_ + moved;
+    const double angle = turned.norm();
+    const Vector3d axis = angle > 0.0 ? Vector3d(turned / angle) : Vector3d::UnitZ();
+    state_.p_WB = start_ + moved, state_.R_WB = Eigen::AngleAxisd(angle, axis) * upright_;
     for (int i = 0; i < kIterations; ++i) {
       const Eigen::VectorXd error = calc_error();
       if (error.lpNorm<Eigen::Infinity>() < kClose) return true;
@@ -145,6 +150,7 @@ class Legs {
   Data data_;
   State state_;
   Vector3d start_;
+  Eigen::Quaterniond upright_;
   std::vector<int> frames_;
   std::vector<Transform> targets_;
 };
@@ -178,7 +184,8 @@ Commands follow(Legs legs, const Commands& ways, double lowered) {
   out.position.resize(static_cast<size_t>(legs.q().size()));
   for (size_t k = 0; k < ways.time.size(); ++k) {
     const double down = lowered * calc_share_lowered(ways.time[k], ways.time.back());
-    if (!legs.follow({ways.position[0][k], ways.position[1][k], ways.position[2][k] - down})) return {};
+    const auto at = [&](size_t way) { return ways.position[way][k]; };
+    if (!legs.follow({at(0), at(1), at(2) - down}, {at(3), at(4), at(5)})) return {};
     for (size_t j = 0; j < out.position.size(); ++j) out.position[j].push_back(legs.q()[static_cast<long>(j)]);
   }
   out.time = ways.time;

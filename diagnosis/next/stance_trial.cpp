@@ -16,10 +16,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRest = 1.0;     // [s] at rest before the motion
-constexpr double kSettled = 0.6;  // [s] start of the checks; the robot is put down at 0
-constexpr double kLean = 0.3;     // [rad] of the base; a motion over fixed soles leans less
-constexpr double kWindow = 0.02;  // [s] over which forces are averaged (light soles chatter), and between checks
+constexpr double kRest = 1.0;           // [s] at rest before the motion
+constexpr double kSettled = 0.6;        // [s] start of the checks; the robot is put down at 0
+constexpr double kLeastMargin = 0.005;  // [m] from the edge, of a robot that stands near it at rest
+constexpr double kLean = 0.3;           // [rad] of the base; a motion over fixed soles leans less
+constexpr double kWindow = 0.02;        // [s] over which forces are averaged (light soles chatter), and between checks
 
 class StanceController : public Controller {
  public:
@@ -113,7 +114,7 @@ class Watch {
     const State& state = trial.engine().state();
     if (trial.time() >= kSettled) {
       if (walks_ || hull_.empty()) hull_ = find_stand(trial.robot(), state, ground_, walks_ ? list_carrying() : feet_);
-      look_at_balance(state, run);
+      look_at_balance(state, trial.time() < kRest, run);
       if (run->fault.empty()) look_at_contacts(trial, run);
     }
     forces_.clear(), loads_.clear(), steps_ = 0;
@@ -161,7 +162,7 @@ class Watch {
     return links;
   }
 
-  void look_at_balance(const State& state, StanceRun* run) const {
+  void look_at_balance(const State& state, bool rests, StanceRun* run) {
     const double lean = std::acos(std::clamp((state.R_WB * Vector3d::UnitZ()).z(), -1.0, 1.0));
     if (!(lean < kLean)) run->fault = "the robot falls";
     for (size_t f = 0; f < loads_.size() && !walks_; ++f) {
@@ -171,7 +172,8 @@ class Watch {
     const std::optional<Vector3d> zmp = calc_ground_zmp(forces_, ground_);
     const double distance = zmp ? calc_distance(hull_, *zmp) : -1.0;
     run->margin = std::min(run->margin, distance);
-    if (distance < kZmpMargin)
+    if (rests) least_ = std::min(least_, kRestShare * distance);
+    if (distance < std::max(kLeastMargin, least_))
       run->fault = "the zero-moment point comes within " + number(distance, 2) + " m of the soles' edge";
   }
 
@@ -192,8 +194,9 @@ class Watch {
   ContactForces forces_;       // of all steps of the window
   std::vector<double> loads_;  // [N] by foot, summed over the window
   int steps_ = 0;
-  std::vector<double> sums_;  // of readings
-  int summed_ = 0, stretch_;  // [steps]
+  std::vector<double> sums_;   // of readings
+  int summed_ = 0, stretch_;   // [steps]
+  double least_ = kZmpMargin;  // [m] that the zero-moment point has to keep
 };
 
 Scenario make_stance_scenario(const Experiment& e, Scenario scenario, double end, const Limits& limits) {

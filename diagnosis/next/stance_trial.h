@@ -10,7 +10,9 @@
 
 namespace hrp::diagnosis {
 
-constexpr double kZmpMargin = 0.015;  // [m] least distance of the zero-moment point from the soles' edge
+// [m] Least distance of the zero-moment point from the soles' edge. A robot that stands nearer than that at rest has
+// stood so in its recordings: there a motion may take a fifth of that distance.
+constexpr double kZmpMargin = 0.015, kRestShare = 0.8;
 
 constexpr double kStretch = 0.05;  // [s] over which readings are averaged, because light soles chatter in simulation
 

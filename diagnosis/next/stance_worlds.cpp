@@ -8,7 +8,6 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/model/tree.h"
 #include "diagnosis/next/explanations.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/stance_rivals.h"
@@ -90,8 +89,7 @@ class Maker {
     const Json rivals = list_rivals(report);
     if (!rivals.empty()) model.push_back(rivals[0]);
     best_ = model;
-    if (!add(model)) return;
-    if (!empty && model.empty()) out_.list[0].label = "the report's model";
+    if (!add(model, name_best(!empty, rivals))) return;
     add_ends(model);
     for (const Json& finding : findings) add_alternatives(model, finding);
     if (!rivals.empty()) add_alternatives(model, make_riddle(rivals));
@@ -105,6 +103,12 @@ class Maker {
   const StanceWorlds& worlds() const { return out_; }
 
  private:
+  static std::string name_best(bool found, const Json& rivals) {
+    const std::string guess = rivals.empty() ? "" : make_label(Json::array({rivals[0]}));
+    if (!found) return guess.empty() ? "nothing" : guess;
+    return guess.empty() ? "the report's model" : "the report's model + " + guess;
+  }
+
   // Scenario and faults of logs; empty if neither a simulator nor the readings know one of the effects.
   std::optional<StanceWorld> make_world(const Json& effects) const {
     Json acting = Json::array();
@@ -136,8 +140,7 @@ class Maker {
     return kept;
   }
 
-  bool add(const Json& effects) {
-    const std::string label = make_label(effects);
+  bool add(const Json& effects, const std::string& label) {
     auto world = make_world(effects);
     if (!world) {
       out_.remarks.push_back(
@@ -239,7 +242,7 @@ class Maker {
       Json together = rest;
       together.push_back(other);
       if (out_.list.size() <= kMostRivals)
-        add(together);
+        add(together, make_label(Json::array({other})) + " instead of " + make_label(Json::array({finding})));
       else if (++left_out_ == 1)
         out_.remarks.push_back("only the first " + std::to_string(kMostRivals) + " alternatives were simulated");
     }
@@ -266,18 +269,8 @@ class Maker {
     return finding;
   }
 
-  // No motion over fixed soles moves the joints of a leg as it likes: these do not count.
-  bool is_limb(int joint) const {
-    const TreeSpec& tree = e_.robot.tree;
-    return std::none_of(e_.scenario.feet.begin(), e_.scenario.feet.end(), [&](const std::string& foot) {
-      const int frame = tree.find_frame(foot);
-      return frame >= 0 &&
-             is_above(tree, joint + 1, tree.frames[static_cast<size_t>(frame)].link);  // link j + 1 moves with joint j
-    });
-  }
-
   void find_still() {
-    for (int j = 0; j < e_.num_joints(); ++j) out_.still = out_.still || (is_limb(j) && calc_travel(e_, j) < kStill);
+    for (int j = 0; j < e_.num_joints(); ++j) out_.still = out_.still || calc_travel(e_, j) < kStill;
   }
 
   // The stillest joints first. A motion tells of such a friction whatever its level is, so it has no free value.
@@ -297,9 +290,9 @@ class Maker {
           if (std::isfinite(infos[p].neutral)) parameters[infos[p].name] = {{"value", friction.p[p]}};
         }
         const Json where = {{"joint", e_.robot.tree.joint(still[i].second).name}};
-        if (add(Json::array(
-                {{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}})))
-          out_.list.back().moves.clear();
+        const Json effects =
+            Json::array({{{"effect", get_effect(friction.id).name}, {"where", where}, {"parameters", parameters}}});
+        if (add(effects, make_label(effects))) out_.list.back().moves.clear();
       }
     }
   }
