@@ -16,8 +16,9 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRest = 1.0;           // [s] at rest before the motion
-constexpr double kSettled = 0.6;        // [s] start of the checks; the robot is put down at 0
+// [s] At rest before the motion. A stiff robot that is put down on ground that slopes by one degree rocks for 1.5 s.
+constexpr double kRest = 2.0;
+constexpr double kSettled = 1.6;        // [s] start of the checks; the robot is put down at 0
 constexpr double kLeastMargin = 0.005;  // [m] from the edge, of a robot that stands near it at rest
 constexpr double kLean = 0.3;           // [rad] of the base; a motion over fixed soles leans less
 constexpr double kWindow = 0.02;        // [s] over which forces are averaged (light soles chatter), and between checks

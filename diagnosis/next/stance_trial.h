@@ -23,7 +23,7 @@ struct StanceRun {
   std::vector<double> leave;     // [rad or m] by joint: largest difference from its command
 };
 
-// Runs `scenario`: stands for one second, then plays the motion. `walks`: feet may leave the ground; the zero-moment
+// Runs `scenario`: stands for two seconds, then plays the motion. `walks`: feet may leave the ground; the zero-moment
 // point stays inside the soles that carry the robot.
 StanceRun run_stance(const Experiment& experiment, const Scenario& scenario, const Commands& commands,
                      const Limits& limits, bool walks = false);

@@ -155,6 +155,18 @@ TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
   EXPECT_LT(calc_travel_of(e, motion, "left_ankle_roll"), 1e-9);
 }
 
+// With soles that stay, hip yaws turn only if the body does.
+TEST(NextStance, ATurnOfTheBodyMovesTheHipYaws) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kTurn, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
+  const Commands motion = make_stance_motion(e, plan, limits);
+  ASSERT_FALSE(motion.time.empty());
+  for (const char* joint : {"left_hip_yaw", "right_hip_yaw"}) EXPECT_GT(calc_travel_of(e, motion, joint), 0.1) << joint;
+  EXPECT_EQ(run_stance(e, make_truth(e), motion, limits).fault, "");
+}
+
 // Such legs cannot follow a sway or a rise: many humanoids walk from this pose.
 TEST(NextStance, ARobotWithNearlyStraightKneesBendsThemFirst) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
@@ -247,13 +259,15 @@ TEST(NextStance, FaultsOfALogChangeOnlyTheirOwnReading) {
   EXPECT_NEAR(readings[5], 3.0 * 1.5 + 2.0, 1e-12);
 }
 
-Experiment hold_waist(Experiment e) {
+Experiment hold(Experiment e, const char* joint) {
   for (Recording& r : e.recordings) {
-    JointColumns& waist = r.joints[static_cast<size_t>(e.robot.tree.find_joint("waist"))];
-    for (auto* column : {&waist.command, &waist.signal[0]}) std::fill(column->begin(), column->end(), 0.0);
+    JointColumns& columns = r.joints[static_cast<size_t>(e.robot.tree.find_joint(joint))];
+    for (auto* column : {&columns.command, &columns.signal[0]}) std::fill(column->begin(), column->end(), 0.0);
   }
   return e;
 }
+
+Experiment hold_waist(Experiment e) { return hold(std::move(e), "waist"); }
 
 bool moves(const Proposal& p, const std::string& joint) {
   return std::find(p.moving.begin(), p.moving.end(), joint) != p.moving.end();
@@ -269,6 +283,28 @@ TEST(NextStance, AJointThatStoodStillMovesAlsoIfAnotherIsInDoubt) {
   const Next next = propose(e, report, options, kQuietly);
   ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   for (const Proposal& p : next.proposals) EXPECT_TRUE(moves(p, "waist")) << p.file;
+}
+
+// A leg's joint that stood still is as unknown as an arm's.
+TEST(NextStance, AHipYawThatStoodStillIsMoved) {
+  Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  e = hold(std::move(e), "left_hip_yaw");
+  const Json report{{"verdict", "explained"},
+                    {"findings", {make_finding("viscous_friction", {{"joint", "left_knee"}}, {{"coefficient", 3.0}})}}};
+  const Next next = propose(e, report, make_options(), kQuietly);
+  ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;
+  EXPECT_TRUE(moves(next.proposals[0], "left_hip_yaw"));
+}
+
+// 1.7 degrees sideways: the robot leans, and its soles still have room for a small squat.
+TEST(NextStance, AGentleSlopeLeavesASmallSquatSafe) {
+  const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
+  const Limits limits = make_limits(e, {});
+  MotionPlan plan;
+  plan.family = Family::kSquat, plan.size = 0.2, plan.seconds = 4.0;
+  Scenario slope = make_truth(e);
+  slope.ground.roll = 0.03;
+  EXPECT_EQ(run_stance(e, slope, make_stance_motion(e, plan, limits), limits).fault, "");
 }
 
 // A gap of unknown stiffness cannot be simulated. That is no reason to learn nothing.
