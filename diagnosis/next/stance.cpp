@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "common/base/parallel_for.h"
+#include "diagnosis/data/mean.h"
+#include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/next/candidate.h"
@@ -31,6 +33,7 @@ struct StanceCandidate : MotionCandidate {
   std::vector<StanceRun> runs;   // by explanation
   std::vector<double> weights;   // of readings
   std::vector<Readings> slopes;  // by value of the report's model
+  double liveliness = 0.0;       // 0 to 1: speeds and accelerations of all joints, relative to the liveliest motion
 };
 
 class StanceProposer {
@@ -199,8 +202,28 @@ class StanceProposer {
     parallel_for(options_.jobs, static_cast<int>(plans.size()),
                  [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
     next_.tried = static_cast<int>(plans.size());
+    find_liveliness();
     for (const StanceCandidate& c : candidates_) {
       if (!c.ok) next_.rejected.push_back(describe_plan(c.plan) + ": " + c.fault);
+    }
+  }
+
+  // Friction shows by the speed of a joint, a rotor by its acceleration.
+  void find_liveliness() {
+    const size_t n = limits_.joints.size();
+    std::vector<std::vector<double>> sizes;
+    std::vector<double> most(2 * n, 0.0);
+    for (const StanceCandidate& c : candidates_) {
+      sizes.emplace_back(2 * n, 0.0);
+      for (size_t j = 0; c.ok && j < n; ++j) {
+        sizes.back()[j] = calc_rms(c.commands.velocity[j]);
+        sizes.back()[n + j] = calc_rms(calc_rates(c.commands.velocity[j], c.plan.period));
+      }
+      for (size_t i = 0; i < 2 * n; ++i) most[i] = std::max(most[i], sizes.back()[i]);
+    }
+    for (size_t c = 0; c < candidates_.size(); ++c) {
+      for (size_t i = 0; i < 2 * n; ++i)
+        candidates_[c].liveliness += most[i] > 0.0 ? sizes[c][i] / most[i] / static_cast<double>(2 * n) : 0.0;
     }
   }
 
@@ -269,14 +292,15 @@ class StanceProposer {
     return "";
   }
 
-  // Where joints stood still, a motion that moves all of them comes first if it is safe: whatever the report says of
-  // the others, nothing was seen of these, and an effect of a joint that moves in only one of the two kinds of
-  // recordings is not named. Without a mismatch there is no question about the legs, so that later motions may move the
-  // limbs only.
+  // Where joints stood still, or the report leaves something unexplained, a motion that moves all joints comes first if
+  // it is safe, the livelier the better: no question of the report is about what it did not see, and an effect of a
+  // joint that moves in only one of the two kinds of recordings is not named. Without a mismatch there is no question
+  // about the legs, so that later motions may move the limbs only.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
+    const double worth = calc_worth_of(c, gained);
+    if (complete_ && !worlds_.still) return worth;
     const bool limbs = worlds_.unseen && !next_.proposals.empty() && c.plan.family == Family::kSwing;
-    return calc_worth_of(c, gained) +
-           (worlds_.still && (limbs || c.plan.family == Family::kStir) ? 1.0 + kValues : 0.0);
+    return worth + kValues * c.liveliness + (limbs || c.plan.family == Family::kStir ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
@@ -376,8 +400,13 @@ std::string find_obstacle(const Experiment& e) {
   if (std::abs(e.scenario.ground.roll) + std::abs(e.scenario.ground.pitch) > 0.0)
     return "The ground is not level: no motion on the feet is proposed.";
   if (!e.scenario.loops.empty()) return "Joints of this robot close chains: no motion on the feet is proposed.";
-  if (e.scenario.drive != "servo")
-    return "The recordings are not driven by commands to servos: no motion can be proposed.";
+  if (e.scenario.drive == "servo") return "";
+  for (int j = 0; j < e.num_joints(); ++j) {
+    const JointSpec& joint = e.robot.tree.joint(j);
+    if (joint.actuated && !(get_servo_gains(e.scenario, joint.name).kp > 0.0))
+      return "The recordings have no commands to servos, and no gains are stated for " + joint.name +
+             ": no motion can be proposed.";
+  }
   return "";
 }
 
