@@ -19,6 +19,8 @@ FAMILIES = {
     "limits": ("torque_saturation", "velocity_limit"),
     "contact": ("ground_friction", "restitution"),
     "geometry of sensors": ("sensor_misalignment",)}
+# What only a drive's effort or its command shows.
+OF_DRIVES = ("dry friction", "speed-dependent loss", "reflected inertia", "gain", "torque over position", "limits")
 OF = {effect: family for family, effects in FAMILIES.items() for effect in effects}
 PLACES = ("joint", "link", "foot", "sensor", "ground")
 
@@ -45,6 +47,11 @@ def same_place(a, b):
     if a[0] == b[0] == "sensor":
         return a[1] == b[1] or a[1].startswith(b[1] + "/") or b[1].startswith(a[1] + "/")
     return a == b
+
+
+def list_blind(truth):
+    """Families of effects at joints of which no log tells: neither efforts nor commands were recorded."""
+    return OF_DRIVES if {"/joint_states/*/effort", "/joint_commands/"} <= set(truth.get("missing") or []) else ()
 
 
 def options(finding):
@@ -85,7 +92,9 @@ class Tally:
         self.truth, self.report = truth, report
         self.findings = list((report or {}).get("findings") or [])
         self.listed = truth["hidden"] + truth["background"]
-        self.weighty = [e for e in truth.get("influence", []) if e["share"] >= MATTERS]
+        blind = list_blind(truth)
+        self.weighty = [e for e in truth.get("influence", [])
+                        if e["share"] >= MATTERS and not (place_of(e)[0] == "joint" and OF.get(e["effect"]) in blind)]
         self.named = [e for e in self.weighty if self.is_named(e, self.findings)]
         self.seen = [e for e in self.weighty if e.get("over_noise", SEEN) >= SEEN]
         self.named_seen = [e for e in self.seen if e in self.named]

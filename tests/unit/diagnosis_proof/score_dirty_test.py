@@ -46,6 +46,13 @@ class DirtyScorer(unittest.TestCase):
         t = tally(t, found("coulomb_friction", joint="a"))
         self.assertEqual((len(t.weighty), len(t.named), len(t.seen), len(t.named_seen)), (2, 1, 1, 1))
 
+    def test_without_efforts_and_commands_no_log_shows_what_a_drive_loses(self):
+        t = truth(ROTOR, hidden=[{"effect": "ground_slope", "ground": "ground", "roll": 0.02, "pitch": 0.0}])
+        t["missing"] = ["/joint_states/*/effort"]
+        self.assertEqual(tally(t, found("ground_slope", ground="ground")).word(), "partly")
+        t["missing"].append("/joint_commands/")
+        self.assertEqual(tally(t, found("ground_slope", ground="ground")).word(), "right")
+
     def test_a_claim_is_judged_by_family_and_by_effect_or_alternative(self):
         t = tally(truth(STRIBECK), found("coulomb_friction", joint="a"),
                   found("load_dependent_friction", alternatives=["stribeck_friction"], joint="a"))
