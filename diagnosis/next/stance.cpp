@@ -63,8 +63,9 @@ class StanceProposer {
                                      : "Nothing was found that can be simulated on the robot's feet.";
       return next_;
     }
-    try_motions();
-    choose();
+    for (const std::vector<Family>& families : list_stages()) {
+      if (static_cast<int>(next_.proposals.size()) < options_.count) try_motions(families), choose();
+    }
     next_.simulated = simulated_;
     if (next_.proposals.empty())
       next_.nothing = "No motion keeps the robot safely on its feet under every explanation.";
@@ -181,15 +182,28 @@ class StanceProposer {
     return out;
   }
 
-  void try_motions() {
-    std::vector<MotionPlan> plans;
+  // Where joints stood still, or the report leaves something unexplained: no question of the report is about what it
+  // did not see.
+  bool is_everything_open() const { return !complete_ || worlds_.still; }
+
+  // Families to try together. The next ones are tried only if no motion of those before is safe.
+  std::vector<std::vector<Family>> list_stages() const {
+    std::vector<Family> one{Family::kSway, Family::kLean, Family::kSquat, Family::kTurn},
+        all{Family::kStir, Family::kSwing};
     // A robot that was never seen to walk does not begin with it here. Nothing corrects a walk that is played: it needs
     // a robot that the simulation describes completely.
-    const bool walks = complete_ && is_walking(e_);
-    for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(walks ? Family::kEnd : Family::kWalk); ++f) {
+    if (complete_ && is_walking(e_)) one.push_back(Family::kWalk);
+    if (is_everything_open()) return {all, one};
+    one.insert(one.end(), all.begin(), all.end());
+    return {one};
+  }
+
+  void try_motions(const std::vector<Family>& families) {
+    std::vector<MotionPlan> plans;
+    for (Family family : families) {
       for (unsigned seed = 1; seed <= kSeeds; ++seed) {
         MotionPlan plan;
-        plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
+        plan.family = family, plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
         plan.moves.assign(limits_.joints.size(), 1);
         if (seed > kGaits && plan.family == Family::kWalk) continue;
         if (seed > kGaits) plan.quickest = kSlowSines;
@@ -198,10 +212,10 @@ class StanceProposer {
     }
     progress_(std::to_string(worlds_.list.size()) + " explanations along " + std::to_string(plans.size()) +
               " motions on the feet");
-    candidates_.resize(plans.size());
+    candidates_.assign(plans.size(), {});
     parallel_for(options_.jobs, static_cast<int>(plans.size()),
                  [&](int i) { try_motion(plans[static_cast<size_t>(i)], &candidates_[static_cast<size_t>(i)]); });
-    next_.tried = static_cast<int>(plans.size());
+    next_.tried += static_cast<int>(plans.size());
     find_liveliness();
     for (const StanceCandidate& c : candidates_) {
       if (!c.ok) next_.rejected.push_back(describe_plan(c.plan) + ": " + c.fault);
@@ -292,29 +306,28 @@ class StanceProposer {
     return "";
   }
 
-  // Where joints stood still, or the report leaves something unexplained, a motion that moves all joints comes first if
-  // it is safe, the livelier the better: no question of the report is about what it did not see, and an effect of a
-  // joint that moves in only one of the two kinds of recordings is not named. Without a mismatch there is no question
-  // about the legs, so that later motions may move the limbs only.
+  // If everything is open, a motion that moves all joints comes first, the livelier the better: an effect of a joint
+  // that moves in only one of the two kinds of recordings is not named. Without a mismatch there is no question about
+  // the legs, so that later motions may move the limbs only.
   double calc_rank(const StanceCandidate& c, const Eigen::MatrixXd& gained) const {
     const double worth = calc_worth_of(c, gained);
-    if (complete_ && !worlds_.still) return worth;
+    if (!is_everything_open()) return worth;
     const bool limbs = worlds_.unseen && !next_.proposals.empty() && c.plan.family == Family::kSwing;
     return worth + kValues * c.liveliness + (limbs || c.plan.family == Family::kStir ? 1.0 + kValues : 0.0);
   }
 
   void choose() {
     const long p = static_cast<long>(worlds_.list[0].moves.size());
-    Eigen::MatrixXd gained = Eigen::MatrixXd::Zero(p, p);
+    if (gained_.size() == 0) gained_ = Eigen::MatrixXd::Zero(p, p);
     while (static_cast<int>(next_.proposals.size()) < options_.count) {
       StanceCandidate* best = nullptr;
       double most = -1.0;
       for (StanceCandidate& c : candidates_) {
-        const double rank = c.ok ? calc_rank(c, gained) : -1.0;
+        const double rank = c.ok ? calc_rank(c, gained_) : -1.0;
         if (rank > most) most = rank, best = &c;
       }
       if (!best) return;
-      const double worth = calc_worth_of(*best, gained);
+      const double worth = calc_worth_of(*best, gained_);
       best->ok = false;
       std::vector<double> leave;
       const std::string fault = find_fault(*best, &leave);
@@ -322,7 +335,7 @@ class StanceProposer {
         next_.rejected.push_back(describe_plan(best->plan) + ": " + fault);
         continue;
       }
-      if (!is_held_out(next_.proposals.size())) gained += calc_gain(*best);  // as for arms (propose.cpp)
+      if (!is_held_out(next_.proposals.size())) gained_ += calc_gain(*best);  // as for arms (propose.cpp)
       add_proposal(*best, worth, leave);
     }
   }
@@ -388,8 +401,9 @@ class StanceProposer {
   StanceWorlds worlds_;
   std::vector<double> noise_;
   double discrepancy_ = 1.0;
-  bool complete_ = false;  // the report leaves nothing unexplained
-  std::vector<StanceCandidate> candidates_;
+  bool complete_ = false;                    // the report leaves nothing unexplained
+  std::vector<StanceCandidate> candidates_;  // of the present stage
+  Eigen::MatrixXd gained_;                   // information of the proposals that are fitted
   mutable std::atomic<int> simulated_{0};
   Next next_;
 };

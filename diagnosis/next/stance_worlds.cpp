@@ -8,6 +8,7 @@
 #include "common/base/diagnostics.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/model/tree.h"
 #include "diagnosis/next/explanations.h"
 #include "diagnosis/next/limits.h"
 #include "diagnosis/next/stance_rivals.h"
@@ -269,8 +270,18 @@ class Maker {
     return finding;
   }
 
+  // Hip yaws stand still in many walks that are explained: joints of legs do not count here.
+  bool is_limb(int joint) const {
+    const TreeSpec& tree = e_.robot.tree;
+    return std::none_of(e_.scenario.feet.begin(), e_.scenario.feet.end(), [&](const std::string& foot) {
+      const int frame = tree.find_frame(foot);
+      return frame >= 0 &&
+             is_above(tree, joint + 1, tree.frames[static_cast<size_t>(frame)].link);  // link j + 1 moves with joint j
+    });
+  }
+
   void find_still() {
-    for (int j = 0; j < e_.num_joints(); ++j) out_.still = out_.still || calc_travel(e_, j) < kStill;
+    for (int j = 0; j < e_.num_joints(); ++j) out_.still = out_.still || (is_limb(j) && calc_travel(e_, j) < kStill);
   }
 
   // The stillest joints first. A motion tells of such a friction whatever its level is, so it has no free value.

@@ -38,7 +38,7 @@ struct StanceWorlds {
   std::vector<StanceWorld> ends;     // further cases for safety: nominal; values at either end of their intervals
   std::vector<std::string> remarks;  // alternatives that no simulator knows
   bool unseen = false;               // no mismatch: the others are what joints that hardly moved may hide
-  bool still = false;                // a joint hardly moved
+  bool still = false;                // a joint that carries no foot hardly moved
   bool open = false;                 // the report names something, or cannot explain something
 };
 
