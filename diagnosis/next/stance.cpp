@@ -56,6 +56,7 @@ class StanceProposer {
   Next run() {
     next_.remarks = limits_.remarks;
     next_.remarks.insert(next_.remarks.end(), worlds_.remarks.begin(), worlds_.remarks.end());
+    leave_out_fallen();
     for (const StanceWorld& world : worlds_.list) next_.explanations.push_back(world.label);
     next_.unseen = worlds_.unseen;
     if (worlds_.list.empty() || (worlds_.values.empty() && worlds_.list.size() < 2 && !is_open_still())) {
@@ -180,6 +181,26 @@ class StanceProposer {
         out.fisher(a, b) = dot(slopes[static_cast<size_t>(a)], slopes[static_cast<size_t>(b)]);
     }
     return out;
+  }
+
+  // A world in which the robot does not even stand at rest contradicts the recordings, in which it stood. The report's
+  // model stays: where that falls, nothing is known.
+  void leave_out_fallen() {
+    Commands rest;
+    rest.time = {0.0, kPeriod};
+    for (const JointLimits& joint : limits_.joints)
+      rest.position.emplace_back(2, joint.start), rest.velocity.emplace_back(2, 0.0);
+    const auto falls = [&](const StanceWorld& world) {
+      return !run_stance(e_, world.scenario, rest, limits_).fault.empty();
+    };
+    for (std::vector<StanceWorld>* list : {&worlds_.list, &worlds_.ends}) {
+      for (size_t w = list->size(); w-- > (list == &worlds_.list ? 1 : 0);) {
+        if (!falls((*list)[w])) continue;
+        next_.remarks.push_back((*list)[w].label +
+                                ": the simulated robot does not stand at rest, as the real one did; not checked");
+        list->erase(list->begin() + static_cast<long>(w));
+      }
+    }
   }
 
   // Where joints stood still, or the report leaves something unexplained: no question of the report is about what it

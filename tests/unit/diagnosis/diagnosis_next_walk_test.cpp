@@ -88,7 +88,7 @@ TEST(NextWalk, ARobotWalksIfAFootLeavesTheGroundAndComesBack) {
 
 int count_tried(const Experiment& e, const char* verdict) {
   NextOptions options;
-  options.seconds = 4.0, options.count = 0;
+  options.seconds = 4.0, options.count = 1;
   const Json friction{{"effect", "viscous_friction"},
                       {"where", {{"joint", "left_knee"}}},
                       {"parameters", {{"coefficient", {{"value", 3.0}}}}}};
