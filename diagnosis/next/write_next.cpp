@@ -41,13 +41,16 @@ Json make_sizes(const Proposal& p, const std::vector<std::string>& joints) {
   return sizes;
 }
 
+// [rad or m] A joint that comes back to where it was, up to rounding, is there.
+double round_end(double q) { return std::round(1e4 * q) / 1e4 + 0.0; }
+
 // By joint that moves: least and largest command [rad or m], the space that has to be free.
 Json make_ranges(const Proposal& p, const std::vector<std::string>& joints) {
   constexpr double kMoves = 1e-4;  // below it, legs that hold a foot only round
   Json ranges = Json::object();
   for (size_t j = 0; j < p.commands.position.size(); ++j) {
     const auto [low, high] = std::minmax_element(p.commands.position[j].begin(), p.commands.position[j].end());
-    if (*high - *low > kMoves) ranges[joints[j]] = {round_to(*low, 4), round_to(*high, 4)};
+    if (*high - *low > kMoves) ranges[joints[j]] = {round_end(*low), round_end(*high)};
   }
   return ranges;
 }
