@@ -15,6 +15,7 @@
 #include "diagnosis/next/plan_list.h"
 #include "diagnosis/next/proposal_parts.h"
 #include "diagnosis/next/stance_motions.h"
+#include "diagnosis/next/stance_readings.h"
 #include "diagnosis/next/stance_trial.h"
 #include "diagnosis/next/stance_worlds.h"
 #include "diagnosis/next/walk_motions.h"
@@ -22,11 +23,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-// Several sines, held postures, and slow sines: the zero-moment point bears a larger sway if it is slow.
-constexpr unsigned kSeeds = 3, kGaits = 2;
-
-using Readings = std::vector<double>;
 
 // A motion that is safe under every explanation, and its information.
 struct StanceCandidate : MotionCandidate {
@@ -43,14 +39,14 @@ class StanceProposer {
         options_(options),
         progress_(progress),
         limits_(make_limits(e, options.limits)),
-        worlds_(make_stance_worlds(e, report)) {
+        worlds_(make_stance_worlds(e, report)),
+        readings_(e) {
     const Json fit = report.value("fit", Json::object());
     const Json judged = fit.value("validate", Json::object());
     if (judged.contains("after") && judged["after"].is_number())
       discrepancy_ = std::max(1.0, judged["after"].get<double>());
     const std::string verdict = report.value("verdict", "");
     complete_ = verdict == "explained" || verdict == "no_mismatch";
-    list_noise();
   }
 
   Next run() {
@@ -76,48 +72,6 @@ class StanceProposer {
  private:
   // True if the report has more to ask although nothing of it can be simulated: joints stood still.
   bool is_open_still() const { return worlds_.still && worlds_.open; }
-
-  // Noise of every reading of a stretch of a StanceRun; 0 if it is not recorded.
-  void list_noise() {
-    for (size_t j = 0; j < e_.joint_noise.size(); ++j) {
-      for (const Quantity q : {Quantity::kPosition, Quantity::kEffort})
-        noise_.push_back(e_.recordings[0].joints[j].has(q) ? e_.joint_noise[j][static_cast<size_t>(q)].sigma : 0.0);
-    }
-    for (const WrenchSpec& wrench : e_.scenario.sensors.wrenches) {
-      for (const char* kind : {"/force/", "/torque/"}) {
-        for (const char* axis : {"x", "y", "z"}) {
-          const auto noise = e_.other_noise.find("/wrench/" + wrench.name + kind + axis);
-          noise_.push_back(noise != e_.other_noise.end() ? noise->second.sigma : 0.0);
-        }
-      }
-    }
-    for (double& sigma : noise_) sigma *= std::sqrt(std::min(1.0, e_.sample_time / kStretch));
-  }
-
-  // Inverse standard deviation of a predicted reading: of its noise, and of a share of its range along the motion.
-  Readings make_weights(const StanceRun& run) const {
-    Readings weights(noise_.size(), 0.0);
-    for (size_t c = 0; c < weights.size(); ++c) {
-      double low = 1e300, high = -1e300;
-      for (size_t k = c; k < run.readings.size(); k += weights.size())
-        low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
-      if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kKnown * (high - low));
-    }
-    return weights;
-  }
-
-  static Readings subtract(const Readings& a, const Readings& b, const Readings& weights) {
-    Readings difference(std::min(a.size(), b.size()));
-    for (size_t k = 0; k < difference.size(); ++k) difference[k] = (a[k] - b[k]) * weights[k % weights.size()];
-    return difference;
-  }
-
-  // What the robot of a run writes with these faults of its logs.
-  Readings record(const StanceRun& run, const std::vector<LogFault>& faults) const {
-    Readings readings = run.readings;
-    add_log_faults(faults, noise_.size(), &readings);
-    return readings;
-  }
 
   StanceRun play(const Scenario& scenario, const StanceCandidate& c) const {
     ++simulated_;
@@ -150,7 +104,7 @@ class StanceProposer {
       if (c->fault.empty()) break;
     }
     if (!c->fault.empty()) return;
-    c->weights = make_weights(c->runs[0]);
+    c->weights = readings_.make_weights(c->runs[0]);
     for (size_t i = 0; i < worlds_.list.size(); ++i) c->comparisons.push_back(compare(c, i));
     c->ok = true;
   }
@@ -158,22 +112,22 @@ class StanceProposer {
   // Starts with the report's model, whose slopes the others share.
   Comparison compare(StanceCandidate* c, size_t i) const {
     std::vector<Readings> slopes;
-    const Readings own = record(c->runs[i], worlds_.list[i].faults);
+    const Readings own = readings_.record(c->runs[i], worlds_.list[i].faults);
     for (const StanceMove& move : worlds_.list[i].moves) {
       if (move.shared >= 0)
         slopes.push_back(c->slopes[static_cast<size_t>(move.shared)]);
       else
-        slopes.push_back(
-            subtract(record(move.of_log ? c->runs[i] : play(move.scenario, *c), move.faults), own, c->weights));
+        slopes.push_back(subtract(readings_.record(move.of_log ? c->runs[i] : play(move.scenario, *c), move.faults),
+                                  own, c->weights));
       slopes.back().resize(c->runs[i].readings.size(), 0.0);
     }
     if (i == 0) c->slopes = slopes;
-    const Readings difference = subtract(own, record(c->runs[0], worlds_.list[0].faults), c->weights);
+    const Readings difference = subtract(own, readings_.record(c->runs[0], worlds_.list[0].faults), c->weights);
     Comparison out;
     const long p = static_cast<long>(slopes.size());
     out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
     const auto recorded = std::count_if(c->weights.begin(), c->weights.end(), [](double w) { return w > 0.0; });
-    const size_t samples = c->runs[i].readings.size() / noise_.size();
+    const size_t samples = c->runs[i].readings.size() / readings_.channels();
     out.count = static_cast<double>(samples) * static_cast<double>(recorded);
     for (long a = 0; a < p; ++a) {
       out.along[a] = -dot(slopes[static_cast<size_t>(a)], difference);
@@ -220,17 +174,7 @@ class StanceProposer {
   }
 
   void try_motions(const std::vector<Family>& families) {
-    std::vector<MotionPlan> plans;
-    for (Family family : families) {
-      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-        MotionPlan plan;
-        plan.family = family, plan.seed = seed, plan.seconds = options_.seconds, plan.period = kPeriod;
-        plan.moves.assign(limits_.joints.size(), 1);
-        if (seed > kGaits && plan.family == Family::kWalk) continue;
-        if (seed > kGaits) plan.quickest = kSlowSines;
-        plans.push_back(plan);
-      }
-    }
+    const std::vector<MotionPlan> plans = list_stance_plans(families, limits_.joints.size(), options_.seconds);
     progress_(std::to_string(worlds_.list.size()) + " explanations along " + std::to_string(plans.size()) +
               " motions on the feet");
     candidates_.assign(plans.size(), {});
@@ -382,37 +326,24 @@ class StanceProposer {
 
   // Predictions of the reading in which the explanations differ most.
   Overlay make_overlay(const StanceCandidate& c) const {
-    Readings sums(noise_.size(), 0.0);
+    Readings sums(readings_.channels(), 0.0);
     std::vector<Readings> written;
-    for (size_t i = 0; i < c.runs.size(); ++i) written.push_back(record(c.runs[i], worlds_.list[i].faults));
+    for (size_t i = 0; i < c.runs.size(); ++i) written.push_back(readings_.record(c.runs[i], worlds_.list[i].faults));
     for (const Readings& readings : written) {
       const Readings difference = subtract(readings, written[0], c.weights);
-      for (size_t k = 0; k < difference.size(); ++k) sums[k % noise_.size()] += difference[k] * difference[k];
+      for (size_t k = 0; k < difference.size(); ++k) sums[k % readings_.channels()] += difference[k] * difference[k];
     }
     const size_t channel = static_cast<size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     Overlay overlay;
-    name_channel(channel, &overlay);
+    overlay.signal = readings_.get_signal(channel), overlay.unit = readings_.get_unit(channel);
     overlay.curves.resize(c.runs.size());
-    const size_t rows = c.runs[0].readings.size() / noise_.size();
+    const size_t rows = c.runs[0].readings.size() / readings_.channels();
     for (size_t k = 0; k < rows; ++k) {
       overlay.time.push_back(static_cast<double>(k) / static_cast<double>(rows) * c.commands.time.back());
-      for (size_t i = 0; i < c.runs.size(); ++i) overlay.curves[i].push_back(written[i][k * noise_.size() + channel]);
+      for (size_t i = 0; i < c.runs.size(); ++i)
+        overlay.curves[i].push_back(written[i][k * readings_.channels() + channel]);
     }
     return overlay;
-  }
-
-  void name_channel(size_t channel, Overlay* overlay) const {
-    const size_t joints = 2 * e_.joint_noise.size();
-    if (channel < joints) {
-      const Quantity quantity = channel % 2 == 0 ? Quantity::kPosition : Quantity::kEffort;
-      overlay->signal = e_.signal_name(static_cast<int>(channel / 2), quantity),
-      overlay->unit = channel % 2 == 0 ? "rad" : "N m";
-      return;
-    }
-    const size_t at = (channel - joints) % 6;
-    overlay->signal = "/wrench/" + e_.scenario.sensors.wrenches[(channel - joints) / 6].name +
-                      (at < 3 ? "/force/" : "/torque/") + "xyz"[at % 3];
-    overlay->unit = at < 3 ? "N" : "N m";
   }
 
   const Experiment& e_;
@@ -420,7 +351,7 @@ class StanceProposer {
   const Progress& progress_;
   Limits limits_;
   StanceWorlds worlds_;
-  std::vector<double> noise_;
+  StanceReadings readings_;
   double discrepancy_ = 1.0;
   bool complete_ = false;                    // the report leaves nothing unexplained
   std::vector<StanceCandidate> candidates_;  // of the present stage

@@ -194,6 +194,21 @@ Commands follow(Legs legs, const Commands& ways, double lowered) {
 
 }  // namespace
 
+std::vector<MotionPlan> list_stance_plans(const std::vector<Family>& families, size_t joints, double seconds) {
+  constexpr unsigned kSeeds = 3, kGaits = 2;
+  std::vector<MotionPlan> plans;
+  for (Family family : families) {
+    for (unsigned seed = 1; seed <= (family == Family::kWalk ? kGaits : kSeeds); ++seed) {
+      MotionPlan plan;
+      plan.family = family, plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod;
+      plan.moves.assign(joints, 1);
+      if (seed > 2) plan.quickest = kSlowSines;
+      plans.push_back(plan);
+    }
+  }
+  return plans;
+}
+
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits) {
   MotionPlan body = plan;
   body.family = plan.seed % 2 == 1 ? Family::kMultisine : Family::kPostures;
