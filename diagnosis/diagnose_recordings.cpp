@@ -19,6 +19,7 @@
 #include "diagnosis/data/stretches.h"
 #include "diagnosis/evidence/torque/findings.h"
 #include "diagnosis/findings/doubtful_constants.h"
+#include "diagnosis/findings/doubtful_efforts.h"
 #include "diagnosis/findings/even_speeds.h"
 #include "diagnosis/findings/grading.h"
 #include "diagnosis/findings/odd_sizes.h"
@@ -65,6 +66,8 @@ void finish(const Experiment& e, Reports* reports) {
   doubt_constants_of_masses(e, &report);
   doubt_constants_of_feet(e, &report);
   doubt_constants_of_commands(e, &report);
+  doubt_efforts_at_rest(e, &report);
+  doubt_common_scale(e, &report);
   doubt_limits_within_friction(&report);
   doubt_friction_of_even_speeds(e, &report);
   doubt_upright_forces(e, &report);

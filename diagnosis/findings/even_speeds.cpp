@@ -80,7 +80,7 @@ void doubt_friction(double speed, Json* finding) {
   (*finding)["statement"] = finding->value("statement", "") +
                             " The joint moves at one speed in each direction: that does not tell friction of constant "
                             "level from friction in proportion to speed.";
-  list_other(*find_effect("coulomb_friction"), torque, finding);
+  list_other(get_constant_friction(), torque, finding);
   list_other(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss), torque / speed, finding);
 }
 

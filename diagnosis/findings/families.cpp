@@ -24,4 +24,6 @@ const EffectInfo& get_late_reading() {
   return *std::find_if(all.begin(), all.end(), [](const EffectInfo& row) { return row.change.of_rate != 0.0; });
 }
 
+const EffectInfo& get_constant_friction() { return *find_effect("coulomb_friction"); }
+
 }  // namespace hrp::diagnosis

@@ -17,4 +17,7 @@ const EffectInfo& get_effect_of(PlaceKind place, EffectFamily family);
 // The fault of a reading that comes late: it adds in proportion to the reading's rate.
 const EffectInfo& get_late_reading();
 
+// Friction of constant level, of the dry frictions of a joint.
+const EffectInfo& get_constant_friction();
+
 }  // namespace hrp::diagnosis

@@ -125,6 +125,10 @@ class Finder {
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm() /
                           std::max<double>(1.0, static_cast<double>(log_.feet.size()));
     if (-low < kPressed * std::max(0.0, high) || -low < 0.5 * weight) return;
+    // Impacts of a robot that falls exceed its weight many times, but last shortly.
+    const auto down = std::count_if(all.begin(), all.end(), [&](double f) { return f < -0.5 * weight; });
+    const auto up = std::count_if(all.begin(), all.end(), [&](double f) { return f > 0.5 * weight; });
+    if (static_cast<double>(down) < kPressed * static_cast<double>(up)) return;
     out_.push_back({"/wrench/" + log_.sensors[s].name + "/force", -1.0, "it counts what the foot does to the ground"});
     if (log_.sensors[s].has_wrench())
       out_.push_back(
