@@ -11,6 +11,7 @@
 #include <fastcdr/Cdr.h>
 
 #include "common/bus/bus.h"
+#include "common/messages/loop_cdr.h"
 
 namespace hrp {
 

@@ -1,23 +1,36 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/messages/convert.h"
 
+#include <array>
+#include <cstring>
+#include <type_traits>
+
 #include "common/base/check.h"
 #include "common/robot/movers.h"
 
 namespace hrp {
 namespace {
 
-void set(const Vector3d& v, msg::Vector3* m) {
-  m->x(v.x());
-  m->y(v.y());
-  m->z(v.z());
+// Structs of nothing but doubles, as one piece of memory: the generated accessors are a call for each number.
+template <size_t count, typename Message>
+void store(const double* numbers, Message* m) {
+  static_assert(std::is_standard_layout_v<Message> && sizeof(Message) == count * sizeof(double));
+  std::memcpy(static_cast<void*>(m), numbers, sizeof(Message));
 }
 
+template <size_t count, typename Message>
+std::array<double, count> load(const Message& m) {
+  static_assert(std::is_standard_layout_v<Message> && sizeof(Message) == count * sizeof(double));
+  std::array<double, count> numbers;
+  std::memcpy(numbers.data(), static_cast<const void*>(&m), sizeof(Message));
+  return numbers;
+}
+
+void set(const Vector3d& v, msg::Vector3* m) { store<3>(v.data(), m); }
+
 void set(const Eigen::Quaterniond& q, msg::Quaternion* m) {
-  m->w(q.w());
-  m->x(q.x());
-  m->y(q.y());
-  m->z(q.z());
+  const double numbers[] = {q.w(), q.x(), q.y(), q.z()};
+  store<4>(numbers, m);
 }
 
 void set(const Transform& X, msg::Pose* m) {
@@ -25,34 +38,18 @@ void set(const Transform& X, msg::Pose* m) {
   set(X.p, &m->translation());
 }
 
-void set(const Vector6d& V, msg::Twist* m) {
-  set(Vector3d(V.head<3>()), &m->angular());
-  set(Vector3d(V.tail<3>()), &m->linear());
-}
-
-void set(const Vector6d& F, msg::Wrench3* m) {
-  set(Vector3d(F.head<3>()), &m->moment());
-  set(Vector3d(F.tail<3>()), &m->force());
-}
+// Angular part first, there and here.
+void set(const Vector6d& V, msg::Twist* m) { store<6>(V.data(), m); }
+void set(const Vector6d& F, msg::Wrench3* m) { store<6>(F.data(), m); }
 
 void set(const Eigen::VectorXd& v, std::vector<double>* m) { m->assign(v.data(), v.data() + v.size()); }
 
 void get(const std::vector<double>& m, Eigen::VectorXd* v) {
-  v->resize(static_cast<Eigen::Index>(m.size()));
-  for (size_t i = 0; i < m.size(); ++i) (*v)[static_cast<Eigen::Index>(i)] = m[i];
+  *v = Eigen::Map<const Eigen::VectorXd>(m.data(), static_cast<Eigen::Index>(m.size()));
 }
 
-Vector6d get(const msg::Twist& m) {
-  Vector6d V;
-  V << from_message(m.angular()), from_message(m.linear());
-  return V;
-}
-
-Vector6d get(const msg::Wrench3& m) {
-  Vector6d F;
-  F << from_message(m.moment()), from_message(m.force());
-  return F;
-}
+Vector6d get(const msg::Twist& m) { return Vector6d(load<6>(m).data()); }
+Vector6d get(const msg::Wrench3& m) { return Vector6d(load<6>(m).data()); }
 
 void set(const PointForce& point, msg::PointForce* m) {
   set(point.p_WC, &m->p_WC());
@@ -140,9 +137,12 @@ msg::Pose to_message(const Transform& X) {
   return m;
 }
 
-Vector3d from_message(const msg::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+Vector3d from_message(const msg::Vector3& v) { return Vector3d(load<3>(v).data()); }
 
-Eigen::Quaterniond from_message(const msg::Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+Eigen::Quaterniond from_message(const msg::Quaternion& q) {
+  const auto [w, x, y, z] = load<4>(q);
+  return {w, x, y, z};
+}
 
 Transform from_message(const msg::Pose& pose) {
   return {from_message(pose.rotation()).toRotationMatrix(), from_message(pose.translation())};

@@ -53,7 +53,7 @@ function(hrp_include_top target scope)
 endfunction()
 
 # What the Python module loads is position independent. The programs link the same objects, so both give the same bits.
-set(HRP_SHARED_OBJECTS hrp_base hrp_ros_definitions hrp_frames hrp_effects hrp_robot hrp_robot_geometry hrp_messages hrp_convert hrp_bus hrp_bus_memory
+set(HRP_SHARED_OBJECTS hrp_base hrp_ros_definitions hrp_frames hrp_effects hrp_robot hrp_robot_geometry hrp_messages hrp_message_codec hrp_convert hrp_bus hrp_bus_memory
     hrp_bus_cyclone hrp_bus_fast hrp_runs hrp_make_bus hrp_mcap hrp_log_table hrp_run_token hrp_node hrp_join hrp_server_main
     hrp_dynamics_loop hrp_dynamics_core hrp_dynamics_node hrp_collision hrp_model_parser hrp_controller_client
     hrp_scenario_controller hrp_motion hrp_walking hrp_trial hrp_multibody hrp_regressor)
