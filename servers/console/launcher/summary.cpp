@@ -61,16 +61,22 @@ LogEnd find_log_end(const std::string& log) {
   mcap::Reader reader(log);
   end.falls = find_falls(&reader);
   msg::RobotState state;
-  reader.read_messages(
-      [&](const mcap::Message& message) {
-        decode({message.data, message.size}, &state);
-        end.any = true;
-        end.step = state.header().step();
-        end.time = state.header().time();
-        end.hash = state.hash();
-        return true;
-      },
-      {topics::kRobotState.name});
+  const mcap::Channel* channel = reader.find_channel(topics::kRobotState.name);
+  const auto note = [&](const mcap::Message& message) {
+    if (channel == nullptr || message.channel_id != channel->id) return true;
+    decode({message.data, message.size}, &state);
+    end.any = true;
+    end.step = state.header().step();
+    end.time = state.header().time();
+    end.hash = state.hash();
+    return true;
+  };
+  if (reader.indexed()) {
+    // A log that was closed ends with its last state: to unpack all of it took a seventh of the time of a short run.
+    for (size_t chunk = reader.chunk_count(); chunk-- > 0 && !end.any;) reader.read_chunk(chunk, note);
+  } else {
+    reader.read_messages(note, {topics::kRobotState.name});
+  }
   end.damage = make_printable_line(reader.damage());
   return end;
 }
