@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,8 +45,8 @@ class Publisher {
 
 using DecodeErrorCallback = std::function<void(const DecodeError&)>;
 
-// `on_message` gets every sample, decoded into one message whose memory is reused: copy what is to be kept. Samples
-// that are no Message go to `on_error` (nullptr: they are dropped).
+// `on_message` gets every sample, decoded into one message whose memory is reused: copy what is to be kept. It may take
+// the bytes as a second argument. Samples that are no Message go to `on_error` (nullptr: they are dropped).
 template <typename Message, typename OnMessage>
 std::unique_ptr<Reader> subscribe(Bus& bus, const TopicSpec& topic, Delivery delivery, OnMessage on_message,
                                   DecodeErrorCallback on_error = nullptr) {
@@ -58,7 +59,12 @@ std::unique_ptr<Reader> subscribe(Bus& bus, const TopicSpec& topic, Delivery del
                              if (on_error) on_error(error);
                              return;
                            }
-                           on_message(const_cast<const Message&>(*message));
+                           const Message& decoded = *message;
+                           if constexpr (std::is_invocable_v<OnMessage, const Message&, Bytes>) {
+                             on_message(decoded, sample);
+                           } else {
+                             on_message(decoded);
+                           }
                          });
 }
 

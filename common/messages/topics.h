@@ -24,6 +24,8 @@ inline const TopicSpec kRunControl{"hrp/run_control", "hrp::msg::RunControl"};
 inline const TopicSpec kRunStatus{"hrp/run_status", "hrp::msg::RunStatus", Retention::kLatest, 1};
 // For eyes only, see common/node/view_writer.h: as few as possible are kept.
 inline const TopicSpec kView{"hrp/view", "hrp::msg::View", Retention::kStream, 4};
+// Samples of other topics, for the logger: see common/node/log_samples.h.
+inline const TopicSpec kLogSamples{"hrp/log_samples", "hrp::msg::View"};
 // What cameras and lidars took of one state; large.
 inline const TopicSpec kPictures{"hrp/pictures", "hrp::msg::Pictures", Retention::kStream, 4};
 inline const TopicSpec kRosJointStates{"rt/joint_states", "sensor_msgs::msg::dds_::JointState_"};
@@ -75,7 +77,7 @@ inline const TopicSpec* find_known_topic(const std::string& name) {
   static const TopicSpec* const kAll[] = {&kRobotDescription, &kModelRefused,  &kRobotState,    &kSensorData,
                                           &kContactSet,       &kContactForces, &kJointCommands, &kServerStatus,
                                           &kStepGrant,        &kRunControl,    &kRunStatus,     &kView,
-                                          &kEvents,           &kPictures,      &kRosJointStates};
+                                          &kEvents,           &kPictures,      &kLogSamples,    &kRosJointStates};
   for (const TopicSpec* topic : kAll) {
     if (topic->name == name) return topic;
   }

@@ -26,10 +26,12 @@ DynamicsLoop::DynamicsLoop(const NodeContext& context, EngineFactory make_engine
       make_engine_(std::move(make_engine)),
       state_publisher_(bus(), topics::kRobotState),
       forces_publisher_(bus(), topics::kContactForces),
+      log_samples_(bus()),
       ros_rate_(ros_rate),
       view_(bus()) {
   listen<msg::StepGrant>(topics::kStepGrant, [this](const msg::StepGrant& m) { take_grant(m); });
-  listen<msg::ContactSet>(topics::kContactSet, [this](const msg::ContactSet& m) { take_contacts(m); });
+  listen<msg::ContactSet>(topics::kContactSet,
+                          [this](const msg::ContactSet& m, Bytes sample) { take_contacts(m, sample); });
   listen<msg::JointCommands>(topics::kJointCommands, [this](const msg::JointCommands& m) { take_commands(0, m); });
   listen<msg::RobotDescription>(topics::kRobotDescription,
                                 [this](const msg::RobotDescription& m) { take_description(m); });
@@ -58,6 +60,7 @@ void DynamicsLoop::add_robots() {
   robots_.resize(bodies.size());
   for (size_t k = 0; k < bodies.size(); ++k) {
     const Mover& body = robots_[k].body = bodies[k];
+    robots_[k].log_topic = topics::of_robot(topics::kSensorData, body.name).name;
     robots_[k].gate = CommandGate(body.robot.tree, body.scenario.controller, make_controller_role(body.name));
     robots_[k].fall_watch = FallWatch(body.robot, body.scenario, body.name);
   }
@@ -128,23 +131,27 @@ void DynamicsLoop::start_epoch(uint64_t epoch) {
   engine_->reset();
   step_ = 0;
   have_contacts_ = false;
+  contacts_sample_.clear();
   for (size_t k = 0; k < robots_.size(); ++k) robots_[k].gate.reset(epoch, get_state(k).q);
   set_phase(msg::SERVER_STARTING);
   publish_step();
   report(epoch_, step_, find_missing());
 }
 
-void DynamicsLoop::take_contacts(const msg::ContactSet& message) {
+void DynamicsLoop::take_contacts(const msg::ContactSet& message, Bytes sample) {
   if (!engine_ || !in_epoch_ || message.header().epoch() != epoch_) return;
   if (message.header().step() > step_) {
     return fail("collision_checker answered step " + std::to_string(message.header().step()) +
                 " before it was asked; the question was step " + std::to_string(step_));
   }
   if (message.header().step() < step_ || have_contacts_) return;  // a repeat
+  contacts_sample_.assign(sample.data, sample.data + sample.size);
+  log_samples_.add(topics::kContactSet.name, sample);  // also when it is wrong: the log shows what came
   from_message(message, &contacts_);
   if (!check_contacts(contacts_)) return;
   have_contacts_ = true;
   advance();
+  if (step_ == granted_) log_samples_.flush();
 }
 
 bool DynamicsLoop::check_contacts(const ContactSet& contacts) {
@@ -233,12 +240,15 @@ void DynamicsLoop::publish_step() {
   to_message(engine_->objects(), other_efforts_, scenario_, &state_message_);
   to_message(engine_->pushes(), &state_message_);
   last_state_ = state_publisher_.publish(state_message_);
+  if (step_ % kReportPeriod == 0) log_samples_.look_for_reader();
+  log_samples_.add(topics::kRobotState.name, last_state_);
   if (is_control_step()) publish_sensors();
   forces_message_.header(state_message_.header());
   to_message(engine_->contact_forces(), names_, &forces_message_);
   last_forces_ = forces_publisher_.publish(forces_message_);
-  // Only log and onlookers wait for forces: those of several steps go as one packet, here or at the next idle time.
-  if (step_ == granted_ || step_ % kReportPeriod == 0) forces_publisher_.flush();
+  log_samples_.add(topics::kContactForces.name, last_forces_);
+  // Samples of several steps go as one packet, here or at the next idle time.
+  if (step_ == granted_ || step_ % kReportPeriod == 0) flush_gathered();
   set_foot_forces(engine_->foot_forces());
   for (size_t k = 0; k < robots_.size(); ++k) watch_fall(k);
   if (view_.is_due()) show_step();
@@ -268,10 +278,15 @@ void DynamicsLoop::show_step() {
 
 // The last step of a run is the one that people look at longest.
 void DynamicsLoop::handle_run_end() {
-  forces_publisher_.flush();
+  flush_gathered();
   if (!view_.is_watched()) return;
   show_step();
   view_.flush();
+}
+
+void DynamicsLoop::flush_gathered() {
+  forces_publisher_.flush();
+  log_samples_.flush();
 }
 
 void DynamicsLoop::publish_sensors() {
@@ -281,6 +296,7 @@ void DynamicsLoop::publish_sensors() {
     to_message(get_sensors(k), robot.body.scenario.sensors, &robot.message);
     robot.gate.note_asked(step_, Clock::now());
     robot.last = robot.publisher.publish(robot.message);
+    log_samples_.add(robot.log_topic, robot.last);
     ros_samples_[k] = {&robot.message, &get_state(k)};
   }
   ros_views_.publish(ros_samples_);
@@ -289,11 +305,16 @@ void DynamicsLoop::publish_sensors() {
 void DynamicsLoop::repeat_last() {
   state_publisher_.publish_bytes(last_state_);
   forces_publisher_.publish_bytes(last_forces_);
-  forces_publisher_.flush();
+  log_samples_.update_readers();
+  log_samples_.add(topics::kRobotState.name, last_state_);
+  log_samples_.add(topics::kContactForces.name, last_forces_);
+  if (have_contacts_) log_samples_.add(topics::kContactSet.name, {contacts_sample_.data(), contacts_sample_.size()});
   for (Controlled& robot : robots_) {
     robot.gate.note_asked(robot.message.header().step(), Clock::now());
     robot.publisher.publish_bytes(robot.last);
+    log_samples_.add(robot.log_topic, robot.last);
   }
+  flush_gathered();
 }
 
 std::string DynamicsLoop::find_missing() const {
@@ -334,7 +355,9 @@ void DynamicsLoop::make_other_endpoints() {
     robot.publisher = std::move(publisher);
     robot.events = std::move(events);
     robot.reader = std::move(reader);
-    if (in_epoch_) robot.last = robot.publisher.publish(robot.message);
+    if (!in_epoch_) continue;
+    robot.last = robot.publisher.publish(robot.message);
+    log_samples_.add(robot.log_topic, robot.last);
   }
 }
 
@@ -363,7 +386,8 @@ void DynamicsLoop::make_endpoints() {
 void DynamicsLoop::handle_idle(Clock::time_point now) {
   if (!engine_ || !in_epoch_) return report(epoch_, step_, find_missing());
   ros_views_.update_readers();
-  forces_publisher_.flush();
+  log_samples_.update_readers();
+  flush_gathered();
   if (view_.update(now)) show_step();
   for (Controlled& robot : robots_) {
     if (!robot.gate.check_silence(now)) return fail(robot.gate.fault());

@@ -12,6 +12,7 @@
 #include "common/node/command_gate.h"
 #include "common/node/live_pushes.h"
 #include "common/node/lockstep.h"
+#include "common/node/log_samples.h"
 #include "common/node/node_base.h"
 #include "common/node/ros_views.h"
 #include "common/node/view_writer.h"
@@ -70,13 +71,13 @@ class DynamicsLoop : public NodeBase {
   void handle_idle(Clock::time_point now) override;
   void handle_decode_error(const std::string& topic, const std::string& reason) override;
   void handle_run_end() override;
-  void handle_fault() override { forces_publisher_.flush(); }
+  void handle_fault() override { flush_gathered(); }
 
  private:
   void take_description(const msg::RobotDescription& message);
   void take_grant(const msg::StepGrant& grant);
   std::string find_wrong_grant(const msg::StepGrant& grant) const;
-  void take_contacts(const msg::ContactSet& message);
+  void take_contacts(const msg::ContactSet& message, Bytes sample);
   void add_robots();
   void make_other_endpoints();
   // `robot`: 0 is the scenario's first one.
@@ -93,6 +94,8 @@ class DynamicsLoop : public NodeBase {
   bool check_contacts(const ContactSet& contacts);
   void publish_step();
   void publish_sensors();
+  // What no step waits for.
+  void flush_gathered();
   void watch_fall(size_t robot);
   void show_step();
   void repeat_last();
@@ -108,7 +111,8 @@ class DynamicsLoop : public NodeBase {
     Publisher<msg::RobotEvent> events;
     std::unique_ptr<Reader> reader;  // of its commands; NodeBase has that of the first robot
     msg::SensorData message;
-    Bytes last;  // in the publisher's buffer
+    std::string log_topic;  // of its sensor data
+    Bytes last;             // in the publisher's buffer
   };
   const State& get_state(size_t robot) const {
     return find_robot_state(robot, engine_->state(), engine_->objects(), scenario_);
@@ -126,6 +130,7 @@ class DynamicsLoop : public NodeBase {
 
   Publisher<msg::RobotState> state_publisher_;
   Publisher<msg::ContactForces> forces_publisher_;
+  LogSamples log_samples_;
   RosViews ros_views_;
   double ros_rate_;
   ViewWriter view_;
@@ -143,7 +148,8 @@ class DynamicsLoop : public NodeBase {
   bool pushes_ignored_ = false;  // and said so
   bool have_contacts_ = false;
   ContactSet contacts_;
-  std::vector<Controlled> robots_;  // the first one from the beginning, others when the scenario is known
+  std::vector<uint8_t> contacts_sample_;  // as it came; empty before the first of an epoch
+  std::vector<Controlled> robots_;        // the first one from the beginning, others when the scenario is known
   std::vector<Eigen::VectorXd> other_efforts_;
   std::vector<RobotSample> ros_samples_;
   RepeatTimer repeat_timer_;

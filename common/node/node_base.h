@@ -50,8 +50,13 @@ class NodeBase : public Node {
     subscriptions_.push_back([this, topic, on_message = std::move(on_message)] {
       return subscribe<Message>(
           bus(), topic, Delivery::kReliable,
-          [this, on_message](const Message& message) {
-            if (is_active()) guard([&] { on_message(message); });
+          [this, on_message](const Message& message, Bytes sample) {
+            if (!is_active()) return;
+            if constexpr (std::is_invocable_v<OnMessage, const Message&, Bytes>) {
+              guard([&] { on_message(message, sample); });
+            } else {
+              guard([&] { on_message(message); });
+            }
           },
           [this, name = topic.name](const DecodeError& error) {
             if (is_active()) handle_decode_error(name, error.what());

@@ -21,7 +21,7 @@ MOST_READS = 9       # of scenario and robot, by one program: about as many as t
 GRACE = 15.0         # [s] until servers without a launcher are gone
 SIDE_BY_SIDE = 3     # runs at the same time: eighteen servers
 # Where junk is written: what the loop of steps and those who steer read. The first one half of the time.
-JUNK_TOPICS = ["hrp/contact_set", "hrp/joint_commands", "hrp/robot_state", "hrp/sensor_data", "hrp/contact_forces",
+JUNK_TOPICS = ["hrp/contact_set", "hrp/joint_commands", "hrp/robot_state", "hrp/sensor_data", "hrp/contact_forces", "hrp/log_samples",
                "hrp/server_status", "hrp/step_grant", "hrp/run_control", "hrp/run_status"]
 
 

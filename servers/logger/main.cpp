@@ -6,6 +6,7 @@
 
 int main(int argc, char** argv) {
   hrp::LoggerOptions options;
+  options.gathered = true;
   return hrp::run_server(
       argc, argv, {"logger", "hrp-logger", "Writes every step of a run to an MCAP file."},
       [&](const hrp::NodeContext& context) { return std::make_unique<hrp::LoggerNode>(context, options); },

@@ -26,6 +26,8 @@ constexpr int kHeldLooks = 100;
 constexpr int kLostLooks = 1000;
 // At the end of a run: nothing has come between so many looks, so nothing is on its way.
 constexpr int kQuietLooks = 20;
+// Nothing has come for so many looks: a second. Whoever speaks next may speak on other topics.
+constexpr int kSilentLooks = 100;
 
 // In the order in which they stand in the log within a step.
 std::vector<TopicSpec> list_topics(const LoggerOptions& options) {
@@ -118,31 +120,69 @@ void LoggerNode::handle_decode_error(const std::string& topic, const std::string
   NodeBase::handle_decode_error(topic, reason);
 }
 
+// Called again and again.
 void LoggerNode::make_endpoints() {
   NodeBase::make_endpoints();
-  if (raw_readers_.empty()) {  // called again and again
-    for (size_t topic = 0; topic + 1 < topics_.size(); ++topic) listen_raw(topic);
+  raw_readers_.resize(topics_.size());
+  if (options_.gathered && !gathered_reader_) listen_gathered();
+  bool gathered_comes = false, pictures = false;
+  {
+    std::lock_guard<std::recursive_mutex> lock(bus().mutex());
+    gathered_comes = gathered_comes_;
+    pictures = logs_pictures_;
   }
-  if (raw_readers_.size() < topics_.size() && logs_pictures()) listen_raw(topics_.size() - 1);
+  for (size_t topic = 0; topic < topics_.size(); ++topic) {
+    const bool wanted = is_type(topics_[topic], topics::kPictures) ? pictures : !gathered_comes || !is_gathered(topic);
+    if (!wanted) raw_readers_[topic].reset();
+    if (wanted && !raw_readers_[topic]) listen_raw(topic);
+  }
 }
 
-bool LoggerNode::logs_pictures() {
-  std::lock_guard<std::recursive_mutex> lock(bus().mutex());
-  return logs_pictures_;
+// Whose samples dynamics sends in topics::kLogSamples: what it publishes, and the contacts that it got.
+bool LoggerNode::is_gathered(size_t topic) const {
+  const TopicSpec& spec = topics_[topic];
+  return is_type(spec, topics::kRobotState) || is_type(spec, topics::kContactForces) ||
+         is_type(spec, topics::kSensorData) || is_type(spec, topics::kContactSet);
+}
+
+void LoggerNode::listen_gathered() {
+  gathered_reader_ = subscribe<msg::View>(
+      bus(), topics::kLogSamples, Delivery::kReliable,
+      [this](const msg::View& batch) {
+        if (is_active()) attempt([&] { take_gathered(batch); });
+      },
+      [this](const DecodeError& error) {
+        if (is_active()) handle_decode_error(topics::kLogSamples.name, error.what());
+      });
+}
+
+void LoggerNode::take_gathered(const msg::View& batch) {
+  for (const msg::ViewSample& sample : batch.samples()) {
+    for (size_t topic = 1; topic < topics_.size(); ++topic) {
+      if (!is_gathered(topic) || topics_[topic].name != sample.topic()) continue;
+      log_.take(topic, sample.bytes().data(), sample.bytes().size());
+    }
+  }
+  if (!gathered_from_) gathered_from_ = log_.newest_step();
+  // A sample of an earlier step may be lost and still be sent again.
+  gathered_comes_ = gathered_comes_ || log_.next_step() > *gathered_from_;
+  finish_when_complete();
+  report_progress();
 }
 
 void LoggerNode::drop_endpoints() {
   raw_readers_.clear();
+  gathered_reader_.reset();
   NodeBase::drop_endpoints();
 }
 
 LoggerNode::~LoggerNode() = default;
 
 void LoggerNode::listen_raw(size_t topic) {
-  raw_readers_.push_back(bus().make_reader(topics_[topic], Delivery::kReliable, [this, topic](Bytes sample) {
+  raw_readers_[topic] = bus().make_reader(topics_[topic], Delivery::kReliable, [this, topic](Bytes sample) {
     if (!is_active()) return;
     attempt([&] { topic == 0 ? take_description(sample) : take_sample(topic, sample); });
-  }));
+  });
 }
 
 void LoggerNode::attempt(const std::function<void()>& work) {
@@ -221,6 +261,11 @@ void LoggerNode::report_progress() {
 void LoggerNode::handle_idle(Clock::time_point) {
   quiet_looks_ = log_.sample_count() == last_sample_count_ ? quiet_looks_ + 1 : 0;
   last_sample_count_ = log_.sample_count();
+  // Another dynamics server may have taken over, one that gathers nothing. A pause looks the same, and takes no harm.
+  if (quiet_looks_ >= kSilentLooks) {
+    gathered_from_.reset();
+    gathered_comes_ = false;
+  }
   late_looks_ = log_.next_step() == last_next_step_ && log_.backlog() >= kLateSteps ? late_looks_ + 1 : 0;
   last_next_step_ = log_.next_step();
   attempt([this] { log_.poll(); });

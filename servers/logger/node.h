@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "common/robot/scenario.h"
 #include "hrp_idl/model.h"
 #include "hrp_idl/scheduling.h"
+#include "hrp_idl/view.h"
 #include "servers/logger/log_writer.h"
 #include "servers/logger/translate.h"
 
@@ -22,6 +24,8 @@ struct LoggerOptions {
   bool force = false;                    // overwrite a file that holds something
   std::vector<std::string> robots = {};  // the scenario's other robots, whose sensor data and commands are logged, too
   bool durable = false;                  // a step counts as logged when a power cut does not lose it
+  // From topics::kLogSamples, which our dynamics server fills; topics themselves are read where nothing comes there.
+  bool gathered = false;
 };
 
 class LoggerNode : public NodeBase {
@@ -43,11 +47,13 @@ class LoggerNode : public NodeBase {
 
  private:
   void listen_raw(size_t topic);
+  void listen_gathered();
+  bool is_gathered(size_t topic) const;
+  void take_gathered(const msg::View& batch);
   std::string find_wrong_end(const msg::StepGrant& grant) const;
   void take_description(Bytes sample);
   void watch_events(const msg::RobotDescription& robot, const Scenario& scenario);
   void watch_pictures(const Scenario& scenario);
-  bool logs_pictures();
   void take_sample(size_t topic, Bytes sample);
   // Does the work; what it throws becomes the fault of this server, with the last step of the log.
   void attempt(const std::function<void()>& work);
@@ -71,7 +77,10 @@ class LoggerNode : public NodeBase {
   bool any_last_ = false;    // last_epoch_ and last_step_ hold what a grant said
   bool last_known_ = false;  // the scheduler has said which step is the last one
   uint64_t last_epoch_ = 0, last_step_ = 0;
-  std::vector<std::unique_ptr<Reader>> raw_readers_;
+  std::optional<uint64_t> gathered_from_;  // later steps are in what dynamics gathers
+  bool gathered_comes_ = false;            // and earlier ones are written: its topics need no readers of their own
+  std::unique_ptr<Reader> gathered_reader_;
+  std::vector<std::unique_ptr<Reader>> raw_readers_;  // by topic; nullptr: not read
 };
 
 }  // namespace hrp

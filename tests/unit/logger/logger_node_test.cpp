@@ -12,6 +12,7 @@
 #include "common/base/diagnostics.h"
 #include "common/bus/memory/memory_bus.h"
 #include "common/messages/topics.h"
+#include "common/node/log_samples.h"
 #include "hrp_idl/collision.h"
 #include "hrp_idl/control.h"
 #include "hrp_idl/dynamics.h"
@@ -25,11 +26,13 @@ using mcap::TemporaryFile;
 
 class LoggerNodeTest : public testing::Test {
  protected:
-  LoggerNodeTest() : file_("node.mcap") {
+  explicit LoggerNodeTest(bool gathered = false) : file_("node.mcap") {
     status_reader_ = subscribe<msg::ServerStatus>(bus_, topics::kServerStatus, Delivery::kReliable,
                                                   [this](const msg::ServerStatus& status) { status_ = status; });
-    logger_ =
-        std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger", ""}, LoggerOptions{file_.path(), ""});
+    LoggerOptions options;
+    options.path = file_.path();
+    options.gathered = gathered;
+    logger_ = std::make_unique<LoggerNode>(NodeContext{&bus_, "logger", "hrp-logger", ""}, options);
     logger_->make_endpoints();
   }
 
@@ -219,6 +222,95 @@ TEST_F(LoggerNodeTest, AFullDiskIsAFaultAndTheLogStaysReadable) {
   // What it said is on disk is there.
   EXPECT_GT(status_.step(), 31u);
   EXPECT_EQ(find_last_step(), status_.step());
+}
+
+// A logger of a process of its own, and what dynamics gathers for it.
+class GatheredLogTest : public LoggerNodeTest {
+ protected:
+  GatheredLogTest() : LoggerNodeTest(true) {}
+
+  template <typename Message>
+  void add(const TopicSpec& topic, uint64_t step) {
+    Message message;
+    message.header().epoch(1);
+    message.header().step(step);
+    message.header().time(static_cast<double>(step) * 0.001);
+    std::vector<char> buffer;
+    const Bytes bytes = encode(message, &buffer);
+    samples_.look_for_reader();
+    samples_.add(topic.name, bytes);
+  }
+
+  // All that dynamics says and hears of a step; the commands come from the controller.
+  void add_step(uint64_t step) {
+    add<msg::RobotState>(topics::kRobotState, step);
+    add<msg::ContactForces>(topics::kContactForces, step);
+    if (step % 2 == 0) add<msg::SensorData>(topics::kSensorData, step);
+    add<msg::ContactSet>(topics::kContactSet, step);
+    if (step % 2 == 0) send_step<msg::JointCommands>(topics::kJointCommands, step);
+  }
+
+  void flush() {
+    samples_.flush();
+    bus_.dispatch_all();
+    logger_->make_endpoints();
+  }
+
+  int count_readers(const TopicSpec& topic) {
+    for (const TopicSeen& seen : bus_.find_topics()) {
+      if (seen.name == topic.name) return seen.readers;
+    }
+    return 0;
+  }
+
+  LogSamples samples_{bus_};
+};
+
+TEST_F(GatheredLogTest, HoldsTheSameStepsAndReadsTheirTopicsNoMore) {
+  send_description();
+  for (uint64_t step = 0; step <= 40; ++step) {
+    add_step(step);
+    if (step % 8 == 0) flush();
+  }
+  flush();
+  EXPECT_EQ(count_readers(topics::kRobotState), 0);
+  EXPECT_EQ(count_readers(topics::kContactSet), 0);
+  EXPECT_EQ(count_readers(topics::kJointCommands), 1);
+  wait_for_step(31);
+  EXPECT_EQ(status_.step(), 31u) << status_.message();
+}
+
+// Else a sample that was lost on its way would be missing in the log.
+TEST_F(GatheredLogTest, ReadsTopicsUntilTheStepsBeforeAreWritten) {
+  send_description();
+  for (uint64_t step = 0; step < 8; ++step) {
+    if (step != 5) send_all(step);
+  }
+  for (uint64_t step = 8; step < 20; ++step) add_step(step);
+  flush();
+  EXPECT_EQ(count_readers(topics::kRobotState), 1);
+  send_all(5);
+  for (uint64_t step = 20; step < 40; ++step) add_step(step);
+  flush();
+  EXPECT_EQ(count_readers(topics::kRobotState), 0);
+  wait_for_step(31);
+  EXPECT_EQ(status_.step(), 31u) << status_.message();
+}
+
+TEST_F(GatheredLogTest, ReadsTopicsAgainWhenNothingIsGatheredAnyMore) {
+  send_description();
+  for (uint64_t step = 0; step < 8; ++step) add_step(step);
+  flush();
+  for (uint64_t step = 8; step < 16; ++step) add_step(step);
+  flush();
+  EXPECT_EQ(count_readers(topics::kRobotState), 0);
+  const auto start = std::chrono::steady_clock::now();
+  for (int look = 0; look < 110; ++look) logger_->on_idle(start + look * std::chrono::milliseconds(10));
+  logger_->make_endpoints();
+  EXPECT_EQ(count_readers(topics::kRobotState), 1);
+  for (uint64_t step = 16; step < 40; ++step) send_all(step);
+  wait_for_step(31);
+  EXPECT_EQ(status_.step(), 31u) << status_.message();
 }
 
 TEST(LoggerNode, AnUnwritableFileIsSaidAtTheStart) {

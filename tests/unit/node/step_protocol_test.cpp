@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
+#include "common/node/log_samples.h"
 #include "tests/unit/node/fake_servers.h"
 #include "tests/unit/node/gathering_bus.h"
 
@@ -265,6 +268,50 @@ TEST(GatheredForces, ForcesOfTheStepsBeforeAFaultArrive) {
   FakeRunOptions options;
   options.fault_at_q = 0.1;  // reached with the command of step 105
   expect_forces_through(find_steps_with_forces(options), 105);
+}
+
+// What a logger is sent of a run: "topic step" for every sample, in the order of their coming. Repeats are left out.
+std::vector<std::string> find_log_samples(FakeRunOptions options, size_t* packets) {
+  std::vector<std::string> seen;
+  options.join = [&](Bus& bus) -> std::shared_ptr<void> {
+    return subscribe<msg::View>(bus, topics::kLogSamples, Delivery::kReliable, [&](const msg::View& batch) {
+      ++*packets;
+      for (const msg::ViewSample& sample : batch.samples()) {
+        uint64_t step = 0;  // encapsulation, epoch, step
+        std::memcpy(&step, sample.bytes().data() + 12, sizeof step);
+        const std::string name = sample.topic() + " " + std::to_string(step);
+        if (std::find(seen.begin(), seen.end(), name) == seen.end()) seen.push_back(name);
+      }
+    });
+  };
+  run_fake_set(options);
+  return seen;
+}
+
+size_t count_topic(const std::vector<std::string>& samples, const TopicSpec& topic) {
+  return static_cast<size_t>(std::count_if(samples.begin(), samples.end(), [&](const std::string& sample) {
+    return sample.rfind(topic.name + " ", 0) == 0;
+  }));
+}
+
+// Contacts of the last step are an answer that nobody used: the log does not want them.
+TEST(LogSamples, HaveAllThatDynamicsSaysAndHearsOfARunInFewPackets) {
+  size_t packets = 0;
+  const std::vector<std::string> samples = find_log_samples({}, &packets);
+  EXPECT_EQ(count_topic(samples, topics::kRobotState), 301u);
+  EXPECT_EQ(count_topic(samples, topics::kContactForces), 301u);
+  EXPECT_GE(count_topic(samples, topics::kContactSet), 300u);
+  EXPECT_EQ(count_topic(samples, topics::kSensorData), 61u);
+  EXPECT_LT(packets, 300u);
+}
+
+TEST(LogSamples, OfTheStepsBeforeAFaultArrive) {
+  FakeRunOptions options;
+  options.fault_at_q = 0.1;  // reached with the command of step 105
+  size_t packets = 0;
+  const std::vector<std::string> samples = find_log_samples(options, &packets);
+  EXPECT_EQ(count_topic(samples, topics::kRobotState), 106u);
+  EXPECT_EQ(count_topic(samples, topics::kContactSet), 106u);
 }
 
 }  // namespace
