@@ -98,7 +98,12 @@ class SpringContact {
   void start_pair(const Data& data, PairWork* pair) const;
   void start_point(const PairWork& pair, const ContactSet& contacts, const Data& data, PointWork* point);
   void limit_coupled_stiffness(const Model& model, const PairWork& pair, PointWork* point) const;
-  void project_velocities(const PairWork& pair, const ContactSet& contacts, const Data& data);
+  // The pairs that press in part are projected two by two.
+  void project_velocities(const ContactSet& contacts, const Data& data);
+  bool presses_in_part(const PairWork& pair) const;
+  // Fills projectors_[place] and returns the pair's twist.
+  Vector6d load_projector(const PairWork& pair, const ContactSet& contacts, const Data& data, int place);
+  void take_projection(const PairWork& pair, const Vector6d& projected, int place);
   void start_regimes(const PairWork& pair);
   void recall_anchor(const PairWork& pair, PointWork* point) const;
   void add_pair(const PairWork& pair, const Data& data, LinkWrenches* wrenches, PointImpedances* sum) const;
@@ -121,7 +126,7 @@ class SpringContact {
   std::vector<PointIndex> order_;
   std::vector<PairWork> pairs_;
   std::vector<PointWork> points_;
-  TwistProjector projector_;
+  TwistProjector projectors_[2];
   std::vector<ContactAnchor> anchors_, next_anchors_;
 };
 

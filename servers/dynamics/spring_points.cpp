@@ -34,9 +34,9 @@ void SpringContact::start(const ContactSet& contacts, const Model& model, const 
       start_point(pair, contacts, data, &point);
       if (pair.coupled) limit_coupled_stiffness(model, pair, &point);
     }
-    project_velocities(pair, contacts, data);
-    start_regimes(pair);
   }
+  project_velocities(contacts, data);
+  for (const PairWork& pair : pairs_) start_regimes(pair);
 }
 
 // Pairs with the same bodies are one pair here.
@@ -129,15 +129,19 @@ void SpringContact::limit_coupled_stiffness(const Model& model, const PairWork& 
 }
 
 // [H03 eq. 2]: only the projected velocity presses. A point or a patch that presses everywhere is its own projection.
-void SpringContact::project_velocities(const PairWork& pair, const ContactSet& contacts, const Data& data) {
-  if (law_.two_sided || pair.count == 0) return;
+bool SpringContact::presses_in_part(const PairWork& pair) const {
+  if (law_.two_sided || pair.count == 0) return false;
   const auto begin = points_.begin() + pair.first, end = begin + pair.count;
   const auto is_at_rest = [](const PointWork& point) { return point.depth <= 0.0 || point.n.dot(point.v) <= 0.0; };
-  if (std::all_of(begin, end, is_at_rest)) return;
+  return !std::all_of(begin, end, is_at_rest);
+}
+
+Vector6d SpringContact::load_projector(const PairWork& pair, const ContactSet& contacts, const Data& data, int place) {
+  const auto begin = points_.begin() + pair.first, end = begin + pair.count;
   const Vector3d p_WR = contacts[static_cast<size_t>(begin->index.pair)].p_WR;
-  projector_.reset(spec_.length_scale);
+  projectors_[place].reset(spec_.length_scale);
   for (auto point = begin; point != end; ++point) {
-    if (point->depth > 0.0) projector_.add_point(point->p - p_WR, point->n);
+    if (point->depth > 0.0) projectors_[place].add_point(point->p - p_WR, point->n);
   }
   Vector6d twist;
   const auto get_rate = [&](int body) {
@@ -146,13 +150,35 @@ void SpringContact::project_velocities(const PairWork& pair, const ContactSet& c
   };
   twist << get_rate(pair.body_a) - get_rate(pair.body_b),
       calc_body_point_velocity(data, pair.body_a, p_WR) - calc_body_point_velocity(data, pair.body_b, p_WR);
-  const Vector6d projected = projector_.project(twist).x;
+  return twist;
+}
+
+void SpringContact::take_projection(const PairWork& pair, const Vector6d& projected, int place) {
+  const TwistProjector& projector = projectors_[place];
+  const auto begin = points_.begin() + pair.first, end = begin + pair.count;
   int i = 0;
-  for (auto point = begin; point != end && i < projector_.num_points(); ++point) {
+  for (auto point = begin; point != end && i < projector.num_points(); ++point) {
     if (!(point->depth > 0.0)) continue;
-    const double pressing = projector_.calc_pressing_speed(i++, projected);
+    const double pressing = projector.calc_pressing_speed(i++, projected);
     if (pressing > 1e-9) point->pressing_offset = pressing + point->n.dot(point->v);
   }
+}
+
+void SpringContact::project_velocities(const ContactSet& contacts, const Data& data) {
+  const PairWork* waiting[2];
+  Vector6d twists[2];
+  TwistProjection projections[2];
+  int count = 0;
+  for (const PairWork& pair : pairs_) {
+    if (!presses_in_part(pair)) continue;
+    waiting[count] = &pair;
+    twists[count] = load_projector(pair, contacts, data, count);
+    if (++count < 2) continue;
+    project_both(projectors_, twists, projections);
+    for (count = 0; count < 2; ++count) take_projection(*waiting[count], projections[count].x, count);
+    count = 0;
+  }
+  if (count == 1) take_projection(*waiting[0], projectors_[0].project(twists[0]).x, 0);
 }
 
 }  // namespace hrp

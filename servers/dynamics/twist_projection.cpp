@@ -39,6 +39,54 @@ class UnitRows {
 
 }  // namespace
 
+// [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it:
+// a point waits for one product and one sum of the point before it, not for a whole dot product.
+class TwistProjector::Work {
+ public:
+  Work(TwistProjector* of, const Vector6d& twist)
+      : projector_(*of), x0_(scale_angular(twist, of->length_)), rows_(of->a_, of->square_, of->num_) {
+    for (int i = 0; i < projector_.num_; ++i) {
+      speed_[i] = rows_.get(i).dot(x0_);
+      push_[i] = 0.0;
+    }
+  }
+
+  // False when it was the last one.
+  bool sweep(int max_sweeps, double tolerance) {
+    if (result_.sweeps >= max_sweeps) return false;
+    double residual = 0.0;
+    for (int i = 0; i < projector_.num_; ++i) {
+      const double step = std::max(-speed_[i], -push_[i]);
+      if (step == 0.0) continue;
+      push_[i] += step;
+      rows_.add_step(i, step, speed_);
+      residual = std::max(residual, std::abs(step));
+    }
+    result_.residual = residual;
+    if (residual <= tolerance) return false;
+    ++result_.sweeps;
+    return true;
+  }
+
+  TwistProjection finish() {
+    TwistProjector& of = projector_;
+    of.x0_ = of.x_ = x0_;
+    for (int i = 0; i < of.num_; ++i) {
+      of.x_ += push_[i] * rows_.get(i);
+      of.lambda_[i] = push_[i] / std::sqrt(of.square_[i]);
+    }
+    result_.x = scale_angular(of.x_, 1.0 / of.length_);
+    return result_;
+  }
+
+ private:
+  TwistProjector& projector_;
+  Vector6d x0_;
+  UnitRows rows_;
+  double speed_[kMaxProjectionPoints], push_[kMaxProjectionPoints];
+  TwistProjection result_;
+};
+
 void TwistProjector::reset(double length_scale) {
   length_ = length_scale;
   num_ = 0;
@@ -55,36 +103,22 @@ double TwistProjector::calc_pressing_speed(int i, const Vector6d& x) const {
   return a_[i].dot(scale_angular(x, length_));
 }
 
-// [H03 eq. 2], with rows of length 1. A step along one of them changes the speeds along all by their products with it:
-// a point waits for one product and one sum of the point before it, not for a whole dot product.
 TwistProjection TwistProjector::project(const Vector6d& twist, int max_sweeps, double tolerance) {
-  x0_ = scale_angular(twist, length_);
-  UnitRows rows(a_, square_, num_);
-  double speed[kMaxProjectionPoints], push[kMaxProjectionPoints];
-  for (int i = 0; i < num_; ++i) {
-    speed[i] = rows.get(i).dot(x0_);
-    push[i] = 0.0;
+  Work work(this, twist);
+  while (work.sweep(max_sweeps, tolerance)) {
   }
-  TwistProjection result;
-  for (; result.sweeps < max_sweeps; ++result.sweeps) {
-    double residual = 0.0;
-    for (int i = 0; i < num_; ++i) {
-      const double step = std::max(-speed[i], -push[i]);
-      if (step == 0.0) continue;
-      push[i] += step;
-      rows.add_step(i, step, speed);
-      residual = std::max(residual, std::abs(step));
-    }
-    result.residual = residual;
-    if (residual <= tolerance) break;
+  return work.finish();
+}
+
+void project_both(TwistProjector* projectors, const Vector6d* twists, TwistProjection* results) {
+  TwistProjector::Work first(&projectors[0], twists[0]), second(&projectors[1], twists[1]);
+  bool first_goes_on = true, second_goes_on = true;
+  while (first_goes_on || second_goes_on) {
+    if (first_goes_on) first_goes_on = first.sweep(kProjectionSweeps, kProjectionTolerance);
+    if (second_goes_on) second_goes_on = second.sweep(kProjectionSweeps, kProjectionTolerance);
   }
-  x_ = x0_;
-  for (int i = 0; i < num_; ++i) {
-    x_ += push[i] * rows.get(i);
-    lambda_[i] = push[i] / std::sqrt(square_[i]);
-  }
-  result.x = scale_angular(x_, 1.0 / length_);
-  return result;
+  results[0] = first.finish();
+  results[1] = second.finish();
 }
 
 Matrix6d TwistProjector::calc_slope() const {

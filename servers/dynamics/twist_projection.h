@@ -15,6 +15,8 @@
 namespace hrp {
 
 constexpr int kMaxProjectionPoints = 64;
+constexpr int kProjectionSweeps = 50;
+constexpr double kProjectionTolerance = 1e-9;  // [m/s]
 
 struct TwistProjection {
   Vector6d x = Vector6d::Zero();  // the projected twist [w; v]
@@ -37,7 +39,8 @@ class TwistProjector {
   void reset(double length_scale);
   void add_point(const Vector3d& r, const Vector3d& n);
   int num_points() const { return num_; }
-  TwistProjection project(const Vector6d& twist, int max_sweeps = 50, double tolerance = 1e-9);
+  TwistProjection project(const Vector6d& twist, int max_sweeps = kProjectionSweeps,
+                          double tolerance = kProjectionTolerance);
   // Speed at which the twist x presses at point i [m/s].
   double calc_pressing_speed(int i, const Vector6d& x) const;
   // Of the last project().
@@ -46,6 +49,9 @@ class TwistProjector {
   Matrix6d calc_slope() const;
 
  private:
+  class Work;
+  friend void project_both(TwistProjector*, const Vector6d*, TwistProjection*);
+
   double length_ = 0.1;
   int num_ = 0;
   Vector6d a_[kMaxProjectionPoints];
@@ -54,5 +60,9 @@ class TwistProjector {
   Vector6d x0_ = Vector6d::Zero();
   Vector6d x_ = Vector6d::Zero();
 };
+
+// Two at once, each as its project(): the same bits in half of the time. A sweep is one long chain of sums, each of
+// which waits for the one before it; the processor works on both chains at the same time.
+void project_both(TwistProjector* projectors, const Vector6d* twists, TwistProjection* results);
 
 }  // namespace hrp

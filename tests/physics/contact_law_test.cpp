@@ -78,6 +78,32 @@ TEST(TwistProjection, MeetsTheKktConditionsForRandomTwistsOfASole) {
   }
 }
 
+// One of three corners beside one of four: they stop after different numbers of sweeps.
+TEST(TwistProjection, OfTwoPairsAtOnceHasTheBitsOfEachAlone) {
+  std::mt19937 random(8);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 200; ++trial) {
+    TwistProjector alone[2], both[2];
+    Vector6d twists[2];
+    for (int k = 0; k < 2; ++k) {
+      for (TwistProjector* projector : {&alone[k], &both[k]}) {
+        projector->reset(0.1);
+        for (int i = 0; i < 4 - k; ++i) projector->add_point(kCorners[i], Vector3d::UnitZ());
+      }
+      for (int i = 0; i < 6; ++i) twists[k][i] = normal(random);
+    }
+    TwistProjection results[2];
+    project_both(both, twists, results);
+    for (int k = 0; k < 2; ++k) {
+      const TwistProjection expected = alone[k].project(twists[k]);
+      EXPECT_EQ(results[k].x, expected.x);
+      EXPECT_EQ(results[k].sweeps, expected.sweeps);
+      EXPECT_EQ(results[k].residual, expected.residual);
+      EXPECT_EQ(both[k].calc_slope(), alone[k].calc_slope());
+    }
+  }
+}
+
 TEST(TwistProjection, LeavesPressingTwistsAndStopsSeparatingOnes) {
   TwistProjector projector;
   projector.reset(0.1);
