@@ -75,6 +75,37 @@ TEST_F(Robots, ThatCollideKeepTheirMomentum) {
   EXPECT_GT(second.V_WB[3], 0.1 * 4.0 / mass) << "it was hit";
 }
 
+// [N m s] About the z axis of the world, of one step: what a robot's contacts give body `name`.
+double calc_contact_impulse(const Trial& trial, const BodyNames& names, const std::string& name) {
+  double moment = 0.0;
+  for (const PairForce& pair : trial.engine().contact_forces()) {
+    const double sign = names.get(pair.body_a) == name ? 1.0 : names.get(pair.body_b) == name ? -1.0 : 0.0;
+    moment += sign * (pair.total.head<3>() + pair.p_WR.cross(pair.total.tail<3>())).z();
+  }
+  return moment * trial.scenario().time_step;
+}
+
+TEST_F(Robots, ADoorTurnsByTheMomentOfWhatWalksIntoItAndOfItsHinge) {
+  Trial trial(load(kBox +
+                   "ground: {friction: 0.4}\ninitial: {position: [-0.6, 0.6, 0.1]}\ncontroller: {type: hold}\n"
+                   "pushes: {shove: {link: box, force: [80, 0, 0], start: 0, duration: 2}}\n"
+                   "robots: {door: {scenario: " +
+                   kModels + "scenarios/door.yaml}}\n"));
+  const BodyNames names(trial.robot(), trial.scenario());
+  double impulse = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_TRUE(trial.step()) << trial.fault();
+    impulse += calc_contact_impulse(trial, names, "door/panel");
+    impulse += trial.engine().other_efforts(0)[0] * trial.scenario().time_step;
+  }
+  const State& door = trial.engine().objects()[0];
+  const double inertia = 1.069 + 20.0 * 0.4 * 0.4;  // [kg m^2] about the hinge
+  // Efforts and forces are rounded 2000 times.
+  EXPECT_NEAR(inertia * door.qd[0], impulse, 1e-9);
+  EXPECT_LT(door.q[0], -0.5) << "it opens, away from the box";
+  EXPECT_EQ(door.p_WB, Vector3d::Zero()) << "its frame stays";
+}
+
 TEST_F(Robots, TheGroundCarriesTheWeightOfEach) {
   Trial trial(load_scenario(kModels + "scenarios/several_robots.yaml"));
   run(&trial, 0.6);  // nobody walks yet
