@@ -32,6 +32,7 @@ void RunMonitor::listen_for_falls(const std::string& robot) {
 }
 
 void RunMonitor::take(const msg::ServerStatus& status) {
+  if (!first_step_ && status.server() == "dynamics" && status.step() > 0) first_step_ = Clock::now();
   servers_[status.server()] = status;
   if (!status.file().empty() && (logs_.empty() || logs_.back() != status.file())) logs_.push_back(status.file());
   if (status.phase() == msg::SERVER_FAULT || status.message().empty()) return;
@@ -81,6 +82,11 @@ bool RunMonitor::has_ended() const {
 bool RunMonitor::has_heard_scheduler() const {
   std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
   return heard_scheduler_;
+}
+
+RunMonitor::Clock::time_point RunMonitor::find_first_step(Clock::time_point otherwise) const {
+  std::lock_guard<std::recursive_mutex> lock(bus_.mutex());
+  return first_step_.value_or(otherwise);
 }
 
 uint64_t RunMonitor::find_step_of_end(const std::string& role) const {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -17,12 +18,16 @@ namespace hrp {
 
 class RunMonitor {
  public:
+  using Clock = std::chrono::steady_clock;
+
   // `robots`: names of the robots beside the first one.
   explicit RunMonitor(Bus& bus, std::string token = "", const std::vector<std::string>& robots = {});
   // Copies, safe from any thread.
   msg::RunStatus run_status() const;
   bool has_ended() const;
   bool has_heard_scheduler() const;
+  // When dynamics first reported steps; `otherwise` before that.
+  Clock::time_point find_first_step(Clock::time_point otherwise) const;
   // The last step that dynamics reported; for the logger: the last one it had on disk.
   uint64_t find_step_of_end(const std::string& role) const;
   // What servers have said (warnings, not faults) since the last call: "dynamics: ...".
@@ -46,6 +51,7 @@ class RunMonitor {
   Publisher<msg::RunControl> control_;
   msg::RunStatus run_status_;
   bool heard_scheduler_ = false;
+  std::optional<Clock::time_point> first_step_;
   std::map<std::string, msg::ServerStatus> servers_;
   std::map<uint64_t, double> part_ends_;  // [s] by epoch
   std::vector<std::string> logs_;

@@ -78,15 +78,12 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
   ModelParserNode model_parser(context("model_parser"), options.scenario, options.verbose);
 
   ProgressLine progress(options.quiet);
-  auto first_step = Clock::now();
-  bool stepped = false;
+  const auto start = Clock::now();
   std::vector<Node*> nodes{&scheduler, &logger, &dynamics, &collision_checker, &controller, &model_parser};
   for (const auto& other : others) nodes.push_back(other.get());
   if (vision) nodes.push_back(vision.get());
   run_in_process(nodes, bus, &scheduler, [&] {
     const msg::RunStatus status = monitor.run_status();
-    if (!stepped && status.step() > 0) first_step = Clock::now();
-    stepped = stepped || status.step() > 0;
     for (const std::string& text : monitor.take_messages()) {
       progress.clear();
       std::fprintf(stderr, "%s\n", text.c_str());
@@ -94,7 +91,7 @@ RunOutcome run_in_this_process(const LaunchOptions& options, const Scenario& sce
     progress.show(format_progress(status, scenario.feet, monitor.find_fall()));
   });
   progress.clear();
-  return find_outcome(monitor, std::chrono::duration<double>(Clock::now() - first_step).count());
+  return find_outcome(monitor, std::chrono::duration<double>(Clock::now() - monitor.find_first_step(start)).count());
 }
 
 }  // namespace hrp

@@ -96,7 +96,7 @@ class ProcessRun {
   bool first_step_seen_ = false;
   std::string waits_for_;  // role that is late
   Clock::time_point waits_since_;
-  Clock::time_point start_, first_step_;
+  Clock::time_point start_;
 };
 
 const RemoteServer* ProcessRun::find_remote(const std::string& role) const {
@@ -209,7 +209,7 @@ void ProcessRun::note_wait(const std::string& late) {
 }
 
 RunOutcome ProcessRun::run() {
-  start_ = first_step_ = Clock::now();
+  start_ = Clock::now();
   start_all();
   say_what_is_missing();
   say_who_can_listen();
@@ -291,10 +291,7 @@ void ProcessRun::fail(const std::string& failure) {
 
 void ProcessRun::show() {
   const msg::RunStatus status = monitor_->run_status();
-  if (!first_step_seen_ && status.step() > 0) {
-    first_step_seen_ = true;
-    first_step_ = Clock::now();
-  }
+  if (status.step() > 0) first_step_seen_ = true;
   for (const std::string& text : monitor_->take_messages()) {
     progress_.clear();
     std::fprintf(stderr, "%s\n", text.c_str());
@@ -346,7 +343,7 @@ RunOutcome ProcessRun::make_outcome() {
   }
   if (outcome.failure.rfind("model_parser: model refused", 0) == 0) bad_input_ = true;
   outcome.exit_code = outcome.failure.empty() ? kExitOk : bad_input_ ? kExitBadInput : kExitFailed;
-  outcome.wall_time = std::chrono::duration<double>(Clock::now() - first_step_).count();
+  outcome.wall_time = std::chrono::duration<double>(Clock::now() - monitor_->find_first_step(start_)).count();
   outcome.parts = monitor_->find_parts();
   if (finished_ && outcome.parts.empty())
     outcome.parts = {static_cast<double>(monitor_->find_step_of_end("dynamics")) * scenario_.time_step};

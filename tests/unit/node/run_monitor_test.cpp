@@ -53,5 +53,28 @@ TEST_F(Monitor, HearsThatARunWhichWentWellFailedInTheEnd) {
   EXPECT_EQ(monitor_.run_status().phase(), msg::RUN_FAILED);
 }
 
+// Looked at ten times a second, a run of 40 s that takes 0.8 s seemed a tenth faster than it was, a short one
+// endlessly.
+TEST_F(Monitor, NotesTheFirstStepWhenItIsReportedAndNotWhenSomebodyLooks) {
+  Publisher<msg::ServerStatus> servers(bus_, topics::kServerStatus);
+  const auto report = [&](const char* server, uint64_t step) {
+    msg::ServerStatus status;
+    status.server(server);
+    status.step(step);
+    servers.publish(status);
+    bus_.spin(std::chrono::milliseconds(0));
+    return RunMonitor::Clock::now();
+  };
+  const auto otherwise = RunMonitor::Clock::time_point{};
+  report("dynamics", 0);
+  report("logger", 16);
+  EXPECT_EQ(monitor_.find_first_step(otherwise), otherwise);
+  const auto before = RunMonitor::Clock::now();
+  const auto after = report("dynamics", 16);
+  report("dynamics", 32);
+  EXPECT_GE(monitor_.find_first_step(otherwise), before);
+  EXPECT_LE(monitor_.find_first_step(otherwise), after);
+}
+
 }  // namespace
 }  // namespace hrp::test
