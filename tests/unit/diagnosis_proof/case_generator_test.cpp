@@ -255,6 +255,10 @@ TEST(CaseGenerator, AFamilyAskedForIsTheOnlyOneDealt) {
   for (const CaseRequest& request : make_case_plan(30, 2, "pair,none"))
     EXPECT_TRUE(request.family == "pair" || request.family == "none") << request.family;
   EXPECT_THROW(make_case_plan(3, 2, "ghosts"), std::invalid_argument);
+  // Rounds of walks have no other cases: these would be left out without a word.
+  EXPECT_THROW(make_case_plan(3, 2, "pair,walk_joint"), std::invalid_argument);
+  EXPECT_THROW(make_case_plan(3, 2, "walk_pair,walk_dirty"), std::invalid_argument);
+  EXPECT_EQ(make_case_plan(3, 2, "walk_pair,walk_joint").size(), 3u);
 }
 
 // What differs from case to case: sizes, kinds of robots, rates, and what was not recorded.
