@@ -47,6 +47,7 @@ size_t find_end(const std::string& text, size_t at) {
   };
   if (text.compare(at, 4, "<!--") == 0) return behind("-->", 3);
   if (text.compare(at, 9, "<![CDATA[") == 0) return behind("]]>", 3);
+  if (text.compare(at, 2, "<?") == 0) return behind("?>", 2);
   char quote = 0;
   for (; at < text.size(); ++at) {
     const char c = text[at];
@@ -59,6 +60,11 @@ size_t find_end(const std::string& text, size_t at) {
   }
   return at;
 }
+
+// Of what stands between < and >, and the > itself. An end has a / first.
+std::string find_name(const std::string& tag) { return tag.substr(0, tag.find_first_of(" \t\r\n/>", 1)); }
+
+bool is_empty_element(const std::string& tag) { return tag.size() > 1 && tag[tag.size() - 2] == '/'; }
 
 class Scene {
  public:
@@ -84,10 +90,9 @@ class Scene {
   }
 
  private:
-  // `tag` is what stands between < and >, and the > itself.
   void take_tag(const std::string& tag) {
-    const std::string name = tag.substr(0, tag.find_first_of(" \t\r\n/>", 1));
-    const bool ends = tag.size() > 1 && tag[tag.size() - 2] == '/';
+    const std::string name = find_name(tag);
+    const bool ends = is_empty_element(tag);
     if (name == "library_nodes" || name == "/library_nodes") library_ = name[0] != '/' && !ends;
     if (name == "/node" && !open_.empty()) open_.pop_back();
     if (name == "instance_node" && !open_.empty()) {
@@ -137,11 +142,52 @@ class Scene {
   bool library_ = false;
 };
 
+// Lists of whole numbers: corners of faces, and how many each face has; the same of a skin's weights.
+class Lists {
+ public:
+  std::string find_fault(const std::string& text) {
+    std::string fault;
+    for (size_t at = text.find('<'); at < text.size() && fault.empty();) {
+      const size_t end = find_end(text, at), next = std::min(text.find('<', end), text.size());
+      if (text.compare(at, 9, "<![CDATA[") == 0)
+        fault = check(text.substr(at + 9, std::min(text.find("]]>", at), text.size()) - at - 9));
+      else if (text.compare(at, 2, "<!") != 0)
+        take_tag(text.substr(at + 1, end - at - 1));
+      if (fault.empty()) fault = check(text.substr(end, next - end));
+      at = next;
+    }
+    return fault;
+  }
+
+ private:
+  void take_tag(const std::string& tag) {
+    const std::string name = find_name(tag);
+    if (is_empty_element(tag)) return;
+    if (name == "mesh" || name == "vertex_weights") ++around_;
+    if (name == "/mesh" || name == "/vertex_weights") --around_;
+    if (around_ > 0 && (name == "p" || name == "v" || name == "vcount")) list_ = name;
+    if (name == "/" + list_) list_.clear();
+  }
+
+  std::string check(const std::string& part) const {
+    const size_t at = list_.empty() ? std::string::npos : part.find_first_not_of("0123456789+- \t\r\n");
+    if (at == std::string::npos) return "";
+    const size_t end = part.find_first_of(" \t\r\n", at);
+    return "has '" + part.substr(at, std::min(end - at, kShown)) + "' in a list of whole numbers, <" + list_ + ">";
+  }
+
+  static constexpr size_t kShown = 20;  // letters of what is no number
+  int around_ = 0;                      // elements that have such lists
+  std::string list_;                    // the element that is read
+};
+
 }  // namespace
 
 std::string find_node_fault(const std::string& collada) {
   Scene scene;
   return scene.read(collada) ? scene.find_fault() : describe_depth();
 }
+
+std::string find_list_fault(const std::string& collada) { return Lists().find_fault(collada); }
 
 }  // namespace hrp

@@ -36,24 +36,25 @@ void append_node(const aiScene& scene, const aiNode& node, const aiMatrix4x4& pa
   for (unsigned i = 0; i < node.mNumChildren; ++i) append_node(scene, *node.mChildren[i], X, scale, mesh);
 }
 
-// The endings that Assimp takes for COLLADA.
-bool is_collada(const std::string& path) {
+// Assimp reads COLLADA under every ending but those of its other formats, and in an archive.
+void check_collada(const std::string& path) {
   const std::string ending = find_ending(path);
-  return ending == ".dae" || ending == ".xml";
-}
-
-void check_nodes(const std::string& path) {
+  if (ending == ".zae") refuse_input(path, "is packed: expected the .dae that it contains");
   std::error_code error;
-  if (!is_collada(path) || !std::filesystem::is_regular_file(path, error)) return;  // Assimp says what is wrong
+  if (ending == ".obj" || ending == ".stl" || !std::filesystem::is_regular_file(path, error))
+    return;  // Assimp says what is wrong
   std::ifstream file = open_input(path);
-  const std::string fault = find_node_fault(read_rest(file, path));
-  if (!fault.empty()) refuse_input(path, fault);
+  const std::string text = read_rest(file, path);
+  if (text.find("<COLLADA") == std::string::npos) return;
+  for (const std::string& fault : {find_node_fault(text), find_list_fault(text)}) {
+    if (!fault.empty()) refuse_input(path, fault);
+  }
 }
 
 }  // namespace
 
 Mesh load_mesh(const std::string& path, const Vector3d& scale) {
-  check_nodes(path);
+  check_collada(path);
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Nodes of COLLADA files that contain each other by reference. Without the check, Assimp 5.2 ends the program with a
-// node that contains itself, and did not end within 12 s of processor time with 2^21 repetitions.
+// node that contains itself, and did not end within 12 s of processor time with 2^21 repetitions. And lists of whole
+// numbers that have something else.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -19,20 +20,27 @@ constexpr const char* kTriangle =
     "type='float'/>"
     "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='v'><input semantic='POSITION' "
     "source='#p'/></vertices>"
-    "<triangles count='1'><input semantic='VERTEX' source='#v' offset='0'/><p>0 1 "
-    "2</p></triangles></mesh></geometry></library_geometries>";
+    "<triangles count='1'><input semantic='VERTEX' source='#v' offset='0'/><p>0 1 2</p>"
+    "</triangles></mesh></geometry></library_geometries>";
 const std::string kShape = "<instance_geometry url='#g'/>";
 
-// A scene of these nodes, with a library of these.
-size_t count_triangles(const std::string& nodes, const std::string& library = "") {
-  const std::string path = ::testing::TempDir() + "/nodes_" + std::to_string(getpid()) + ".dae";
-  std::ofstream(path)
-      << "<?xml version='1.0'?><COLLADA version='1.4.1'><asset/>" << kTriangle << "<library_nodes>" << library
-      << "</library_nodes><library_visual_scenes><visual_scene id='s'>" << nodes
-      << "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#s'/></scene></COLLADA>";
+size_t count_triangles_of(const std::string& text, const std::string& ending = ".dae") {
+  const std::string path = ::testing::TempDir() + "/nodes_" + std::to_string(getpid()) + ending;
+  std::ofstream(path) << text;
   const size_t count = load_mesh(path, Vector3d::Ones()).triangles.size();
   unlink(path.c_str());
   return count;
+}
+
+// A scene of these nodes, with a library of these.
+std::string write_scene(const std::string& nodes, const std::string& library = "") {
+  return std::string("<?xml version='1.0'?><COLLADA version='1.4.1'><asset/>") + kTriangle + "<library_nodes>" +
+         library + "</library_nodes><library_visual_scenes><visual_scene id='s'>" + nodes +
+         "</visual_scene></library_visual_scenes><scene><instance_visual_scene url='#s'/></scene></COLLADA>";
+}
+
+size_t count_triangles(const std::string& nodes, const std::string& library = "") {
+  return count_triangles_of(write_scene(nodes, library));
 }
 
 void expect_complaint(const std::string& nodes, const std::string& part) {
@@ -73,6 +81,41 @@ TEST(ColladaNodes, ThatAreTooDeepAreRefused) {
   for (int k = 1; k < 1000; ++k) chain += make_node("n" + std::to_string(k), make_copy("n" + std::to_string(k - 1)));
   expect_complaint(inside, "more than 200 deep");
   expect_complaint(chain, "more than 200 deep");
+}
+
+// Without the check, each of these takes memory until none is left.
+TEST(ColladaLists, WithSomethingElseThanWholeNumbersAreRefused) {
+  const std::string shape = make_node("a", kShape), all = write_scene(shape);
+  const auto expect_refusal = [&](const std::string& list, const std::string& part) {
+    std::string text = all;
+    text.replace(text.find("0 1 2</p>"), 5, list);
+    const std::string said = catch_complaint([&] { count_triangles_of(text); });
+    EXPECT_NE(said.find(part), std::string::npos) << list << ": " << said;
+  };
+  expect_refusal("0,1,2", "has ',1,2' in a list of whole numbers, <p>");
+  expect_refusal("0 1 2.0", "has '.0' in");
+  expect_refusal("0 1 # 2", "has '#' in");
+  expect_refusal("<![CDATA[0 1 two]]>", "has 'two' in");
+  expect_refusal("<?it's?>0 1 two", "has 'two' in");
+}
+
+TEST(ColladaLists, MayHaveCommentsAndBreaksOfLines) {
+  std::string text = write_scene(make_node("a", kShape));
+  text.replace(text.find("0 1 2</p>"), 5, "<!-- it's one --> 0\r\n1\t+2");
+  EXPECT_EQ(count_triangles_of(text), 1u);
+}
+
+TEST(ColladaLists, AreCheckedUnderOtherEndings) {
+  std::string text = write_scene(make_node("a", kShape));
+  EXPECT_EQ(count_triangles_of(text, ".part"), 1u);
+  EXPECT_NE(catch_complaint([&] { count_triangles_of(text, ".zae"); }).find("is packed"), std::string::npos);
+  text.replace(text.find("0 1 2</p>"), 5, "0,1,2");
+  EXPECT_NE(catch_complaint([&] { count_triangles_of(text, ".part"); }).find("has ',1,2'"), std::string::npos);
+}
+
+// What is not of a mesh is nobody's list.
+TEST(ColladaLists, AreNoneOutsideMeshes) {
+  EXPECT_EQ(count_triangles(make_node("a", kShape + "<extra><p>a word, or two</p></extra>")), 1u);
 }
 
 }  // namespace
