@@ -40,7 +40,7 @@ if [ -e "$clang/include/clang/Frontend/FrontendPluginRegistry.h" ]; then
   options+=(--load="$BUILD/own_sources.so")
 fi
 # The same position-independent code everywhere: clang refuses precompiled headers of another kind.
-same=(-fPIC -fno-semantic-interposition)
+same=(-fPIC -fno-semantic-interposition -fvisibility=default)
 clang++ -x c++-header -std=c++17 -O1 -DNDEBUG -ffp-contract=off -fsanitize=fuzzer-no-link "${same[@]}" -isystem /usr/include/eigen3 \
   -o "$BUILD/headers.pch" "$ROOT/scripts/robustness/tidy_headers.h"
 for word in "${same[@]}" -include-pch "$BUILD/headers.pch"; do options+=(--extra-arg="$word"); done

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""clang-tidy without its analyser, over many sources in one unit, which reads headers once: 2 s of a core for a source instead
-of 10. scripts/tidy.sh makes the build folder, so call it before. Prints each finding, and how many sources it saw.
+"""clang-tidy over many sources in one unit, which reads headers once: without its analyser 2 s of a core for a source instead
+of 10. scripts/tidy.sh makes the build folder, so call it before. Prints each finding, and how many sources it saw. With the
+analyser, it skips and marks clean sources as scripts/tidy.sh does.
 
-  python3 scripts/robustness/tidy_units.py build-tidy [FOLDER or FILE ...]
+  python3 scripts/robustness/tidy_units.py build-tidy [--analyser] [FOLDER or FILE ...]
 """
 import argparse
 import json
@@ -15,6 +16,9 @@ import sys
 import tidy
 
 LARGEST = 16  # sources in a unit: with more, a unit takes more than 1 GB
+# The analyser follows paths in the main file only, unless the main file's name has this word. Then also in sources that it includes.
+UNIT = "UnifiedSource.cpp"
+QUICK = ("--checks=-clang-analyzer-*",)
 # A unit may have each of these once. They get a number.
 ENTRIES = ("main", "LLVMFuzzerTestOneInput")
 # What begins a line and defines a name of the source's own: a type, an alias, a function or a constant.
@@ -32,7 +36,7 @@ def find_flags(build):
                 next(words)
             elif word in ("-isystem", "-I"):
                 mine.append((word, next(words)))
-            elif word.startswith("-") and word != "-c":
+            elif word.startswith("-") and word != "-c" and not word.startswith("-fvisibility"):  # the header has the default
                 mine.append((word,))
     return flags
 
@@ -68,9 +72,9 @@ def make_units(sources, flags):
     return [unit["sources"] for unit in units]
 
 
-def look(sources, build, flags):
+def look(sources, build, flags, checks=QUICK):
     """What clang-tidy says of a unit. One that cannot be compiled is halved."""
-    unit = build / "unit.cpp"
+    unit = build / UNIT
     lines = []
     for number, source in enumerate(sources):
         lines += [f"#undef {name}\n#define {name} {name}_{number}" for name in ENTRIES] + [f'#include "{source}"']
@@ -78,32 +82,39 @@ def look(sources, build, flags):
     words = dict.fromkeys(item for source in sources for item in flags[source])
     header = [f"--extra-arg={word}" for word in ("-include-pch", str(build / "headers.pch"))]
     plugin = [f"--load={build / 'own_sources.so'}"] if (build / "own_sources.so").exists() else []
-    done = subprocess.run(["clang-tidy", "--quiet", "--checks=-clang-analyzer-*", f"--header-filter=^{tidy.ROOT}/", *plugin, *header,
+    done = subprocess.run(["clang-tidy", "--quiet", *checks, f"--header-filter=^{tidy.ROOT}/", *plugin, *header,
                            str(unit), "--", *(word for item in words for word in item), "-fPIC", "-fno-semantic-interposition"],
                           capture_output=True, text=True)
     said = tidy.drop_eigen(done.stdout)
+    if done.returncode and not done.stdout:
+        return f"{unit}: clang-tidy ended with status {done.returncode} and without a word: {' '.join(map(str, sources))}\n"
     if "[clang-diagnostic-error" not in said or len(sources) == 1:
         return said
     half = len(sources) // 2
-    return look(sources[:half], build, flags) + look(sources[half:], build, flags)
+    return look(sources[:half], build, flags, checks) + look(sources[half:], build, flags, checks)
 
 
 def main():
     parser = argparse.ArgumentParser(prog="tidy_units.py", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=pathlib.Path)
     parser.add_argument("names", nargs="*")
-    options = parser.parse_args()
+    parser.add_argument("--analyser", action="store_true", help="all checks, also those that follow paths")
+    options = parser.parse_intermixed_args()
+    checks = () if options.analyser else QUICK
     build = options.build.resolve()
     sources = tidy.find_sources(build)
     if options.names:
         sources = tidy.select_named(sources, options.names)
     flags = find_flags(build)
-    sources = [source for source in sources if source.suffix == ".cpp"]
+    marks = {source: build / "clean" / tidy.hash_all(source) for source in sources if source.suffix == ".cpp"}
+    sources = [source for source, mark in marks.items() if not (options.analyser and mark.exists())]
     findings = ""
     for unit in make_units(sources, flags):
-        said = look(unit, build, flags)
+        said = look(unit, build, flags, checks)
         findings += said
         print(said, end="", flush=True)
+        for source in unit if options.analyser and not said else ():
+            marks[source].touch()
     print(f"{len(sources)} sources, {'findings above' if findings else 'no finding'}")
     return 1 if findings else 0
 

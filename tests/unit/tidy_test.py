@@ -171,6 +171,15 @@ class Units(unittest.TestCase):
             said = tidy_units.look(sources, self.root, {source: [('-O3',)] for source in sources})
         self.assertEqual((said, len((self.root / 'calls').read_text().split())), ('', 3))
 
+    def test_a_unit_that_was_broken_off_is_no_clean_one(self):
+        tool = self.root / 'clang-tidy'
+        tool.write_text('#!/bin/sh\nexit 130\n')
+        tool.chmod(0o755)
+        sources = self.write(a='', b='')
+        with unittest.mock.patch.dict(os.environ, PATH=f'{self.root}:{os.environ["PATH"]}'):
+            said = tidy_units.look(sources, self.root, {source: [] for source in sources})
+        self.assertIn('clang-tidy ended with status 130', said)
+
 
 if __name__ == '__main__':
     unittest.main()
