@@ -142,26 +142,39 @@ class Scene {
   bool library_ = false;
 };
 
-// Lists of whole numbers: corners of faces, and how many each face has; the same of a skin's weights.
-class Lists {
+// What the geometry of a file says: lists of whole numbers (corners of faces, how many each face has; the same of a
+// skin's weights), arrays of numbers, and accessors, which say where in an array a vertex is.
+class Numbers {
  public:
   std::string find_fault(const std::string& text) {
-    std::string fault;
-    for (size_t at = text.find('<'); at < text.size() && fault.empty();) {
+    for (size_t at = text.find('<'); at < text.size() && fault_.empty();) {
       const size_t end = find_end(text, at), next = std::min(text.find('<', end), text.size());
       if (text.compare(at, 9, "<![CDATA[") == 0)
-        fault = check(text.substr(at + 9, std::min(text.find("]]>", at), text.size()) - at - 9));
+        check_list(text.substr(at + 9, std::min(text.find("]]>", at), text.size()) - at - 9));
       else if (text.compare(at, 2, "<!") != 0)
         take_tag(text.substr(at + 1, end - at - 1));
-      if (fault.empty()) fault = check(text.substr(end, next - end));
+      check_list(text.substr(end, next - end));
       at = next;
     }
-    return fault;
+    for (const Accessor& accessor : accessors_) check_accessor(accessor);
+    return fault_;
   }
 
  private:
+  struct Accessor {
+    std::string array;
+    double offset = 0.0, count = 0.0, stride = 1.0, params = 0.0;
+  };
+
   void take_tag(const std::string& tag) {
     const std::string name = find_name(tag);
+    if (name == "float_array") take_array(find_attribute(tag, "id"), read_count(tag, "count", 0.0));
+    if (name == "accessor" && around_ > 0) {
+      const std::string source = find_attribute(tag, "source");
+      accessors_.push_back({source.substr(source.empty() ? 0 : 1), read_count(tag, "offset", 0.0),
+                            read_count(tag, "count", 0.0), read_count(tag, "stride", 1.0)});
+    }
+    if (name == "param" && around_ > 0 && !accessors_.empty()) accessors_.back().params += 1.0;
     if (is_empty_element(tag)) return;
     if (name == "mesh" || name == "vertex_weights") ++around_;
     if (name == "/mesh" || name == "/vertex_weights") --around_;
@@ -169,16 +182,44 @@ class Lists {
     if (name == "/" + list_) list_.clear();
   }
 
-  std::string check(const std::string& part) const {
+  // Of two arrays with the same name, the shorter one.
+  void take_array(const std::string& id, double count) {
+    const auto [at, added] = arrays_.emplace(id, count);
+    if (!added) at->second = std::min(at->second, count);
+  }
+
+  double read_count(const std::string& tag, const std::string& name, double usual) {
+    const std::string text = find_attribute(tag, name);
+    if (text.empty()) return usual;
+    if (text.find_first_not_of("0123456789") == std::string::npos && text.size() < 10) return std::stod(text);
+    refuse("has " + name + "='" + text.substr(0, kShown) + "': expected a whole number of at most nine digits");
+    return usual;
+  }
+
+  void check_list(const std::string& part) {
     const size_t at = list_.empty() ? std::string::npos : part.find_first_not_of("0123456789+- \t\r\n");
-    if (at == std::string::npos) return "";
+    if (at == std::string::npos) return;
     const size_t end = part.find_first_of(" \t\r\n", at);
-    return "has '" + part.substr(at, std::min(end - at, kShown)) + "' in a list of whole numbers, <" + list_ + ">";
+    refuse("has '" + part.substr(at, std::min(end - at, kShown)) + "' in a list of whole numbers, <" + list_ + ">");
+  }
+
+  void check_accessor(const Accessor& a) {
+    const auto array = arrays_.find(a.array);
+    const double there = array == arrays_.end() ? 0.0 : array->second;
+    // Without named values, Assimp still reads the first one.
+    if (a.count > 0.0 && a.offset + (a.count - 1.0) * a.stride + std::max(1.0, a.params) > there)
+      refuse("has an array '" + a.array + "' of fewer numbers than its accessor reads");
+  }
+
+  void refuse(const std::string& fault) {
+    if (fault_.empty()) fault_ = fault;
   }
 
   static constexpr size_t kShown = 20;  // letters of what is no number
   int around_ = 0;                      // elements that have such lists
-  std::string list_;                    // the element that is read
+  std::string list_, fault_;            // the element that is read; the first fault
+  std::map<std::string, double> arrays_;
+  std::vector<Accessor> accessors_;
 };
 
 }  // namespace
@@ -188,6 +229,6 @@ std::string find_node_fault(const std::string& collada) {
   return scene.read(collada) ? scene.find_fault() : describe_depth();
 }
 
-std::string find_list_fault(const std::string& collada) { return Lists().find_fault(collada); }
+std::string find_number_fault(const std::string& collada) { return Numbers().find_fault(collada); }
 
 }  // namespace hrp

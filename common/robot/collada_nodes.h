@@ -10,7 +10,8 @@ namespace hrp {
 std::string find_node_fault(const std::string& collada);
 
 // Corners of faces (<p>) are whole numbers. Assimp 5.2 stays at the first sign that belongs to none, such as a comma,
-// and appends zeros until the memory ends. Empty when these lists have numbers only, else what they have.
-std::string find_list_fault(const std::string& collada);
+// and appends zeros until the memory ends. It also reads beyond an array that has fewer numbers than its accessor says.
+// Empty when neither can happen, else what is wrong.
+std::string find_number_fault(const std::string& collada);
 
 }  // namespace hrp

@@ -46,7 +46,7 @@ void check_collada(const std::string& path) {
   std::ifstream file = open_input(path);
   const std::string text = read_rest(file, path);
   if (text.find("<COLLADA") == std::string::npos) return;
-  for (const std::string& fault : {find_node_fault(text), find_list_fault(text)}) {
+  for (const std::string& fault : {find_node_fault(text), find_number_fault(text)}) {
     if (!fault.empty()) refuse_input(path, fault);
   }
 }

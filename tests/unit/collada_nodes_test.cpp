@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Nodes of COLLADA files that contain each other by reference. Without the check, Assimp 5.2 ends the program with a
 // node that contains itself, and did not end within 12 s of processor time with 2^21 repetitions. And lists of whole
-// numbers that have something else.
+// numbers that have something else, and arrays that are too short.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -14,8 +14,8 @@ namespace hrp {
 namespace {
 
 constexpr const char* kTriangle =
-    "<library_geometries><geometry id='g'><mesh><source id='p'><float_array id='pa' count='9'>0 0 0 1 0 0 0 1 "
-    "0</float_array>"
+    "<library_geometries><geometry id='g'><mesh><source id='p'><float_array id='pa' count='9'>0 0 0 1 0 0 0 1 0<"
+    "/float_array>"
     "<technique_common><accessor source='#pa' count='3' stride='3'><param name='X' type='float'/><param name='Y' "
     "type='float'/>"
     "<param name='Z' type='float'/></accessor></technique_common></source><vertices id='v'><input semantic='POSITION' "
@@ -116,6 +116,34 @@ TEST(ColladaLists, AreCheckedUnderOtherEndings) {
 // What is not of a mesh is nobody's list.
 TEST(ColladaLists, AreNoneOutsideMeshes) {
   EXPECT_EQ(count_triangles(make_node("a", kShape + "<extra><p>a word, or two</p></extra>")), 1u);
+}
+
+// Without the check, Assimp reads beyond the array: a null pointer where it is empty, else what lies there.
+TEST(ColladaArrays, MustHaveWhatTheirAccessorReads) {
+  const std::string all = write_scene(make_node("a", kShape));
+  const auto expect_refusal = [&](const std::string& before, const std::string& after, const std::string& part) {
+    std::string text = all;
+    text.replace(text.find(before), before.size(), after);
+    const std::string said = catch_complaint([&] { count_triangles_of(text); });
+    EXPECT_NE(said.find(part), std::string::npos) << after << ": " << said;
+  };
+  const std::string fewer = "has an array 'pa' of fewer numbers than its accessor reads";
+  expect_refusal("count='9'", "count='00'", fewer);
+  expect_refusal("count='9'", "count='8'", fewer);
+  expect_refusal("count='3'", "count='4'", fewer);
+  expect_refusal("stride='3'", "stride='4'", fewer);
+  expect_refusal("stride='3'", "stride='3' offset='1'", fewer);
+  expect_refusal("float_array id='pa'", "float_array id='pb'", fewer);
+  expect_refusal("count='3'", "count='0x3'", "has count='0x3': expected a whole number");
+  expect_refusal("count='3'", "count='99999999999'", "has count='99999999999': expected");
+}
+
+TEST(ColladaArrays, MayEndWithTheLastValueThatIsRead) {
+  std::string text = write_scene(make_node("a", kShape));
+  const std::string nine = "count='9'>0 0 0 1 0 0 0 1 0<";
+  text.replace(text.find(nine), nine.size(), "count='11'>0 0 0 7 1 0 0 7 0 1 0<");
+  text.replace(text.find("stride='3'"), 10, "stride='4'");
+  EXPECT_EQ(count_triangles_of(text), 1u);
 }
 
 }  // namespace
