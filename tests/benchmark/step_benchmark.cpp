@@ -56,8 +56,9 @@ ContactSet find_contacts(const Simulator& simulator, const Model& model, int poi
     pair.p_WR = X_WL.p;
     for (int i = 0; i < points / 2; ++i) {
       const double x = i % 2 == 0 ? -0.05 : 0.12, y = (i / 2) % 2 == 0 ? -0.025 : 0.025;
+      const int turn = i / 4;  // the same four corners again, a little further back
       ContactPoint point;
-      point.p_WC = X_WL * Vector3d(x - 1e-3 * (i / 4), y, -0.035);
+      point.p_WC = X_WL * Vector3d(x - 1e-3 * turn, y, -0.035);
       point.depth = -point.p_WC.z();
       if (point.depth > -margin) pair.points.push_back(point);
     }

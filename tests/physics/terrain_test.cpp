@@ -61,7 +61,7 @@ Slide slide_for_a_second(double slope, double friction) {
 // ---- files of surfaces, in a folder of this process ----------------------------------------------------------------
 
 std::string write_file(const std::string& name, const std::string& text) {
-  const std::string path = ::testing::TempDir() + "/terrain_" + std::to_string(getpid()) + "_" + name;
+  std::string path = ::testing::TempDir() + "/terrain_" + std::to_string(getpid()) + "_" + name;
   std::ofstream(path) << text;
   return path;
 }

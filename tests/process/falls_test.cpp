@@ -21,7 +21,7 @@ using ::testing::Not;
 std::string write_limp() {
   ScenarioChange change;
   change.steps = "{time_step: 0.001, control_period: 0.005, duration: 2}";
-  const std::string path = write_scenario("limp", change);
+  std::string path = write_scenario("limp", change);
   std::ifstream file(path);
   std::string text((std::istreambuf_iterator<char>(file)), {});
   text = std::regex_replace(text, std::regex("\nservo:(\n .*)*"), "");

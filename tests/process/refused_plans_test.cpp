@@ -24,7 +24,7 @@ std::string write_walk(const std::string& name, const std::string& plan) {
   text << file.rdbuf();
   std::string scenario = std::regex_replace(text.str(), std::regex("plan: .*"), "plan: " + plan);
   scenario = std::regex_replace(scenario, std::regex("robot: "), "robot: " + folder);
-  const std::string path = get_test_folder() + "/" + name + ".yaml";
+  std::string path = get_test_folder() + "/" + name + ".yaml";
   std::ofstream(path) << scenario;
   return path;
 }

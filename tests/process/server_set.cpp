@@ -89,7 +89,7 @@ std::string write_scenario(const std::string& name, const ScenarioChange& change
   text = replace_line(text, "robot", models + "/hrp2p_like/hrp2p_like.urdf");
   text = replace_line(text, "controller", change.controller);
   text = replace_line(text, "steps", change.steps);
-  const std::string path = get_test_folder() + "/" + name + ".yaml";
+  std::string path = get_test_folder() + "/" + name + ".yaml";
   std::ofstream(path) << text;
   return path;
 }

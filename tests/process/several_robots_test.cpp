@@ -19,7 +19,7 @@ const std::string kModels = source_dir() + "/models";
 
 // The box of test_robots beside a robot that does squats.
 std::string write_world(const std::string& name, const std::string& duration = "0.5") {
-  const std::string path = get_test_folder() + "/" + name + ".yaml";
+  std::string path = get_test_folder() + "/" + name + ".yaml";
   std::ofstream(path) << "robot: " << kModels
                       << "/test_robots/box.urdf\nfeet: [box]\ninitial: {position: [3, 0, 0.1]}\n"
                       << "robots:\n  partner: {scenario: " << kModels << "/scenarios/squat.yaml, yaw: 0.5}\n"

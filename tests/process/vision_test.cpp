@@ -31,7 +31,7 @@ constexpr char kEyes[] =
 
 // hrp2p_stand.yaml with these lines under `sensors`, and more lines at the end.
 std::string write_looking_scenario(const std::string& name, const std::string& sensors, const std::string& more = "") {
-  const std::string path = write_scenario(name);
+  std::string path = write_scenario(name);
   std::ifstream in(path);
   std::string text((std::istreambuf_iterator<char>(in)), {});
   in.close();

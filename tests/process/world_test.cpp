@@ -18,7 +18,7 @@ const std::string kModels = source_dir() + "/models";
 
 // The box of test_robots falls askew onto the stairs and the hills of models/terrain.
 std::string write_world() {
-  const std::string path = get_test_folder() + "/world.yaml";
+  std::string path = get_test_folder() + "/world.yaml";
   std::ofstream(path) << "robot: " << kModels << "/test_robots/box.urdf\nfeet: [box]\nground: {type: none}\n"
                       << "initial: {position: [0.5, 0.1, 0.7], rpy: [0.2, 0.1, 0.3]}\n"
                       << "obstacles:\n  stairs: {shape: mesh, file: " << kModels << "/terrain/stairs.obj}\n"

@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 const std::string kTerrain = source_dir() + "/models/terrain/";
 
 std::string write_file(const std::string& name, const std::string& text) {
-  const std::string path = ::testing::TempDir() + "/surface_" + std::to_string(getpid()) + "_" + name;
+  std::string path = ::testing::TempDir() + "/surface_" + std::to_string(getpid()) + "_" + name;
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }

@@ -24,7 +24,7 @@ Proposal find_play(const std::string& name, const Effect& hidden) {
   Explorer explorer(problem);
   const std::vector<Lead> leads = explorer.grow({explorer.nominal()}, 10, {0, 0});
   EXPECT_EQ(leads.at(0).hypothesis.size(), 1u);
-  const Proposal best{leads.at(0).hypothesis.at(0), leads.at(0).cost / explorer.nominal().cost};
+  Proposal best{leads.at(0).hypothesis.at(0), leads.at(0).cost / explorer.nominal().cost};
   EXPECT_EQ(best.effect.id, EffectId::kBacklash);
   EXPECT_EQ(best.effect.place, hidden.place);
   return best;

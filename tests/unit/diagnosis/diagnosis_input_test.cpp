@@ -23,7 +23,7 @@ namespace hrp::diagnosis {
 namespace {
 
 std::string write_file(const std::string& name, const std::string& text) {
-  const std::string path = (std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name)).string();
+  std::string path = (std::filesystem::temp_directory_path() / ("hrp_diagnosis_" + name)).string();
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }
@@ -64,7 +64,10 @@ TEST(Repair, AnAngleThatWrapsIsCountedOn) {
 // readings.
 TEST(Repair, AWheelWhoseTurnsAreCountedDoesNotWrap) {
   std::vector<double> angle;
-  for (int k = 0; k < 200; ++k) angle.push_back(2.0 * M_PI * 57.0 * 0.02 * (k / 4));
+  for (int k = 0; k < 200; ++k) {
+    const int reading = k / 4;
+    angle.push_back(2.0 * M_PI * 57.0 * 0.02 * reading);
+  }
   const std::vector<double> logged = angle;
   EXPECT_EQ(unwrap_angle(&angle), 0);
   EXPECT_EQ(angle, logged);

@@ -260,7 +260,8 @@ TEST(StandingFeet, AskForFrictionWhereTheyAreTurnedToo) {
   foot.sole = {0.03, 0, -0.05}, foot.size = {0.2, 0.1, 0};
   double lever = 0;  // [m] of a sole that presses evenly: mean distance of its points from its middle
   for (int i = 0; i < 10000; ++i) {
-    lever += 1e-4 * std::hypot(0.2 * ((i % 100 + 0.5) / 100 - 0.5), 0.1 * ((i / 100 + 0.5) / 100 - 0.5));
+    const int row = i / 100;
+    lever += 1e-4 * std::hypot(0.2 * ((i % 100 + 0.5) / 100 - 0.5), 0.1 * ((row + 0.5) / 100 - 0.5));
   }
   const auto ask = [&](const Vector3d& push, const Vector3d& at, double turn) {
     const Vector3d force = push + Vector3d(0, 0, 200);

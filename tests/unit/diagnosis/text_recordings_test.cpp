@@ -19,7 +19,7 @@ namespace {
 using testing::HasSubstr;
 
 std::string write_file(const std::string& name, const std::string& text) {
-  const std::string path = (std::filesystem::temp_directory_path() / ("hrp_text_" + name)).string();
+  std::string path = (std::filesystem::temp_directory_path() / ("hrp_text_" + name)).string();
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }

@@ -120,7 +120,7 @@ TEST(Silhouette, OfABoxIsTheHullOfItsProjectedCorners) {
 
 // The same box as a mesh.
 std::string write_box_mesh() {
-  const std::string path = ::testing::TempDir() + "/camera_test_box.obj";
+  std::string path = ::testing::TempDir() + "/camera_test_box.obj";
   std::ofstream file(path);
   for (int k = 0; k < 8; ++k)
     file << "v " << (k & 1 ? 0.2 : -0.2) << " " << (k & 2 ? 0.15 : -0.15) << " " << (k & 4 ? 0.25 : -0.25) << "\n";
