@@ -29,7 +29,7 @@ constexpr const char* kFound =
     "  - {effect: payload, where: {link: fore}, parameters: {mass: 0.5, com: [0.3, 0, 0]}}\n";
 
 fs::path make_updated(const std::string& name, const std::string& effects) {
-  const fs::path folder = fs::temp_directory_path() / ("hrp_export_" + name);
+  fs::path folder = fs::temp_directory_path() / ("hrp_export_" + name);
   fs::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kArm;
   std::ofstream(folder / "scenario.yaml") << "robot: robot.urdf\n" << kServo << effects;
