@@ -205,14 +205,14 @@ TEST(Ros1Bag, AfterACutInAChunkTheChunksBeforeItAreThere) {
 }
 
 TEST(Ros1Bag, WhatIsNoBagIsRefusedByName) {
-  for (const auto& [text, why] :
+  for (const auto& wrong :
        std::vector<std::pair<std::string, std::string>>{{"", "#ROSBAG V2.0"},
                                                         {"#ROSBAG V1.2\n", "#ROSBAG V2.0"},
                                                         {"#ROSBAG V2.0\n", "first record"},
                                                         {"#ROSBAG V2.0\n\xff\xff\xff\xff", "first record"}}) {
-    const std::string said = catch_complaint([&] { load("wrong", text); });
+    const std::string said = catch_complaint([&] { load("wrong", wrong.first); });
     EXPECT_THAT(said, HasSubstr("motion.bag"));
-    EXPECT_THAT(said, HasSubstr(why));
+    EXPECT_THAT(said, HasSubstr(wrong.second));
   }
 }
 

@@ -103,7 +103,8 @@ TEST(RobotLoader, ALongChainOfFixedLinksIsOneBodyInLinearTime) {
     // Sums of 2e4 equal terms: each rounds once, by at most 1e-16 of the sum so far.
     EXPECT_NEAR(robot.tree.links[0].inertia.mass, 1e-5 * (kLinks + 1), 1e-11);
     EXPECT_NEAR(robot.tree.frames[kLinks].X_LF.p.x(), 1e-5 * kLinks, 1e-11);
-    EXPECT_NEAR(robot.tree.frames[kLinks / 2].below.mass, 1e-5 * (kLinks / 2 + 1), 1e-11);
+    constexpr int kMiddle = kLinks / 2;
+    EXPECT_NEAR(robot.tree.frames[kMiddle].below.mass, 1e-5 * (kMiddle + 1), 1e-11);
   }
 }
 

@@ -163,9 +163,10 @@ TEST(Picture, FollowsAMovingLink) {
     // A ball falls back by d^2 / (2 radius) at d beside its nearest point. The nearest pixel's middle is within 0.71
     // pixels of that; 1.1 as the rays are not parallel.
     const double pixel = z / pinhole.f;
+    const int column = nearest % camera.width, row = nearest / camera.width;
     EXPECT_NEAR(picture.depth[static_cast<size_t>(nearest)], z, 1.1 * 0.5 * pixel * pixel / (2 * 0.1)) << "[m]";
-    EXPECT_NEAR(nearest % camera.width, pinhole.cx - pinhole.f * std::sin(turn) / z, 1.5) << "[pixels]";
-    EXPECT_NEAR(nearest / camera.width, pinhole.cy + pinhole.f * 0.5 / z, 1.5);
+    EXPECT_NEAR(column, pinhole.cx - pinhole.f * std::sin(turn) / z, 1.5) << "[pixels]";
+    EXPECT_NEAR(row, pinhole.cy + pinhole.f * 0.5 / z, 1.5);
     EXPECT_GT(picture.rgb[3 * static_cast<size_t>(nearest)], 2 * picture.rgb[3 * static_cast<size_t>(nearest) + 1])
         << "it is red";
   }

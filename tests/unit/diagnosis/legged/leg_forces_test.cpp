@@ -125,7 +125,8 @@ class Quadruped {
 
   Eigen::VectorXd add_sample(double t, const Eigen::VectorXd& near, Recording* out) {
     constexpr double h = 1e-3;
-    const Eigen::VectorXd q = find_joints(t, near), before = find_joints(t - h, q), after = find_joints(t + h, q);
+    Eigen::VectorXd q = find_joints(t, near);
+    const Eigen::VectorXd before = find_joints(t - h, q), after = find_joints(t + h, q);
     const Transform X = find_pose(t), X_before = find_pose(t - h), X_after = find_pose(t + h);
     const auto rate = [&](const Matrix3d& from, const Matrix3d& to, double dt) -> Vector3d {
       const Eigen::AngleAxisd turn(Matrix3d(to * from.transpose()));
