@@ -11,6 +11,7 @@
 #include "diagnosis/checks/per_recording.h"
 #include "diagnosis/checks/torque_traces.h"
 #include "diagnosis/conventions/effort_dropouts.h"
+#include "diagnosis/conventions/falls.h"
 #include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/conventions/odd_load_report.h"
 #include "diagnosis/conventions/stamps.h"
@@ -140,8 +141,9 @@ std::optional<OddLoad> find_odd(const Experiment& e) {
   return data.recordings.empty() ? std::nullopt : find_odd_load(data);
 }
 
-// Without efforts that are none, at the times when the rows were taken.
+// Without efforts that are none, at the times when the rows were taken; of robots on their feet, up to a fall.
 Experiment mend_log(const Experiment& logged) {
+  if (logged.scenario.floating_base && !logged.scenario.feet.empty()) return cut_at_crashes(logged);
   if (!is_in_torque_space(logged)) return logged;
   Experiment e = correct_stamps(logged);
   const std::vector<Dropout> dropouts = find_dropouts(e);
