@@ -35,7 +35,7 @@ MUTATIONS = (
     ('H03 eq. 1', WRENCH, 'return -stiffness.cwiseProduct(D);', 'return -stiffness.cwiseProduct(D.cwiseAbs2());'),
     ('H03 eq. 1', WRENCH, 'found.D = -rows.solve(', 'found.D = rows.solve(', 'MakesASpringWrenchOfForcesThatPushAtThePoints'),
     ('H03 eq. 1', POINTS, 'return {parameters.stiffness * depth, parameters.stiffness};', 'return {0.9 * parameters.stiffness * depth, parameters.stiffness};'),
-    ('H03 eq. 2', 'servers/dynamics/twist_projection.cpp', '-speed[i], -push[i]);', '-speed[i], -1e9);'),
+    ('H03 eq. 2', 'servers/dynamics/twist_projection.cpp', '-speed_[i], -push_[i]);', '-speed_[i], -1e9);'),
     ('H03 eq. 2', 'servers/dynamics/twist_projection.cpp', 'r.cross(-n) / length_', 'r.cross(n) / length_'),
     ('H03 eq. 2', PROJECTED, 'point->pressing_offset = pressing + point->n.dot(point->v);', 'point->pressing_offset = pressing - point->n.dot(point->v);'),
     ('H03 eq. 3', WRENCH, 'array().pow(law.exponent)', 'array().pow(law.exponent + 1.0)'),
