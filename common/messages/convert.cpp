@@ -3,9 +3,9 @@
 
 #include <array>
 #include <cstring>
-#include <type_traits>
 
 #include "common/base/check.h"
+#include "common/messages/plain_numbers.h"
 #include "common/robot/movers.h"
 
 namespace hrp {
@@ -14,13 +14,13 @@ namespace {
 // Structs of nothing but doubles, as one piece of memory: the generated accessors are a call for each number.
 template <size_t count, typename Message>
 void store(const double* numbers, Message* m) {
-  static_assert(std::is_standard_layout_v<Message> && sizeof(Message) == count * sizeof(double));
+  static_assert(kIsPlainNumbers<Message, count>);
   std::memcpy(static_cast<void*>(m), numbers, sizeof(Message));
 }
 
 template <size_t count, typename Message>
 std::array<double, count> load(const Message& m) {
-  static_assert(std::is_standard_layout_v<Message> && sizeof(Message) == count * sizeof(double));
+  static_assert(kIsPlainNumbers<Message, count>);
   std::array<double, count> numbers;
   std::memcpy(numbers.data(), static_cast<const void*>(&m), sizeof(Message));
   return numbers;

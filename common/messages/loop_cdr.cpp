@@ -3,9 +3,9 @@
 
 #include <cstring>
 #include <string>
-#include <type_traits>
 
 #include "common/messages/cdr.h"
+#include "common/messages/plain_numbers.h"
 #include "hrp_idl/collision.h"
 #include "hrp_idl/control.h"
 #include "hrp_idl/dynamics.h"
@@ -20,11 +20,6 @@ constexpr size_t kEncapsulation = 4;
 // Both archives know: numbers(), a list of doubles; block(), a struct of nothing but numbers of 8 bytes in the order of
 // its fields; integer(); flag(); text(); and sequence(), whose elements are visited one by one.
 
-template <typename T, size_t count>
-void check_block() {
-  static_assert(std::is_standard_layout_v<T> && sizeof(T) == 8 * count, "not `count` numbers of 8 bytes, side by side");
-}
-
 class Encoder {
  public:
   explicit Encoder(std::vector<char>* buffer) : buffer_(*buffer) {
@@ -33,7 +28,7 @@ class Encoder {
   }
   template <size_t count, typename T>
   void block(T& value) {
-    check_block<T, count>();
+    static_assert(kIsPlainNumbers<T, count>);
     align(8);
     std::memcpy(take(sizeof value), static_cast<const void*>(&value), sizeof value);
   }
@@ -90,7 +85,7 @@ class Decoder {
   bool good() const { return good_; }
   template <size_t count, typename T>
   void block(T& value) {
-    check_block<T, count>();
+    static_assert(kIsPlainNumbers<T, count>);
     align(8);
     if (const uint8_t* from = take(sizeof value)) std::memcpy(static_cast<void*>(&value), from, sizeof value);
   }

@@ -7,16 +7,17 @@
 #include <string>
 
 #include "common/base/format.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/range.h"
 #include "diagnosis/data/stretches.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kCrash = 20.0;    // a stiff robot that stamps lands with ten times its weight in single samples
-constexpr double kAtOnce = 0.05;   // [s]
-constexpr double kBefore = 0.1;    // [s] that is left out before a crash: filters reach so far
-constexpr double kShortest = 1.0;  // [s] of a recording that is used, as between gaps
+constexpr double kCrash = 20.0;   // a stiff robot that stamps lands with ten times its weight in single samples
+constexpr double kAtOnce = 0.05;  // [s]
+constexpr double kBefore = 0.1;   // [s] that is left out before a crash: filters reach so far
 
 // Length of each reading of a sensor of three axes, or of those that were recorded; by sensor.
 std::map<std::string, std::vector<double>> list_lengths(const Recording& r, const std::string& kind) {
@@ -31,28 +32,25 @@ std::map<std::string, std::vector<double>> list_lengths(const Recording& r, cons
   return lengths;
 }
 
-double find_usual(const std::vector<double>& lengths) {
-  std::vector<double> finite;
-  for (double x : lengths) {
-    if (std::isfinite(x)) finite.push_back(x);
-  }
-  return finite.empty() ? 0.0 : find_median(std::move(finite));
-}
+// What a sensor reads more of than kCrash times what it reads most of the time.
+struct Peak {
+  double time = 0.0;   // [s]
+  double times = 0.0;  // what it reads most of the time
+};
 
-// Rows at which any of the sensors reads so much more than most of the time. A foot in the air reads little: forces are
-// compared with the foot that bears most.
-std::vector<size_t> list_peaks(const std::map<std::string, std::vector<double>>& sensors, double* largest) {
+// Of any of the sensors, in the order of time. A foot in the air reads little: forces are compared with the foot that
+// bears most.
+std::vector<Peak> list_peaks(const Recording& r, const std::string& kind) {
+  const std::map<std::string, std::vector<double>> sensors = list_lengths(r, kind);
   double usual = 0.0;
-  for (const auto& [name, lengths] : sensors) usual = std::max(usual, find_usual(lengths));
-  std::vector<size_t> rows;
-  for (const auto& [name, lengths] : sensors) {
-    for (size_t k = 0; k < lengths.size() && usual > 0.0; ++k) {
-      if (!(lengths[k] > kCrash * usual)) continue;
-      rows.push_back(k), *largest = std::max(*largest, lengths[k] / usual);
+  for (const auto& [name, lengths] : sensors) usual = std::max(usual, find_median(keep_finite(lengths)));
+  std::vector<Peak> peaks;
+  for (size_t k = 0; k < r.size() && usual > 0.0; ++k) {
+    for (const auto& [name, lengths] : sensors) {
+      if (lengths[k] > kCrash * usual) peaks.push_back({r.time[k], lengths[k] / usual});
     }
   }
-  std::sort(rows.begin(), rows.end());
-  return rows;
+  return peaks;
 }
 
 }  // namespace
@@ -60,28 +58,29 @@ std::vector<size_t> list_peaks(const std::map<std::string, std::vector<double>>&
 std::vector<Crash> find_crashes(const Experiment& e) {
   std::vector<Crash> crashes;
   for (size_t i = 0; i < e.recordings.size(); ++i) {
-    const Recording& r = e.recordings[i];
-    double of_force = 0.0;
-    Crash crash{i, HUGE_VAL, 0.0};
-    const std::vector<size_t> felt = list_peaks(list_lengths(r, "/linear_acceleration/"), &crash.times),
-                              pressed = list_peaks(list_lengths(r, "/force/"), &of_force);
-    for (size_t a : felt) {
-      for (size_t f : pressed) {
-        if (std::abs(r.time[a] - r.time[f]) <= kAtOnce) crash.time = std::min({crash.time, r.time[a], r.time[f]});
-      }
+    const std::vector<Peak> felt = list_peaks(e.recordings[i], "/linear_acceleration/"),
+                            pressed = list_peaks(e.recordings[i], "/force/");
+    auto force = pressed.begin();
+    for (const Peak& a : felt) {
+      while (force != pressed.end() && force->time < a.time - kAtOnce) ++force;
+      if (force == pressed.end()) break;
+      if (force->time > a.time + kAtOnce) continue;
+      crashes.push_back({i, std::min(a.time, force->time), a.times});
+      break;
     }
-    if (std::isfinite(crash.time)) crashes.push_back(crash);
   }
   return crashes;
 }
 
 Experiment cut_at_crashes(Experiment e) {
+  const std::vector<Crash> crashes = find_crashes(e);
+  if (crashes.empty()) return e;
   std::vector<Recording> kept = e.recordings;
   std::vector<std::string> warnings;
-  for (const Crash& crash : find_crashes(e)) {
+  for (const Crash& crash : crashes) {
     const Recording& r = e.recordings[crash.recording];
     const auto end = std::lower_bound(r.time.begin(), r.time.end(), crash.time - kBefore) - r.time.begin();
-    const bool enough = end > 0 && r.time[static_cast<size_t>(end) - 1] - r.time.front() >= kShortest;
+    const bool enough = end > 0 && r.time[static_cast<size_t>(end) - 1] - r.time.front() >= kShortestPart;
     Recording& left = kept[crash.recording];
     left = enough ? cut_recording(r, 0, static_cast<size_t>(end)) : Recording{};
     left.spec.name = r.spec.name;

@@ -9,6 +9,14 @@
 
 namespace hrp::diagnosis {
 
+inline std::vector<double> keep_finite(const std::vector<double>& values) {
+  std::vector<double> finite;
+  for (double v : values) {
+    if (std::isfinite(v)) finite.push_back(v);
+  }
+  return finite;
+}
+
 // Range of the finite values; 0 for none.
 inline double calc_range(const std::vector<double>& values) {
   double low = HUGE_VAL, high = -HUGE_VAL;

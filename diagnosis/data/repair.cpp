@@ -8,6 +8,7 @@
 #include "common/base/ends_with.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/data/range.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -28,14 +29,6 @@ constexpr double kOfNorm = 0.1;  // by which a quaternion may miss its norm: rou
 std::vector<double> calc_second_differences(const std::vector<double>& x) {
   std::vector<double> out(x.size(), std::numeric_limits<double>::quiet_NaN());
   for (size_t k = 1; k + 1 < x.size(); ++k) out[k] = std::abs(x[k] - 0.5 * (x[k - 1] + x[k + 1]));
-  return out;
-}
-
-std::vector<double> keep_finite(const std::vector<double>& x) {
-  std::vector<double> out;
-  for (double v : x) {
-    if (std::isfinite(v)) out.push_back(v);
-  }
   return out;
 }
 

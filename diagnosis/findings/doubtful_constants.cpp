@@ -50,7 +50,7 @@ std::vector<Json> list_masses(const Json& findings) {
     if (may_weigh(mass) && std::none_of(masses.begin(), masses.end(), is_same)) masses.push_back(mass);
   };
   for (const Json& f : findings) {
-    if (f.value("grade", "") != get_grade_name(Grade::kAmbiguous)) continue;
+    if (!is_ambiguous(f)) continue;
     if (may_weigh(f)) add(state_as_alternative(f));
     for (const Json& a : f.value("alternatives", Json::array())) add(a);
   }

@@ -19,8 +19,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kRests = 0.05;  // [rad or m] over all recordings: friction of gears does not change its side within
 
-bool is_claimed(const Json& finding) { return finding.value("grade", "") != get_grade_name(Grade::kAmbiguous); }
-
 bool is_of_family(const Json& finding, EffectFamily family) {
   return finding.value("family", "") == get_family_name(family);
 }
@@ -74,7 +72,7 @@ JointSquares sum_up(const Experiment& e, const Json& report) {
 void doubt_efforts_at_rest(const Experiment& e, Json* report) {
   for (Json& f : (*report)["findings"]) {
     const int j = find_joint_of_effort(e, f);
-    if (j < 0 || !is_claimed(f)) continue;
+    if (j < 0 || is_ambiguous(f)) continue;
     if (!is_of_family(f, EffectFamily::kZero) && !is_of_family(f, EffectFamily::kGain)) continue;
     const double range = calc_position_range(e, static_cast<size_t>(j));
     if (range <= 0.0 || range > kRests) continue;
@@ -92,7 +90,7 @@ void doubt_common_scale(const Experiment& e, Json* report) {
   if (sum.after < kTrace * sum.before || 2 * list_joints_with_losses(findings).size() > sum.joints) return;
   for (Json& f : findings) {
     const bool all = is_of_family(f, EffectFamily::kGain) && f["where"].value("sensor", "") == "/joint_states";
-    if (!all || !is_claimed(f) || read_number(f["parameters"], "scale", 0.0) <= 1.0) continue;
+    if (!all || is_ambiguous(f) || read_number(f["parameters"], "scale", 0.0) <= 1.0) continue;
     make_ambiguous(&f);
     f["statement"] = f.value("statement", "") +
                      " Friction and rotors of all drives also make efforts larger than what the links need.";

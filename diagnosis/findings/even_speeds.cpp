@@ -104,7 +104,7 @@ bool is_of_even_speed(const std::vector<double>& speeds) {
 
 void doubt_friction_of_even_speeds(const Experiment& e, Json* report) {
   for (Json& f : (*report)["findings"]) {
-    if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_friction(f)) continue;
+    if (is_ambiguous(f) || !is_friction(f)) continue;
     for (int j = 0; j < e.num_joints(); ++j) {
       if (f["where"]["joint"] != e.robot.tree.joint(j).name) continue;
       const std::vector<double> speeds = list_speeds(e, static_cast<size_t>(j));

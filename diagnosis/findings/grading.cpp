@@ -45,8 +45,7 @@ Json make_graded_report(bool has_held, Evidence evidence) {
   evidence.ceiling = explained ? 1.0 : evidence.explained;
   Json report = make_report(evidence);
   for (Json& f : report["findings"]) {
-    if (f["grade"] != get_grade_name(Grade::kAmbiguous))
-      f["grade"] = get_grade_name(find_grade(f, has_held && explained));
+    if (!is_ambiguous(f)) f["grade"] = get_grade_name(find_grade(f, has_held && explained));
   }
   return report;
 }
@@ -72,6 +71,8 @@ double read_number(const Json& parameters, const char* name, double missing) {
     return missing;
   return parameters[name]["value"].get<double>();
 }
+
+bool is_ambiguous(const Json& finding) { return finding.value("grade", "") == get_grade_name(Grade::kAmbiguous); }
 
 void make_ambiguous(Json* finding) {
   (*finding)["grade"] = get_grade_name(Grade::kAmbiguous);

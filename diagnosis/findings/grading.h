@@ -25,6 +25,7 @@ double read_number(const nlohmann::ordered_json& parameters, const char* name, d
 
 // Sets the grade `ambiguous`, also in the statement.
 void make_ambiguous(nlohmann::ordered_json* finding);
+bool is_ambiguous(const nlohmann::ordered_json& finding);
 
 // Whether two findings, or alternatives of findings, are of one effect at one place.
 bool is_same_effect(const nlohmann::ordered_json& a, const nlohmann::ordered_json& b);

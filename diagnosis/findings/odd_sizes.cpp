@@ -96,7 +96,7 @@ bool is_stiff_sole(const Json& finding, double half_weight) {
 // True if all parameters that define the effect are within `kIdle` standard deviations of neutral.
 bool is_idle(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
-  if (!effect || finding.value("grade", "") != get_grade_name(Grade::kAmbiguous)) return false;
+  if (!effect || !is_ambiguous(finding)) return false;
   bool any = false;
   for (const EffectParameter& p : effect->parameters) {
     if (std::isnan(p.neutral) || p.nuisance || p.axis > 0 || !finding["parameters"].contains(p.name)) continue;
@@ -194,7 +194,7 @@ void doubt_odd_sizes(const TreeSpec& tree, Json* report) {
 void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
   const double half_weight = 0.5 * kGravity * calc_mass(tree);
   for (Json& f : (*report)["findings"]) {
-    if (f.value("grade", "") == get_grade_name(Grade::kAmbiguous) || !is_stiff_sole(f, half_weight)) continue;
+    if (is_ambiguous(f) || !is_stiff_sole(f, half_weight)) continue;
     make_ambiguous(&f);
     f["statement"] =
         f.value("statement", "") + " This is as stiff as floors and force sensors are: what gives here is not told.";
@@ -204,7 +204,7 @@ void doubt_stiff_soles(const TreeSpec& tree, Json* report) {
 void doubt_limits_within_friction(Json* report) {
   Json& findings = (*report)["findings"];
   for (Json& f : findings) {
-    const bool told = f.value("grade", "") != get_grade_name(Grade::kAmbiguous);
+    const bool told = !is_ambiguous(f);
     if (!told || f.value("family", "") != get_family_name(EffectFamily::kLimits) || !f["where"].contains("joint"))
       continue;
     for (const Json& other : findings) {
@@ -226,7 +226,7 @@ void drop_idle_findings(Json* report) {
   const bool explained = report->value("verdict", "") == "explained";
   Json kept = Json::array();
   for (const Json& f : findings) {
-    const bool ambiguous = f.value("grade", "") == get_grade_name(Grade::kAmbiguous);
+    const bool ambiguous = is_ambiguous(f);
     const bool needed = !may_be_absent(f) && !is_part_of_another(f, findings);
     if (!is_idle(f) && (needed || !ambiguous || !explained)) kept.push_back(f);
   }

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "common/base/has.h"
+#include "common/base/split_cells.h"
 #include "diagnosis/generator/dirt.h"
 #include "diagnosis/generator/make_case.h"
 
@@ -31,21 +32,11 @@ bool is_single(const std::string& family) {
   return false;
 }
 
-std::vector<std::string> split(const std::string& families) {
-  std::vector<std::string> list;
-  for (std::size_t at = 0; at <= families.size();) {
-    const std::size_t end = std::min(families.find(',', at), families.size());
-    list.push_back(families.substr(at, end - at));
-    at = end + 1;
-  }
-  return list;
-}
-
 // Rounds of walks, and those of dirty walks, have no other cases: families beside them would be left out without a
 // word.
 void check_rounds(const std::string& families) {
   std::size_t walks = 0, dirty = 0;
-  const std::vector<std::string> list = split(families);
+  const std::vector<std::string> list = split_cells(families);
   for (const std::string& one : list) walks += one.rfind("walk", 0) == 0, dirty += one == "walk_dirty";
   if ((walks > 0 && walks < list.size()) || (dirty > 0 && dirty < walks))
     throw std::invalid_argument("'" + families + "': walks, and dirty walks, are made apart from other families");
@@ -53,7 +44,7 @@ void check_rounds(const std::string& families) {
 
 // Is the request one of `families`, a comma list?
 bool is_wanted(const CaseRequest& request, const std::string& families) {
-  for (const std::string& one : split(families)) {
+  for (const std::string& one : split_cells(families)) {
     if (one == "dirty" && request.family.find(one) != std::string::npos) return true;
     if (one == request.family || one == (request.walk ? "walk" : request.biped ? "stand" : "arm")) return true;
     if (one == "single" && is_single(request.family)) return true;

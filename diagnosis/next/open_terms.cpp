@@ -8,6 +8,7 @@
 #include "common/base/has.h"
 #include "common/effects/units.h"
 #include "diagnosis/findings/finding.h"
+#include "diagnosis/findings/grading.h"
 #include "diagnosis/next/explanations.h"
 #include "diagnosis/next/limits.h"
 
@@ -165,7 +166,7 @@ class Finder {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       rivals += add_alternative(other, label, with, rest) ? 1 : 0;
     }
-    if (rivals == 0 && finding.value("grade", "") == get_grade_name(Grade::kAmbiguous))
+    if (rivals == 0 && is_ambiguous(finding))
       out_.questions.push_back(
           {(added ? "also " : "no ") + label, with, make_side(rest.model, rest.hypothesis), added});
   }

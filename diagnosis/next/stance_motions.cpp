@@ -195,14 +195,14 @@ Commands follow(Legs legs, const Commands& ways, double lowered) {
 }  // namespace
 
 std::vector<MotionPlan> list_stance_plans(const std::vector<Family>& families, size_t joints, double seconds) {
-  constexpr unsigned kSeeds = 3, kGaits = 2;
+  constexpr unsigned kSlow = 3, kGaits = 2;
   std::vector<MotionPlan> plans;
   for (Family family : families) {
-    for (unsigned seed = 1; seed <= (family == Family::kWalk ? kGaits : kSeeds); ++seed) {
+    for (unsigned seed = 1; seed <= (family == Family::kWalk ? kGaits : kSlow); ++seed) {
       MotionPlan plan;
       plan.family = family, plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod;
       plan.moves.assign(joints, 1);
-      if (seed > 2) plan.quickest = kSlowSines;
+      if (seed == kSlow) plan.quickest = kSlowSines;
       plans.push_back(plan);
     }
   }
