@@ -14,8 +14,8 @@ import sys
 VENDORS = {
     "dds/": ["common/bus/cyclone", "tests/process"],
     "ddsc": ["common/bus/cyclone"],
-    "fastdds/": ["common/bus/fast", "tests/process"],
-    "fastrtps/": ["common/bus/fast", "tests/process"],
+    "fastdds/": ["common/bus/fast", "tests/unit/bus", "tests/process"],
+    "fastrtps/": ["common/bus/fast", "tests/unit/bus", "tests/process"],
     "fastcdr/": ["common/messages", "common/bus/fast"],
     "urdf_": ["servers/model_parser", "diagnosis/generator"],
     "tinyxml2": ["servers/model_parser"],

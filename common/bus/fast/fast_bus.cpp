@@ -22,6 +22,7 @@
 
 #include "common/bus/callback_gate.h"
 #include "common/bus/fast/fast_qos.h"
+#include "common/bus/fast/forgotten_samples.h"
 #include "common/bus/fast/raw_type.h"
 
 namespace hrp {
@@ -91,7 +92,7 @@ class EndList : public dds::DomainParticipantListener {
 class FastWriter : public Writer, dds::DataWriterListener {
  public:
   FastWriter(dds::Publisher* publisher, dds::Topic* topic, const TopicSpec& spec, EndList* ends)
-      : publisher_(publisher), ends_(ends), name_(spec.name) {
+      : publisher_(publisher), ends_(ends), name_(spec.name), is_stream_(spec.retention == Retention::kStream) {
     writer_ = check_made(
         publisher->create_datawriter(topic, make_fast_writer_qos(spec), this, dds::StatusMask::publication_matched()),
         "writer of", spec.name);
@@ -110,6 +111,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
   }
 
   void write(Bytes sample) override {
+    std::lock_guard<std::mutex> lock(mutex_);
+    forgotten_.drop(writer_);
     if (!writer_->write(&sample)) throw BusError("Fast DDS cannot write to " + name_);
   }
 
@@ -117,6 +120,8 @@ class FastWriter : public Writer, dds::DataWriterListener {
   void write_reply(Bytes sample, const rtps::SampleIdentity& request) {
     rtps::WriteParams parameters;
     parameters.related_sample_identity(request);
+    std::lock_guard<std::mutex> lock(mutex_);
+    forgotten_.drop(writer_);
     if (!writer_->write(&sample, parameters)) throw BusError("Fast DDS cannot write to " + name_);
   }
 
@@ -125,13 +130,17 @@ class FastWriter : public Writer, dds::DataWriterListener {
  private:
   void on_publication_matched(dds::DataWriter*, const dds::PublicationMatchedStatus& status) override {
     readers_ = status.current_count;
+    if (is_stream_ && status.current_count_change > 0) forgotten_.on_match();
   }
 
   dds::Publisher* publisher_;
   EndList* ends_;
   std::string name_;
+  bool is_stream_;
   dds::DataWriter* writer_ = nullptr;
   std::atomic<int> readers_{0};
+  std::mutex mutex_;  // from the question whether all have everything to the end of a write
+  ForgottenSamples forgotten_;
 };
 
 using InfoCallback = std::function<void(Bytes, const dds::SampleInfo&)>;
