@@ -46,7 +46,7 @@ std::set<std::string> list_joints_with_losses(const Json& findings) {
   return joints;
 }
 
-// Squares of what is missing in the joints' equations, and the joint with most of it.
+// Squares of what is missing in the joints' equations, the joint with most of it, and how many joints have any.
 struct JointSquares {
   double before = 0.0, after = 0.0, most = 0.0;
   std::string joint;
@@ -57,12 +57,14 @@ JointSquares sum_up(const Experiment& e, const Json& report) {
   JointSquares sum;
   const Json signals = report.value("fit", Json::object()).value("per_signal", Json::object());
   for (int j = 0; j < e.num_joints(); ++j) {
+    bool any = false;  // the links' equation, the servo's, or both
     for (const auto& [signal, fit] : signals.items()) {
       if (signal.rfind(e.signal_name(j, Quantity::kEffort), 0) != 0 || !fit.contains("rms_before")) continue;
       const double before = fit["rms_before"], after = fit["rms_after"];
-      sum.before += before * before, sum.after += after * after, ++sum.joints;
+      sum.before += before * before, sum.after += after * after, any = true;
       if (before > sum.most) sum.most = before, sum.joint = e.robot.tree.joint(j).name;
     }
+    if (any) ++sum.joints;
   }
   return sum;
 }
