@@ -159,8 +159,9 @@ class Merger {
   // An offset of the joint's encoder, or of the second one, that was found otherwise.
   bool is_explained(const GearVerdict& gear) const {
     const std::string joint = e_.robot.tree.joint(gear.joint).name;
+    const std::string zero = get_effect(EffectId::kJointOffset).name;
     for (const Json& f : report_["findings"]) {
-      if (f["effect"] == "joint_offset" && f["where"].value("joint", "") == joint) return true;
+      if (f["effect"] == zero && f["where"].value("joint", "") == joint) return true;
     }
     for (const Finding& f : links_.evidence.findings) {
       if (f.where.contains("sensor") && f.where["sensor"] == gear.fit.signal) return true;

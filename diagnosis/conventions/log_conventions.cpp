@@ -259,7 +259,9 @@ bool merge(const Json& finding, Json* list) {
   const double by = finding["parameters"][name]["value"];
   for (Json& other : *list) {
     if (other["effect"] != finding["effect"] || other["where"] != finding["where"]) continue;
-    const bool factor = name == "scale";
+    const EffectInfo& effect = *find_effect(finding["effect"].get<std::string>());
+    const int at = find_parameter(effect, name);
+    const bool factor = at >= 0 && effect.parameters[static_cast<size_t>(at)].factor;
     change([&](double x) { return factor ? x * by : x + by; }, [&](double x) { return factor ? x * std::abs(by) : x; },
            &other["parameters"][name]);
     other["of_log"] = true;

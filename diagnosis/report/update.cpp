@@ -99,17 +99,22 @@ struct EffectLine {
   std::vector<std::string> assumed;
 };
 
-// A finding without its intervals. JSON is YAML, too, and quotes every name. What cannot be, such as a negative damping
-// that noise left over, is cut to 0.
+// Noise may leave a sole's damping below 0: it is cut to the sole without it. A stiffness that the law cannot have
+// stays: the scenario refuses it with a reason.
+Json cut_to_law(const EffectInfo& effect, const std::string& name, Json value) {
+  const int at = find_parameter(effect, name);
+  if (effect.place != PlaceKind::kFoot || at < 0 || !value.is_number()) return value;
+  const bool may_be_none = effect.parameters[static_cast<size_t>(at)].lower == 0.0;
+  return may_be_none && value.get<double>() < 0.0 ? Json(0.0) : value;
+}
+
+// A finding without its intervals. JSON is YAML, too, and quotes every name.
 EffectLine make_effect_line(const nlohmann::json& finding, const nlohmann::json& list, const Scenario& scenario,
                             const TreeSpec& tree) {
+  const EffectInfo& effect = *find_effect(finding.at("effect").get<std::string>());
   Json parameters = Json::object();
   for (const auto& [name, p] : finding.at("parameters").items()) {
-    Json value = p.is_object() && p.contains("value") ? p.at("value") : p;
-    const bool coefficient = name[0] == 'k' || name[0] == 'c' || name == "damping" || name == "viscous";
-    if (coefficient && value.is_number() && finding.at("where").contains("foot"))
-      value = std::max(0.0, value.get<double>());
-    parameters[name] = value;
+    parameters[name] = cut_to_law(effect, name, p.is_object() && p.contains("value") ? p.at("value") : p);
   }
   if (finding.contains("also_fitted")) {
     for (const auto& [name, value] : finding.at("also_fitted").items()) parameters[name] = value;

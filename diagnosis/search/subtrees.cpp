@@ -49,7 +49,7 @@ std::vector<T> pick(const std::vector<T>& all, const std::vector<int>& which) {
   return some;
 }
 
-Subtree make_limb(const Problem& problem, const std::vector<int>& joints) {
+Subtree make_subtree(const Problem& problem, const std::vector<int>& joints) {
   const Experiment& whole = *problem.experiment;
   auto experiment = std::make_shared<Experiment>();
   experiment->path = whole.path, experiment->folder = whole.folder;
@@ -215,7 +215,7 @@ std::vector<std::vector<int>> list_subtrees(const TreeSpec& tree) {
 void split_subtrees(Problem* problem) {
   const std::vector<std::vector<int>> subtrees = list_subtrees(problem->experiment->robot.tree);
   if (subtrees.size() < 2) return;
-  for (const std::vector<int>& joints : subtrees) problem->subtrees.push_back(make_limb(*problem, joints));
+  for (const std::vector<int>& joints : subtrees) problem->subtrees.push_back(make_subtree(*problem, joints));
   for (Subtree& subtree : problem->subtrees) subtree.problem.most_work /= static_cast<double>(subtrees.size());
 }
 

@@ -21,7 +21,7 @@ constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean 
 
 class Calculator : StandMotion {
  public:
-  Calculator(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets)
+  Calculator(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, PlayOffsets offsets)
       : StandMotion(problem, hypothesis, recording, std::move(offsets)),
         tau_(model_.nv()),
         rolled_(problem.feet.size(), Vector3d::Zero()) {
@@ -281,19 +281,19 @@ struct PlacedLink {
 };
 
 // Evaluates the channels with the teeth in the middle and slightly aside. The feet then tell where the link lies.
-PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets,
+PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, PlayOffsets offsets,
                       size_t joint, double gap, double slack) {
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
   const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
-  std::fill(offsets[joint].begin(), offsets[joint].end(), kTeethStep);
+  std::fill(offsets[joint].begin(), offsets[joint].end(), kPlayStep);
   const std::vector<double> moved = Calculator(problem, hypothesis, recording, offsets).add_samples(&aside);
   std::vector<double> torque;
   for (size_t k = joint; k < middle.states.size(); k += offsets.size()) torque.push_back(middle.states[k].torque);
   const size_t places = find_places(problem), channels = list_channels(problem).size();
   PlacedLink out{find_sides(torque, slack), {}};
-  const TeethRows rows{at, moved, channels, places + count_places(problem), places};
-  out.offsets = place_teeth(rows, problem.noise, out.sides, gap);
+  const PlayRows rows{at, moved, channels, places + count_places(problem), places};
+  out.offsets = place_within_play(rows, problem.noise, out.sides, gap);
   return out;
 }
 
@@ -309,7 +309,7 @@ double find_play(const StandProblem& problem, const Hypothesis& hypothesis, size
   for (size_t r = 0; r < problem.recordings.size(); ++r) {
     if (!problem.recordings[r].train) continue;
     const std::vector<double> one =
-        place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, kMostPlay, 1e300).offsets;
+        place_link(problem, hypothesis, r, PlayOffsets(problem.effort.size()), joint, kMostPlay, 1e300).offsets;
     seen.insert(seen.end(), one.begin(), one.end());
   }
   if (seen.empty()) return 0;
@@ -324,8 +324,7 @@ void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, E
   long held_low = 0, held_high = 0;
   const auto look = [&](double gap, double slack) {
     for (size_t r = 0; r < problem.recordings.size(); ++r) {
-      const PlacedLink link =
-          place_link(problem, hypothesis, r, TeethOffsets(problem.effort.size()), joint, gap, slack);
+      const PlacedLink link = place_link(problem, hypothesis, r, PlayOffsets(problem.effort.size()), joint, gap, slack);
       for (double offset : link.offsets) low = std::min(low, offset), high = std::max(high, offset);
       held_low += std::count(link.sides.begin(), link.sides.end(), -1);
       held_high += std::count(link.sides.begin(), link.sides.end(), 1);
@@ -343,7 +342,7 @@ void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, E
 
 std::vector<double> calc_channels(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
                                   StandBase* base) {
-  TeethOffsets offsets(problem.effort.size());
+  PlayOffsets offsets(problem.effort.size());
   for (const Effect& e : hypothesis) {
     if (!get_row(e).loose || e.p[0] == 0 || problem.slack.empty()) continue;
     const auto joint = static_cast<size_t>(e.place.index);

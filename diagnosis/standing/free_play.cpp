@@ -80,8 +80,8 @@ bool may_be_play(const StandProblem& problem, const std::vector<StandBase>& eval
   return true;
 }
 
-std::vector<double> place_teeth(const TeethRows& rows, const std::vector<double>& noise, const std::vector<int>& sides,
-                                double gap) {
+std::vector<double> place_within_play(const PlayRows& rows, const std::vector<double>& noise,
+                                      const std::vector<int>& sides, double gap) {
   const size_t n = sides.size();
   const auto size = static_cast<long>(rows.geometry), places = static_cast<long>(rows.places);
   Eigen::MatrixXd at(size, static_cast<long>(n)), slope(size, static_cast<long>(n));  // in units of noise
@@ -91,7 +91,7 @@ std::vector<double> place_teeth(const TeethRows& rows, const std::vector<double>
       const bool says = rows.middle[i] != 0 && rows.aside[i] != 0;  // a foot on its edge says nothing
       at(static_cast<long>(c), static_cast<long>(k)) = says ? rows.middle[i] / noise[c] : 0;
       slope(static_cast<long>(c), static_cast<long>(k)) =
-          says ? (rows.aside[i] - rows.middle[i]) / (kTeethStep * noise[c]) : 0;
+          says ? (rows.aside[i] - rows.middle[i]) / (kPlayStep * noise[c]) : 0;
     }
   }
   for (long c = places; c < size; ++c) at.row(c).array() -= at.row(c).mean();

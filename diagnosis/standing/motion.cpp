@@ -7,7 +7,7 @@
 namespace hrp::diagnosis::standing {
 
 StandMotion::StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording,
-                         TeethOffsets offsets)
+                         PlayOffsets offsets)
     : p_(problem),
       r_(problem.recordings[recording]),
       terms_(problem, hypothesis),

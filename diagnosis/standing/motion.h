@@ -12,7 +12,7 @@ namespace hrp::diagnosis::standing {
 class StandMotion {
  public:
   // `offsets` [rad]: by joint, by sample, the position of links in a gap; empty where a joint is not loose.
-  StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, TeethOffsets offsets);
+  StandMotion(const StandProblem& problem, const Hypothesis& hypothesis, size_t recording, PlayOffsets offsets);
 
  protected:
   // Computes all members below for a sample (index into the recording's samples).
@@ -40,7 +40,7 @@ class StandMotion {
   void read_wrenches(size_t k);
   double shifted(const SmoothSeries& s, bool rate, size_t k, double delay, double skew);
 
-  TeethOffsets offsets_;
+  PlayOffsets offsets_;
 };
 
 }  // namespace hrp::diagnosis::standing

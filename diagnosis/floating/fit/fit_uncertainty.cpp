@@ -51,7 +51,7 @@ Eigen::MatrixXd LeggedFitter::calc_covariance(const LeggedFit& fit, bool all) co
   add_priors(fit.effects, &known, &b);
   add_priors(fit.effects, &A, &b);
   scatter += known;
-  A.diagonal() *= 1 + kTwinRidge;
+  A.diagonal() *= 1 + kRidge;
   const auto blocks = static_cast<double>(scores.size());
   const double few = blocks > static_cast<double>(n) + 1 ? blocks / (blocks - static_cast<double>(n)) : blocks;
   const Eigen::MatrixXd inverse = A.ldlt().solve(Eigen::MatrixXd::Identity(n, n));

@@ -10,14 +10,15 @@
 
 namespace hrp::diagnosis::floating {
 
-// Of the diagonal: keeps exact twins solvable, and moves no other coefficient by more than rounding does.
-constexpr double kTwinRidge = 1e-9;
+// Of the diagonal: keeps columns that are exactly alike solvable, and moves no other coefficient by more than rounding
+// does.
+constexpr double kRidge = 1e-9;
 
 long count_coefficients(const std::vector<Candidate>& effects);
 
 // Solves A x = b with each column scaled to a diagonal of one, plus `ridge` on it. NaN where a diagonal is not
 // positive.
-Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double ridge = kTwinRidge);
+Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double ridge = kRidge);
 
 // Adds what is known of coefficients beforehand to their normal equations, from coefficient `first` on. A column that
 // is noise alone tells nothing: only that stays.

@@ -15,8 +15,6 @@ namespace {
 
 // Sizes of an effect are relative to its size in the whole fit: 1 is the same.
 constexpr double kMost = 2;  // largest size of one law: laws harden, and other effects are beside it
-const char* const kLittle = "the foot bears little";
-const char* const kMuch = "the foot bears much";
 
 // What one row tells of the size of an effect. With z what the effect predicts there and r what the fit leaves, zr / zz
 // is by how much the size should change.
@@ -67,13 +65,13 @@ class Splitter {
   std::vector<Regime> run() {
     std::map<int, std::vector<Product>> phases;
     for (const Product& p : all_) phases[p.phase].push_back(p);
-    for (const auto& [phase, rows] : phases) add("phase " + std::to_string(phase), rows);
-    for (Regime& r : out_) r.of_phase = true;
+    for (const auto& [phase, rows] : phases) add(RegimeKind::kPhase, "phase " + std::to_string(phase), rows);
     const std::vector<Product> calm = take(
         all_, [](const Product& p) { return p.roughness; }, 0, 0.5);
-    add("calm", calm);
-    add("rough", take(
-                     all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
+    add(RegimeKind::kCalm, "calm", calm);
+    add(RegimeKind::kRough, "rough",
+        take(
+            all_, [](const Product& p) { return p.roughness; }, 0.5, 1));
     add_soles();
     add_bearing();
     return std::move(out_);
@@ -135,7 +133,8 @@ class Splitter {
     }
     if (felt.empty()) return;
     const auto by_load = [](const Product& p) { return p.bears; };
-    add(kLittle, take(felt, by_load, 0, 0.25)), add(kMuch, take(felt, by_load, 0.75, 1));
+    add(RegimeKind::kLittle, "the foot bears little", take(felt, by_load, 0, 0.25));
+    add(RegimeKind::kMuch, "the foot bears much", take(felt, by_load, 0.75, 1));
   }
 
   // The rows between two shares (0 to 1) of all information on the effect, in the order of a key.
@@ -152,7 +151,7 @@ class Splitter {
     return out;
   }
 
-  void add(const std::string& name, const std::vector<Product>& rows, double least = 0.5) {
+  void add(RegimeKind kind, const std::string& name, const std::vector<Product>& rows, double least = 0.5) {
     double zz = 0, zr = 0;
     for (const Product& p : rows) zz += p.zz, zr += p.zr;
     if (zz <= 0) return;
@@ -169,7 +168,7 @@ class Splitter {
     if (scores.size() <= 3) return;
     // Of few blocks: a short walk has some steps of each foot.
     const double few = std::sqrt(find_few(static_cast<double>(scores.size()))) * find_widening(scores.size());
-    out_.push_back({name, 1 + more, few * std::sqrt(scatter) / zz, least});
+    out_.push_back({kind, name, 1 + more, few * std::sqrt(scatter) / zz, least});
   }
 
   // A sole that carries much and presses near its middle lies flat for certain. A sole that gives turns there, too. A
@@ -182,7 +181,7 @@ class Splitter {
     if (soles.empty()) return;
     const std::vector<Product> loaded = take(
         soles, [](const Product& p) { return p.load; }, 0.5, 1);
-    add("pressed in the middle",
+    add(RegimeKind::kMiddle, "pressed in the middle",
         take(
             loaded, [](const Product& p) { return p.arm; }, 0, 0.25),
         kMostly);
@@ -202,6 +201,14 @@ bool are_apart(const Regime& a, const Regime& b) {
          most - least > kUnlikely * std::hypot(a.std, b.std);
 }
 
+bool are_apart(const std::vector<Regime>& regimes, RegimeKind first, RegimeKind second) {
+  const auto find = [&](RegimeKind kind) {
+    return std::find_if(regimes.begin(), regimes.end(), [&](const Regime& r) { return r.kind == kind; });
+  };
+  const auto a = find(first), b = find(second);
+  return a != regimes.end() && b != regimes.end() && are_apart(*a, *b);
+}
+
 }  // namespace
 
 std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fit, size_t effect,
@@ -210,9 +217,7 @@ std::vector<Regime> list_regimes(const LeggedFitter& fitter, const LeggedFit& fi
 }
 
 bool is_steady(const std::vector<Regime>& regimes) {
-  const auto little = std::find_if(regimes.begin(), regimes.end(), [](const Regime& r) { return r.name == kLittle; });
-  const auto much = std::find_if(regimes.begin(), regimes.end(), [](const Regime& r) { return r.name == kMuch; });
-  if (little != regimes.end() && much != regimes.end() && are_apart(*little, *much)) return false;
+  if (are_apart(regimes, RegimeKind::kLittle, RegimeKind::kMuch)) return false;
   return std::none_of(regimes.begin(), regimes.end(), [](const Regime& r) {
     const bool far = r.size < r.least || r.size > kMost, by_chance = std::abs(r.size - 1) <= kUnlikely * r.std;
     if (r.least == kMostly) return far && r.std < kMinority;
@@ -225,18 +230,11 @@ double find_phase_spread(const std::vector<Regime>& regimes) {
   double out = 0;
   for (const Regime& r : regimes) {
     const double away = std::abs(r.size - 1);
-    if (r.of_phase && r.std < kMinority && away > kUnlikely * r.std) out = std::max(out, away);
+    if (r.kind == RegimeKind::kPhase && r.std < kMinority && away > kUnlikely * r.std) out = std::max(out, away);
   }
   return out;
 }
 
-bool is_alike(const std::vector<Regime>& regimes) {
-  for (const Regime& a : regimes) {
-    for (const Regime& b : regimes) {
-      if (a.name == "calm" && b.name == "rough" && are_apart(a, b)) return false;
-    }
-  }
-  return true;
-}
+bool is_alike(const std::vector<Regime>& regimes) { return !are_apart(regimes, RegimeKind::kCalm, RegimeKind::kRough); }
 
 }  // namespace hrp::diagnosis::floating

@@ -10,12 +10,16 @@
 
 namespace hrp::diagnosis::floating {
 
+// The rows of a phase of the gait; the calm and the rough half; those in which a sole that bears much is pressed in its
+// middle; those in which a foot bears little, and much.
+enum class RegimeKind { kPhase, kCalm, kRough, kMiddle, kLittle, kMuch };
+
 struct Regime {
+  RegimeKind kind = RegimeKind::kPhase;
   std::string name;    // "phase 1", "calm", "pressed in the middle"
   double size = 1;     // of the effect there, 1: as in the whole
   double std = 1e9;    // of size, by blocks
   double least = 0.5;  // that the size must be
-  bool of_phase = false;
 };
 
 // Regimes of an effect of a fit. Sizes do not depend on each other's rows except through the fit.

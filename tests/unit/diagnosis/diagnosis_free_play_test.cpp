@@ -34,7 +34,7 @@ struct Swing {
       const double tilt = offset + 6e-5 * noise(random), place = 0.2 + kLever * offset + 1e-5 * noise(random);
       truth.push_back(offset);
       middle.insert(middle.end(), {tilt, place});
-      aside.insert(aside.end(), {tilt - kTeethStep, place - kLever * kTeethStep});
+      aside.insert(aside.end(), {tilt - kPlayStep, place - kLever * kPlayStep});
     }
   }
 };
@@ -42,7 +42,8 @@ struct Swing {
 TEST(LooseTeeth, AreFoundWhereTheFeetSayThoughNoTorqueHoldsThem) {
   const Swing swing;
   const std::vector<int> free(swing.truth.size(), 0);
-  const std::vector<double> found = place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, Swing::kGap);
+  const std::vector<double> found =
+      place_within_play({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, Swing::kGap);
   // The place tells 1e-5 / 0.6 rad, the tilts' mean what is constant: 6e-5 / sqrt(200); six deviations of both.
   for (size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], swing.truth[k], 1.3e-4) << k;
 }
@@ -50,7 +51,7 @@ TEST(LooseTeeth, AreFoundWhereTheFeetSayThoughNoTorqueHoldsThem) {
 TEST(LooseTeeth, OfTooSmallAGapLeaveWhatTheLinkMovesBeyondIt) {
   const Swing swing;
   const std::vector<int> free(swing.truth.size(), 0);
-  const std::vector<double> found = place_teeth({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, 0.004);
+  const std::vector<double> found = place_within_play({swing.middle, swing.aside, 2, 2, 1}, {6e-5, 1e-5}, free, 0.004);
   for (double offset : found) EXPECT_LE(std::abs(offset), 0.002);
   EXPECT_GT(std::abs(swing.truth[16] - found[16]), 0.002);
 }

@@ -86,7 +86,7 @@ TEST(StandingEffects, ACentreOfMassIsExpectedWithinItsLink) {
 // may: 1.5e-5 rad/(N m). Or the hip lies loose between teeth that no torque reaches, and wanders by `play` [rad].
 class Leaner {
  public:
-  enum class Gives { kHip, kGround, kTeeth };
+  enum class Gives { kHip, kGround, kPlay };
   explicit Leaner(Gives gives, double play = 0) : gives_(gives), play_(play) {
     std::mt19937 random(29);
     p_.even = make(&random), p_.odd = make(&random);
@@ -125,7 +125,7 @@ class Leaner {
     foot.inertia.mass = 1e-9, foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
     p.feet.push_back({"foot", "foot_ft", 1});
     p.feet[0].bush = {0, 0, -kHeight};
-    p.effort = {true}, p.command = p.velocity = {false}, p.slack = {gives_ == Gives::kTeeth ? 1e9 : 1};
+    p.effort = {true}, p.command = p.velocity = {false}, p.slack = {gives_ == Gives::kPlay ? 1e9 : 1};
     p.noise.assign(list_channels(p).size(), kTilt);  // which places loose teeth
     for (size_t r = 0; r < 3; ++r) p.recordings.push_back(lean(r));
     for (size_t r = 0; r < 3; ++r) load(r, &p, random);
@@ -174,7 +174,7 @@ class Leaner {
   }
 
   double find_bend(double torque, double moment, double time) const {
-    if (gives_ == Gives::kTeeth) return play_ * std::sin(7.3 * time + 0.2 * time * time);
+    if (gives_ == Gives::kPlay) return play_ * std::sin(7.3 * time + 0.2 * time * time);
     return gives_ == Gives::kHip ? kGive * torque : -kGive * moment;
   }
 
@@ -199,8 +199,8 @@ TEST(StandingSearch, TellsAHipThatGivesLessThanGroundMayFromTheGround) {
 // A link that no torque ever held follows what the feet say at every sample, noise and all: 1.4 deviations of their
 // noise are not enough to call it loose, 14 are.
 TEST(StandingSearch, ALinkThatNothingEverHeldIsLooseOnlyIfTheFeetSayIt) {
-  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-5).search(), EffectId::kBacklash));
-  EXPECT_TRUE(is_named(Leaner(Leaner::Gives::kTeeth, 4e-4).search(), EffectId::kBacklash));
+  EXPECT_FALSE(is_named(Leaner(Leaner::Gives::kPlay, 4e-5).search(), EffectId::kBacklash));
+  EXPECT_TRUE(is_named(Leaner(Leaner::Gives::kPlay, 4e-4).search(), EffectId::kBacklash));
 }
 
 }  // namespace

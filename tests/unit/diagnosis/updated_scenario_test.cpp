@@ -6,6 +6,7 @@
 #include "diagnosis/report/report.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/model_parser/robot_loader.h"
+#include "tests/test_places.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -79,6 +80,26 @@ TEST(UpdatedScenario, HasAnElasticTransmissionWithTheRotorThatWasFoundThere) {
   const std::string text = write_updated("updated_elastic", Json{rotor, give});
   EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
   EXPECT_NE(text.find("\"rotor_inertia\":0.02"), std::string::npos) << text;
+}
+
+TEST(UpdatedScenario, HasASoleWithoutTheNegativeDampingThatNoiseLeftOver) {
+  const Experiment e = load_experiment(source_dir() + "/models/experiments/standing/experiment.yaml");
+  Reports reports = make_empty_reports(make_problem(make_simulated_experiment("sole", kArm, {"shoulder"}, {}), 1), "");
+  const Json sole = {{"effect", "foot_compliance"},
+                     {"where", {{"foot", e.scenario.feet.front()}}},
+                     {"parameters",
+                      {{"kz", {{"value", 2e5}}},
+                       {"cz", {{"value", 900.0}}},
+                       {"k_roll", {{"value", 300.0}}},
+                       {"c_roll", {{"value", -0.5}}},
+                       {"k_pitch", {{"value", 300.0}}},
+                       {"c_pitch", {{"value", 2.0}}}}}};
+  reports.report["findings"] = Json::array({sole});
+  const std::string folder = (std::filesystem::temp_directory_path() / "updated_sole_out").string();
+  write_reports(e, folder, reports);
+  const std::string text = read_text(folder + "/updated/scenario.yaml");
+  EXPECT_EQ(text.find("not simulated"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"c_roll\":0.0,"), std::string::npos) << text;
 }
 
 // The report says the gap; the simulator needs the rotor and the teeth behind it, too.
