@@ -13,31 +13,35 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+constexpr auto kPhase = RegimeKind::kPhase, kCalm = RegimeKind::kCalm, kRough = RegimeKind::kRough;
+
 TEST(LeggedRegimes, WhatIsThereInOnePhaseOnlyIsNoLaw) {
-  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.8, 0.05}}));
-  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.05}, {"phase 2", 0.1, 0.05}}));
-  EXPECT_TRUE(is_steady({{"phase 1", 1.0, 0.05}, {"phase 2", 0.1, 0.4}}));  // phase 2 tells nothing
+  EXPECT_TRUE(is_steady({{kPhase, "phase 1", 1.2, 0.05}, {kPhase, "phase 2", 0.8, 0.05}}));
+  EXPECT_FALSE(is_steady({{kPhase, "phase 1", 1.2, 0.05}, {kPhase, "phase 2", 0.1, 0.05}}));
+  EXPECT_TRUE(is_steady({{kPhase, "phase 1", 1.0, 0.05}, {kPhase, "phase 2", 0.1, 0.4}}));  // phase 2 tells nothing
 }
 
 TEST(LeggedRegimes, NoLawChangesItsSignFromPhaseToPhase) {
-  EXPECT_FALSE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.45}}));  // 3.3 deviations from 1
-  EXPECT_TRUE(is_steady({{"phase 1", 1.2, 0.1}, {"phase 2", -0.5, 0.55}}));   // by chance
+  EXPECT_FALSE(is_steady({{kPhase, "phase 1", 1.2, 0.1}, {kPhase, "phase 2", -0.5, 0.45}}));  // 3.3 deviations from 1
+  EXPECT_TRUE(is_steady({{kPhase, "phase 1", 1.2, 0.1}, {kPhase, "phase 2", -0.5, 0.55}}));   // by chance
 }
 
-Regime make_phase(double size, double std) { return {"phase", size, std, 0.5, true}; }
+Regime make_phase(double size, double std) { return {kPhase, "phase", size, std}; }
 
 // A sensor's scale that the stance on one foot tells as half of what the stance on both tells is known no better than
 // that.
 TEST(LeggedRegimes, PhasesThatDisagreeMakeAValueUncertain) {
-  EXPECT_DOUBLE_EQ(find_phase_spread({make_phase(0.5, 0.1), make_phase(1.1, 0.05), {"calm", 0.3, 0.01}}), 0.5);
+  EXPECT_DOUBLE_EQ(find_phase_spread({make_phase(0.5, 0.1), make_phase(1.1, 0.05), {kCalm, "calm", 0.3, 0.01}}), 0.5);
   EXPECT_EQ(find_phase_spread({make_phase(0.8, 0.1), make_phase(1.1, 0.05)}), 0.0);  // two deviations: chance
   EXPECT_EQ(find_phase_spread({make_phase(0.1, 0.25)}), 0.0);                        // it tells nothing
 }
 
 // Rigid feet that roll over an edge turn under a moment, too, but not while they are pressed in the middle.
 TEST(LeggedRegimes, ASoleGivesWhereItIsPressedInTheMiddle) {
-  EXPECT_TRUE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.9, 0.05, 0.8}}));
-  EXPECT_FALSE(is_steady({{"phase 1", 0.7, 0.05}, {"pressed in the middle", 0.7, 0.05, 0.8}}));
+  EXPECT_TRUE(
+      is_steady({{kPhase, "phase 1", 0.7, 0.05}, {RegimeKind::kMiddle, "pressed in the middle", 0.9, 0.05, 0.8}}));
+  EXPECT_FALSE(
+      is_steady({{kPhase, "phase 1", 0.7, 0.05}, {RegimeKind::kMiddle, "pressed in the middle", 0.7, 0.05, 0.8}}));
 }
 
 // A foot that bears 0 to 500 N; its sensor reads 6 % too much, or 30 N. One column tries a scale, one a zero.
@@ -69,9 +73,9 @@ TEST(LeggedRegimes, AZeroOfAForceThatGrowsWithWhatTheFootBearsIsNone) {
 }
 
 TEST(LeggedRegimes, CalmAndRoughRowsThatDisagreeAreTwoCauses) {
-  EXPECT_TRUE(is_alike({{"calm", 0.8, 0.1, 0.5}, {"rough", 1.3, 0.1, 0.5}}));
-  EXPECT_FALSE(is_alike({{"calm", 0.6, 0.1, 0.5}, {"rough", 1.8, 0.1, 0.5}}));
-  EXPECT_TRUE(is_alike({{"calm", 0.6, 0.45, 0.5}, {"rough", 1.8, 0.45, 0.5}}));  // by chance
+  EXPECT_TRUE(is_alike({{kCalm, "calm", 0.8, 0.1, 0.5}, {kRough, "rough", 1.3, 0.1, 0.5}}));
+  EXPECT_FALSE(is_alike({{kCalm, "calm", 0.6, 0.1, 0.5}, {kRough, "rough", 1.8, 0.1, 0.5}}));
+  EXPECT_TRUE(is_alike({{kCalm, "calm", 0.6, 0.45, 0.5}, {kRough, "rough", 1.8, 0.45, 0.5}}));  // by chance
 }
 
 // Deviation of an effect's size in the second phase, which has so many blocks of half a second.
