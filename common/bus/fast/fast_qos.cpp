@@ -132,6 +132,9 @@ dds::DataWriterQos make_fast_writer_qos(const TopicSpec& topic) {
   reliable.times.initialHeartbeatDelay = find_milliseconds(2);
   reliable.times.heartbeatPeriod = find_milliseconds(20);
   reliable.times.nackResponseDelay = find_milliseconds(0);
+  // How long a sample that was just sent is not sent again. With 0, the default, each sample wakes a thread that ends
+  // this time at once: two more changes of thread for each reader.
+  reliable.times.nackSupressionDuration = find_milliseconds(5);
   return qos;
 }
 
