@@ -3,6 +3,7 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding_head.h"
@@ -20,13 +21,20 @@ bool is_number(const Json& parameters, const char* name) {
          parameters[name].value("value", Json()).is_number();
 }
 
-bool is_untold_curve(const Json& finding) {
-  if (finding["effect"] != kCurve) return false;
+enum class Curve { kNone, kTold, kUntold, kFlat };
+
+// Untold: there may be no excess at rest, or it may end at once. Flat: it is too small to count, whatever speed it ends
+// at.
+Curve judge_curve(const Json& finding) {
+  if (finding["effect"] != kCurve) return Curve::kNone;
   const Json& p = finding["parameters"];
   for (const char* name : {"coulomb", "static", "stribeck_velocity"}) {
-    if (!is_number(p, name)) return false;
+    if (!is_number(p, name)) return Curve::kNone;
   }
-  return holds(p["static"]["ci95"], p["coulomb"]["value"].get<double>()) && holds(p["stribeck_velocity"]["ci95"], 0.0);
+  const double level = p["coulomb"]["value"];
+  if (!holds(p["static"]["ci95"], level)) return Curve::kTold;
+  if (p["static"]["ci95"][1].get<double>() <= (1.0 + kMinor) * level) return Curve::kFlat;
+  return holds(p["stribeck_velocity"]["ci95"], 0.0) ? Curve::kUntold : Curve::kTold;
 }
 
 constexpr const char* kHardening = "hardening_angle";
@@ -52,6 +60,14 @@ Json make_plain(const Json& curve, const char* effect, const char* from, const c
   plain["effect"] = effect, plain["family"] = find_family_name(effect);
   plain["parameters"] = {{to, curve["parameters"][from]}};
   if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
+  return plain;
+}
+
+Json make_flat(const Json& curve) {
+  Json plain = make_plain(curve, "coulomb_friction", "coulomb", "level");
+  plain["grade"] = curve["grade"];
+  plain["statement"] = get_place(curve) + ": dry friction of constant level, level " +
+                       make_words(plain["parameters"]["level"]) + ". At rest it is no larger, to a twentieth.";
   return plain;
 }
 
@@ -98,11 +114,12 @@ Json make_linear_sole(const Json& sole) {
 void name_simpler_laws(nlohmann::ordered_json* report) {
   Json list = Json::array();
   for (const Json& f : (*report)["findings"]) {
-    if (!is_untold_curve(f)) {
+    const Curve curve = judge_curve(f);
+    if (curve == Curve::kNone || curve == Curve::kTold) {
       list.push_back(is_untold_hardening(f) ? make_linear_sole(f) : f);
       continue;
     }
-    list.push_back(make_coulomb(f));
+    list.push_back(curve == Curve::kFlat ? make_flat(f) : make_coulomb(f));
     if (is_number(f["parameters"], "viscous") && f["parameters"]["viscous"]["ci95"][0].get<double>() > 0.0)
       list.push_back(make_viscous(f));
   }

@@ -137,7 +137,7 @@ TEST(Grades, AVectorIsThereIfOneAxisIs) {
   EXPECT_EQ(lower("sensor_bias", {{"value", some}}), "supported");
 }
 
-Json make_curve(double static_low, double speed_low, double viscous_low) {
+Json make_curve(double static_low, double speed_low, double viscous_low, double static_high = 0.6) {
   const auto estimate = [](double value, double low, double high) -> Json {
     return {{"value", value}, {"std", 0.0}, {"ci95", {low, high}}, {"unit", "N m"}};
   };
@@ -146,7 +146,7 @@ Json make_curve(double static_low, double speed_low, double viscous_low) {
          {"where", {{"joint", "elbow"}}},
          {"alternatives", Json::array()}};
   f["parameters"] = {{"coulomb", estimate(0.3, 0.28, 0.32)},
-                     {"static", estimate(0.33, static_low, 0.6)},
+                     {"static", estimate(std::min(0.33, static_high), static_low, static_high)},
                      {"stribeck_velocity", estimate(0.012, speed_low, 0.1)},
                      {"viscous", estimate(0.01, viscous_low, 0.03)}};
   return {{"findings", {f}}};
@@ -162,6 +162,17 @@ TEST(Grades, DryFrictionWhoseExcessAtRestIsNotToldIsCoulombs) {
   EXPECT_EQ(f["grade"], "supported");
   EXPECT_EQ(f["parameters"]["level"]["value"], 0.3);
   EXPECT_EQ(f["alternatives"][0]["effect"], "stribeck_friction");
+}
+
+// A slide with 12.8 N of dry friction was named a Stribeck curve of 12.76 N, 12.81 +- 0.06 N at rest, `certain`.
+TEST(Grades, DryFrictionWhoseExcessAtRestIsTooSmallToCountIsCoulombs) {
+  Json report = make_curve(0.29, 0.002, 0.005, 0.31);
+  name_simpler_laws(&report);
+  ASSERT_EQ(report["findings"].size(), 2u);
+  EXPECT_EQ(report["findings"][0]["effect"], "coulomb_friction");
+  EXPECT_EQ(report["findings"][0]["grade"], "certain");
+  EXPECT_EQ(report["findings"][1]["effect"], "viscous_friction");
+  EXPECT_EQ(report["findings"][1]["grade"], "supported");
 }
 
 TEST(Grades, ViscousFrictionThatIsToldIsNamedBesideCoulombs) {
