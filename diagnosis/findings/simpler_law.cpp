@@ -84,7 +84,8 @@ Json make_coulomb(const Json& curve) {
 Json make_viscous(const Json& curve) {
   Json plain = make_plain(curve, "viscous_friction", "viscous", "coefficient");
   plain["statement"] = get_place(curve) + ": viscous friction, coefficient " +
-                       make_words(plain["parameters"]["coefficient"]) + ", beside dry friction.";
+                       make_words(plain["parameters"]["coefficient"]) +
+                       ", beside dry friction. What both take away is counted for the dry friction.";
   plain["share"] = plain["weight"] = 0.0;  // counted for the dry friction
   return plain;
 }
