@@ -32,7 +32,7 @@ std::string describe_unlogged(const Experiment& e, int joint, EffortSource sourc
     if (!told) files += (files.empty() ? "" : ", ") + r.spec.name;
   }
   if (files.empty()) return "";
-  const std::string what = files + ": no column " + e.signal_name(joint, Quantity::kEffort);
+  const std::string what = files + ": no column " + e.signal_name(joint, Quantity::kEffort) + " that changes";
   if (source == EffortSource::kRecorded) return what + ": of this joint's drive the other recordings tell";
   return what + (e.scenario.drive == "servo" ? ", and no command with gains" : "") +
          ": nothing is said of this joint's drive; if nothing drives it, list it under 'unactuated'";
