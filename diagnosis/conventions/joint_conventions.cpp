@@ -55,8 +55,10 @@ LogConventions find_of_joints(const Experiment& e, int jobs) {
   check_exchanged_joints(data, jobs);
   // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or
   // mounting.
-  if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(whole, jobs);
-  const Experiment of_links = convert_ratios(whole, out.ratios);
+  if (out.absent.part == Absent::kNothing) out.angles = find_absolute_angles(data, jobs);
+  const Experiment of_joints = convert_angles(whole, out.angles);
+  if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(of_joints, jobs);
+  const Experiment of_links = convert_ratios(of_joints, out.ratios);
   out.commands = find_late_commands(of_links, jobs);
   const Experiment in_time = convert_commands(of_links, out.commands);
   const TorqueData as_logged = make_torque_data(in_time);
@@ -93,7 +95,8 @@ LogConventions find_joint_conventions(const Experiment& e, int jobs) {
 }
 
 Experiment convert_motion(const Experiment& e, const LogConventions& c) {
-  return convert_commands(convert_ratios(return_torque(turn_efforts(e, c.signs), c.absent.part), c.ratios), c.commands);
+  const Experiment whole = return_torque(turn_efforts(e, c.signs), c.absent.part);
+  return convert_commands(convert_ratios(convert_angles(whole, c.angles), c.ratios), c.commands);
 }
 
 }  // namespace hrp::diagnosis

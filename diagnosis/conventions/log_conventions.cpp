@@ -343,6 +343,7 @@ ConventionRemarks make_remarks(const Experiment& e, const LogConventions& c) {
   const auto add = [&](const std::string& text) { out.found.push_back(text); };
   if (c.absent.part != Absent::kNothing)
     add(std::string("the logged efforts lack ") + name_absent(c.absent.part) + "; it is put back");
+  if (c.angles.any()) add(describe(e, c.angles));
   if (c.commands.any()) add(describe(c.commands));
   for (const GearRatio& r : c.ratios.found) add(describe(e, r));
   for (const TurnedEffort& t : c.signs) add("the effort of " + name(t.joint) + " is taken with the other sign");
@@ -407,6 +408,7 @@ void add_conventions(const Experiment& as_logged, const LogConventions& c, Repor
   for (const Json& f : report["findings"]) findings.push_back(f);
   report["findings"] = findings;
   if (!own.empty()) add_to_verdict(&report);  // of a pose's convention nothing but the words below is said
+  if (c.angles.any()) report["angles"] = describe(as_logged, c.angles);
   if (c.commands.any()) report["warnings"].push_back(describe(c.commands));
   if (c.pose.is_turned()) report["warnings"].push_back("/base/pose: " + floating::describe(c.pose));
   const std::string text =

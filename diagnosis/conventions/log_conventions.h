@@ -9,6 +9,7 @@
 #pragma once
 
 #include "diagnosis/conventions/absent_torque.h"
+#include "diagnosis/conventions/absolute_angles.h"
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/conventions/gear_report.h"
 #include "diagnosis/conventions/late_commands.h"
@@ -32,6 +33,7 @@ struct LogConventions {
   // Efforts with the opposite sign; those by the servo's law are turned where they are read
   std::vector<TurnedEffort> signs;
   AbsentTorque absent;
+  AbsoluteAngles angles;
   Ratios ratios;
   LateCommands commands;
   std::vector<EffortUnit> units;
@@ -52,9 +54,9 @@ struct LogConventions {
            !turned.joints.empty();
   }
   bool counts_otherwise() const {
-    return !signs.empty() || absent.part != Absent::kNothing || !ratios.found.empty() || commands.any() ||
-           !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() || !frames.empty() ||
-           !efforts.joints.empty() || pose.any();
+    return !signs.empty() || absent.part != Absent::kNothing || angles.any() || !ratios.found.empty() ||
+           commands.any() || !units.empty() || !zeros.empty() || !weightless.empty() || !bodies.empty() ||
+           !frames.empty() || !efforts.joints.empty() || pose.any();
   }
 };
 

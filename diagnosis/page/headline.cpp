@@ -221,6 +221,12 @@ std::string make_closest_sentence(const json& report) {
          (others.empty() ? "" : " About as close: " + others + ".");
 }
 
+// Of angles that were taken as the model has them.
+std::string make_angle_sentence(const json& report) {
+  const std::string text = get_text(report, "angles");
+  return text.empty() ? "" : typeset(text) + ". They were converted.";
+}
+
 std::string make_unit_sentence(const json& report) {
   const std::string untold = list_joints(report, "untold_units"), least = list_joints(report, "least_units");
   std::string text;
@@ -337,7 +343,8 @@ std::vector<std::string> make_headline(const json& report) {
       });
       if (!told) out.push_back(statement);
     }
-    for (const std::string& sentence : {make_unit_sentence(report), make_short_sentence(report)}) {
+    for (const std::string& sentence :
+         {make_angle_sentence(report), make_unit_sentence(report), make_short_sentence(report)}) {
       if (!sentence.empty() && out[0].find(sentence) == std::string::npos) out.push_back(sentence);
     }
     return out;
@@ -351,7 +358,8 @@ std::vector<std::string> make_headline(const json& report) {
   }
   for (const std::string& sentence :
        {as_set ? "" : make_errors_sentence(report), make_ceiling_sentence(report), get_text(report, "motion"),
-        make_unit_sentence(report), make_left_sentence(report), make_unnamed_sentence(report)}) {
+        make_angle_sentence(report), make_unit_sentence(report), make_left_sentence(report),
+        make_unnamed_sentence(report)}) {
     if (!sentence.empty()) out.push_back(sentence);
   }
   return out;

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnosis/conventions/absolute_angles.h"
+
+#include <cmath>
+#include <utility>
+
+#include "common/base/diagnostics.h"
+#include "common/base/join_words.h"
+#include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/measurement/motion_rows.h"
+#include "diagnosis/simulation/bodies.h"
+#include "diagnosis/simulation/plant.h"
+
+namespace hrp::diagnosis {
+namespace {
+
+constexpr int kAngle = static_cast<int>(Quantity::kPosition), kRate = static_cast<int>(Quantity::kVelocity),
+              kEffort = static_cast<int>(Quantity::kEffort);
+constexpr double kParallel = 1e-6;  // 1 - cosine: axes of a drawing, to its digits
+
+// Every joint whose parent link turns about a parallel axis.
+std::vector<AbsoluteAngle> list_parallel(const TreeSpec& tree) {
+  std::vector<AbsoluteAngle> out;
+  for (int j = 0; j < tree.num_joints(); ++j) {
+    const LinkSpec& link = tree.links[static_cast<size_t>(j) + 1];
+    if (link.parent <= 0) continue;  // on the base
+    const JointSpec &own = link.joint, &before = tree.joint(link.parent - 1);
+    if (own.kind != JointKind::kRevolute || before.kind != JointKind::kRevolute) continue;
+    const double cosine = (own.X_PF.R * own.axis_F).dot(before.axis_F);
+    if (std::abs(cosine) > 1.0 - kParallel) out.push_back({j, link.parent - 1, cosine > 0.0 ? 1.0 : -1.0});
+  }
+  return out;
+}
+
+// What friction and rotors leave if these angles are absolute.
+double calc_left(const Plant& plant, const SampledMotion& rows, const AbsoluteAngles& angles) {
+  Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
+  for (const AbsoluteAngle& at : angles.joints) {
+    q.col(at.joint) -= at.sense * rows.q.col(at.before);
+    v.col(at.joint) -= at.sense * rows.v.col(at.before);
+    a.col(at.joint) -= at.sense * rows.a.col(at.before);
+  }
+  Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
+  const Eigen::MatrixXd of_joints = tau;
+  for (const AbsoluteAngle& at : angles.joints) {
+    if (angles.of_efforts) tau.col(at.before) -= at.sense * of_joints.col(at.joint);
+  }
+  return rows.calc_left(rows.effort - tau);
+}
+
+// One joint, or all, with either kind of effort.
+std::vector<AbsoluteAngles> list_sets(const TreeSpec& tree) {
+  const std::vector<AbsoluteAngle> parallel = list_parallel(tree);
+  std::vector<AbsoluteAngles> out;
+  for (const bool of_efforts : {false, true}) {
+    for (const AbsoluteAngle& at : parallel) out.push_back({{at}, of_efforts});
+    if (parallel.size() > 1) out.push_back({parallel, of_efforts});
+  }
+  return out;
+}
+
+// The set that leaves a detail of the mismatch; an empty one if there is none.
+AbsoluteAngles find_set(const TorqueData& data) {
+  AbsoluteAngles best;
+  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
+  if (rows.tell_nothing()) return best;
+  const Plant plant = make_plant(*data.experiment, {});
+  const double nominal = calc_left(plant, rows, best);
+  const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
+  if (nominal < kTrace * samples) return best;  // friction and rotors explain all
+  double least = kDetail * nominal;
+  for (AbsoluteAngles& set : list_sets(data.experiment->robot.tree)) {
+    const double left = calc_left(plant, rows, set);
+    if (left < least) least = left, best = std::move(set);
+  }
+  return best;
+}
+
+void subtract(double factor, const std::vector<double>& other, std::vector<double>* x) {
+  if (x->size() != other.size()) return x->clear();  // of one of the two it was not recorded
+  for (size_t k = 0; k < x->size(); ++k) (*x)[k] -= factor * other[k];
+}
+
+// A motor on the base turns its link against the base, so it does work on the angles of the joints before, too: each
+// joint's torque is the sum of the efforts from it to the tip.
+void add_reactions(const AbsoluteAngles& angles, Recording* r) {
+  for (auto at = angles.joints.rbegin(); at != angles.joints.rend(); ++at) {
+    const std::vector<double>& own = r->joints[static_cast<size_t>(at->joint)].signal[kEffort];
+    if (!own.empty()) subtract(-at->sense, own, &r->joints[static_cast<size_t>(at->before)].signal[kEffort]);
+  }
+}
+
+}  // namespace
+
+AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs) {
+  const Experiment& e = *data.experiment;
+  if (data.recordings.empty() || data.behind_gears) return {};
+  const AbsoluteAngles set = find_set(data);
+  const double cost = kConventionNats + kOfOneJoint * static_cast<double>(set.joints.size());
+  if (!set.any() ||
+      compare(fit_list(convert_angles(e, set), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < cost)
+    return {};
+  if (e.scenario.drive == "effort") return set;
+  refuse_input(e.recordings.front().find_place(e.signal_name(set.joints.front().joint, Quantity::kPosition)),
+               describe(e, set) + ". State 'drive: effort', or subtract the angles before the servos' law is compared");
+}
+
+Experiment convert_angles(Experiment e, const AbsoluteAngles& angles) {
+  for (Recording& r : e.recordings) {
+    const std::vector<JointColumns> logged = r.joints;
+    for (const AbsoluteAngle& at : angles.joints) {
+      JointColumns& own = r.joints[static_cast<size_t>(at.joint)];
+      const JointColumns& before = logged[static_cast<size_t>(at.before)];
+      for (const int q : {kAngle, kRate}) subtract(at.sense, before.signal[q], &own.signal[q]);
+      subtract(at.sense, before.command, &own.command), subtract(at.sense, before.command_rate, &own.command_rate);
+    }
+    if (angles.of_efforts) add_reactions(angles, &r);
+  }
+  for (const AbsoluteAngle& at : angles.joints) {
+    for (const int q : {kAngle, kRate}) {
+      Noise& own = e.joint_noise[static_cast<size_t>(at.joint)][static_cast<size_t>(q)];
+      own.sigma = std::hypot(own.sigma, e.joint_noise[static_cast<size_t>(at.before)][static_cast<size_t>(q)].sigma);
+    }
+  }
+  return e;
+}
+
+std::string describe(const Experiment& e, const AbsoluteAngles& angles) {
+  std::vector<std::string> names, before;
+  for (const AbsoluteAngle& at : angles.joints)
+    names.push_back(e.signal_name(at.joint, Quantity::kPosition)), before.push_back(e.robot.tree.joint(at.before).name);
+  return join_words(names) + (names.size() > 1 ? ": are angles" : ": is an angle") + " against the base: the model's " +
+         "angle plus that of " + join_words(before) +
+         (angles.of_efforts ? ", and the efforts do work on these angles (motors on the base)" : "");
+}
+
+}  // namespace hrp::diagnosis
