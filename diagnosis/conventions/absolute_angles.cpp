@@ -19,20 +19,6 @@ constexpr int kAngle = static_cast<int>(Quantity::kPosition), kRate = static_cas
               kEffort = static_cast<int>(Quantity::kEffort);
 constexpr double kParallel = 1e-6;  // 1 - cosine: axes of a drawing, to its digits
 
-// Every joint whose parent link turns about a parallel axis.
-std::vector<AbsoluteAngle> list_parallel(const TreeSpec& tree) {
-  std::vector<AbsoluteAngle> out;
-  for (int j = 0; j < tree.num_joints(); ++j) {
-    const LinkSpec& link = tree.links[static_cast<size_t>(j) + 1];
-    if (link.parent <= 0) continue;  // on the base
-    const JointSpec &own = link.joint, &before = tree.joint(link.parent - 1);
-    if (own.kind != JointKind::kRevolute || before.kind != JointKind::kRevolute) continue;
-    const double cosine = (own.X_PF.R * own.axis_F).dot(before.axis_F);
-    if (std::abs(cosine) > 1.0 - kParallel) out.push_back({j, link.parent - 1, cosine > 0.0 ? 1.0 : -1.0});
-  }
-  return out;
-}
-
 // What friction and rotors leave if these angles are absolute.
 double calc_left(const Plant& plant, const SampledMotion& rows, const AbsoluteAngles& angles) {
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
@@ -51,7 +37,7 @@ double calc_left(const Plant& plant, const SampledMotion& rows, const AbsoluteAn
 
 // One joint, or all, with either kind of effort.
 std::vector<AbsoluteAngles> list_sets(const TreeSpec& tree) {
-  const std::vector<AbsoluteAngle> parallel = list_parallel(tree);
+  const std::vector<AbsoluteAngle> parallel = list_parallel_joints(tree);
   std::vector<AbsoluteAngles> out;
   for (const bool of_efforts : {false, true}) {
     for (const AbsoluteAngle& at : parallel) out.push_back({{at}, of_efforts});
@@ -92,6 +78,19 @@ void add_reactions(const AbsoluteAngles& angles, Recording* r) {
 }
 
 }  // namespace
+
+std::vector<AbsoluteAngle> list_parallel_joints(const TreeSpec& tree) {
+  std::vector<AbsoluteAngle> out;
+  for (int j = 0; j < tree.num_joints(); ++j) {
+    const LinkSpec& link = tree.links[static_cast<size_t>(j) + 1];
+    if (link.parent <= 0) continue;  // on the base
+    const JointSpec &own = link.joint, &before = tree.joint(link.parent - 1);
+    if (own.kind != JointKind::kRevolute || before.kind != JointKind::kRevolute) continue;
+    const double cosine = (own.X_PF.R * own.axis_F).dot(before.axis_F);
+    if (std::abs(cosine) > 1.0 - kParallel) out.push_back({j, link.parent - 1, cosine > 0.0 ? 1.0 : -1.0});
+  }
+  return out;
+}
 
 AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs) {
   const Experiment& e = *data.experiment;

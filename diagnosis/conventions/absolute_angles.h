@@ -25,6 +25,9 @@ struct AbsoluteAngles {
   bool any() const { return !joints.empty(); }
 };
 
+// Every joint whose parent link turns about a parallel axis.
+std::vector<AbsoluteAngle> list_parallel_joints(const TreeSpec& tree);
+
 // Fixed bases. Throws InputError, with file and column, where servos hold such angles: their law is not the model's.
 AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs);
 

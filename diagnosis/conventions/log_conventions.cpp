@@ -114,17 +114,43 @@ const char* name_absent(Absent part) {
   return part == Absent::kWeight ? "the weight of the model" : "all torque of the model's bodies";
 }
 
+// The base and the first joint's zero say the same where its axis is level.
+bool is_first_and_level(const Experiment& e, int joint) {
+  const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
+  if (link.parent > 0) return false;
+  const Vector3d axis_W = link.joint.X_PF.R * link.joint.axis_F, down_W = e.scenario.gravity_W.normalized();
+  return axis_W.normalized().cross(down_W).norm() > kNearlyAll;
+}
+
+// All axes are level and parallel: of an arm that lies on a table gravity does nothing.
+bool is_planar(const Experiment& e) {
+  return is_first_and_level(e, 0) &&
+         list_parallel_joints(e.robot.tree).size() + 1 == static_cast<size_t>(e.num_joints());
+}
+
+std::string describe_absent(Absent part, bool planar) {
+  if (part == Absent::kBodies)
+    return "The logged efforts lack the weight and the inertia of the links, as an estimate of the external torque "
+           "does. The model's torque was added to them: what is found differs from the model that the estimate used.";
+  return std::string(
+             "The logged efforts lack the weight of the links: they are a controller's torque beside its "
+             "gravity compensation, ") +
+         (planar ? "something else carries the links, or the robot lies on its side."
+                 : "or something else carries the links.") +
+         " The model's weight was added to them.";
+}
+
 Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
   const EffectInfo& effect = get_effect_of(PlaceKind::kNone, EffectFamily::kTorqueOverPosition);
-  Json f = make_finding(effect, {{"link", e.robot.tree.links[0].name}}, "share",
-                        make_value(1.0, round_to(kBlur, 3), "1"), 1.0 - absent.left);
-  f["statement"] =
-      absent.part == Absent::kWeight
-          ? "The logged efforts lack the weight of the links: they are a controller's torque beside its gravity "
-            "compensation, or something else carries the links. The model's weight was added to them."
-          : "The logged efforts lack the weight and the inertia of the links, as an estimate of the external torque "
-            "does. The model's torque was added to them: what is found differs from the model that the estimate used.";
+  const Json base = {{"link", e.robot.tree.links[0].name}};
+  Json f = make_finding(effect, base, "share", make_value(1.0, round_to(kBlur, 3), "1"), 1.0 - absent.left);
+  const bool planar = absent.part == Absent::kWeight && is_planar(e);
+  f["statement"] = describe_absent(absent.part, planar);
   f["alternatives"] = Json::array();
+  if (!planar) return f;
+  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kNone, EffectFamily::kZero), base,
+                                                Json::object(), "a look at how the robot is mounted"));
   return f;
 }
 
@@ -200,14 +226,6 @@ void add_pose_findings(const floating::PoseFrame& pose, Json* findings) {
   floating::SensorFrame frame;
   frame.sensor = "/base/pose", frame.R = pose.R_body.transpose(), frame.late = pose.late, frame.left = pose.left;
   add_frame_findings(frame, findings);
-}
-
-// The base and the first joint's zero say the same where its axis is level.
-bool is_first_and_level(const Experiment& e, int joint) {
-  const LinkSpec& link = e.robot.tree.links[static_cast<size_t>(joint) + 1];
-  if (link.parent > 0) return false;
-  const Vector3d axis_W = link.joint.X_PF.R * link.joint.axis_F, down_W = e.scenario.gravity_W.normalized();
-  return axis_W.normalized().cross(down_W).norm() > kNearlyAll;
 }
 
 // Another zero turns the last link's centre of mass about the joint's axis, which is the same motion of the same

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/conventions/log_conventions.h"
 #include "diagnosis/simulation/bodies.h"
 #include "tests/unit/diagnosis/joint_sines.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
@@ -94,6 +95,32 @@ TEST(AbsoluteAngles, ServosThatHoldThemAreRefusedByName) {
     EXPECT_THAT(std::string(error.what()),
                 testing::HasSubstr("/joint_states/j2/position: is an angle against the base"));
   }
+}
+
+// Gravity along all axes, and a controller that compensates it, leave the same efforts.
+TEST(PlanarArms, EffortsWithoutWeightMayMeanThatTheRobotLiesOnItsSide) {
+  Experiment e = make_log("table", {}, false);
+  const Plant plant = make_plant(e, {});
+  for (Recording& r : e.recordings) {
+    Eigen::MatrixXd q(static_cast<long>(r.size()), kJoints);
+    for (int j = 0; j < kJoints; ++j)
+      q.col(j) = Eigen::Map<const Eigen::VectorXd>(r.joints[static_cast<size_t>(j)].signal[0].data(), q.rows());
+    const Eigen::MatrixXd weight = calc_efforts(plant, q, 0.0 * q, 0.0 * q);
+    for (int j = 0; j < kJoints; ++j) {
+      for (long k = 0; k < q.rows(); ++k)
+        r.joints[static_cast<size_t>(j)].signal[2][static_cast<size_t>(k)] -= weight(k, j);
+    }
+  }
+  const LogConventions found = find_conventions(e, 1);
+  ASSERT_EQ(found.absent.part, Absent::kWeight);
+  Reports reports;
+  reports.report = {{"verdict", "explained"}, {"findings", Json::array()}, {"warnings", Json::array()}};
+  reports.series = {{"notes", Json::array()}};
+  add_conventions(e, found, &reports);
+  const Json& finding = reports.report["findings"][0];
+  EXPECT_EQ(finding["effect"], "gravity_compensation");
+  EXPECT_EQ(finding["grade"], "ambiguous");
+  EXPECT_EQ(finding["alternatives"][0]["effect"], "base_tilt");
 }
 
 }  // namespace
