@@ -77,7 +77,8 @@ TEST(TorqueEvidence, FrictionAndRotorsOfEveryJointComeOutBesideTextureOfNoList) 
 // A joint that turned one way: a constant torque of 1600 N m was listed, which dry friction of 1580 N m took back. The
 // drive gives 330 N m.
 TEST(TorqueEvidence, ATermThatOthersTakeBackButForADetailIsNotPhysical) {
-  const TorqueDesign design = make_torque_design(make_torque_data(simulate_arm("torque_back", make_arm_drives())));
+  const Experiment e = simulate_arm("torque_back", make_arm_drives());
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
   std::vector<size_t> pair;
   Eigen::Vector2d signs;
   for (size_t t = 0; t < design.joints[kShoulder].terms.size(); ++t) {

@@ -382,8 +382,8 @@ TEST(TorqueMass, AWrongMassBesideFrictionOfTheLoadIsAGearThatLosesBackwards) {
 
 // Half of a link's mass is not forgotten, a gear that the load hardly turns is common: the rows are the same.
 TEST(TorqueMass, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBackwards) {
-  const TorqueDesign design =
-      make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  const Experiment e = make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {});
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
   // By the nominal load: lifting takes 0.54 + 0.37 of it, lowering 0.54 - 0.37.
   std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, -0.46, 0.02),
                                  make_graded(&TermRow::by_load, 0, 0.37, 0.02)};
@@ -396,8 +396,8 @@ TEST(TorqueMass, HalfOfAMassBesideFrictionOfTheLoadIsReportedAsAGearThatLosesBac
 }
 
 TEST(TorqueMass, AMassThatIsATenthOffStaysAMassAndItsFrictionCountsTheTrueLoad) {
-  const TorqueDesign design =
-      make_torque_design(make_torque_data(make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {})));
+  const Experiment e = make_simulated_experiment("torque_gears", kPendulum, {"hinge"}, {});
+  const TorqueDesign design = make_torque_design(make_torque_data(e));
   std::vector<GradedTerm> graded{make_graded(&TermRow::factor, 1, 0.1, 0.02),
                                  make_graded(&TermRow::by_load, 0, 0.11, 0.02)};
   explain_by_gears(design, &graded);

@@ -80,7 +80,8 @@ TEST(TorqueRivals, GainsOfTheDrivesAreListedBesideAForceThatCarriesTheirWeight) 
 
 // The elbow of an arm moved at 0.5 to 0.9 rad/s: its friction at rest was listed as 1e121 N m.
 TEST(TorqueRivals, StribeckFrictionHasNoValuesWhereTheMotionIsTooFastToTellTheFrictionAtRest) {
-  const TorqueData data = make_torque_data(simulate_arm("rivals_fast", make_arm_drives()));
+  const Experiment e = simulate_arm("rivals_fast", make_arm_drives());
+  const TorqueData data = make_torque_data(e);
   GradedTerm level;
   level.term = {&find_term_row(&TermRow::level), kElbow};
   level.parameters = level.width = Eigen::VectorXd::Constant(1, 1.0);
