@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What all fuzz targets need. A reader may refuse its input with an exception that its header names; anything else that
-// goes wrong (a sanitizer's finding, another exception, more than 2 GB or 25 s) ends the target with the input in a
-// file.
+// goes wrong (a sanitizer's finding, another exception, more than 2 GB, or than 25 s of a processor) ends the target
+// with the input in a file.
 #pragma once
 
 #include <sys/mman.h>
