@@ -12,11 +12,12 @@ import re
 import shlex
 import subprocess
 import sys
+import tempfile
 
 import tidy
 
 LARGEST = 16  # sources in a unit: with more, a unit takes more than 1 GB
-# The analyser follows paths in the main file only, unless the main file's name has this word. Then also in sources that it includes.
+# The analyser follows paths in the main file only, unless the main file's name ends so. Then also in sources that it includes.
 UNIT = "UnifiedSource.cpp"
 QUICK = ("--checks=-clang-analyzer-*",)
 # A unit may have each of these once. They get a number.
@@ -74,20 +75,21 @@ def make_units(sources, flags):
 
 def look(sources, build, flags, checks=QUICK):
     """What clang-tidy says of a unit. One that cannot be compiled is halved."""
-    unit = build / UNIT
     lines = []
     for number, source in enumerate(sources):
         lines += [f"#undef {name}\n#define {name} {name}_{number}" for name in ENTRIES] + [f'#include "{source}"']
-    unit.write_text("\n".join(lines) + "\n", encoding="utf-8")
     words = dict.fromkeys(item for source in sources for item in flags[source])
     header = [f"--extra-arg={word}" for word in ("-include-pch", str(build / "headers.pch"))]
     plugin = [f"--load={build / 'own_sources.so'}"] if (build / "own_sources.so").exists() else []
-    done = subprocess.run(["clang-tidy", "--quiet", *checks, f"--header-filter=^{tidy.ROOT}/", *plugin, *header,
-                           str(unit), "--", *(word for item in words for word in item), "-fPIC", "-fno-semantic-interposition"],
-                          capture_output=True, text=True)
+    with tempfile.NamedTemporaryFile("w", dir=build, suffix=UNIT, encoding="utf-8") as unit:  # another call has other units
+        unit.write("\n".join(lines) + "\n")
+        unit.flush()
+        done = subprocess.run(["clang-tidy", "--quiet", *checks, f"--header-filter=^{tidy.ROOT}/", *plugin, *header,
+                               unit.name, "--", *(word for item in words for word in item), "-fPIC", "-fno-semantic-interposition"],
+                              capture_output=True, text=True)
     said = tidy.drop_eigen(done.stdout)
     if done.returncode and not done.stdout:
-        return f"{unit}: clang-tidy ended with status {done.returncode} and without a word: {' '.join(map(str, sources))}\n"
+        return f"clang-tidy ended with status {done.returncode} and without a word: {' '.join(map(str, sources))}\n"
     if "[clang-diagnostic-error" not in said or len(sources) == 1:
         return said
     half = len(sources) // 2

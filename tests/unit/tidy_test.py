@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """tidy_test.py: scripts/tidy.sh looks at what it is asked for, once, and says what it found."""
+import concurrent.futures
 import contextlib
 import io
 import json
@@ -170,6 +171,19 @@ class Units(unittest.TestCase):
         with unittest.mock.patch.dict(os.environ, PATH=f'{self.root}:{os.environ["PATH"]}'):
             said = tidy_units.look(sources, self.root, {source: [('-O3',)] for source in sources})
         self.assertEqual((said, len((self.root / 'calls').read_text().split())), ('', 3))
+
+    def test_calls_side_by_side_look_at_their_own_units(self):
+        tool = self.root / 'clang-tidy'
+        # Waits until both are there, then says what its unit includes.
+        tool.write_text(CLANG_TIDY_OF_UNITS.split('echo')[0] +
+                        f'echo x >> "{self.root}/calls"\nwhile [ "$(grep -c x "{self.root}/calls")" -lt 2 ]; do sleep 0.01; done\n'
+                        'grep include "$file"\nexit 1\n')
+        tool.chmod(0o755)
+        sources = self.write(a='', b='')
+        with unittest.mock.patch.dict(os.environ, PATH=f'{self.root}:{os.environ["PATH"]}'):
+            with concurrent.futures.ThreadPoolExecutor(2) as pool:
+                said = list(pool.map(lambda source: tidy_units.look([source], self.root, {source: []}), sources))
+        self.assertEqual(said, [f'#include "{source}"\n' for source in sources])
 
     def test_a_unit_that_was_broken_off_is_no_clean_one(self):
         tool = self.root / 'clang-tidy'
