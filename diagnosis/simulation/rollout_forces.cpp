@@ -33,7 +33,9 @@ double Rollout::calc_drive(int j, double t, const RolloutState& x) {
   if (plant_.effort_driven) {
     free_[j] = 1;
     const auto& effort = smooth_.effort[index(j)];
-    return effort.empty() ? 0.0 : interpolate(recording_.time, effort, t + get_effort_delay(plant_, j), near_);
+    return effort.empty()
+               ? 0.0
+               : interpolate(recording_.time, effort, t + get_effort_delay(plant_, j) - law.command_delay, near_);
   }
   free_[j] = 0;
   if (columns.command.empty()) return 0.0;

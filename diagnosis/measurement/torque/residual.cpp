@@ -50,12 +50,13 @@ std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecordi
                                      const Eigen::VectorXd& tau, int j) {
   const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
   const double log_delay = get_effort_delay(plant, j);
+  const auto late = data.source[static_cast<size_t>(j)] == EffortSource::kRecorded ? calc_gone : calc_late;
   const Eigen::VectorXd taken = data.condition(r, calc_taken(data, laws, r, tau, j));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {
     if (!r.use(k, j)) continue;
     const long row = r.full_row(k);
-    const double effort = r.effort(row, j) - laws.command_delay * calc_late(r, j, row, laws.command_delay) -
+    const double effort = r.effort(row, j) - laws.command_delay * late(r, j, row, laws.command_delay) -
                           laws.lag * r.effort_rate(row, j) + log_delay * calc_coming(r, j, row, log_delay);
     left.push_back((calc_given_torque(laws, effort, r.v(row, j)) - tau[row] - taken[k]) / laws.torque_scale);
   }

@@ -11,6 +11,7 @@
 #include "diagnosis/measurement/effort_limits.h"
 #include "diagnosis/measurement/ripple.h"
 #include "diagnosis/model/memory.h"
+#include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
 
@@ -78,9 +79,10 @@ Matrix calc_excess(const TorqueData& data, const R& r, const Term& t) {
   return data.condition(r, (sign * (-(r.speed.col(t.place).array() / t.shape).square()).exp()).matrix());
 }
 
-Matrix calc_late_command(const TorqueData&, const R& r, const Term& t) {
+Matrix calc_late_command(const TorqueData& data, const R& r, const Term& t) {
+  const bool logged = data.source[static_cast<size_t>(t.place)] == EffortSource::kRecorded;
   Matrix out(r.kept(), 1);
-  for (long k = 0; k < r.kept(); ++k) out(k, 0) = calc_late(r, t.place, r.full_row(k), t.shape);
+  for (long k = 0; k < r.kept(); ++k) out(k, 0) = (logged ? calc_gone : calc_late)(r, t.place, r.full_row(k), t.shape);
   return out;
 }
 
@@ -128,8 +130,10 @@ std::vector<double> list_springs(const TorqueData& data, int) {
   return data.behind_gears ? std::vector<double>{} : std::vector<double>{0.0};
 }
 
+// Of servos whose law gives the effort, and of drives that are told an effort.
 std::vector<double> list_own_delays(const TorqueData& data, int joint) {
-  return data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw ? list_delays() : std::vector<double>{};
+  const bool by_law = data.source[static_cast<size_t>(joint)] == EffortSource::kServoLaw;
+  return by_law || is_effort_driven(*data.experiment) ? list_delays() : std::vector<double>{};
 }
 
 std::vector<double> list_log_delays(const TorqueData& data, int joint) {

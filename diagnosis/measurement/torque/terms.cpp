@@ -67,6 +67,12 @@ double calc_late(const TorqueRecording& r, long joint, long k, double delay) {
   return sum / samples;
 }
 
+double calc_gone(const TorqueRecording& r, long joint, long k, double delay) {
+  const double end = std::max(static_cast<double>(k) - delay / r.step, 0.0);
+  if (!(end < static_cast<double>(k))) return r.effort_rate(k, joint);
+  return (r.effort(k, joint) - read_between(r.effort, joint, end)) / ((static_cast<double>(k) - end) * r.step);
+}
+
 double calc_coming(const TorqueRecording& r, long joint, long k, double delay) {
   const long last = r.effort.rows() - 1;
   const double end = std::min(static_cast<double>(k) + delay / r.step, static_cast<double>(last));

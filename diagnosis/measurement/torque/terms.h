@@ -110,6 +110,8 @@ const TermRow& find_term_row(bool TermRow::*property);
 
 // (c(t) - c(t - T0)) / T0 [N m/s] at sample k of the full grid: mean of c' over the last T0.
 double calc_late(const TorqueRecording& recording, long joint, long k, double delay);
+// (y(t) - y(t - T0)) / T0 [N m/s] at sample k of the full grid: the same of efforts that are commands.
+double calc_gone(const TorqueRecording& recording, long joint, long k, double delay);
 // (y(t + T0) - y(t)) / T0 [N m/s] at sample k of the full grid: regressor of a late log.
 double calc_coming(const TorqueRecording& recording, long joint, long k, double delay);
 

@@ -166,6 +166,29 @@ TEST(TorqueLog, EffortsThatAreLoggedLateAreNoFriction) {
   }
 }
 
+// A log of the efforts that drives were told. They take time to get there.
+TEST(TorqueLog, EffortsThatDrivesGetLateAreADelayOfTheirCommands) {
+  const Hypothesis hidden = make_arm_drives();
+  Experiment e = make_simulated_experiment("torque_early_log", kArm, kArmJoints, hidden);
+  e.scenario.drive = "effort";
+  constexpr long kEarly = 4;  // samples of 5 ms
+  for (Recording& r : e.recordings) {
+    for (JointColumns& joint : r.joints) {
+      std::vector<double>& effort = joint.signal[2];
+      std::rotate(effort.begin(), effort.begin() + kEarly, effort.end());
+      std::fill(effort.end() - kEarly, effort.end(), effort[effort.size() - kEarly - 1]);
+    }
+    forget_commands(&r);
+  }
+  const TorqueVerdict verdict = judge_torque(e, 1);
+  expect_drives(verdict, hidden);
+  const Finding* f = find(verdict, "command_delay", "shoulder");
+  ASSERT_NE(f, nullptr);
+  EXPECT_NEAR(f->parameters[0].value[0], 0.02, 2.0 * f->parameters[0].std[0]) << f->statement;
+  EXPECT_LT(f->parameters[0].std[0], 0.007) << f->statement;  // as of a late log
+  EXPECT_EQ(find(verdict, "actuator_lag", "shoulder"), nullptr);
+}
+
 // Back-EMF of a motor that is logged in volts: friction is nearly all of the effort, which therefore hardly follows the
 // torque. Beside friction and rotor it does.
 TEST(TorqueLog, AGainIsToldWhereFrictionIsMostOfTheEffort) {
