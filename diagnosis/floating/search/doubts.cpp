@@ -103,6 +103,18 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
   return true;
 }
 
+// Friction or a rotor that is all that was found, and leaves most of its joint's mismatch, stands in for another cause:
+// every drive of a real robot has both, so that they show at several joints.
+bool drop_lone(const std::vector<FoundEffect>& found, SearchState* state) {
+  if (found.size() != 1) return false;
+  const FoundEffect& f = found[0];
+  if (!f.effect.is_listed() || f.effect.info().place != PlaceKind::kJoint || !is_expected(f.effect.info()))
+    return false;
+  if (f.share >= kHalf || get_left(*state, f.channel) <= kHalf * get_nominal(*state, f.channel)) return false;
+  drop(0, "alone, and most is left:", {f.channel}, state);
+  return true;
+}
+
 // Weighted squares of what two effects predict, each and both together, over all rows.
 struct PairSquares {
   double first = 0, second = 0, sum = 0;
@@ -209,7 +221,7 @@ bool drop_unsteady(SearchState* state) {
 bool drop_doubtful(const std::vector<FoundEffect>& found, SearchState* state) {
   return drop_impossible(state) || drop_undone(found, state) || drop_unsure(found, state) ||
          drop_partial(found, state) || drop_known(found, state) || drop_forced(found, state) ||
-         drop_stand_in(found, state);
+         drop_stand_in(found, state) || drop_lone(found, state);
 }
 
 }  // namespace hrp::diagnosis::floating

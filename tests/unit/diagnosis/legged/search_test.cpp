@@ -390,6 +390,29 @@ TEST(LeggedSearch, AScaleIsHeldOutByTheForcesThatItChangesNotByATiltThatAnotherE
 }
 
 // A foot in the air hardly loads its ankle: friction is the effort, and the effort times 1 is the friction.
+// A rotor takes a sixth of what a joint misses; another joint's rotor takes all of its own, or is not there.
+size_t count_rotors(bool another) {
+  std::mt19937 random(83);
+  std::normal_distribution<double> normal;
+  RowHalves rows(2, 900, {{make_joint_channel("A"), {0}}, {make_joint_channel("B"), {1}}});
+  for (int i = 0; i < rows.cells(); ++i) {
+    const double first = normal(random), second = normal(random), unknown = 9 * std::sin(1.1 * i);
+    rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
+      half->begin_row(0, 3 * first + unknown + 0.2 * normal(random), 40), half->add(0, 0, first);
+      half->begin_row(1, (another ? 3 * second : 0) + 0.2 * normal(random), 40), half->add(1, 1, second);
+    });
+  }
+  const Candidate a = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
+                  b = make_candidate(EffectId::kRotorInertia, "B", {{{1, 1.0}}});
+  return search(rows.merge(), 2, {a, b}).effects.size();
+}
+
+// A disturbance of 1.3 Hz at one ankle was named a rotor of 2.7 kg m^2 there, which took a sixth of it.
+TEST(LeggedSearch, ALoneRotorThatLeavesMostOfItsJointsMismatchIsNotNamed) {
+  EXPECT_EQ(count_rotors(false), 0u);
+  EXPECT_EQ(count_rotors(true), 2u);
+}
+
 TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
   std::mt19937 random(71);
   std::normal_distribution<double> normal;
