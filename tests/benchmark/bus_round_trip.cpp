@@ -31,7 +31,7 @@ double find_microseconds(Clock::duration time) { return std::chrono::duration<do
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   const auto bus = hrp::make_bus(options);
   const auto writer = bus->make_writer(kAnswer);
-  const auto reader =
+  [[maybe_unused]] const auto reader =
       bus->make_reader(kAsk, hrp::Delivery::kReliable, [&](hrp::Bytes sample) { writer->write(sample); });
   while (true) bus->spin(std::chrono::seconds(1));
 }

@@ -36,7 +36,7 @@ struct Ours {
 };
 
 void run_forward(benchmark::State& loop, Ours* ours) {
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     update_kinematics(ours->model, ours->next(), &ours->data);
     benchmark::DoNotOptimize(calc_forward_dynamics(ours->model, ours->effort, nullptr, {}, &ours->data, &ours->out));
     benchmark::ClobberMemory();
@@ -44,7 +44,7 @@ void run_forward(benchmark::State& loop, Ours* ours) {
 }
 
 void run_mass(benchmark::State& loop, Ours* ours) {
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     update_kinematics(ours->model, ours->next(), &ours->data);
     update_mass_matrix(ours->model, &ours->data);
     benchmark::ClobberMemory();
@@ -52,7 +52,7 @@ void run_mass(benchmark::State& loop, Ours* ours) {
 }
 
 void run_inverse(benchmark::State& loop, Ours* ours) {
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     update_kinematics(ours->model, ours->next(), &ours->data);
     calc_inverse_dynamics(ours->model, ours->vdot, nullptr, &ours->data, &ours->out);
     benchmark::ClobberMemory();
@@ -60,7 +60,7 @@ void run_inverse(benchmark::State& loop, Ours* ours) {
 }
 
 void run_kinematics(benchmark::State& loop, Ours* ours) {
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     update_kinematics(ours->model, ours->next(), &ours->data);
     benchmark::ClobberMemory();
   }
@@ -70,12 +70,12 @@ using MujocoRun = void (engines::MujocoEngine::*)();
 using DartRun = void (engines::DartEngine::*)();
 
 void run_mujoco(benchmark::State& loop, engines::MujocoEngine* engine, MujocoRun run) {
-  for (auto _ : loop) (engine->*run)();
+  for ([[maybe_unused]] auto _ : loop) (engine->*run)();
 }
 
 // DART caches what depends on positions: they are set anew each time, as ours are.
 void run_dart(benchmark::State& loop, engines::DartEngine* engine, DartRun run) {
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     engine->touch();
     (engine->*run)();
   }

@@ -87,7 +87,7 @@ void time_step(benchmark::State& loop, double margin) {
   for (const ContactPair& pair : contacts) found += static_cast<long>(pair.points.size());
   const State settled = simulator.state();
   long done = 0, solves = 0;
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     status = simulator.step(contacts, command);
     solves += simulator.solves();
     if (status != StepStatus::kOk) return loop.SkipWithError(simulator.fault_text().c_str());
@@ -115,7 +115,7 @@ void our_search(benchmark::State& loop) {
   scenario.ground.all_touch = loop.range(0) != 0;
   CollisionWorld world(robot, scenario);
   const State state = world.start_state();
-  for (auto _ : loop) benchmark::DoNotOptimize(world.calc_contacts(state).size());
+  for ([[maybe_unused]] auto _ : loop) benchmark::DoNotOptimize(world.calc_contacts(state).size());
 }
 BENCHMARK(our_search)->Arg(0)->Arg(1);
 
@@ -171,7 +171,7 @@ mjData* make_settled(const mjModel* model, double height) {
 void time_mujoco(benchmark::State& loop, mjModel* model, double height) {
   if (!model) return;
   mjData* data = make_settled(model, height);
-  for (auto _ : loop) mj_step(model, data);
+  for ([[maybe_unused]] auto _ : loop) mj_step(model, data);
   loop.counters["contacts"] = data->ncon;
   loop.counters["height"] = data->qpos[2];
   mj_deleteData(data);
@@ -264,7 +264,7 @@ void our_joints(benchmark::State& loop) {
   }
   long done = 0, solves = 0;
   size_t points = 0;
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     const ContactSet& contacts = world.calc_contacts(simulator.state());
     if (simulator.step(contacts, command) != StepStatus::kOk) return loop.SkipWithError(simulator.fault_text().c_str());
     solves += simulator.solves();
@@ -317,7 +317,7 @@ void our_batch(benchmark::State& loop) {
   }
   std::vector<Simulator> robots(kRobots, settled);
   std::atomic<bool> good{true};
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     parallel_for(find_cores(), kRobots, [&](int i, int thread) {
       Simulator& mine = robots[static_cast<size_t>(i)];
       CollisionWorld& world = worlds[static_cast<size_t>(thread)];
@@ -338,7 +338,7 @@ void mujoco_batch(benchmark::State& loop) {
   mjData* settled = make_settled(model, height);
   std::vector<mjData*> robots(kRobots);
   for (mjData*& data : robots) data = mj_copyData(nullptr, model, settled);
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     parallel_for(find_cores(), kRobots, [&](int i) {
       for (int k = 0; k < kSlice; ++k) mj_step(model, robots[static_cast<size_t>(i)]);
     });

@@ -58,7 +58,7 @@ void control_period(benchmark::State& loop, const char* name) {
   if (!prepare(loop, name, &description, &scenario, &walk)) return;
   double largest = 0.0, sum = 0.0;  // [s]
   size_t k = walk.heard.size();
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     if (k >= walk.heard.size()) {
       loop.PauseTiming();
       walk.controller->start(walk.robot);
@@ -83,7 +83,7 @@ void make_walk(benchmark::State& loop, const char* name) {
   Scenario scenario;
   Walk walk;
   if (!prepare(loop, name, &description, &scenario, &walk)) return;
-  for (auto _ : loop) {
+  for ([[maybe_unused]] auto _ : loop) {
     walk.controller->start(walk.robot);
     benchmark::DoNotOptimize(walk.controller->control(walk.heard[0], walk.robot));
   }

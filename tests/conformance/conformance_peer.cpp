@@ -56,6 +56,6 @@ int main(int argc, char** argv) {
     sleep_for_ever();
   }
   const auto delivery = role == "stall" ? hrp::Delivery::kReliable : hrp::Delivery::kBestEffort;
-  const auto reader = bus->make_reader(kAsk, delivery, [](hrp::Bytes) { sleep_for_ever(); });
+  [[maybe_unused]] const auto reader = bus->make_reader(kAsk, delivery, [](hrp::Bytes) { sleep_for_ever(); });
   sleep_for_ever();
 }
