@@ -9,6 +9,7 @@
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/motion_rows.h"
+#include "diagnosis/model/nominal.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 
@@ -100,7 +101,7 @@ AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs) {
   if (!set.any() ||
       compare(fit_list(convert_angles(e, set), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < cost)
     return {};
-  if (e.scenario.drive == "effort") return set;
+  if (is_effort_driven(e)) return set;
   refuse_input(e.recordings.front().find_place(e.signal_name(set.joints.front().joint, Quantity::kPosition)),
                describe(e, set) + ". State 'drive: effort', or subtract the angles before the servos' law is compared");
 }

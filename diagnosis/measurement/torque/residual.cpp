@@ -50,7 +50,7 @@ std::vector<double> calc_torque_left(const TorqueData& data, const TorqueRecordi
                                      const Eigen::VectorXd& tau, int j) {
   const JointLaws& laws = plant.laws[static_cast<size_t>(j)];
   const double log_delay = get_effort_delay(plant, j);
-  const auto late = data.source[static_cast<size_t>(j)] == EffortSource::kRecorded ? calc_gone : calc_late;
+  const CalcLate late = find_late(data, j);
   const Eigen::VectorXd taken = data.condition(r, calc_taken(data, laws, r, tau, j));
   std::vector<double> left;
   for (long k = 0; k < r.kept(); ++k) {

@@ -80,9 +80,9 @@ Matrix calc_excess(const TorqueData& data, const R& r, const Term& t) {
 }
 
 Matrix calc_late_command(const TorqueData& data, const R& r, const Term& t) {
-  const bool logged = data.source[static_cast<size_t>(t.place)] == EffortSource::kRecorded;
+  const CalcLate late = find_late(data, t.place);
   Matrix out(r.kept(), 1);
-  for (long k = 0; k < r.kept(); ++k) out(k, 0) = (logged ? calc_gone : calc_late)(r, t.place, r.full_row(k), t.shape);
+  for (long k = 0; k < r.kept(); ++k) out(k, 0) = late(r, t.place, r.full_row(k), t.shape);
   return out;
 }
 

@@ -73,6 +73,10 @@ double calc_gone(const TorqueRecording& r, long joint, long k, double delay) {
   return (r.effort(k, joint) - read_between(r.effort, joint, end)) / ((static_cast<double>(k) - end) * r.step);
 }
 
+CalcLate find_late(const TorqueData& data, int joint) {
+  return data.source[static_cast<size_t>(joint)] == EffortSource::kRecorded ? calc_gone : calc_late;
+}
+
 double calc_coming(const TorqueRecording& r, long joint, long k, double delay) {
   const long last = r.effort.rows() - 1;
   const double end = std::min(static_cast<double>(k) + delay / r.step, static_cast<double>(last));

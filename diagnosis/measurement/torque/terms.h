@@ -112,6 +112,9 @@ const TermRow& find_term_row(bool TermRow::*property);
 double calc_late(const TorqueRecording& recording, long joint, long k, double delay);
 // (y(t) - y(t - T0)) / T0 [N m/s] at sample k of the full grid: the same of efforts that are commands.
 double calc_gone(const TorqueRecording& recording, long joint, long k, double delay);
+// Which of the two is the regressor of late commands to this joint's drive.
+using CalcLate = double (*)(const TorqueRecording& recording, long joint, long k, double delay);
+CalcLate find_late(const TorqueData& data, int joint);
 // (y(t + T0) - y(t)) / T0 [N m/s] at sample k of the full grid: regressor of a late log.
 double calc_coming(const TorqueRecording& recording, long joint, long k, double delay);
 
