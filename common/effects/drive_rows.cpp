@@ -90,6 +90,31 @@ EffectInfo make_velocity_limit() {
   return row;
 }
 
+// Valves that overlap, bridges with a dead time, servos with a dead band: what is asked for below a width does nothing,
+// and of the rest the width is missing.
+double take_dead_zone(const double* p, double torque, double) { return torque - std::clamp(torque, -p[0], p[0]); }
+
+EffectInfo make_dead_zone() {
+  EffectInfo row = make_row(EffectId::kNamed, "dead_zone", PlaceKind::kJoint, EffectFamily::kLimits,
+                            "the drive gives nothing for small efforts, and less by as much for larger ones",
+                            {P("width", "N m").absent_at(0).bounds(0, kUnbounded).size(0.02).starts(kLimitStarts)});
+  row.apply = [](const double* p, const EffectTarget& at) {
+    at.joint->terms.push_back({&take_dead_zone, {p[0], 0.0}});
+  };
+  row.torque.num_columns = 1;
+  row.torque.shapes = {{0.02}, {0.035}, {0.06}, {0.1}, {0.17}, {0.3}, {0.5}};
+  row.torque.shape_of_effort = true;
+  row.torque.calc_columns = [](const JointSample& s, const double* shape, double* c) {
+    c[0] = s.effort - take_dead_zone(shape, s.effort, s.v);
+  };
+  row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
+    p[0] = shape[0];
+    return x[0] > 0.3 && x[0] < 3.0;
+  };
+  row.smooth = false;
+  return row;
+}
+
 double take_constant(const double* p, double torque, double) { return torque - p[0]; }
 
 EffectInfo make_constant_torque() {
@@ -160,8 +185,9 @@ EffectInfo make_joint_offset() {
 }  // namespace
 
 std::vector<EffectInfo> list_drive_rows() {
-  return {make_torque_constant(), make_saturation(), make_velocity_limit(), make_constant_torque(), make_lag(),
-          make_delay(),           make_timing(),     make_drive_timing(),   make_joint_offset()};
+  return {make_torque_constant(), make_saturation(),  make_velocity_limit(), make_dead_zone(),
+          make_constant_torque(), make_lag(),         make_delay(),          make_timing(),
+          make_drive_timing(),    make_joint_offset()};
 }
 
 }  // namespace hrp

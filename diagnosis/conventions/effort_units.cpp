@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/measurement/effort_limits.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/model/nominal.h"
 
@@ -242,6 +243,14 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
 }
 
+// A drive that gives nothing for small efforts gives more for the others than its mean unit says.
+void take_beside_dead_zone(const TorqueData& data, EffortUnit* unit) {
+  if (unit->of_gains) return;
+  const std::optional<double> scale = find_unit_beside_dead_zone(collect_efforts(data, unit->joint));
+  if (!scale) return;
+  unit->low *= *scale / unit->scale, unit->high *= *scale / unit->scale, unit->scale = *scale;
+}
+
 // Further from one than a wrong model could make it.
 std::optional<double> take_far(double scale) {
   const bool far = scale != 0.0 && std::isfinite(scale) && std::abs(std::log(std::abs(scale))) > kFactor;
@@ -274,6 +283,7 @@ std::vector<EffortUnit> find_effort_units(const TorqueData& data) {
   if (!are_far(data, units)) return {};
   if (!units.empty()) refine_beside_load(data, &units);
   if (units.empty()) return {};
+  for (EffortUnit& u : units) take_beside_dead_zone(data, &u);
   add_others(data, &units);
   for (EffortUnit& u : units) take_from_law(data.servo[static_cast<size_t>(u.joint)], &u);
   // Beside other joints' units, a log that is proportional to the law has one, too.

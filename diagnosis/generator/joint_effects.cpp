@@ -84,6 +84,18 @@ const JointEffect kVelocityLimit{"velocity_limit",
                                    });
                                  }};
 
+// Valves that overlap, bridges with a dead time: torque = sign(u) max(0, |u| - width).
+const JointEffect kDeadZone{"dead_zone",
+                            [](const JointPlan& j, double boost, Prng& r) -> Json {
+                              return {{"width", tidy(boost * j.limit * r.log_uniform(0.005, 0.05))}};
+                            },
+                            [](JointReality& j, const Hidden& h) {
+                              const double width = h.get("width");
+                              j.drive_laws.push_back([width](double torque, double) {
+                                return std::copysign(std::max(0.0, std::abs(torque) - width), torque);
+                              });
+                            }};
+
 const JointEffect kLag{"actuator_lag",
                        [](const JointPlan&, double boost, Prng& r) -> Json {
                          return {{"time_constant", tidy(std::min(0.025, boost * r.log_uniform(0.002, 0.018)))}};
@@ -155,9 +167,10 @@ const JointEffect kCogging{"cogging",
 }  // namespace
 
 const std::vector<JointEffect>& list_joint_effects() {
-  static const std::vector<JointEffect> rows{
-      kViscous,    kCoulomb,       kStribeck, kLoadFriction, kRotor,  kElasticity, kBacklash,   kTorqueConstant,
-      kSaturation, kVelocityLimit, kLag,      kDelay,        kSpring, kCogging,    kHysteresis, kOffset};
+  static const std::vector<JointEffect> rows{kViscous,    kCoulomb,  kStribeck,       kLoadFriction, kRotor,
+                                             kElasticity, kBacklash, kTorqueConstant, kSaturation,   kVelocityLimit,
+                                             kDeadZone,   kLag,      kDelay,          kSpring,       kCogging,
+                                             kHysteresis, kOffset};
   return rows;
 }
 

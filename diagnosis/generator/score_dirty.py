@@ -16,7 +16,7 @@ FAMILIES = {
     "give and play": ("joint_elasticity", "backlash", "hysteresis", "foot_compliance", "foot_hardening"),
     "torque over position": ("parallel_spring", "cogging", "gravity_compensation"),
     "zero": ("joint_offset", "sensor_bias", "ground_slope", "external_force", "constant_torque", "base_tilt"),
-    "limits": ("torque_saturation", "velocity_limit"),
+    "limits": ("torque_saturation", "velocity_limit", "dead_zone"),
     "contact": ("ground_friction", "restitution"),
     "geometry of sensors": ("sensor_misalignment",)}
 # What only a drive's effort or its command shows.

@@ -1,50 +1,82 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/effort_limits.h"
 
+#include <limits>
+
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/load_or_unit.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kTried = 40;  // limits between the median effort and the largest
+constexpr int kTried = 40;  // limits between the smallest that is looked for and the largest effort
 // Columns of UnitRows::nuisance: the direction, the acceleration.
 constexpr long kDry = 1, kRotor = 2;
 
-// What one limit leaves of the missing torque, the share of the effort beyond it that is missing, and dry friction
-// beside it.
+// The part of the effort that is not there.
+using CalcAbsent = Eigen::VectorXd (*)(const Eigen::VectorXd& effort, double limit);
+Eigen::VectorXd calc_within(const Eigen::VectorXd& effort, double limit) {
+  return effort.cwiseMax(-limit).cwiseMin(limit);
+}
+Eigen::VectorXd calc_beyond(const Eigen::VectorXd& effort, double limit) { return effort - calc_within(effort, limit); }
+
+// What one limit leaves of the torque, the torque [N m] per logged unit, the share of the absent effort that is
+// missing, and dry friction beside it.
 struct AtLimit {
-  double limit = 0.0, left = 0.0, share = 0.0, dry = 0.0;
+  double limit = 0.0, left = std::numeric_limits<double>::infinity(), scale = 1.0, share = 0.0, dry = 0.0;
+
+  // All of it is missing.
+  bool is_whole() const { return share > kMostly && share < 1.0 / kMostly; }
 };
 
-// Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left out.
-// With nothing but the effort that is there, a limit near zero would explain all.
-AtLimit solve(Eigen::MatrixXd columns, const Eigen::VectorXd& missing, double limit) {
-  Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing);
-  if (x[kRotor] < 0.0) {
-    columns.col(kRotor).setZero();
-    x = columns.colPivHouseholderQr().solve(missing);
-  }
-  return {limit, (missing - columns * x).squaredNorm(), x[x.size() - 1], x[kDry]};
-}
+// Is the effort's unit known? One torque per logged unit, or any.
+enum class Unit { kTorque, kAny };
 
 class Search {
  public:
-  explicit Search(const UnitRows& rows)
-      : effort_(rows.effort), missing_(rows.effort - rows.tau), columns_(rows.effort.size(), kNuisance + 2) {
+  Search(const UnitRows& rows, CalcAbsent calc_absent, Unit unit)
+      : calc_absent_(calc_absent), any_unit_(unit == Unit::kAny), effort_(rows.effort), missing_(-rows.tau) {
+    columns_.resize(effort_.size(), kNuisance + (any_unit_ ? 3 : 2));
     columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1)),
-        Eigen::VectorXd::Zero(rows.effort.size());
+        Eigen::MatrixXd::Zero(effort_.size(), columns_.cols() - kNuisance - 1);
+    if (any_unit_)
+      columns_.col(columns_.cols() - 2) = -effort_;
+    else
+      missing_ += effort_;
   }
 
-  AtLimit try_limit(double limit) {
-    columns_.col(columns_.cols() - 1) = effort_ - effort_.cwiseMax(-limit).cwiseMin(limit);
-    return solve(columns_, missing_, limit);
+  bool is_told() const { return effort_.size() >= kRowsPerColumn * columns_.cols(); }
+
+  // Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left
+  // out. With nothing but the effort that is there, a limit near zero would explain all.
+  AtLimit try_limit(double limit) const {
+    Eigen::MatrixXd columns = columns_;
+    columns.rightCols(1) = calc_absent_(effort_, limit);
+    Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing_);
+    if (x[kRotor] < 0.0) {
+      columns.col(kRotor).setZero();
+      x = columns.colPivHouseholderQr().solve(missing_);
+    }
+    const double scale = any_unit_ ? x[x.size() - 2] : 1.0;
+    return {limit, (missing_ - columns * x).squaredNorm(), scale, x[x.size() - 1] / scale, x[kDry]};
   }
 
+  // The best limit from the `least` share of the efforts' sizes on, if it takes nine tenths of the squares that are
+  // left `without` it, and all of the absent effort is missing.
+  AtLimit find(double least, const AtLimit& without) const {
+    const Eigen::VectorXd size = effort_.cwiseAbs();
+    const double begin = find_quantile({size.begin(), size.end()}, least), step = (size.maxCoeff() - begin) / kTried;
+    AtLimit best = scan(begin, step, without);
+    best = scan(best.limit - step, 2.0 * step / kTried, best);
+    return best.is_whole() && best.left < kDetail * without.left ? best : AtLimit{};
+  }
+
+  double find_most() const { return effort_.cwiseAbs().maxCoeff(); }
+
+ private:
   // The best of kTried limits from `begin` on.
-  AtLimit scan(double begin, double step, AtLimit best) {
+  AtLimit scan(double begin, double step, AtLimit best) const {
     for (int i = 0; i < kTried; ++i) {
       const double limit = begin + i * step;
       const AtLimit at = limit > 0.0 ? try_limit(limit) : best;
@@ -53,9 +85,11 @@ class Search {
     return best;
   }
 
- private:
-  const Eigen::VectorXd effort_, missing_;
-  Eigen::MatrixXd columns_;  // friction, rotor, constant; friction of the load; effort beyond the limit
+  const CalcAbsent calc_absent_;
+  const bool any_unit_;
+  const Eigen::VectorXd effort_;
+  Eigen::VectorXd missing_;  // effort - tau, or - tau where the unit is not known
+  Eigen::MatrixXd columns_;  // friction, rotor, constant; friction of the load; - effort of any unit; absent effort
 };
 
 }  // namespace
@@ -63,20 +97,26 @@ class Search {
 std::vector<double> find_limits(const TorqueData& data, int joint) {
   // A servo's law is no log of what was asked for: its limit is stated.
   if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return {};
-  const UnitRows rows = collect_efforts(data, joint);
-  if (rows.effort.size() < kRowsPerColumn * (kNuisance + 2)) return {};
-  const Eigen::VectorXd size = rows.effort.cwiseAbs();
-  const double most = size.maxCoeff(), median = find_quantile({size.begin(), size.end()}, kHalf),
-               step = (most - median) / kTried;
-  Search search(rows);
-  const AtLimit without = search.try_limit(most);
-  AtLimit best = search.scan(median, step, without);
-  best = search.scan(best.limit - step, 2.0 * step / kTried, best);
-  const bool whole = best.share > kMostly && best.share < 1.0 / kMostly;
+  const Search search(collect_efforts(data, joint), &calc_beyond, Unit::kTorque);
+  if (!search.is_told()) return {};
+  const AtLimit best = search.find(kHalf, search.try_limit(search.find_most()));
   // A drive that gives no more than its joint's friction, which varies by a fifth, does not move the joint: friction
   // that holds it for most of the time takes as much as the drive gives.
-  const bool moves = best.dry < kMostly * best.limit;
-  return whole && moves && best.left < kDetail * without.left ? std::vector<double>{best.limit} : std::vector<double>{};
+  return best.dry < kMostly * best.limit ? std::vector<double>{best.limit} : std::vector<double>{};
+}
+
+std::vector<double> find_dead_zones(const TorqueData& data, int joint) {
+  const Search search(collect_efforts(data, joint), &calc_within, Unit::kTorque);
+  if (!search.is_told()) return {};
+  const AtLimit best = search.find(0.0, search.try_limit(0.0));
+  return best.limit > 0.0 ? std::vector<double>{best.limit} : std::vector<double>{};
+}
+
+std::optional<double> find_unit_beside_dead_zone(const UnitRows& rows) {
+  const Search search(rows, &calc_within, Unit::kAny);
+  if (!search.is_told()) return std::nullopt;
+  const AtLimit best = search.find(0.0, search.try_limit(0.0));
+  return best.limit > 0.0 && best.scale > 0.0 ? std::optional<double>(best.scale) : std::nullopt;
 }
 
 }  // namespace hrp::diagnosis

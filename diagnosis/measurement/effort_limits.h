@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Finds the limit of a drive that gives less torque than its log says. Many drives log what they were asked for.
+// Finds the limit, or the dead zone, of a drive that gives less torque than its log says. Many drives log what they
+// were asked for.
 #pragma once
 
+#include <optional>
 #include <vector>
 
-#include "diagnosis/measurement/torque/torque.h"
+#include "diagnosis/measurement/load_or_unit.h"
 
 namespace hrp::diagnosis {
 
@@ -12,5 +14,12 @@ namespace hrp::diagnosis {
 // whole of what is missing there, and take nine tenths of the squares that friction, a rotor and friction of the load
 // leave: a wrong centre of mass took half.
 std::vector<double> find_limits(const TorqueData& data, int joint);
+
+// The width [N m or N] below which the effort of a joint does nothing, and which is missing of larger ones: one, or
+// none, by the same rule. While the drive leads, dry friction takes as much; braking tells them apart.
+std::vector<double> find_dead_zones(const TorqueData& data, int joint);
+// Torque [N m or N] per logged unit of a drive with a dead zone, by the same rule; empty: it has none. Without the
+// zone, the unit would be less: small efforts give nothing.
+std::optional<double> find_unit_beside_dead_zone(const UnitRows& rows);
 
 }  // namespace hrp::diagnosis

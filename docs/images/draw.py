@@ -72,6 +72,7 @@ def draw_effort(axes):
     axes.plot(u, u, color=GREY, label='nominal')
     axes.plot(u, 0.7 * u, color=BLUE, label='torque_constant_error')
     axes.plot(u, np.clip(u, -0.5, 0.5), color=RED, linestyle='--', label='torque_saturation')
+    axes.plot(u, u - np.clip(u, -0.2, 0.2), color=GREEN, linestyle='-.', label='dead_zone')
     name_axes(axes, 'Torque over command', 'commanded effort', 'torque')
 
 

@@ -46,6 +46,7 @@ const Named kEffects[] = {
     {"torque_constant_error", "{joint: R_KNEE}", "{scale: 0.9}"},
     {"torque_saturation", "{joint: R_KNEE}", "{limit: 20}"},
     {"velocity_limit", "{joint: R_KNEE}", "{stall_torque: 60, max_speed: 0.1}"},
+    {"dead_zone", "{joint: R_KNEE}", "{width: 5}"},
     {"constant_torque", "{joint: R_KNEE}", "{torque: 5}"},
     {"base_tilt", "{}", "{roll: 0.01, pitch: 0.02}"},
     {"gravity_compensation", "{}", "{share: 0.2}"},

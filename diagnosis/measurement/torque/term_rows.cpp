@@ -38,6 +38,7 @@ constexpr double kFirstYield = 0.004, kYieldStep = 1.4, kYieldTravel = 0.2, kYie
 constexpr double kDelays[] = {0.003, 0.006, 0.012, 0.024, 0.048};
 
 const char* const kEfforts = "the same motion slower, and with a smaller load: efforts that stay below the limit";
+const char* const kBraking = "motions that the drive brakes, with small and with large efforts";
 const char* const kSpeeds = "constant speeds, slow and fast, in both directions, in postures of different load";
 
 // Columns of the table that are smooth functions of the motion at one sample.
@@ -167,7 +168,13 @@ Vector take_cogging(const std::vector<double>& p) {
 // The coefficient is the share of the effort beyond the limit that is not there: all of it. The limit is known as the
 // effort is.
 TermValues make_limit(const Term& t, const Vector&, const Vector&) { return {{t.shape}, {kKnown * t.shape}}; }
-Vector take_limit(const std::vector<double>&) { return Vector::Ones(1); }
+Vector take_whole(const std::vector<double>&) { return Vector::Ones(1); }
+
+// The coefficient is the share of the effort within the zone that is not there. Larger efforts lose the whole width,
+// whatever the filter makes of its corners.
+TermValues make_dead_zone(const Term& t, const Vector& x, const Vector& s) {
+  return {{x[0] * t.shape}, {std::hypot(s[0], kKnown) * t.shape}};
+}
 
 // The coefficient is the torque of the yielded element: stiffness times yield angle.
 TermValues make_hysteresis(const Term& t, const Vector& x, const Vector& s) {
@@ -263,7 +270,14 @@ std::vector<TermRow> make_joint_rows() {
               .column(&calc_smooth)
               .shapes(&find_limits)
               .within(kMostly, 1.0 / kMostly)
-              .parameters(&make_limit, &take_limit)
+              .parameters(&make_limit, &take_whole)
+              .shaped_by(0)
+              .is(&T::needs_drive),
+          Row("dead_zone", 3.0, kBraking)
+              .column(&calc_smooth)
+              .shapes(&find_dead_zones)
+              .within(kMostly, 1.0 / kMostly)
+              .parameters(&make_dead_zone, &take_whole)
               .shaped_by(0)
               .is(&T::needs_drive),
           Row("hysteresis", 3.0, kReversals)

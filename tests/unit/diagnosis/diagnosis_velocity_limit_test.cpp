@@ -21,5 +21,17 @@ TEST(VelocityLimit, IsFoundWhereItIsWithItsStallTorqueAndItsSpeed) {
   EXPECT_NEAR(finding["parameters"]["max_speed"]["value"].get<double>(), 4.0, 0.2);
 }
 
+TEST(DeadZone, IsFoundWhereItIsWithItsWidth) {
+  const EffectInfo* row = find_effect("dead_zone");
+  ASSERT_NE(row, nullptr);
+  const Experiment e = simulate_arm("dead_zone", {{row->id, kElbow, {0.6}}});
+  const auto report = diagnose(make_problem(e, 1), [](const std::string&) {}).report;
+  ASSERT_EQ(report["findings"].size(), 1u) << report.dump(1);
+  const auto& finding = report["findings"][0];
+  EXPECT_EQ(finding["effect"], "dead_zone");
+  EXPECT_EQ(finding["where"]["joint"], "elbow");
+  EXPECT_NEAR(finding["parameters"]["width"]["value"].get<double>(), 0.6, 0.03);
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Drives that give less torque than they log: the limit is told from friction, rotors, loads and gains.
+// Drives that give less torque than they log: the limit, or the dead zone, is told from friction, rotors, loads and
+// gains.
 #include <gtest/gtest.h>
 
 #include "diagnosis/measurement/effort_limits.h"
@@ -56,6 +57,54 @@ TEST(EffortLimits, ADriveThatGivesNoMoreThanItsFrictionWouldNotMove) {
     r.tau.col(kElbow).setZero();
   }
   EXPECT_TRUE(find_limits(data, kElbow).empty());
+}
+
+// The elbow's drive does nothing for the smallest quarter of what its servo asks for.
+constexpr double kWidth = 1.2;  // [N m]
+
+Experiment make_dead(const std::string& name) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({find_effect("dead_zone")->id, kElbow, {kWidth}});
+  Experiment e = simulate_arm(name, hidden);
+  e.scenario.drive = "effort";
+  for (Recording& r : e.recordings) forget_commands(&r);
+  return e;
+}
+
+TEST(DeadZones, EffortsBelowAWidthThatGiveNothingAreToldFromDryFriction) {
+  const TorqueVerdict verdict = judge_torque(make_dead("dead_zones"), 1);
+  const Finding* f = find(verdict, "dead_zone", "elbow");
+  ASSERT_NE(f, nullptr);
+  EXPECT_EQ(f->grade, Grade::kSupported) << f->statement;
+  EXPECT_NEAR(f->parameters[0].value[0], kWidth, 0.05 * kWidth) << f->statement;  // the filter rounds the corners
+  const Finding* friction = find(verdict, "coulomb_friction", "elbow");
+  ASSERT_NE(friction, nullptr);
+  EXPECT_NEAR(friction->parameters[0].value[0], 0.8, 3.0 * friction->parameters[0].std[0]) << friction->statement;
+}
+
+// A motor's duty: without the zone, its unit was a fifth too small.
+TEST(DeadZones, OfADriveThatLogsItsDutyLeaveTheUnitAsItIs) {
+  constexpr double kUnit = 0.05;  // [N m] per logged unit
+  Experiment e = make_dead("dead_zones_duty");
+  for (Recording& r : e.recordings) {
+    for (double& y : r.joints[kElbow].signal[static_cast<int>(Quantity::kEffort)]) y /= kUnit;
+  }
+  const std::optional<double> unit = find_unit_beside_dead_zone(collect_efforts(make_torque_data(e), kElbow));
+  ASSERT_TRUE(unit);
+  EXPECT_NEAR(*unit, kUnit, 0.1 * kUnit);  // the filter rounds the corners
+}
+
+TEST(DeadZones, DrivesWithFrictionAloneHaveNone) {
+  Hypothesis hidden = make_arm_drives();
+  hidden.push_back({EffectId::kLoadFriction, kShoulder, {0.2}});
+  hidden.push_back({EffectId::kStribeck, kElbow, {0.5, 1.0, 0.1, 0.0, 5e-4}});
+  Experiment e = simulate_arm("dead_zones_none", hidden);
+  e.scenario.drive = "effort";
+  const TorqueData data = make_torque_data(e);
+  for (int joint : {kShoulder, kElbow}) {
+    EXPECT_TRUE(find_dead_zones(data, joint).empty());
+    EXPECT_FALSE(find_unit_beside_dead_zone(collect_efforts(data, joint)));
+  }
 }
 
 }  // namespace

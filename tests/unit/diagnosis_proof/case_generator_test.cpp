@@ -225,6 +225,14 @@ TEST(CaseGenerator, ADriveThatIsLimitedBySpeedGivesStallTorqueAtRestAndNothingAt
   EXPECT_EQ(calc_drive_torque(j, 2, 3, 0, 0), 2);
 }
 
+TEST(CaseGenerator, ADriveWithADeadZoneGivesNothingForSmallEffortsAndLessByItsWidthForOthers) {
+  JointReality j;
+  find_joint_effect("dead_zone")->hide(j, {"dead_zone", "joint", "elbow", {{"width", 2}}});
+  EXPECT_EQ(calc_drive_torque(j, 1.9, 0, 0, 0), 0);
+  EXPECT_EQ(calc_drive_torque(j, 5, 0, 0, 0), 3);
+  EXPECT_EQ(calc_drive_torque(j, -5, 1, 0, 0), -3);
+}
+
 // One effect of each kind of law; the proof itself refuses a case whose effect does not show.
 TEST(CaseGenerator, AnEffectIsHiddenWhereTheTruthSaysAndShowsAboveTheNoise) {
   CaseOptions options;
