@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/measurement/effort_limits.h"
 
+#include <cmath>
 #include <limits>
 
 #include "diagnosis/data/quantile.h"
@@ -48,16 +49,9 @@ class Search {
 
   bool is_told() const { return effort_.size() >= kRowsPerColumn * columns_.cols(); }
 
-  // Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left
-  // out. With nothing but the effort that is there, a limit near zero would explain all.
   AtLimit try_limit(double limit) const {
-    Eigen::MatrixXd columns = columns_;
-    columns.rightCols(1) = calc_absent_(effort_, limit);
-    Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing_);
-    if (x[kRotor] < 0.0) {
-      columns.col(kRotor).setZero();
-      x = columns.colPivHouseholderQr().solve(missing_);
-    }
+    const Eigen::MatrixXd columns = make_columns(limit);
+    const Eigen::VectorXd x = solve(columns);
     const double scale = any_unit_ ? x[x.size() - 2] : 1.0;
     return {limit, (missing_ - columns * x).squaredNorm(), scale, x[x.size() - 1] / scale, x[kDry]};
   }
@@ -72,9 +66,39 @@ class Search {
     return best.is_whole() && best.left < kDetail * without.left ? best : AtLimit{};
   }
 
+  // True if the zone also explains the samples in which the drive brakes a joint that moves for sure. Elsewhere
+  // friction that bends or sticks takes as much.
+  bool explains_braking(const AtLimit& zone, const AtLimit& without) const {
+    const Eigen::ArrayXd direction = columns_.col(kDry).array(),
+                         brakes = (effort_.array() * direction < 0.0 && direction.abs() > kNearlyAll).cast<double>();
+    const double left = (brakes * calc_left(zone).array()).square().sum();
+    return brakes.sum() > static_cast<double>(kFewestToSay) &&
+           left < kMinority * (brakes * calc_left(without).array()).square().sum();
+  }
+
   double find_most() const { return effort_.cwiseAbs().maxCoeff(); }
 
  private:
+  Eigen::MatrixXd make_columns(double limit) const {
+    Eigen::MatrixXd columns = columns_;
+    columns.rightCols(1) = calc_absent_(effort_, limit);
+    return columns;
+  }
+
+  // Least squares of the missing torque. A rotor below zero would take the model's own inertia away: it is then left
+  // out. With nothing but the effort that is there, a limit near zero would explain all.
+  Eigen::VectorXd solve(Eigen::MatrixXd columns) const {
+    const Eigen::VectorXd x = columns.colPivHouseholderQr().solve(missing_);
+    if (x[kRotor] >= 0.0) return x;
+    columns.col(kRotor).setZero();
+    return columns.colPivHouseholderQr().solve(missing_);
+  }
+
+  Eigen::VectorXd calc_left(const AtLimit& at) const {
+    const Eigen::MatrixXd columns = make_columns(at.limit);
+    return missing_ - columns * solve(columns);
+  }
+
   // The best of kTried limits from `begin` on.
   AtLimit scan(double begin, double step, AtLimit best) const {
     for (int i = 0; i < kTried; ++i) {
@@ -92,6 +116,14 @@ class Search {
   Eigen::MatrixXd columns_;  // friction, rotor, constant; friction of the load; - effort of any unit; absent effort
 };
 
+// The width of a dead zone; 0: none.
+AtLimit find_dead_zone(const UnitRows& rows, Unit unit) {
+  const Search search(rows, &calc_within, unit);
+  if (!search.is_told()) return {};
+  const AtLimit without = search.try_limit(0.0), best = search.find(0.0, without);
+  return search.explains_braking(best, without) ? best : AtLimit{};
+}
+
 }  // namespace
 
 std::vector<double> find_limits(const TorqueData& data, int joint) {
@@ -106,16 +138,12 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
 }
 
 std::vector<double> find_dead_zones(const TorqueData& data, int joint) {
-  const Search search(collect_efforts(data, joint), &calc_within, Unit::kTorque);
-  if (!search.is_told()) return {};
-  const AtLimit best = search.find(0.0, search.try_limit(0.0));
+  const AtLimit best = find_dead_zone(collect_efforts(data, joint), Unit::kTorque);
   return best.limit > 0.0 ? std::vector<double>{best.limit} : std::vector<double>{};
 }
 
 std::optional<double> find_unit_beside_dead_zone(const UnitRows& rows) {
-  const Search search(rows, &calc_within, Unit::kAny);
-  if (!search.is_told()) return std::nullopt;
-  const AtLimit best = search.find(0.0, search.try_limit(0.0));
+  const AtLimit best = find_dead_zone(rows, Unit::kAny);
   return best.limit > 0.0 && best.scale > 0.0 ? std::optional<double>(best.scale) : std::nullopt;
 }
 

@@ -16,7 +16,8 @@ namespace hrp::diagnosis {
 std::vector<double> find_limits(const TorqueData& data, int joint);
 
 // The width [N m or N] below which the effort of a joint does nothing, and which is missing of larger ones: one, or
-// none, by the same rule. While the drive leads, dry friction takes as much; braking tells them apart.
+// none, by the same rule, which must also hold for the samples in which the drive brakes: elsewhere, dry friction takes
+// as much.
 std::vector<double> find_dead_zones(const TorqueData& data, int joint);
 // Torque [N m or N] per logged unit of a drive with a dead zone, by the same rule; empty: it has none. Without the
 // zone, the unit would be less: small efforts give nothing.

@@ -94,6 +94,22 @@ TEST(DeadZones, OfADriveThatLogsItsDutyLeaveTheUnitAsItIs) {
   EXPECT_NEAR(*unit, kUnit, 0.1 * kUnit);  // the filter rounds the corners
 }
 
+// On a real leg that hung, slow calves followed their efforts within dry friction: dead zones of its size stood for it.
+TEST(DeadZones, AreNotToldFromFrictionWhileTheDriveLeadsAllTheTime) {
+  const long count = 2000;
+  UnitRows rows;
+  rows.effort = Eigen::ArrayXd::LinSpaced(count, 0.0, 60.0).sin() * 2.0;
+  rows.tau = rows.effort - rows.effort.cwiseMax(-0.5).cwiseMin(0.5);
+  rows.nuisance = Eigen::MatrixXd::Random(count, kNuisance);  // v, direction, a, 1
+  rows.nuisance.rightCols(1).setOnes();
+  rows.nuisance.col(1) = rows.effort.cwiseSign();
+  EXPECT_FALSE(find_unit_beside_dead_zone(rows));
+  for (long i = 0; i < count; i += 3) rows.nuisance(i, 1) *= -1.0;  // it brakes
+  const std::optional<double> unit = find_unit_beside_dead_zone(rows);
+  ASSERT_TRUE(unit);
+  EXPECT_NEAR(*unit, 1.0, 0.01);
+}
+
 TEST(DeadZones, DrivesWithFrictionAloneHaveNone) {
   Hypothesis hidden = make_arm_drives();
   hidden.push_back({EffectId::kLoadFriction, kShoulder, {0.2}});
