@@ -8,6 +8,7 @@
 #include "diagnosis/measurement/torque/effort.h"
 #include "diagnosis/measurement/torque/load.h"
 #include "diagnosis/measurement/torque/motion.h"
+#include "diagnosis/measurement/torque/stops.h"
 #include "diagnosis/measurement/torque/use.h"
 #include "diagnosis/measurement/unseen_contact.h"
 
@@ -66,6 +67,9 @@ TorqueData make_data(const Experiment& e, const std::vector<VelocityReading>& ve
   for (TorqueRecording& r : w.data.recordings) make_missing_torque(&w, &r);
   for (int j = 0; j < e.num_joints(); ++j) leave_out_limits(&w, j);
   leave_out_unseen_contact(&w);
+  for (int j = 0; j < e.num_joints(); ++j) {
+    if (w.data.is_judged(j)) leave_out_stops(&w, j);
+  }
   for (int j = 0; j < e.num_joints(); ++j) {
     if (w.data.is_judged(j)) take_out_log_ripple(&w, j);
   }

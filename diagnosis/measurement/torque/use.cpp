@@ -63,18 +63,23 @@ Flags find_limited(const TorqueWork& w, const TorqueRecording& r, int j) {
   const Recording& in = w.e.recordings[r.index];
   const std::vector<double>& log = in.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)];
   const double limit = (1.0 - kMinor) * w.plant.laws[static_cast<size_t>(j)].effort_limit;
-  Flags limited = Flags::Constant(r.kept(), false);
-  if (log.empty() || !std::isfinite(limit)) return limited;
-  const Flags high = resample(in.time, log, r.begin, r.step, r.q.rows()).array().abs() > limit;
-  const long reach = std::lround(kFilterReach / w.data.cutoff / r.step);
-  for (long k = 0; k < limited.size(); ++k) {
-    const long from = std::max(0L, r.full_row(k) - reach), to = std::min(high.size(), r.full_row(k) + reach + 1);
-    limited[k] = high.segment(from, to - from).any();
-  }
-  return limited;
+  if (log.empty() || !std::isfinite(limit)) return Flags::Constant(r.kept(), false);
+  return find_near(resample(in.time, log, r.begin, r.step, r.q.rows()).array().abs() > limit, r, w.data.cutoff);
 }
 
 }  // namespace
+
+long find_reach(const TorqueRecording& r, double cutoff) { return std::lround(kFilterReach / cutoff / r.step); }
+
+Flags find_near(const Flags& full, const TorqueRecording& r, double cutoff) {
+  const long reach = find_reach(r, cutoff);
+  Flags near(r.kept());
+  for (long k = 0; k < near.size(); ++k) {
+    const long from = std::max(0L, r.full_row(k) - reach), to = std::min(full.size(), r.full_row(k) + reach + 1);
+    near[k] = full.segment(from, to - from).any();
+  }
+  return near;
+}
 
 void make_missing_torque(TorqueWork* w, TorqueRecording* r) {
   const long kept = std::max(0L, (r->q.rows() - 2 * r->trim + r->stride - 1) / r->stride), n = r->q.cols();
