@@ -7,28 +7,25 @@
 #include "common/base/diagnostics.h"
 #include "common/base/join_words.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/odds.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/motion_rows.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/simulation/bodies.h"
-#include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kAngle = static_cast<int>(Quantity::kPosition), kRate = static_cast<int>(Quantity::kVelocity),
-              kEffort = static_cast<int>(Quantity::kEffort);
-constexpr double kParallel = 1e-6;  // 1 - cosine: axes of a drawing, to its digits
-
 // What friction and rotors leave if these angles are absolute.
-double calc_left(const Plant& plant, const SampledMotion& rows, const AbsoluteAngles& angles) {
+double calc_left(const LoggedMotion& motion, const AbsoluteAngles& angles) {
+  const SampledMotion& rows = motion.rows;
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
   for (const AbsoluteAngle& at : angles.joints) {
     q.col(at.joint) -= at.sense * rows.q.col(at.before);
     v.col(at.joint) -= at.sense * rows.v.col(at.before);
     a.col(at.joint) -= at.sense * rows.a.col(at.before);
   }
-  Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
+  Eigen::MatrixXd tau = calc_efforts(motion.plant, q, v, a);
   const Eigen::MatrixXd of_joints = tau;
   for (const AbsoluteAngle& at : angles.joints) {
     if (angles.of_efforts) tau.col(at.before) -= at.sense * of_joints.col(at.joint);
@@ -48,21 +45,15 @@ std::vector<AbsoluteAngles> list_sets(const TreeSpec& tree) {
 }
 
 // The set that leaves a detail of the mismatch; an empty one if there is none.
-AbsoluteAngles find_set(const TorqueData& data) {
-  AbsoluteAngles best;
-  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
-  if (rows.tell_nothing()) return best;
-  const Plant plant = make_plant(*data.experiment, {});
-  const double nominal = calc_left(plant, rows, best);
-  const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
-  if (nominal < kTrace * samples) return best;  // friction and rotors explain all
-  double least = kDetail * nominal;
-  for (AbsoluteAngles& set : list_sets(data.experiment->robot.tree)) {
-    const double left = calc_left(plant, rows, set);
-    if (left < least) least = left, best = std::move(set);
-  }
-  return best;
+AbsoluteAngles find_set(const TreeSpec& tree, const LoggedMotion& motion) {
+  if (motion.share < kTrace) return {};  // friction and rotors explain all
+  const std::vector<AbsoluteAngles> sets = list_sets(tree);
+  const std::optional<size_t> best =
+      find_reading(motion, sets.size(), [&](size_t i) { return calc_left(motion, sets[i]); });
+  return best ? sets[*best] : AbsoluteAngles{};
 }
+
+std::vector<double>& get(Quantity of, JointColumns* joint) { return joint->signal[static_cast<size_t>(of)]; }
 
 void subtract(double factor, const std::vector<double>& other, std::vector<double>* x) {
   if (x->size() != other.size()) return x->clear();  // of one of the two it was not recorded
@@ -73,8 +64,8 @@ void subtract(double factor, const std::vector<double>& other, std::vector<doubl
 // joint's torque is the sum of the efforts from it to the tip.
 void add_reactions(const AbsoluteAngles& angles, Recording* r) {
   for (auto at = angles.joints.rbegin(); at != angles.joints.rend(); ++at) {
-    const std::vector<double>& own = r->joints[static_cast<size_t>(at->joint)].signal[kEffort];
-    if (!own.empty()) subtract(-at->sense, own, &r->joints[static_cast<size_t>(at->before)].signal[kEffort]);
+    const std::vector<double>& own = get(Quantity::kEffort, &r->joints[static_cast<size_t>(at->joint)]);
+    if (!own.empty()) subtract(-at->sense, own, &get(Quantity::kEffort, &r->joints[static_cast<size_t>(at->before)]));
   }
 }
 
@@ -87,17 +78,18 @@ std::vector<AbsoluteAngle> list_parallel_joints(const TreeSpec& tree) {
     if (link.parent <= 0) continue;  // on the base
     const JointSpec &own = link.joint, &before = tree.joint(link.parent - 1);
     if (own.kind != JointKind::kRevolute || before.kind != JointKind::kRevolute) continue;
-    const double cosine = (own.X_PF.R * own.axis_F).dot(before.axis_F);
-    if (std::abs(cosine) > 1.0 - kParallel) out.push_back({j, link.parent - 1, cosine > 0.0 ? 1.0 : -1.0});
+    const Vector3d axis = own.X_PF.R * own.axis_F;
+    // To the digits of a drawing.
+    if (axis.cross(before.axis_F).norm() < kAgreement)
+      out.push_back({j, link.parent - 1, axis.dot(before.axis_F) > 0.0 ? 1.0 : -1.0});
   }
   return out;
 }
 
-AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs) {
+AbsoluteAngles find_absolute_angles(const TorqueData& data, const LoggedMotion& motion, int jobs) {
   const Experiment& e = *data.experiment;
-  if (data.recordings.empty() || data.behind_gears) return {};
-  const AbsoluteAngles set = find_set(data);
-  const double cost = kConventionNats + kOfOneJoint * static_cast<double>(set.joints.size());
+  const AbsoluteAngles set = find_set(e.robot.tree, motion);
+  const double cost = kConventionNats + kOneValue * static_cast<double>(set.joints.size());
   if (!set.any() ||
       compare(fit_list(convert_angles(e, set), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < cost)
     return {};
@@ -111,16 +103,18 @@ Experiment convert_angles(Experiment e, const AbsoluteAngles& angles) {
     const std::vector<JointColumns> logged = r.joints;
     for (const AbsoluteAngle& at : angles.joints) {
       JointColumns& own = r.joints[static_cast<size_t>(at.joint)];
-      const JointColumns& before = logged[static_cast<size_t>(at.before)];
-      for (const int q : {kAngle, kRate}) subtract(at.sense, before.signal[q], &own.signal[q]);
+      JointColumns before = logged[static_cast<size_t>(at.before)];
+      for (const Quantity q : {Quantity::kPosition, Quantity::kVelocity})
+        subtract(at.sense, get(q, &before), &get(q, &own));
       subtract(at.sense, before.command, &own.command), subtract(at.sense, before.command_rate, &own.command_rate);
     }
     if (angles.of_efforts) add_reactions(angles, &r);
   }
   for (const AbsoluteAngle& at : angles.joints) {
-    for (const int q : {kAngle, kRate}) {
-      Noise& own = e.joint_noise[static_cast<size_t>(at.joint)][static_cast<size_t>(q)];
-      own.sigma = std::hypot(own.sigma, e.joint_noise[static_cast<size_t>(at.before)][static_cast<size_t>(q)].sigma);
+    for (const Quantity of : {Quantity::kPosition, Quantity::kVelocity}) {
+      const auto q = static_cast<size_t>(of);
+      Noise& own = e.joint_noise[static_cast<size_t>(at.joint)][q];
+      own.sigma = std::hypot(own.sigma, e.joint_noise[static_cast<size_t>(at.before)][q].sigma);
     }
   }
   return e;

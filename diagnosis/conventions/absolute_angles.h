@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "diagnosis/conventions/logged_motion.h"
 #include "diagnosis/data/recording.h"
 #include "diagnosis/measurement/torque/torque.h"
 
@@ -29,7 +30,7 @@ struct AbsoluteAngles {
 std::vector<AbsoluteAngle> list_parallel_joints(const TreeSpec& tree);
 
 // Fixed bases. Throws InputError, with file and column, where servos hold such angles: their law is not the model's.
-AbsoluteAngles find_absolute_angles(const TorqueData& data, int jobs);
+AbsoluteAngles find_absolute_angles(const TorqueData& data, const LoggedMotion& motion, int jobs);
 
 // The recordings with the model's angles, and its efforts.
 Experiment convert_angles(Experiment experiment, const AbsoluteAngles& angles);

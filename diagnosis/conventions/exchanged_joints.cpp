@@ -5,43 +5,35 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/odds.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/measurement/motion_rows.h"
 #include "diagnosis/simulation/bodies.h"
-#include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 using Pair = std::pair<int, int>;
 
-// What friction and rotors leave if the columns of two joints are exchanged. Nothing changes with twice the same joint.
-double calc_left(const Plant& plant, const SampledMotion& rows, const Pair& p) {
+// What friction and rotors leave if the columns of two joints are exchanged.
+double calc_left(const LoggedMotion& motion, const Pair& p) {
+  const SampledMotion& rows = motion.rows;
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
   for (Eigen::MatrixXd* m : {&q, &v, &a}) m->col(p.first).swap(m->col(p.second));
-  Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
+  Eigen::MatrixXd tau = calc_efforts(motion.plant, q, v, a);
   tau.col(p.first).swap(tau.col(p.second));  // in the log's order
   return rows.calc_left(rows.effort - tau);
 }
 
-// The pair that leaves a detail of the mismatch; twice the same joint if there is none.
-Pair find_pair(const TorqueData& data) {
-  Pair best{0, 0};
-  const SampledMotion rows = take_rows(data, list_unloaded_training(data));
-  if (rows.tell_nothing()) return best;
-  const Plant plant = make_plant(*data.experiment, {});
-  const double nominal = calc_left(plant, rows, best);
-  const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
-  if (nominal < kMuch * kMuch * samples)
-    return best;  // friction and rotors explain nearly all: the joints are in place
-  double least = kDetail * nominal;
-  for (int i = 0; i < rows.q.cols(); ++i) {
-    for (int j = i + 1; j < rows.q.cols(); ++j) {
-      const double left = calc_left(plant, rows, {i, j});
-      if (left < least) least = left, best = {i, j};
-    }
+// The pair that leaves a detail of the mismatch.
+std::optional<Pair> find_pair(const LoggedMotion& motion) {
+  if (motion.share < kMuch * kMuch) return {};  // friction and rotors explain nearly all: the joints are in place
+  std::vector<Pair> pairs;
+  for (int i = 0; i < motion.rows.q.cols(); ++i) {
+    for (int j = i + 1; j < motion.rows.q.cols(); ++j) pairs.emplace_back(i, j);
   }
-  return best;
+  const std::optional<size_t> best =
+      find_reading(motion, pairs.size(), [&](size_t i) { return calc_left(motion, pairs[i]); });
+  return best ? std::optional(pairs[*best]) : std::nullopt;
 }
 
 Experiment exchange(Experiment e, const Pair& p) {
@@ -53,16 +45,15 @@ Experiment exchange(Experiment e, const Pair& p) {
 
 }  // namespace
 
-void check_exchanged_joints(const TorqueData& data, int jobs) {
+void check_exchanged_joints(const TorqueData& data, const LoggedMotion& motion, int jobs) {
   const Experiment& e = *data.experiment;
-  if (data.recordings.empty() || data.behind_gears) return;
-  const Pair pair = find_pair(data);
-  if (pair.first == pair.second) return;
-  if (compare(fit_list(exchange(e, pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) <
-      kOfOneJoint + kConventionNats)
+  const std::optional<Pair> pair = find_pair(motion);
+  if (!pair) return;
+  if (compare(fit_list(exchange(e, *pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) <
+      kOneValue + kConventionNats)
     return;
-  const std::string first = e.robot.tree.joint(pair.first).name, second = e.robot.tree.joint(pair.second).name;
-  refuse_input(e.recordings.front().find_place(e.signal_name(pair.first, Quantity::kPosition)),
+  const std::string first = e.robot.tree.joint(pair->first).name, second = e.robot.tree.joint(pair->second).name;
+  refuse_input(e.recordings.front().find_place(e.signal_name(pair->first, Quantity::kPosition)),
                "with its effort fits the model in the place of " + second + " only: are the columns of " + first +
                    " and " + second + " exchanged?");
 }

@@ -7,6 +7,8 @@
 #include "diagnosis/conventions/effort_units.h"
 #include "diagnosis/conventions/list_fit.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/odds.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
@@ -16,8 +18,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr size_t kTried = 3;  // joints: a wrong angle moves the torques of its neighbours, too
 
 // What efforts say of a joint's ratio, and by how many nats more than every effect does with angles as logged.
 struct Asked {
@@ -31,7 +31,8 @@ struct Asked {
 std::vector<GearRatio> list_promising(const Experiment& e, const TorqueDesign& design,
                                       const std::vector<GearRatio>& list, int jobs) {
   const ListFit as_logged = fit_list(design, jobs, Of::kJoints);
-  std::vector<GearRatio> out(list.begin(), list.begin() + static_cast<long>(std::min(kTried, list.size())));
+  // Several: a wrong angle moves the torques of its neighbours, too.
+  std::vector<GearRatio> out(list.begin(), list.begin() + static_cast<long>(std::min(kLookedAt, list.size())));
   const auto is_worse = [&](const GearRatio& r) {
     return compare(fit_list(convert_ratio(e, r), jobs, Of::kJoints), as_logged) <= 0.0;
   };
@@ -47,7 +48,7 @@ Asked ask(const Experiment& e, const TorqueData& data, const std::vector<GearRat
   const ListFit as_logged = fit_list(design, jobs);
   for (const GearRatio& ratio : promising) {
     const ListFit fit = fit_list(convert_ratio(e, ratio), jobs);
-    const double gain = compare(fit, as_logged) - kOfOneJoint;
+    const double gain = compare(fit, as_logged) - kOneValue;
     if (gain > best.gain) best = {ratio, gain, fit};
   }
   return best;

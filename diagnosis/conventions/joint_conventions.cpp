@@ -10,6 +10,7 @@
 #include "diagnosis/conventions/mounting.h"
 #include "diagnosis/conventions/unit_doubts.h"
 #include "diagnosis/conventions/zero_search.h"
+#include "diagnosis/estimate/odds.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -34,7 +35,7 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
   if (find_turned(out->units)) {
     const Experiment turned = turn_efforts(in_time, list_efforts(in_time));
-    const double zeros_cost = kOfOneJoint * static_cast<double>(zeros.size());
+    const double zeros_cost = kOneValue * static_cast<double>(zeros.size());
     if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) <
         kConventionNats + zeros_cost)
       return;
@@ -52,10 +53,11 @@ LogConventions find_of_joints(const Experiment& e, int jobs) {
   out.absent = find_absent_torque(data);
   const Experiment whole = return_torque(e, out.absent.part);
   if (out.absent.part != Absent::kNothing) data = make_torque_data(whole);
-  check_exchanged_joints(data, jobs);
+  const LoggedMotion motion = sample_motion(data);
+  check_exchanged_joints(data, motion, jobs);
   // With the torque returned, angles and gravity as logged explain all but a detail: no other ratios, zeros or
   // mounting.
-  if (out.absent.part == Absent::kNothing) out.angles = find_absolute_angles(data, jobs);
+  if (out.absent.part == Absent::kNothing) out.angles = find_absolute_angles(data, motion, jobs);
   const Experiment of_joints = convert_angles(whole, out.angles);
   if (out.absent.part == Absent::kNothing) out.ratios = find_gear_ratios(of_joints, jobs);
   const Experiment of_links = convert_ratios(of_joints, out.ratios);

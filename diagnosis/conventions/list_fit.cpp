@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/torque/loads.h"
 
 namespace hrp::diagnosis {
-namespace {
 
-constexpr double kExact = 1e-4;  // of an effort's squares: an explanation that leaves less needs nothing beside it
-
-}  // namespace
-
+// Of an effort's squares: what leaves no more than a trace of the effort needs nothing beside it.
 bool ListFit::is_exact() const {
-  return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kExact; });
+  return std::all_of(cross.begin(), cross.end(), [](double left) { return left <= kTrace * kTrace; });
 }
 
 ListFit fit_list(const Experiment& e, int jobs, Of of) {
@@ -29,7 +26,7 @@ ListFit fit_list(const TorqueDesign& as_made, int jobs, Of of) {
   const Choice choice = of == Of::kJoints ? choose_joint_terms(design, jobs) : choose_with_placed_loads(jobs, &design);
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
-    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kExact));
+    out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kTrace * kTrace));
     out.effective.push_back(joint.effective), out.square.push_back(1.0 / joint.weigh_squares());
     for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }

@@ -12,9 +12,6 @@ namespace hrp::diagnosis {
 // [nats] by which another convention of a log must explain more than every set of effects as logged: odds of 150.
 constexpr double kConventionNats = 5.0;
 
-// [nats] Cost of another convention of one joint's log: its value, and which joint.
-constexpr double kOfOneJoint = 4.0;
-
 // What explains: all effects on the list, or only those of joints and their drives.
 enum class Of { kAll, kJoints };
 

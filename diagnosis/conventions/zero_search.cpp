@@ -6,13 +6,11 @@
 
 #include "common/base/diagnostics.h"
 #include "diagnosis/conventions/list_fit.h"
+#include "diagnosis/estimate/odds.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-// [nats] by which forces and masses, a dozen numbers, explain more: noise has no such details
-constexpr double kParsimony = 30.0;
 
 [[noreturn]] void fail_turned(const Experiment& e, const JointZero& zero) {
   const std::string column = e.signal_name(zero.joint, Quantity::kPosition);
@@ -53,7 +51,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   JointZeros found = find_joint_zeros(data);
   // Zeros that hang an arm down explain efforts that are no torques better than the model's, but not well.
   if (found.joints.empty() || found.left > kNearlyAll || found.of_effort > kMuch) return {};
-  const double cost = kOfOneJoint * static_cast<double>(found.joints.size());
+  const double cost = kOneValue * static_cast<double>(found.joints.size());
   const ListFit without = fit_list(make_torque_design(TorqueData(data)), jobs);
   const bool most = found.joints.size() == 1 && !found.joints[0].turned && found.left < kDetail;
   const ListFit first = fit_list(convert_zeros(e, found.joints), jobs);
@@ -61,9 +59,9 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   if (!most && calc_mean_ratio(without, first) < kDetail) return {};
   const double gain = compare(polish_zeros(e, jobs, first, &found.joints), without);
   // Beside a load a zero is one more effect, however much of the load it would do. If other effects explain everything
-  // at the logged zeros, a zero alone has to do so, too.
+  // at the logged zeros, a zero alone has to do so, too. Forces and masses, a dozen numbers, may explain some more.
   const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
-  const bool alone = most && compare(by_zero, without) > -kParsimony && (by_zero.is_exact() || !without.is_exact());
+  const bool alone = most && compare(by_zero, without) > -kOverwhelming && (by_zero.is_exact() || !without.is_exact());
   if (!alone && gain < cost + kConventionNats) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);

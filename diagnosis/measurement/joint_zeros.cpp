@@ -4,18 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/motion_rows.h"
+#include "diagnosis/model/made.h"
 #include "diagnosis/simulation/bodies.h"
 #include "diagnosis/simulation/plant.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeast = 0.1;       // [rad] smaller offsets are linear to half a percent
-constexpr int kSweeps = 3;           // over all joints, as each zero depends on the others
-constexpr int kHalvings = 12;        // of a step of a quarter radian: down to 6e-5 rad
-constexpr double kLeastStd = 0.005;  // [rad] accuracy of a zero set by hand
+constexpr double kLeast = 0.1;  // [rad] smaller offsets are linear to half a percent
 
 // Zeros and senses of all joints, and their squared residual.
 class Fitter {
@@ -101,7 +101,7 @@ bool may_be_off(const TorqueData& data, long joint) {
 }
 
 Fitter fit_from(const TorqueData& data, Fitter fitter, const SampledMotion& rows) {
-  for (int i = 0; i < kSweeps; ++i) {
+  for (int i = 0; i < kFewRounds; ++i) {  // over all joints, as each zero depends on the others
     for (long j = 0; j < rows.q.cols(); ++j) {
       if (may_be_off(data, j)) fitter.sweep(j, i == 0);
     }
@@ -153,7 +153,7 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
     sum += own.zero[joint], squares += own.zero[joint] * own.zero[joint], n += 1.0;
   }
   const double variance = n > 1.0 ? std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0) : 0.0;
-  return std::max(kLeastStd, std::sqrt(variance));
+  return std::max(kMountingError / kNinetyFive, std::sqrt(variance));
 }
 
 }  // namespace
@@ -168,7 +168,7 @@ JointZeros find_joint_zeros(const TorqueData& data) {
   const double nominal = Fitter(plant, rows).least;
   const Fitter found = fit(data, plant, rows);
   out.left = nominal > 0.0 ? found.least / nominal : 1.0;
-  const double samples = (rows.weight.array() > 0.0).select(rows.use.colwise().sum().transpose().array(), 0.0).sum();
+  const double samples = rows.count_judged();
   out.of_effort = samples > 0.0 ? found.least / samples : 1.0;
   for (long j = 0; j < rows.q.cols(); ++j) {
     const bool turned = found.sense[j] < 0.0;

@@ -16,6 +16,10 @@ constexpr long kFewest = kRowsPerColumn * kNuisance;  // samples for a result
 
 bool SampledMotion::tell_nothing() const { return q.rows() < kFewest || weight.isZero(); }
 
+double SampledMotion::count_judged() const {
+  return (weight.array() > 0.0).select(use.colwise().sum().transpose().array(), 0.0).sum();
+}
+
 double SampledMotion::calc_left(const Eigen::MatrixXd& missing) const {
   double sum = 0.0;
   for (long j = 0; j < missing.cols(); ++j) {

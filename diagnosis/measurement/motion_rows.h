@@ -17,6 +17,8 @@ struct SampledMotion {
   Eigen::VectorXd weight;              // by joint: 1 / variance of the effort; 0 if it is not judged
 
   bool tell_nothing() const;
+  // Used samples of all judged joints: the squares of their efforts, over each effort's variance.
+  double count_judged() const;
   // Squares of a missing torque (sample x joint) that friction, rotor and a constant leave, over each effort's
   // variance.
   double calc_left(const Eigen::MatrixXd& missing) const;

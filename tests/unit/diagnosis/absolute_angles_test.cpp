@@ -56,7 +56,10 @@ Experiment make_log(const std::string& name, const std::vector<int>& of_base, bo
   return e;
 }
 
-AbsoluteAngles find(const Experiment& e) { return find_absolute_angles(make_torque_data(e), 1); }
+AbsoluteAngles find(const Experiment& e) {
+  const TorqueData data = make_torque_data(e);
+  return find_absolute_angles(data, sample_motion(data), 1);
+}
 
 TEST(AbsoluteAngles, AJointThatIsMeasuredAgainstTheBaseIsFound) {
   const AbsoluteAngles found = find(make_log("absolute_one", {1}, false));
