@@ -2,6 +2,7 @@
 #include "diagnosis/conventions/absent_torque.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -14,7 +15,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr long kEffort = 0, kTau = 1, kWeight = 2, kLoads = 3;  // columns: y, tau, its part at rest, loads of all links
-constexpr int kNoLoad = -1;
 
 long column_of(Absent part) { return part == Absent::kWeight ? kWeight : kTau; }
 
@@ -69,7 +69,7 @@ class Squares {
   }
 
   // What remains of y - tau + absent with the load of one link, and with a share of the absent torque at each joint.
-  double calc_left(Absent part, int link, bool shares) const {
+  double calc_left(Absent part, std::optional<int> link, bool shares) const {
     Eigen::Matrix4d xx = Eigen::Matrix4d::Zero();
     Eigen::Vector4d xy = Eigen::Vector4d::Zero();
     double yy = 0.0;
@@ -80,13 +80,13 @@ class Squares {
       if (part != Absent::kNothing) y[column_of(part)] += 1.0;
       const Eigen::VectorXd sy = s * y;
       yy += y.dot(sy);
-      if (link == kNoLoad) continue;
-      const long at = kLoads + kLoadColumns * link;
+      if (!link) continue;
+      const long at = kLoads + kLoadColumns * *link;
       xx += s.block<4, 4>(at, at), xy += sy.segment<4>(at);
     }
-    if (link == kNoLoad) return yy;
+    if (!link) return yy;
     const Eigen::Vector4d load = xx.completeOrthogonalDecomposition().solve(xy);
-    return load[0] < -own_[static_cast<size_t>(link)] || load[0] > most_ ? yy : std::max(0.0, yy - xy.dot(load));
+    return load[0] < -own_[static_cast<size_t>(*link)] || load[0] > most_ ? yy : std::max(0.0, yy - xy.dot(load));
   }
 
   bool empty() const { return sums_.empty(); }
@@ -107,9 +107,9 @@ class Squares {
 };
 
 // The load that leaves least; none if it does not leave less than half.
-int find_load(const Squares& squares, Absent part) {
-  int best = kNoLoad;
-  double least = kHalf * squares.calc_left(part, kNoLoad, false);
+std::optional<int> find_load(const Squares& squares, Absent part) {
+  std::optional<int> best;
+  double least = kHalf * squares.calc_left(part, {}, false);
   for (int link = 0; link < squares.links; ++link) {
     const double left = squares.calc_left(part, link, false);
     if (left < least) least = left, best = link;
@@ -119,10 +119,10 @@ int find_load(const Squares& squares, Absent part) {
 
 // True if the torque is not in the log at any joint. A share of it may take what chance gives, no more than a minority.
 // Nor may shares alone do what a load does: a log in another unit looks like a load of few joints.
-bool is_absent(const Squares& squares, Absent part, int load) {
+bool is_absent(const Squares& squares, Absent part, std::optional<int> load) {
   const double left = squares.calc_left(part, load, false);
   return squares.calc_left(part, load, true) > kMostly * left &&
-         (load == kNoLoad || squares.calc_left(part, kNoLoad, true) * kHalf > left);
+         (!load || squares.calc_left(part, {}, true) * kHalf > left);
 }
 
 }  // namespace
@@ -140,10 +140,10 @@ AbsentTorque find_absent_torque(const TorqueData& data) {
   const double nominal = squares.calc_left(Absent::kNothing, find_load(squares, Absent::kNothing), false);
   double least = kDetail * nominal;  // the whole mismatch but a detail, whatever the load
   for (const Absent part : {Absent::kWeight, Absent::kBodies}) {
-    const int load = find_load(squares, part);
+    const std::optional<int> load = find_load(squares, part);
     const double left = squares.calc_left(part, load, false);
     if (left >= least || !is_absent(squares, part, load)) continue;
-    out = {part, left / squares.calc_left(Absent::kNothing, kNoLoad, false)};
+    out = {part, left / squares.calc_left(Absent::kNothing, {}, false)};
     least = kHalf * left;  // inertia is a detail beside weight: that it is absent, too, must explain much
   }
   return out;

@@ -9,6 +9,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque/flags.h"
@@ -16,16 +17,11 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Of three equal samples two neighbours may agree by chance; logs that hold their values have longer ones as a rule.
-constexpr double kTimesUsual = 3.0;
-constexpr double kMoreThanAStep = 1.5;               // of a quantised signal
 constexpr long kColumns = 5;                         // tau, a, v, direction, constant
 constexpr long kFewest = kRowsPerColumn * kColumns;  // samples of the law
 
-constexpr size_t kEffort = static_cast<size_t>(Quantity::kEffort);
-
 const std::vector<double>& get_effort(const Experiment& e, size_t recording, int joint) {
-  return e.recordings[recording].joints[static_cast<size_t>(joint)].signal[kEffort];
+  return e.recordings[recording].joints[static_cast<size_t>(joint)].signal[static_cast<size_t>(Quantity::kEffort)];
 }
 
 struct Run {
@@ -78,12 +74,13 @@ std::vector<Dropout> list_candidates(const Experiment& e, size_t recording, int 
   double largest = 0.0;
   for (double y : finite) largest = std::max(largest, std::abs(y));
   const std::vector<Run> runs = list_runs(x);
-  const double least = kTimesUsual * find_usual_length(runs, x.size());
+  // Of three equal samples two neighbours may agree by chance; logs that hold their values have longer ones as a rule.
+  const double least = kSeveralTimes * find_usual_length(runs, x.size());
   for (const Run& run : runs) {
     const double value = x[run.begin];
     if (!std::isfinite(value) || static_cast<double>(run.size()) < least || std::abs(value) > (1.0 - kTrace) * largest)
       continue;
-    if (find_jump(x, run) > std::max(kDetail * spread, kMoreThanAStep * step))
+    if (find_jump(x, run) > std::max(kDetail * spread, kClearlyMore * step))
       list.push_back({recording, joint, run.begin, run.end, value});
   }
   return list;
@@ -227,7 +224,8 @@ Experiment leave_out_dropouts(Experiment e, const std::vector<Dropout>& dropouts
     const bool last =
         i + 1 == dropouts.size() || dropouts[i + 1].recording != d.recording || dropouts[i + 1].joint != d.joint;
     if (last) e.warnings.push_back(describe(e, same)), same.clear();
-    std::vector<double>& effort = e.recordings[d.recording].joints[static_cast<size_t>(d.joint)].signal[kEffort];
+    std::vector<double>& effort =
+        e.recordings[d.recording].joints[static_cast<size_t>(d.joint)].signal[static_cast<size_t>(Quantity::kEffort)];
     std::fill(effort.begin() + static_cast<long>(d.begin), effort.begin() + static_cast<long>(d.end),
               std::numeric_limits<double>::quiet_NaN());
   }

@@ -7,6 +7,7 @@
 #include "diagnosis/conventions/loaded_units.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/effort_limits.h"
@@ -16,13 +17,10 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLoad = 2.3;    // |ln| of a scale below one that joints do not share: a heavy load may explain less
-constexpr double kByLaw = 1.01;  // bounds of a scale by the servo's law, as a factor
+// |ln| of a scale below one that joints do not share: a heavy load may explain less.
+const double kLoad = std::log(kTenTimes);
 constexpr long kFewest = kRowsPerColumn * (kNuisance + 1);  // samples: tau stands beside them
 constexpr long kRotor = 2;  // column of the acceleration in the regressors of collect_efforts()
-// Least correlation of effort and tau beside friction and rotor. Along a few slow recordings, friction over position
-// follows the small torque of a wrist by a third, with either sign and a factor of a thousand.
-constexpr double kFollows = 0.6;
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
@@ -69,7 +67,7 @@ std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& r
   const double share = discount_chance(unit.low / unit.high, rows, beside.cols() + 1);
   const double width = share > 0.0 ? -std::log(share) : 1e300, far = std::abs(std::log(std::abs(unit.scale)));
   if (unit.scale < 0.0 && !is_turned(rows, unit.scale) && may_be_load(data, {joint})) return std::nullopt;
-  if (width > std::min(kBracket * std::max(kFactor, far), -2.0 * std::log(kFollows))) return std::nullopt;
+  if (width > std::min(kBracket * std::max(kFactor, far), kFactor)) return std::nullopt;
   return unit;
 }
 
@@ -199,8 +197,7 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
 bool tells_loaded(const TorqueData& data, const LoadedUnit& u) {
   const double width = u.share > 0.0 ? -std::log(u.share) : 1e300;
   if (!is_moved(u.moved * u.moved, collect_efforts(data, u.joint))) return false;
-  return u.scale > 0.0 &&
-         width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), -2.0 * std::log(kFollows));
+  return u.scale > 0.0 && width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), kFactor);
 }
 
 // Once efforts are no torques: units beside a load that all joints carry, and beside springs. Each looks like a larger
@@ -239,7 +236,7 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale / kByLaw, unit->high = scale * kByLaw,
+  unit->scale = scale, unit->low = scale * (1.0 - kTrace), unit->high = scale * (1.0 + kTrace),
   unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
 }
 

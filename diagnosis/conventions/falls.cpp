@@ -11,13 +11,13 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/stretches.h"
+#include "diagnosis/estimate/at_rest.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kCrash = 20.0;   // a stiff robot that stamps lands with ten times its weight in single samples
 constexpr double kAtOnce = 0.05;  // [s]
-constexpr double kBefore = 0.1;   // [s] that is left out before a crash: filters reach so far
 
 // Length of each reading of a sensor of three axes, or of those that were recorded; by sensor.
 std::map<std::string, std::vector<double>> list_lengths(const Recording& r, const std::string& kind) {
@@ -79,7 +79,7 @@ Experiment cut_at_crashes(Experiment e) {
   std::vector<std::string> warnings;
   for (const Crash& crash : crashes) {
     const Recording& r = e.recordings[crash.recording];
-    const auto end = std::lower_bound(r.time.begin(), r.time.end(), crash.time - kBefore) - r.time.begin();
+    const auto end = std::lower_bound(r.time.begin(), r.time.end(), crash.time - kScrape) - r.time.begin();
     const bool enough = end > 0 && r.time[static_cast<size_t>(end) - 1] - r.time.front() >= kShortestPart;
     Recording& left = kept[crash.recording];
     left = enough ? cut_recording(r, 0, static_cast<size_t>(end)) : Recording{};

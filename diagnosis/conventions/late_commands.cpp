@@ -29,7 +29,7 @@ namespace {
 constexpr int kSteps = 20;  // delays to try up to the longest: 5 ms
 constexpr double kFilters[] = {0.005, 0.01, 0.015,
                                0.02,  0.03, 0.04};  // [s] time constants to try, as firmware has them
-constexpr int kSigned = 3;  // regressors of collect_efforts() whose coefficients are not negative: friction, rotor
+constexpr long kSigned = kNuisance - 1;             // all but the constant: friction and rotor are not negative
 
 // Mean square that friction, a rotor and a constant leave of a joint's missing torque. No coefficient of the first
 // three is negative.

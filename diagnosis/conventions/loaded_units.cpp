@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -13,8 +14,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kSteps = 60;         // of Gauss-Newton; ten are enough but for loads that are hardly told
-constexpr double kSettled = 1e-7;  // [nats] change at which they end
 constexpr double kJackknife = (kFolds - 1.0) / kFolds;
 constexpr double kHand = 0.1;             // [m] a load nearer to the link's origin has no moment to speak of
 constexpr long kSeen = kLoadColumns + 2;  // columns of y, tau, load
@@ -148,18 +147,16 @@ class Fit {
     return nats;
   }
 
-  // The load that leaves least, from `p` on.
+  // The load that leaves least, from `p` on. Ten steps are enough but for loads that are hardly told.
   Load minimize(Load p) const {
     double best = calc(p);
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kMostRounds; ++step) {
       const Load move = find_step(p);
       double factor = 1.0;
       while (factor > 1e-3 && calc(p + factor * move) > best) factor *= 0.5;
       const double next = calc(p + factor * move);
-      if (next > best) break;
-      p += factor * move;
-      if (best - next < kSettled) break;
-      best = next;
+      if (!(next < best)) break;
+      p += factor * move, best = next;
     }
     return p;
   }

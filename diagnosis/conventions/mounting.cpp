@@ -15,8 +15,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kGravity = 0.15;  // share by which gravity that efforts ask for may be larger or smaller than it is
-
 Experiment turn_gravity(Experiment e, const Vector3d& direction) {
   e.scenario.gravity_W = e.scenario.gravity_W.norm() * direction.normalized();
   return e;
@@ -58,7 +56,8 @@ bool fits_bare(const std::vector<double>& before, const TorqueData& turned) {
 Vector3d find_by_squares(const Experiment& e, const TorqueData& data) {
   const FoundGravity found = find_gravity(data);
   const double size = found.g_W.norm() / e.scenario.gravity_W.norm();
-  const bool other = found.left <= kNearlyAll && std::abs(size - 1.0) <= kGravity && is_other(e, found.g_W);
+  // Gravity that efforts ask for is as large as it is.
+  const bool other = found.left <= kNearlyAll && std::abs(size - 1.0) <= kMinority && is_other(e, found.g_W);
   return other ? found.g_W : Vector3d::Zero();
 }
 

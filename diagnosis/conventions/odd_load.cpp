@@ -17,7 +17,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr long kCommon = 6;                         // v, direction, a, 1, tau, |tau| direction: the same at all times
-constexpr double kCost = 10.0;                      // [nats] four parameters, which link and which part
 constexpr long kFewest = kRowsPerColumn * kCommon;  // samples of a joint
 constexpr long kBoth = 2 * kLoadColumns;            // a load at all times, and the same for a part
 
@@ -172,7 +171,7 @@ class OddLoadSearch {
   // The parts that one load explains best: file by file, as long as another one is worth it.
   Parts find_parts(size_t load) const {
     Parts parts;
-    double nats = kCost;
+    double nats = kLoadColumns * kOdds;  // a load has to gain more than its numbers cost
     for (bool better = true; better;) {
       better = false;
       Parts best = parts;
@@ -210,7 +209,7 @@ class OddLoadSearch {
     std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.file < b.file; });
     const Fit f = fit(parts, load);
     const double mass = f.p[kLoadColumns];
-    if (f.nats < kCost + kOdds || f.left > kHalf * f.without || mass < kUnlikely * f.std[kLoadColumns])
+    if (f.nats < (kLoadColumns + 1) * kOdds || f.left > kHalf * f.without || mass < kUnlikely * f.std[kLoadColumns])
       return std::nullopt;
     // No load that it takes up: something else, and no reason to leave recordings out.
     if (!is_possible_load(data_.experiment->robot.tree, mass)) return std::nullopt;

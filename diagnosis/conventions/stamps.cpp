@@ -6,6 +6,7 @@
 
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -13,7 +14,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kResolution = 1e-6;  // [rad or m] no command is known better: digits of a log, curvature between rows
-constexpr double kLongest = 1.5;      // [periods] longer steps lack rows, and the commands between them are unknown
 constexpr size_t kAround = 4;         // rows on each side of a step, for the mean speed
 constexpr size_t kCluster = 16;       // steps with correlated errors: an encoder's step stays for several rows
 
@@ -31,7 +31,8 @@ bool tells_time(const JointColumns& joint) {
 
 Told read_commands(const Recording& r) {
   const size_t steps = r.size() - 1;
-  const double longest = kLongest * find_period(r.time);
+  // Longer steps lack rows, and the commands between them are unknown.
+  const double longest = kClearlyMore * find_period(r.time);
   Told told{std::vector<double>(steps, 0.0), std::vector<double>(steps, 0.0), 0.0, 0.0};
   double moving = 0.0;
   for (size_t k = 0; k < steps; ++k) {
