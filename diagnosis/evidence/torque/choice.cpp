@@ -5,6 +5,7 @@
 #include <set>
 
 #include "common/base/has.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/model.h"
@@ -16,7 +17,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr size_t kMostWhole = 4;  // terms of the whole robot in one model: more trade off against each other
-constexpr size_t kTried = 6;      // terms of the whole robot that are tried with newly chosen subsets
 
 using Terms = std::vector<size_t>;
 
@@ -142,7 +142,7 @@ class Chooser {
     });
     std::sort(ranked.rbegin(), ranked.rend());
     std::vector<Terms> list;
-    for (size_t i = 0; i < std::min(kTried, ranked.size()); ++i) {
+    for (size_t i = 0; i < std::min(kShortList, ranked.size()); ++i) {
       if (ranked[i].first > choice.fit.evidence - kOdds) list.push_back(models[ranked[i].second].whole);
     }
     return list;
@@ -232,7 +232,7 @@ class Chooser {
                  std::any_of(have.begin(), have.end(), [&](size_t t) { return design_.whole[t].row->is_of_bus(); });
     for (size_t i = 0; i < gains.size(); ++i) {
       const bool of_bus = design_.whole[gains[i].second].row->is_of_bus();
-      if (of_bus ? !delay : i < kTried && gains[i].first > 0.0) ranked.push_back(gains[i].second);
+      if (of_bus ? !delay : i < kShortList && gains[i].first > 0.0) ranked.push_back(gains[i].second);
       delay = delay || of_bus;
     }
     add_loads(have, &ranked);
@@ -344,7 +344,6 @@ bool is_physical(const TorqueDesign& design, size_t at, const Terms& terms, cons
 }
 
 Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen::VectorXd p) {
-  constexpr double kUnseen = 1e-4;  // of the squares of the term's best column: a hundredth of its size
   const auto is_it = [&](const Term& t) { return t.row == term.row && t.place == term.place && t.shape == term.shape; };
   const auto at = std::find_if(design.whole.begin(), design.whole.end(), is_it);
   if (at == design.whole.end()) return p;
@@ -356,7 +355,8 @@ Eigen::VectorXd drop_unseen(const TorqueDesign& design, const Term& term, Eigen:
   }
   for (long c = 0; c < p.size(); ++c) {
     const bool mass = term.row->load && c == 0;  // its position is moment over mass
-    if (!mass && squares[c] < kUnseen * squares.maxCoeff()) p[c] = 0.0;
+    // No more than a trace of the term's best column, of which these are squares.
+    if (!mass && squares[c] < kTrace * kTrace * squares.maxCoeff()) p[c] = 0.0;
   }
   return p;
 }

@@ -7,6 +7,11 @@
 #include <set>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/load_or_unit.h"
@@ -15,19 +20,13 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFoldTime = 2.5;  // [s] approximate length; long compared with the correlation of residuals
-constexpr int kFewestFolds = 6, kMostFolds = 16;
-constexpr long kFewestSamples = 20;  // least number of training samples of a joint
-constexpr double kOutlier = 10.0;    // times the median absolute residual: 6.7 standard deviations if normal
-constexpr int kOutlierPasses = 3;
-constexpr double kLoaded = 0.85;  // correlation of effort and nominal torque above which friction is the smaller part
-
 // By recording and kept sample: index of the fold; -1 in held-out recordings.
 std::vector<std::vector<int>> assign_folds(const TorqueData& data, int* count) {
   double time = 0.0;
   for (const TorqueRecording& r : data.recordings)
     time += r.train ? static_cast<double>(r.kept() * r.stride) * r.step : 0.0;
-  const double piece = time / std::clamp(time / kFoldTime, double{kFewestFolds}, double{kMostFolds});
+  // About 2.5 s: long beside the time for which residuals resemble each other.
+  const double piece = time / std::clamp(time / (kFarMore * kBlock), double{kFewestBlocks}, double{kFolds});
   std::vector<std::vector<int>> folds;
   *count = 0;
   for (const TorqueRecording& r : data.recordings) {
@@ -130,9 +129,9 @@ double count_independent(const TorqueData& data, const JointDesign& joint,
 }
 
 // Marks samples as unused if no term explains them (knocks, touches, numerical failures): their residual exceeds
-// kOutlier times the median. In a recording with many such samples the terms are wrong, so they stay. A load that
-// swings and then rests, or another motion in held-out data, is no outlier. Therefore the fit uses the terms of the
-// whole robot and all recordings. Returns true if it marked any.
+// kTenTimes the median, 6.7 standard deviations of normal errors. In a recording with many such samples the terms are
+// wrong, so they stay. A load that swings and then rests, or another motion in held-out data, is no outlier. Therefore
+// the fit uses the terms of the whole robot and all recordings. Returns true if it marked any.
 bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data) {
   const long width = joint.own_width + rows.whole[0].cols();
   Gram everything = sum(joint.held, width);
@@ -146,7 +145,7 @@ bool drop_outliers(const JointDesign& joint, const Rows& rows, TorqueData* data)
     }
   }
   if (size.empty()) return false;
-  const double limit = kOutlier * find_median(std::move(size));
+  const double limit = kTenTimes * find_median(std::move(size));
   bool any = false;
   for (size_t r = 0; r < left.size(); ++r) {
     // false for NaN, so unused samples are no outliers
@@ -175,10 +174,11 @@ std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint
       if (is_fitted(r, k)) used.insert(folds[r][static_cast<size_t>(k)]), ++samples;
     }
   }
-  if (used.size() >= static_cast<size_t>(kFewestFolds) || samples < kFewestSamples) return folds;
+  if (used.size() >= kFewestBlocks || samples < static_cast<long>(kFewestToTell)) return folds;
   for (size_t r = 0; r < folds.size(); ++r) {
     for (long k = 0; k < data.recordings[r].kept(); ++k) {
-      if (is_fitted(r, k)) folds[r][static_cast<size_t>(k)] = static_cast<int>(kFewestFolds * at++ / samples);
+      if (is_fitted(r, k))
+        folds[r][static_cast<size_t>(k)] = static_cast<int>(static_cast<long>(kFewestBlocks) * at++ / samples);
     }
   }
   return folds;
@@ -233,7 +233,7 @@ double correlate_load(const TorqueData& data, int joint) {
 double correlate_load_beside_drive(const TorqueData& data, int joint) {
   if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return 0.0;
   const UnitRows rows = collect_efforts(data, joint);
-  if (rows.tau.size() < kFewestSamples) return 0.0;
+  if (rows.tau.size() < static_cast<long>(kFewestToTell)) return 0.0;
   const Eigen::VectorXd tau = take_out(rows.nuisance, rows.tau), effort = take_out(rows.nuisance, rows.effort);
   const double own = (rows.tau.array() - rows.tau.mean()).square().sum();
   if (tau.squaredNorm() < kMuch * kMuch * own) return 0.0;
@@ -265,7 +265,7 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   int fold_count = 0;
   const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
   // same count for all joints; joints in few folds have their own folds
-  fold_count = std::max(fold_count, kFewestFolds);
+  fold_count = std::max(fold_count, static_cast<int>(kFewestBlocks));
   std::vector<std::vector<Eigen::MatrixXd>> whole;  // by recording, by joint
   for (const TorqueRecording& r : data.recordings) whole.push_back(calc_whole_columns(data, r, design.whole));
   std::vector<double> passive;
@@ -286,16 +286,17 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     }
     const std::vector<std::vector<int>> own_folds = assign_own_folds(data, j, folds);
     fill_joint(data, own_folds, fold_count, rows, &joint);
-    for (int pass = 0; pass < kOutlierPasses && joint.total.n >= kFewestSamples; ++pass) {
+    for (int pass = 0; pass < kFewRounds && joint.total.n >= kFewestToTell; ++pass) {
       if (!drop_outliers(joint, rows, &data)) break;
       fill_joint(data, own_folds, fold_count, rows, &joint);
     }
-    if (joint.total.n < kFewestSamples) continue;
+    if (joint.total.n < kFewestToTell) continue;
     if (!data.experiment->robot.tree.joint(j).actuated) {  // in place of the effort's spread
       if (passive.empty()) passive = calc_passive_squares(data);
       joint.spread = std::sqrt(passive[static_cast<size_t>(j)]);
     }
-    joint.loaded = std::max(correlate_load(data, j), correlate_load_beside_drive(data, j)) > kLoaded;
+    // Then friction is the smaller part.
+    joint.loaded = std::max(correlate_load(data, j), correlate_load_beside_drive(data, j)) > kMostly;
     joint.effective =
         count_independent(data, joint, calc_left(data, joint, rows, joint.total, list_common_columns(joint, 0)));
     design.joints.push_back(std::move(joint));

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/evidence/torque/doubts.h"
 
+#include "diagnosis/estimate/shares.h"
+
 namespace hrp::diagnosis {
 
 const char* find_doubt(const GradedTerm& term, const TermDoubts& doubts) {
   if (!term.helps_held) return "the held-out recordings are predicted worse with it";
-  if (term.agreement < kAgree) return "stretches of the recordings give it opposite signs";
+  if (term.agreement < kMostly) return "stretches of the recordings give it opposite signs";
   if (!doubts.told) return "the recordings tell its size too poorly";
   if (!doubts.clear) return "parts of the recordings differ by as much as its size";
   if (doubts.of_sampling) return "a log that holds its values is late by up to a period, too";

@@ -36,10 +36,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// From fewer independent samples no model learns, so that nothing is predicted proves nothing.
-constexpr double kToLearn = 10.0;
-constexpr int kSeveral = 3;  // least number of joints; with fewer, it may be the single effect of a clean world
-
 class Judge {
  public:
   Judge(const Experiment& e, TorqueDesign&& design, int jobs) : e_(e), jobs_(jobs), design_(std::move(design)) {
@@ -395,10 +391,11 @@ class Judge {
       // A supported law must explain this share of what a model without physics predicts.
       if (own < kLargely * free)
         doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
-      // Little of its effort is missing, and little of that any model predicts. A joint without a drive may turn
-      // freely.
+      // Little of its effort is missing, and little of that any model predicts: with enough independent samples to
+      // learn from. A joint without a drive may turn freely.
       const bool driven = e_.robot.tree.joint(joint.joint).actuated;
-      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority && joint.effective >= kToLearn)
+      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority &&
+          joint.effective >= kRowsPerColumn)
         ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});
       out->evidence.remaining.push_back(std::move(r));
@@ -424,7 +421,8 @@ bool has_real_drives(const TorqueVerdict& torque) {
   constexpr auto few = static_cast<int>(kLargestSet);
   if (!torque.judged) return false;
   if (torque.drive_terms > few && torque.with_drives >= kEveryDrive * torque.joints) return true;
-  if (torque.joints < kSeveral || torque.any_drives < kEveryDrive * torque.joints) return false;
+  // Of fewer joints it may be the single effect of a clean world.
+  if (torque.joints < static_cast<int>(kFewestToAgree) || torque.any_drives < kEveryDrive * torque.joints) return false;
   // Of many joints some may hardly move: what little they miss is noise, on real robots too.
   return torque.exact == 0 ? torque.with_drives > 0 : torque.with_drives > few && may_have_real_drives(torque);
 }

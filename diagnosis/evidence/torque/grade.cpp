@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/estimate/odds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/doubts.h"
@@ -16,9 +17,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kOverwhelming = 20.0;  // [nats] with this gain, a term is named even if its share is small
-constexpr double kShrink = 0.3;         // weight of all data beside a stretch's own data, in average stretches
 
 class Grader {
  public:
@@ -77,7 +75,7 @@ class Grader {
 
   bool is_expected(const GradedTerm& g) const {
     const double size = std::abs(g.parameters[0]);
-    const bool told = size > kNinetyFive * g.std[0] && size >= g.width[0] && g.agreement >= kAgree;
+    const bool told = size > kNinetyFive * g.std[0] && size >= g.width[0] && g.agreement >= kMostly;
     return g.term.row->usual && told && g.gain > 0.0 && g.share > 0.0 && g.helps_held && is_visible(g);
   }
 
@@ -170,7 +168,8 @@ class Grader {
       for (const Gram& fold : joint.train) {
         if (fold.n < 1.0) continue;
         Gram part = others_tell ? take_masses_out(i, fold) : fold;
-        part.add(total, kShrink / static_cast<double>(joint.train.size()));
+        // All data keep a stretch's own in bounds, with a weight in average stretches.
+        part.add(total, kMuch / static_cast<double>(joint.train.size()));
         same += solve_along(part, columns, first, g.parameters) > 0.0 ? 1.0 : 0.0;
         square += std::pow(solve(part, columns)[first] - value, 2), n += 1.0;
       }
@@ -342,7 +341,7 @@ class Grader {
     const bool overwhelming =
         g->gain > enough && (g->share > kAgreement || g->rescales) && (design_.has_held || g->term.row->usual);
     const bool matters = (g->share >= kMinor || overwhelming) && is_material(*g);
-    const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kAgree;
+    const bool holds = g->gain > 0.0 && matters && g->helps_held && g->agreement >= kMostly;
     // Friction and rotors that are clear in the model, though not on held-out data, are listed as ambiguous.
     const bool usual = g->term.row->usual && told && g->gain > kOdds && is_visible(*g);
     // If parts of the recordings differ by more than the value, the value is not reported. An exception is a term that
@@ -352,7 +351,7 @@ class Grader {
     // size uncertain.
     const bool likely =
         g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
-    g->disagrees = g->agreement < kAgree, g->unsized = !sized;
+    g->disagrees = g->agreement < kMostly, g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, remove more than details of friction do, and have higher odds.

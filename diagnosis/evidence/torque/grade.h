@@ -28,9 +28,6 @@ struct Rival {
   TermPlace place;        // of the rival in `model`
 };
 
-// Share of the stretches that must give the same sign.
-constexpr double kAgree = 0.85;
-
 // A term of the model with its value, its uncertainty and the results of all tests.
 struct GradedTerm {
   Term term;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -13,8 +14,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kInstant = 0.5;  // [samples] uncertain offset between effort and position
-constexpr size_t kParts = 4;      // parts by each quantity except recordings
 // Dry friction of two real drives that swing through half a turn, the hip of an exoskeleton and the second joint of a
 // double pendulum: it differs between windows of 30 degrees by 0.18 and 0.23 of its mean (standard deviation, without
 // the noise).
@@ -27,8 +26,9 @@ using Rows = std::vector<long>;
 std::vector<Rows> divide(const TorqueSamples& all, long by) {
   std::vector<double> values(all.of.col(by).data(), all.of.col(by).data() + all.of.rows());
   std::sort(values.begin(), values.end());
-  std::vector<double> limits;  // a part ends where the quantity exceeds it
-  for (size_t part = 1; part < kParts && by > 0; ++part) limits.push_back(values[part * values.size() / kParts]);
+  std::vector<double> limits;                              // a part ends where the quantity exceeds it
+  constexpr auto count = static_cast<size_t>(kStretches);  // of parts by each quantity except recordings
+  for (size_t part = 1; part < count && by > 0; ++part) limits.push_back(values[part * values.size() / count]);
   if (by == 0)
     values.erase(std::unique(values.begin(), values.end()), values.end()), limits = values, limits.pop_back();
   std::vector<Rows> parts(limits.size() + 1);
@@ -146,7 +146,8 @@ ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& e
 
 Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time, double gain_std) {
   Eigen::MatrixXd moved = sums.moved;
-  moved.col(0) *= gain_std, moved.col(1) *= kInstant * sample_time;
+  // Where in a sampling step an effort and a position were read, a log does not say.
+  moved.col(0) *= gain_std, moved.col(1) *= kHalf * sample_time;
   return (invert_sums(sums.xx) * moved).rowwise().squaredNorm();
 }
 

@@ -4,13 +4,13 @@
 #include <optional>
 #include <set>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/evidence/gear_loads.h"
 #include "diagnosis/evidence/soft_joints.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kPlacings = 2;     // refits of the positions
 constexpr double kMoved = 0.01;  // [m] smallest move: 10 % of the inertia of a load at 0.2 m
 
 // The usual terms of all drives and one load.
@@ -85,12 +85,12 @@ bool place_loads(const TorqueModel& model, TorqueDesign* design) {
 }  // namespace
 
 Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
-  for (int i = 0; i < kPlacings && place_each_load(design); ++i) {
+  for (int i = 0; i < kFewRounds && place_each_load(design); ++i) {
   }
   Choice choice = choose_torque_model(*design, jobs);
   // The position is moment over mass. If the mass is hardly determined, a larger distance reduces the mass, which
   // increases the distance further. Therefore a step counts only if the evidence improves.
-  for (int i = 0; i < kPlacings; ++i) {
+  for (int i = 0; i < kFewRounds; ++i) {
     TorqueDesign moved = *design;
     if (!place_loads(choice.model, &moved)) break;
     const Choice again = choose_torque_model(moved, jobs);

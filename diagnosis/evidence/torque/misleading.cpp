@@ -13,8 +13,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostRows = 3;  // most barred rows of a joint
-
 struct Suspect {
   const TermRow* row = nullptr;  // null: no term misleads
   double held = 0.0;             // [(N m)^2] held-out mean square without it
@@ -129,14 +127,15 @@ void exchange_misleading_zeros(const TorqueDesign& design, int jobs, Choice* cho
 }
 
 void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice* choice) {
-  for (int pass = 0; design->has_held && pass < kMostRows; ++pass) {
+  for (bool better = design->has_held; better;) {
     std::vector<size_t> barred;
     for (const JointDesign& joint : design->joints) barred.push_back(joint.barred.size());
     if (!bar_rows(jobs, *choice, design)) return;
     Choice with = choose_torque_model(*design, jobs, timing);
     const bool undone = allow_again(*choice, with, barred, design);
     if (undone) with = choose_torque_model(*design, jobs, timing);
-    if (calc_score(*design, with.fit) > calc_score(*design, choice->fit))
+    better = calc_score(*design, with.fit) > calc_score(*design, choice->fit);
+    if (better)
       *choice = with;
     else
       for (size_t i = 0; i < barred.size(); ++i) design->joints[i].barred.resize(barred[i]);

@@ -77,7 +77,7 @@ bool is_worth_listing(const TorqueDesign& design, const Candidate& c, const Grad
   // parts of the recordings agree about the sign
   const bool told = size > kNinetyFive * over(g.std) && size > over(g.width);
   const auto joint = static_cast<size_t>(c.place.joint);
-  return told && g.helps_held && g.share > kMinor && g.agreement >= kAgree && size >= g.term.row->material &&
+  return told && g.helps_held && g.share > kMinor && g.agreement >= kMostly && size >= g.term.row->material &&
          !g.term.row->excess && is_physical(design, joint, {c.choice.model.own[joint][c.place.at]}, g.parameters);
 }
 

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/torque/samples.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kFinest = 0.01, kWidest = 0.6;  // range of the velocities tried, relative to the fastest
-constexpr double kStep = 1.2;                    // ratio of successive velocities
+constexpr double kStep = 1.2;  // ratio of successive velocities
 
 void widen(double value, double std, Range* range) {
   range->low = std::min(range->low, value - kNinetyFive * std),
@@ -70,7 +70,8 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
   const double without = -0.5 * effective * std::log(std::max(1e-300, (samples.y - samples.x * plain).squaredNorm()));
   samples.x.conservativeResize(Eigen::NoChange, samples.x.cols() + 1);
   std::vector<Point> points;
-  for (double v = std::max(slow, kFinest * fastest); v < kWidest * fastest; v *= kStep) {
+  // Nearer to the fastest, the whole curve looks like viscous friction.
+  for (double v = std::max(slow, kTrace * fastest); v < kHalf * fastest; v *= kStep) {
     samples.x.rightCols(1) = list_column(design, i, {&find_term_row(&TermRow::excess), design.joints[i].joint, v});
     points.push_back(fit_curve(samples, at, v, effective));
   }

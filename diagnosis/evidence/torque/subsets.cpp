@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/base/has.h"
 #include "diagnosis/estimate/significance.h"
@@ -10,8 +11,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostTerms = 7;       // in one subset
-constexpr double kNoWeight = 35.0;  // [nats] below the best subset: a weight of 1e-15, which rounding loses
+constexpr int kMostTerms = 7;  // in one subset
 
 using Terms = std::vector<size_t>;
 
@@ -72,6 +72,8 @@ class SubsetSearch {
   std::vector<Subset> run() {
     const Terms pool = list_pool();
     std::vector<Subset> subsets;
+    // [nats] Below the best subset by so much, rounding loses a weight.
+    const double lost = -std::log(std::numeric_limits<double>::epsilon());
     double least = -1e299;                                       // evidence below which a subset has no weight
     for (size_t mask = size_t{1} << pool.size(); mask-- > 0;) {  // the richest first: they are the best, as a rule
       Terms terms;
@@ -81,7 +83,7 @@ class SubsetSearch {
       if (static_cast<int>(terms.size()) > kMostTerms || !is_sensible(joint_, terms)) continue;
       const Subset subset = judge(terms, least);
       if (subset.evidence <= least) continue;
-      subsets.push_back(subset), least = std::max(least, subset.evidence - kNoWeight);
+      subsets.push_back(subset), least = std::max(least, subset.evidence - lost);
     }
     std::sort(subsets.begin(), subsets.end(), [](const Subset& a, const Subset& b) { return a.evidence > b.evidence; });
     return subsets;
