@@ -8,6 +8,7 @@
 #include "common/base/has.h"
 #include "common/base/join_words.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/best_model.h"
 #include "diagnosis/evidence/loose_gears.h"
@@ -26,20 +27,17 @@
 namespace hrp::diagnosis {
 namespace {
 
-// Times the noise that friction and rotors of every joint leave at a real machine: in a clean world little is left of
-// one effect once it is modelled.
-constexpr double kFar = 5.0;
-
 // The nominal model is exact for some joint: a simulated world, where a law that leaves more than noise is not the law.
 // No real robot has such a joint beside others that are wrong.
 bool is_exact_world(const TorqueVerdict& torque) { return torque.joints > 1 && torque.exact > 0; }
 
-// The same with one or two joints that are driven by recorded efforts: their drives' effects are there, and much is
-// left beside them. Sets of effects are compared by simulation, which from efforts says little.
+// The same with one or two joints that are driven by recorded efforts: their drives' effects are there, and far more
+// than noise is left beside them. In a clean world little is left of one effect once it is modelled. Sets of effects
+// are compared by simulation, which from efforts says little.
 bool looks_real(const Problem& problem, const TorqueVerdict& torque) {
   if (!is_effort_driven(*problem.experiment) || !torque.judged) return false;
   const Trial model = simulate_trial(problem, torque.model);
-  return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFar;
+  return torque.any_drives >= kEveryDrive * torque.joints && model.validate.ok && model.rms > kFarMore;
 }
 
 // From recorded efforts a simulation is drawn to the recording: nothing is judged by it.
@@ -63,7 +61,7 @@ std::vector<SignalFit> list_windows(const Problem& problem, const Outcome& outco
                      after = calc_held_windows(problem, outcome.chosen.hypothesis);
   for (size_t j = 0; j < before.rms.size(); ++j) {
     const double spread = calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
-    if (!std::isfinite(before.rms[j]) || spread <= kRest) continue;
+    if (!std::isfinite(before.rms[j]) || !does_move(spread)) continue;
     const JointSpec& joint = problem.experiment->robot.tree.joint(static_cast<int>(j));
     list.push_back({signal_name(*problem.experiment, j * kQuantities), get_joint_unit(joint, "rad"), before.rms[j],
                     after.rms[j], spread});

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -19,7 +20,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kWindowIterations = 8;  // steps of a fit; each simulates all windows
 // Exponent [1] of the penalty for a model that is worse than plain least squares in one of the two errors. A model that
 // is 5 % worse in one error must be about 22 % better in the other (1.05^-5) to have the same cost.
 constexpr double kWorse = 4.0;
@@ -84,7 +84,8 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
     const bool driven = quantity == Quantity::kEffort;
     const double spread =
         driven ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
-    if (spread > (driven ? 0.0 : kRest) && std::isfinite(rms[j])) sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
+    if ((driven ? spread > 0.0 : does_move(spread)) && std::isfinite(rms[j]))
+      sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
   }
   return n > 0.0 ? std::sqrt(sum / n) : kNoError;
 }
@@ -122,10 +123,10 @@ class Chooser {
     const Hypothesis start = settled_ ? Hypothesis{} : find_preslidings(problem_, with < without ? geared : plain);
     if (is_effort_driven(*whole_.experiment)) {
       const CalcResiduals windows = make_window_residuals(whole_);
-      const Hypothesis fitted = fit_both(windows, model_, kWindowIterations);
+      const Hypothesis fitted = fit_both(windows, model_, kRounds);
       consider("fitted through short windows", fitted);
       consider("half way there", find_middle(model_, fitted));
-      if (!settled_) consider("least squares, fitted through them", fit_both(windows, start, kWindowIterations));
+      if (!settled_) consider("least squares, fitted through them", fit_both(windows, start, kRounds));
     }
     const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
     consider("fitted through each joint's simulation", fitted);
@@ -136,7 +137,7 @@ class Chooser {
     consider("the best of these at each joint", mix_joints());
     if (!is_effort_driven(*whole_.experiment)) {
       consider("the best of these, fitted through the whole robot",
-               fit_both(make_residuals(whole_), best_.hypothesis, kWholeIterations));
+               fit_both(make_residuals(whole_), best_.hypothesis, kFewRounds));
     } else if (!settled_) {
       consider("the same, fitted to positions alone", polish_joints(problem_, best_.hypothesis, nullptr, true));
       consider("least squares with richer laws, fitted to positions alone",

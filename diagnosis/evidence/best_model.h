@@ -3,17 +3,20 @@
 // best.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/search/trial.h"
 #include "diagnosis/simulation/windows.h"
 
 namespace hrp::diagnosis {
 
-// [rad, m] Least standard deviation of a position that is compared. Where a joint comes to rest that hardly moves, its
-// dry friction decides, which its recorded rest does not tell: its error over its spread has no bound.
-constexpr double kRest = 0.005;
+// True for the standard deviation [rad, m] of a position that is compared: its range, were it uniform, is a motion.
+// Where a joint comes to rest that hardly moves, its dry friction decides, which its recorded rest does not tell: its
+// error over its spread has no bound.
+inline bool does_move(double spread) { return std::sqrt(12.0) * spread > kHardlyMoved; }
 
 // Simulates a hypothesis and scores it on the training and on the held-out recordings.
 Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis);

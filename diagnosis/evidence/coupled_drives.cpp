@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/evidence/torque/model.h"
 #include "diagnosis/measurement/kept_rows.h"
@@ -177,11 +178,11 @@ class CoupledSearch {
     const TreeSpec& tree = data_.experiment->robot.tree;
     const int link = joint_.joint + 1, link_other = other + 1;
     const bool chain = other != joint_.joint && (is_above(tree, link, link_other) || is_above(tree, link_other, link));
-    const double clear = kSeveralTimes * data_.slow[static_cast<size_t>(other)];
+    // Slower motion has no clear direction.
+    const double clear = kFarMore * data_.slow[static_cast<size_t>(other)];
     const auto is_clear = [&](const TorqueRecording& r) { return r.v.col(other).array().abs().maxCoeff() > clear; };
     return chain && std::any_of(data_.recordings.begin(), data_.recordings.end(), is_clear);
   }
-  static constexpr double kSeveralTimes = 5.0;  // slower motion has no clear direction
 
   // Halves the steps of the ratio, as the filtered sign of the training samples wants it.
   void refine(const Eigen::MatrixXd& beside, CoupledDrive* d) const {

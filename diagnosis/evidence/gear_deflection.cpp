@@ -10,6 +10,8 @@
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/odds.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -18,9 +20,6 @@ namespace hrp::diagnosis {
 namespace {
 
 enum Column : long { kZero, kTorque, kRate, kPlay, kWidth };
-
-constexpr double kElasticCost = 3.0, kPlayCost = 4.0, kZeroCost = 2.0;  // [nats] prior costs
-constexpr double kTwoEngines = 3e-3;  // share of a value: differences between laws and filters
 
 struct Series {
   bool train = true;
@@ -138,7 +137,7 @@ class Gear {
 
   double calc_evidence(const Columns& columns) const {
     double cost = 0.0;
-    for (long c : columns) cost += c == kZero ? kZeroCost : c == kTorque ? kElasticCost : c == kPlay ? kPlayCost : 1.0;
+    for (long c : columns) cost += c == kPlay ? kOneValue : c == kZero || c == kTorque ? kOdds : 1.0;
     const double square =
         columns.empty() ? total_.c / std::max(1.0, total_.n) : cross_validate(train_, total_, columns);
     return -0.5 * effective_ * std::log(std::max(square, floor_)) - cost;
@@ -187,7 +186,7 @@ class Gear {
             1e-300, left / std::max(1e-300, gram.get(model_[static_cast<size_t>(c)], model_[static_cast<size_t>(c)]))));
       }
       const double between = calc_variance_between(values, variances) / static_cast<double>(values.size());
-      std_[c] = std::sqrt(std_[c] * std_[c] + between + std::pow(kTwoEngines * theta_[c], 2));
+      std_[c] = std::sqrt(std_[c] * std_[c] + between + std::pow(kSeveralTimes * kAgreement * theta_[c], 2));
     }
   }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/significance.h"
+
 namespace hrp::diagnosis {
 namespace {
 
@@ -16,7 +18,6 @@ double calc_cost(const FittedModel& m) {
 // Cross-validated mean square of a joint in units of its effort [(N m)^2]. Where the effort itself is the load,
 // friction mu |y| s takes mu of whatever drives the joint, errors included: 1 - mu of them are left.
 double calc_square(const FittedModel& m, size_t i) {
-  constexpr double kMostShare = 0.999;  // beyond, a gear gives nothing, and nothing is divided by it
   const JointDesign& joint = m.design.joints[i];
   if (!m.design.data->loaded_by_drive[static_cast<size_t>(joint.joint)]) return m.fit.cross[i];
   const Slots slots = list_slots(m.design, m.model);
@@ -24,7 +25,8 @@ double calc_square(const FittedModel& m, size_t i) {
   for (size_t t = 0; t < m.model.own[i].size(); ++t) {
     if (joint.terms[m.model.own[i][t]].row->by_load) mu = m.fit.theta[slots.own[i][t]];
   }
-  const double left = 1.0 - std::clamp(mu, 0.0, kMostShare);
+  // Of a gear that gives nothing, nothing is divided by it.
+  const double left = std::max(kAgreement, 1.0 - std::max(0.0, mu));
   return m.fit.cross[i] / (left * left);
 }
 

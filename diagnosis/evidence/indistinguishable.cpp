@@ -16,7 +16,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kExcess = 0.15;  // of a level: static friction may be that much larger before Stribeck is listed
 // Travel [rad] that contains at least three periods of the torque ripple of a geared motor. Within less travel, ripple
 // (cogging) can look like a bias and becomes an alternative.
 constexpr double kManyPeriods = 0.5;
@@ -143,7 +142,7 @@ std::vector<Alternative> list_indistinguishable(const TorqueData& data, const Gr
     alternatives.push_back(make_alternative(get_effect(EffectId::kCoulomb), joint,
                                             {make_one("level", "N m", g.parameters[0], g.width[0])}, kMotion));
   if (g.term.row->level && !excess && g.curve.there && g.curve.level.value > 0.0 &&
-      g.curve.rest.high - g.curve.level.value > kExcess * g.curve.level.value)
+      g.curve.rest.high - g.curve.level.value > kDetail * g.curve.level.value)
     alternatives.push_back(make_alternative(get_effect(EffectId::kStribeck), joint, make_curve(g.curve), kMotion));
   return alternatives;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/nearby.h"
@@ -10,8 +11,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kIterations = 10;  // Levenberg-Marquardt steps of one joint
-constexpr int kRounds = 4;       // of steps of coarse parameters and a fit, while they gain
 constexpr double kCoarse = 2.0;  // times the usual integration step; enough for one joint
 
 template <typename Keep>
@@ -62,10 +61,10 @@ FitResult JointAlone::fit(const Hypothesis& start, int iterations, const std::ve
 }
 
 Hypothesis JointAlone::fit_to_the_end(const Hypothesis& start) const {
-  FitResult best = fit(start, kIterations);
+  FitResult best = fit(start, kRounds);
   if (!best.ok) return {};
-  for (int round = 0; round < kRounds; ++round) {
-    const FitResult again = fit(try_nearby(problem, best.hypothesis, kCoarseFactor), kIterations);
+  for (int round = 0; round < kFewRounds; ++round) {
+    const FitResult again = fit(try_nearby(problem, best.hypothesis, kCoarseFactor), kRounds);
     if (!again.ok || again.train.chi2 >= best.train.chi2) break;
     const bool settled = again.train.chi2 > (1.0 - kTrace) * best.train.chi2;
     best = again;

@@ -7,9 +7,6 @@
 
 namespace hrp::diagnosis {
 
-// Of a fit that only ranks candidates.
-constexpr int kTryIterations = 3;
-
 // True for effects of a joint's drive or of a joint's readings.
 bool is_of_joint(const Effect& effect);
 bool is_at(const Effect& effect, int joint);

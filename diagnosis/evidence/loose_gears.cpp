@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/robust.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -23,9 +24,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kPromising = 0.85;  // ratio to the rigid gear after a few iterations that is worth a full fit
-constexpr int kIterations = 6;
-constexpr size_t kFullFits = 2;  // of one kind of transmission: a few iterations do not tell the best start for certain
 // Steps from one start of a gap to the next, a factor of three: teeth that meet at another time fit nothing, so a fit
 // does not find its way from a gap that is a third wrong.
 constexpr double kGapSteps[] = {1.0, 1.33, 1.78, 2.37};
@@ -81,13 +79,13 @@ class Gear {
     if (rotor == own_.effects.end() || is_quiet(own_.effects)) return std::nullopt;
     at_ = static_cast<size_t>(rotor - own_.effects.begin());
     own_ = judge(own_.effects);
-    improve(&own_, alone_.fit(own_.effects, kTryIterations).hypothesis);
+    improve(&own_, alone_.fit(own_.effects, kFewRounds).hypothesis);
     rigid_ = other;
     take_rigid();
     std::vector<Fitted> loose;
     for (const Effect& law : list_transmissions(joint_, get_rotor(own_.effects[at_]))) {
       for (Fitted& fitted : loosen(law)) {
-        if (fitted.cost < kPromising * rigid_.train) loose.push_back(std::move(fitted));
+        if (fitted.cost < kNearlyAll * rigid_.train) loose.push_back(std::move(fitted));
       }
     }
     if (loose.empty()) return std::nullopt;
@@ -146,18 +144,19 @@ class Gear {
   std::vector<Fitted> loosen(const Effect& law) const {
     std::vector<std::pair<double, Hypothesis>> tries;
     const bool gap = list_infos(law.id)[0].walked;
-    const size_t count = gap ? kGapStarts : 1;
+    const size_t count = gap ? kLookedAt : 1;
     for (const Effect& option :
          choose_options(alone_.problem, alone_.problem.train, own_.effects, at_, list_starts(law), count)) {
       Hypothesis start = own_.effects;
       start[at_] = option;
       // Stiffness and damping of the teeth are as far off as the gap: a walk along each leads to where a fit can begin.
       if (gap) start = try_nearby(alone_.problem, start, kCoarseFactor);
-      FitResult tried = alone_.fit(start, kTryIterations);
+      FitResult tried = alone_.fit(start, kFewRounds);
       if (tried.ok) tries.push_back({tried.train.chi2, std::move(tried.hypothesis)});
     }
     std::stable_sort(tries.begin(), tries.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    tries.resize(std::min(tries.size(), kFullFits));
+    // A few iterations do not tell the best start for certain.
+    tries.resize(std::min(tries.size(), kLookedAt));
     std::vector<Fitted> out;
     for (const auto& [chi2, effects] : tries) out.push_back(judge(effects));
     return out;
@@ -203,7 +202,7 @@ class Gear {
     std::vector<Spread> spreads(loose[at_].p.size());
     size_t n = 0;
     for (int r : recordings) {
-      const FitResult own = alone_.fit(loose, kIterations, {r});
+      const FitResult own = alone_.fit(loose, kFewRounds, {r});
       if (!own.ok) continue;
       for (size_t i = 0; i < spreads.size(); ++i) spreads[i].add(own.hypothesis[at_].p[i]);
       ++n;
@@ -327,7 +326,7 @@ std::vector<Finding> loosen_gears(const Problem& problem, const Problem& whole, 
   Trial best = simulate_trial(whole, split_asymmetry(loosened));
   // The joint was fitted along recorded paths, which move without its play, and effects at other joints may have
   // compensated for the rigid gear. Therefore the whole robot is fitted again.
-  const Trial fitted = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kWholeIterations));
+  const Trial fitted = simulate_trial(whole, polish_whole(whole, loosened, make_residuals(whole), kFewRounds));
   if (fitted.validate.ok && !(best.validate.ok && best.rms <= fitted.rms)) best = fitted;
   if (!best.validate.ok || !(best.rms < model->rms)) return {};
   *model = best;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/evidence/plain_model.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit_residuals.h"
@@ -14,12 +16,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kSmall = 0.05;   // ratio of the load's friction at the start of a fit
 constexpr double kSlowest = 0.1;  // [rad/s] Stribeck velocity at the start of a fit
-constexpr double kAtRest = 1.3;   // level of friction at rest over that in motion, at the start of a fit
-constexpr double kLess = 0.3;     // of the friction of plain least squares, for further starts
 constexpr int kFewJoints = 2;     // with several starts
-constexpr double kLeast = 1e-3;   // of the limit of effort: friction at the start of a fit, at least
 
 // Which parts a friction model has beside viscous and dry friction.
 struct FrictionModel {
@@ -34,13 +32,13 @@ constexpr FrictionModel kModels[] = {{"M1: Coulomb and viscous", false, false, f
 
 void add_drive(const FrictionModel& model, const PlainDrive& from, int joint, Hypothesis* out) {
   if (model.stribeck) {
-    out->push_back({EffectId::kStribeck, joint, {from.dry, kAtRest * from.dry, kSlowest, from.viscous, kStick}});
+    out->push_back({EffectId::kStribeck, joint, {from.dry, (1.0 + kMuch) * from.dry, kSlowest, from.viscous, kStick}});
   } else {
     out->push_back({EffectId::kViscous, joint, {from.viscous}});
     out->push_back({EffectId::kCoulomb, joint, {from.dry, 0.0, kStick}});
   }
-  if (model.load) out->push_back({EffectId::kLoadFriction, joint, {kSmall, kStick}});
-  if (model.direction) out->push_back({find_effect("backdriving_friction")->id, joint, {kSmall, kStick}});
+  if (model.load) out->push_back({EffectId::kLoadFriction, joint, {kMinor, kStick}});
+  if (model.direction) out->push_back({find_effect("backdriving_friction")->id, joint, {kMinor, kStick}});
   out->push_back({EffectId::kRotorInertia, joint, {from.rotor}});
 }
 
@@ -53,7 +51,7 @@ Hypothesis make_start(const FrictionModel& model, const Experiment& e, const Dri
     if (!e.robot.tree.joint(j).actuated) continue;
     PlainDrive drive = drives[static_cast<size_t>(j)];
     const double limit = e.robot.tree.joint(j).effort_limit;
-    if (std::isfinite(limit)) drive.dry = std::max(drive.dry, kLeast * limit);
+    if (std::isfinite(limit)) drive.dry = std::max(drive.dry, kRelativeStep * limit);
     add_drive(model, drive, j, &out);
   }
   return out;
@@ -120,8 +118,8 @@ Hypothesis fit_model(const FrictionModel& model, const Problem& problem, const s
 std::vector<Drives> list_starts(const Problem& problem) {
   if (problem.experiment->num_joints() > kFewJoints) return {fit_plain_model(problem)};
   std::vector<Drives> starts(3, fit_plain_model(problem));
-  for (PlainDrive& drive : starts[1]) drive.dry *= kLess;
-  for (PlainDrive& drive : starts[2]) drive.dry *= kLess, drive.viscous *= kLess;
+  for (PlainDrive& drive : starts[1]) drive.dry *= kMuch;
+  for (PlainDrive& drive : starts[2]) drive.dry *= kMuch, drive.viscous *= kMuch;
   return starts;
 }
 

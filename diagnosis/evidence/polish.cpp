@@ -6,8 +6,11 @@
 #include <functional>
 #include <optional>
 
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/search/nearby.h"
@@ -15,14 +18,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr int kMostAdded = 3;       // additional laws at one joint
-constexpr double kQuiet = 1.2;      // times the noise (squares): below it, a joint gets no additional laws
-constexpr double kInstant = 0.003;  // [s] start value of lags and delays
-constexpr double kShareOfFastest[] = {0.05, 0.2};  // share of the fastest speed: start values of the Stribeck velocity
-// Largest work of a fit through the whole robot (calc_whole_work): some two minutes of one core. Twelve joints of four
-// legs for 15 s take 2e8, six of an arm for 70 s 2e9.
-constexpr double kMostWhole = 2.5e8;
 
 // Largest speed of the joint in the training recordings [rad/s].
 double find_fastest(const Problem& problem, int joint) {
@@ -72,16 +67,17 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
   std::vector<Hypothesis> list;
   for (size_t i = 0; i < own.size(); ++i) {
     if (own[i].id != EffectId::kCoulomb) continue;
-    for (double share : kShareOfFastest) {
+    for (double share : {kMinor, kMinority}) {  // of the fastest speed: where a Stribeck velocity may be
       list.push_back(own);
       list.back()[i] = {
           EffectId::kStribeck, joint, {own[i].p[0], 1.2 * own[i].p[0], share * fastest, 0.0, own[i].p.back()}};
     }
   }
   const auto has = [&](EffectId id) { return contains(own, id, at_joint(joint)); };
+  const double instant = kSeveralTimes * kTimeStep;  // [s] so far from zero a lag or a delay has a slope
   const bool timed = !commanded || has(EffectId::kLag) || has(EffectId::kDelay);
-  if (!timed) list.push_back(with(own, {EffectId::kLag, joint, {kInstant}}));
-  if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {kInstant}}));
+  if (!timed) list.push_back(with(own, {EffectId::kLag, joint, {instant}}));
+  if (!timed) list.push_back(with(own, {EffectId::kDelay, joint, {instant}}));
   const bool rotor = std::any_of(own.begin(), own.end(), [](const Effect& e) { return get_effect(e.id).rotor >= 0; });
   if (!rotor) list.push_back(with(own, {EffectId::kRotorInertia, joint, {0.0}}));
   if (!has(EffectId::kViscous)) list.push_back(with(own, {EffectId::kViscous, joint, {0.0}}));
@@ -89,7 +85,7 @@ std::vector<Hypothesis> list_enriched(const Hypothesis& own, int joint, double f
     list.push_back(with(own, {EffectId::kLoadFriction, joint, {0.0, get_presliding(own).value_or(kPresliding)}}));
   const Place log = at_sensor(joint, Reading::kEffort);
   if (logged && !contains(own, EffectId::kSensorDelay, log))
-    list.push_back(with(own, {EffectId::kSensorDelay, log, {kInstant}}));
+    list.push_back(with(own, {EffectId::kSensorDelay, log, {instant}}));
   if (driven && !has(EffectId::kTorqueConstant)) list.push_back(with(own, {EffectId::kTorqueConstant, joint, {1.0}}));
   return list;
 }
@@ -135,12 +131,12 @@ Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
   const bool logged = is_logged(*alone.problem.experiment, joint);
   const Score before = alone.score(own);
   double least = before.chi2;
-  if (!before.ok || least < kQuiet * before.count) return own;
-  for (int round = 0; round < kMostAdded; ++round) {
+  if (!before.ok || least < kNoiseLeft * kNoiseLeft * before.count) return own;
+  for (int round = 0; round < kFewRounds; ++round) {  // one additional law each
     Hypothesis best;
     double limit = (1.0 - kBlur) * least;
     for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven, logged)) {
-      const FitResult tried = alone.fit(h, kTryIterations);
+      const FitResult tried = alone.fit(h, kFewRounds);
       if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
     }
     if (best.empty()) break;
@@ -206,7 +202,8 @@ double calc_whole_work(const Problem& problem, const Hypothesis& model, int iter
 
 Hypothesis polish_whole(const Problem& problem, const Hypothesis& model, const CalcResiduals& residuals,
                         int iterations) {
-  if (calc_whole_work(problem, model, iterations) > kMostWhole) return model;
+  // Some two minutes of one core. Twelve joints of four legs for 15 s take 2e8, six of an arm for 70 s 2e9.
+  if (calc_whole_work(problem, model, iterations) > kHalf * kUsualWork) return model;
   FitOptions options;
   options.max_iterations = iterations;
   options.tolerance = kAgreement;

@@ -27,9 +27,6 @@ Hypothesis find_preslidings(const Problem& problem, const Hypothesis& model);
 // not. Returns the model unchanged for robots that are driven by recorded efforts.
 Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model);
 
-// Iterations through the whole robot: its start is a fit of each joint alone.
-constexpr int kWholeIterations = 3;
-
 // Work of a fit through the whole robot: iterations, parameters, steps of the integrator, and the squares of the joints
 // of each independent part. Steps, not samples: a log at 125 Hz takes as long to simulate as one at 1 kHz.
 double calc_whole_work(const Problem& problem, const Hypothesis& model, int iterations);

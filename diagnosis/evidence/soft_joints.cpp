@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/odds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/gear_loads.h"
@@ -18,9 +19,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostSoft = 3;  // gears of one robot
 constexpr const char* kWithEffort = "the same motion with the drive's effort or current in the log";
-constexpr double kSoftCost = 5.0;     // [nats] a stiffness, and that the joint has it
 constexpr double kLeastRotor = 1e-4;  // [kg m^2] behind which a simulation is stable
 
 Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSource source) {
@@ -59,13 +58,13 @@ bool is_much_left(const TorqueDesign& design, const TorqueFit& fit) {
 }  // namespace
 
 void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
-  for (int i = 0; i < kMostSoft && is_much_left(*design, choice->fit); ++i) {
+  for (size_t i = 0; i < design->joints.size() && is_much_left(*design, choice->fit); ++i) {
     std::optional<SoftGear> gear = find_soft_gear(*design->data);
     if (!gear) return;
     TorqueDesign softened = make_torque_design(soften(*design->data, *gear));
     if (softened.joints.size() != design->joints.size()) return;
     const Choice again = choose_torque_model(softened, jobs);
-    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kSoftCost + kWholeGain)
+    if (calc_gain({softened, again.model, again.fit}, {*design, choice->model, choice->fit}) < kOneValue + kWholeGain)
       return;
     gear->left = calc_held_left(softened, again.fit) / std::max(1e-300, calc_held_left(*design, choice->fit));
     if (gear->left > kLargely) return;

@@ -8,6 +8,7 @@
 #include "common/base/rounding.h"
 #include "common/effects/units.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -15,8 +16,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kTwoEngines = 4e-3;  // share of a value: systematic difference of laws and filters
 
 struct Graded {
   size_t term = 0;  // of the design
@@ -212,7 +211,7 @@ class Judge {
       for (double v : variances) white += 1.0 / v;
       const double between = calc_variance_between(values, variances) / static_cast<double>(values.size());
       const double variance = std::max(g->std[c] * g->std[c], 1.0 / std::max(1e-300, white)) + between;
-      g->std[c] = std::hypot(std::sqrt(variance), kTwoEngines * std::abs(g->theta[c]));
+      g->std[c] = std::hypot(std::sqrt(variance), kSeveralTimes * kAgreement * std::abs(g->theta[c]));
     }
     const double limit = columns > 1 ? kSignificantVector : kSignificantInJoint;
     double distance = 0.0;
@@ -358,8 +357,6 @@ LinkVerdict judge_links(const Experiment& e, const TorqueData& motion, const Lin
 }
 
 bool LinkVerdict::excludes(const std::string& effect, const Where& where, double value) const {
-  // Standard errors: twice those of a finding, so that one of half the size would show
-  constexpr double kResolves = 6.0;
   if (!design) return false;
   for (size_t t = 0; t < design->terms.size(); ++t) {
     const LinkTerm& term = design->terms[t];
@@ -372,7 +369,8 @@ bool LinkVerdict::excludes(const std::string& effect, const Where& where, double
     const long last = both.covariance.rows() - term.columns;
     const double asked = std::abs(term.row->factor ? value - 1.0 : value), found = both.theta.back()[0];
     const double std = std::sqrt(std::abs(both.covariance(last, last)));
-    return asked > kResolves * std && std::abs(found) < 0.5 * asked;
+    // One of half the size would show, too.
+    return 0.5 * asked > kUnlikely * std && std::abs(found) < 0.5 * asked;
   }
   return false;
 }

@@ -8,6 +8,7 @@
 
 #include "common/base/has.h"
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/evidence/links/columns.h"
@@ -17,7 +18,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMostSamples = 8000;  // samples of all recordings together
-constexpr size_t kMostTerms = 8;
 
 Columns list_columns(const LinkDesign& design, const LinkTerms& model) {
   Columns columns;
@@ -123,8 +123,8 @@ class Chooser {
   explicit Chooser(const LinkDesign& design) : design_(design) { accept({}); }
 
   LinkTerms run() {
-    for (int round = 0; round < 12; ++round) {
-      const bool grown = model_.size() < kMostTerms && add();
+    for (int round = 0; round < kRounds; ++round) {
+      const bool grown = add();
       const bool changed = exchange() || remove();
       if (!grown && !changed) break;
     }
