@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/motion_rows.h"
@@ -15,8 +17,7 @@ namespace {
 
 // |ln| of the largest ratio that is tried. Beyond it, angles of a joint that moves leave its limits
 // (data/plausibility.h).
-constexpr double kLargest = 2.4;
-constexpr int kHalvings = 8;  // of the step between ratios that are tried first: to half a thousandth
+const double kLargest = std::log(kTenTimes);
 
 // Another ratio of one joint.
 struct Trial {

@@ -7,6 +7,7 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/law_rest.h"
@@ -15,9 +16,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
-constexpr double kPasses = 0.3;  // share of the samples that are slow enough for the fastest ripple to pass the filter
-constexpr double kStep = 0.25;   // periods per step within the travel: four points on half of the main lobe
-constexpr size_t kMostPeaks = 3;
+constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
 // Coherence of stretches: chance exceeds it with e^-9, and some hundred periods are tried. Full agreement has 16.
 constexpr double kAgree = 9.0;
@@ -122,8 +121,9 @@ struct Tried {
 Tried find_tried(const TorqueData& data, const Rest& rest) {
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
   const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel();
-  return {kLeastPeriods * period,
-          cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kPasses)), kStep * period};
+  // In much of the samples the fastest ripple is slow enough to pass the filter.
+  return {kLeastPeriods * period, cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kMuch)),
+          kStep * period};
 }
 
 }  // namespace
@@ -144,7 +144,7 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
   }
   std::sort(peaks.begin(), peaks.end(), [](const Peak& a, const Peak& b) { return a.share > b.share; });
   std::vector<double> found;
-  for (size_t i = 0; i < std::min(peaks.size(), kMostPeaks); ++i) found.push_back(peaks[i].periods);
+  for (size_t i = 0; i < std::min(peaks.size(), kLookedAt); ++i) found.push_back(peaks[i].periods);
   return found;
 }
 

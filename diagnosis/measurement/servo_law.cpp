@@ -11,11 +11,14 @@
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/measurement/law_rest.h"
 #include "diagnosis/measurement/servo_rates.h"
 #include "diagnosis/measurement/servo_slope.h"
@@ -25,11 +28,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kScan = 0.001;  // [s]
-constexpr double kBetter = 3.0;  // ratio of rms residuals without and with the delay
-
-constexpr double kBetween = 0.1;  // [samples] uncertainty of commands between two samples
-
 bool has_all(const Experiment& e, size_t j) {
   return std::all_of(e.recordings.begin(), e.recordings.end(), [&](const Recording& r) {
     const JointColumns& c = r.joints[j];
@@ -37,8 +35,7 @@ bool has_all(const Experiment& e, size_t j) {
   });
 }
 
-constexpr double kSmooth = 0.015;   // [s] half the smoothing window of a rate that was not recorded
-constexpr double kSmoother = 0.03;  // [s] of a wider one, which shows the effect of smoothing
+constexpr double kSmooth = 0.015;  // [s] half the smoothing window of a rate that was not recorded
 
 // Rate of the position smoothed over +- `window` [s].
 std::vector<double> calc_rate(const Recording& r, size_t j, double window) {
@@ -142,16 +139,17 @@ double calc_missed_by_line(const ServoLog& log, double delay) { return calc_miss
 // Standard error [s] of the best delay: from its spread between parts of the recordings, and from the unknown commands
 // between samples.
 double find_delay_error(const ServoLog& log, double delay) {
-  constexpr size_t kParts = 8;  // a standard error of a quarter of itself
-  const std::vector<Gram> before = sum_parts(log, delay - kScan, kParts), at = sum_parts(log, delay, kParts),
-                          after = sum_parts(log, delay + kScan, kParts);
+  const std::vector<Gram> before = sum_parts(log, delay - kTimeStep, kFewestBlocks),
+                          at = sum_parts(log, delay, kFewestBlocks),
+                          after = sum_parts(log, delay + kTimeStep, kFewestBlocks);
   Spread spread;
-  for (size_t i = 0; i < kParts; ++i) {
+  for (size_t i = 0; i < kFewestBlocks; ++i) {
     const double left = calc_missed(before[i]), middle = calc_missed(at[i]), right = calc_missed(after[i]);
     const double vertex = calc_vertex(left, middle, right);
-    spread.add(kScan * (vertex != 0.0 || (middle < left && middle < right) ? vertex : left < right ? -1.0 : 1.0));
+    spread.add(kTimeStep * (vertex != 0.0 || (middle < left && middle < right) ? vertex : left < right ? -1.0 : 1.0));
   }
-  return std::hypot(spread.get() / std::sqrt(kParts - 1.0), kBetween * log.e.sample_time);
+  // Interpolated commands are a detail of a step off.
+  return std::hypot(spread.get() / std::sqrt(kFewestBlocks - 1.0), kDetail * log.e.sample_time);
 }
 
 // Minimum of f on a grid from 0 to `end`, refined by a parabola through its neighbours.
@@ -221,7 +219,8 @@ ServoSlope find_slope(const ServoLog& log, const ServoPairs& pairs, const ServoD
   const auto add_doubt = [&](const ServoLog& other, double of_command) {
     slope.std = std::hypot(slope.std, slope.value - find_slope(list_pairs(other, of_command)).value);
   };
-  add_doubt(log.smooth_rates(log.has_rates() ? kSmooth : kSmoother), delay.delay);
+  // A window of twice the width shows the effect of smoothing.
+  add_doubt(log.smooth_rates(log.has_rates() ? kSmooth : 2.0 * kSmooth), delay.delay);
   if (late > 0.0) add_doubt(log.delay_rates(late), delay.delay);
   if (!log.has_rates()) slope.std = std::hypot(slope.std, slope.value - find_slope_beside_damping(pairs));
   if (delay.delay > 0.0) add_doubt(log, delay.delay + find_delay_error(log, delay.delay));
@@ -350,11 +349,12 @@ std::vector<ServoDelay> find_servo_delays(const Experiment& e) {
   for (size_t j = 0; j < plant.laws.size(); ++j) {
     if (!has_all(e, j) || !(plant.laws[j].kp > 0.0)) continue;
     const ServoLog log(e, j, plant.laws[j]);
-    const double delay = find_least([&](double d) { return calc_missed_by_line(log, d); }, kScan, kLongest);
+    const double delay = find_least([&](double d) { return calc_missed_by_line(log, d); }, kTimeStep, kLongest);
     const double best = calc_missed(log, delay, true);
-    if (!(calc_missed(log, 0.0, true) > kBetter * kBetter * best) || std::sqrt(best) > kMuch * calc_spread(e, j))
+    if (!(calc_missed(log, 0.0, true) > kSeveralTimes * kSeveralTimes * best) ||
+        std::sqrt(best) > kMuch * calc_spread(e, j))
       continue;
-    ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kScan, e.sample_time), 0.0, 0.0};
+    ServoDelay found{static_cast<int>(j), delay, 0.5 * std::min(kTimeStep, e.sample_time), 0.0, 0.0};
     found.before = std::sqrt(calc_missed(log, 0.0, !held));
     found.after = std::sqrt(calc_missed(log, delay, !held));
     list.push_back(found);

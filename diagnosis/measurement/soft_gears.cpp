@@ -7,8 +7,10 @@
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/measurement/kept_rows.h"
 #include "diagnosis/measurement/load_or_unit.h"
 #include "diagnosis/measurement/torque/load.h"
@@ -22,9 +24,6 @@ using Vector = Eigen::VectorXd;
 
 constexpr long kOfMotor = 4;             // first columns of make_drive_columns: on the motor's side of the gear
 constexpr long kUnknown = 1 + kOfMotor;  // the give, then the motor's coefficients
-constexpr int kSteps = 6;                // of Gauss and Newton
-constexpr double kStep = 1e-3;           // of the differences along a twist, relative to the joint's spread of motion
-constexpr size_t kRefined = 2;  // joints whose gears are fitted to the end: the linear equations rank them well
 
 // One recording at the kept samples.
 struct Piece {
@@ -81,7 +80,7 @@ class Search {
     std::stable_sort(starts.begin(), starts.end(),
                      [](const SoftGear& a, const SoftGear& b) { return a.left < b.left; });
     std::optional<SoftGear> best;
-    for (size_t i = 0; i < std::min(starts.size(), kRefined); ++i) {
+    for (size_t i = 0; i < std::min(starts.size(), kLookedAt); ++i) {
       weigh(starts[i].joint);
       const std::optional<SoftGear> gear = refine(starts[i]);
       if (gear && gear->left < 1.0 - kMinor && (!best || gear->left < best->left)) best = gear;
@@ -143,7 +142,7 @@ class Search {
 
   // d tau / d twist x series: by joint, kept samples, for a twist of joint j that follows `series` [full grid].
   Matrix calc_slope(const Piece& p, int j, const Vector& series) const {
-    const double size = std::max(1e-300, series.cwiseAbs().maxCoeff()), scale = kStep / size;
+    const double size = std::max(1e-300, series.cwiseAbs().maxCoeff()), scale = kRelativeStep / size;
     JointsMotion ahead = p.motion, behind = p.motion;
     twist(*p.recording, j, -scale * series, &ahead), twist(*p.recording, j, scale * series, &behind);
     return (calc_tau(p, ahead) - calc_tau(p, behind)) / (2.0 * scale);
@@ -224,7 +223,7 @@ class Search {
   std::optional<SoftGear> refine(SoftGear gear) const {
     std::vector<Piece> pieces = move(gear);
     gear.left = calc_left(pieces, gear.joint);
-    for (int step = 0; step < kSteps; ++step) {
+    for (int step = 0; step < kRounds; ++step) {
       const std::vector<Gram> parts = linearise(pieces, gear);
       Columns all(static_cast<size_t>(kUnknown));
       for (long c = 0; c < kUnknown; ++c) all[static_cast<size_t>(c)] = c;

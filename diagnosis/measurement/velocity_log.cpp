@@ -8,6 +8,7 @@
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/torque/term_rows.h"
@@ -18,15 +19,11 @@ namespace {
 constexpr double kCutoff = 8.0;         // [Hz] cutoff of both columns
 constexpr double kTrim = 0.3;           // [s] left out at both ends, where derivatives are one-sided
 constexpr double kLeastFilter = 0.004;  // [s] smallest delay of a velocity; differences and filters cause as much
-constexpr double kExactTime = 0.05;     // [sampling times] agreement of a delay
-constexpr int kLeastRounds = 3;         // of linear steps towards the delay
-constexpr int kMostRounds = 16;         // of a mean over a time, whose damping leaves half of the way at each step
-constexpr int kFilterRounds = 8;        // the same towards a filter's time constant, which is further away
 
 // Columns of v = scale (r - late r' + c r'') + bias, with r the rate of the position: the first terms of any filter or
 // delay. A filter that attenuates fast motion has its c, so it does not look like a scale.
-constexpr int kRates = 3, kColumns = 4;
-const Columns kAll = {0, 1, 2, 3}, kUndamped = {0, 1, kRates};
+enum Column : int { kRate, kLate, kDamped, kConstant, kColumns };
+const Columns kAll = {kRate, kLate, kDamped, kConstant}, kUndamped = {kRate, kLate, kConstant};
 
 // The rate and its derivatives along one recording, on a uniform grid.
 struct Motion {
@@ -53,11 +50,11 @@ std::vector<Motion> list_motions(const Experiment& e, size_t joint) {
     Motion& motion = list.emplace_back(Motion{&r, std::max(1e-3, e.sample_time), {}});
     motion.columns.resize(static_cast<long>(r.duration() / motion.step) + 1, kColumns);
     Eigen::VectorXd derivative = read(motion, c.signal[static_cast<size_t>(Quantity::kPosition)], 0.0);
-    for (int column = 0; column < kRates; ++column) {
+    for (int column = kRate; column < kConstant; ++column) {
       derivative = differentiate(derivative, motion.step);
       motion.columns.col(column) = derivative;
     }
-    motion.columns.col(kRates).setOnes();
+    motion.columns.col(kConstant).setOnes();
   }
   return list;
 }
@@ -93,7 +90,7 @@ VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& colu
   // Noise of the rate reduces the slope by at most the relative squared residual.
   out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kAgreement);
   out.ratio = out.scale, out.ratio_std = out.scale_std;
-  out.late = -theta[1] / theta[0], out.late_std = std::hypot(std[1] / theta[0], kExactTime * sample_time);
+  out.late = -theta[1] / theta[0], out.late_std = std::hypot(std[1] / theta[0], kMinor * sample_time);
   out.bias = theta[last], out.bias_std = std::hypot(std[last], kAgreement * spread);
   if (std::abs(out.bias) < std::max(kKnown * spread, kSignificantInJoint * out.bias_std)) out.bias = 0.0;
   out.after = std::sqrt(left) * spread;
@@ -113,8 +110,8 @@ VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, c
                              double sample_time) {
   VelocityReading out;
   double late = 0.0, step = 0.0;
-  for (int round = 0; round < kLeastRounds || (round < kMostRounds && std::abs(step) > kExactTime * sample_time);
-       ++round) {
+  // The damping of a mean over a time leaves half of the way at each step.
+  for (int round = 0; round < kFewRounds || (round < kHalvings && std::abs(step) > kMinor * sample_time); ++round) {
     const std::vector<Gram> folds = round == 0 ? as_logged : add_stretches(motions, joint, late);
     out = read_columns(folds, kAll, sample_time);
     step = out.late, late += step, out.late = late;
@@ -138,11 +135,11 @@ Eigen::VectorXd pass_filter(const Eigen::VectorXd& rate, double step, double tim
 VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, double sample_time) {
   VelocityReading out;
   double time = kLongest;
-  for (int round = 0; round < kFilterRounds; ++round) {
+  for (int round = 0; round < kHalvings; ++round) {
     std::vector<Motion> filtered = motions;
     for (Motion& m : filtered) {
-      m.columns.col(0) = pass_filter(m.columns.col(0), m.step, time);
-      m.columns.col(1) = pass_filter(pass_filter(m.columns.col(1), m.step, time), m.step, time);
+      m.columns.col(kRate) = pass_filter(m.columns.col(kRate), m.step, time);
+      m.columns.col(kLate) = pass_filter(pass_filter(m.columns.col(kLate), m.step, time), m.step, time);
     }
     out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), kUndamped, sample_time);
     time += out.late, out.late = time;

@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/ratios.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kLeadTime = 0.5;    // [s] left out around a frozen stretch
 // While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
 // neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
 constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
-// Robust standard deviations, far beyond any noise: the position of an encoder that rests, or a reading that the filter
-// takes apart.
-constexpr double kSudden = 8.0;
-// Interpolation across a gap is no motion. Gaps longer than the filter bridges, and samples within its reach, are left
-// out.
-constexpr double kGapReach = 1.0;  // [periods of the cutoff] left out around a gap
 
 // Range of each joint's effort over the samples with `still` == `wanted`.
 Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
@@ -59,8 +54,8 @@ void mark_gaps(const std::vector<double>& time, const std::vector<double>& signa
   double last = r.begin;
   const auto mark = [&](double from, double to) {
     if (to - from <= least) return;
-    const long begin = std::max(0L, std::lround((from - kGapReach / cutoff - r.begin) / r.step));
-    const long end = std::min(read->size(), std::lround((to + kGapReach / cutoff - r.begin) / r.step) + 1);
+    const long begin = std::max(0L, std::lround((from - 2.0 * kFilterReach / cutoff - r.begin) / r.step));
+    const long end = std::min(read->size(), std::lround((to + 2.0 * kFilterReach / cutoff - r.begin) / r.step) + 1);
     if (begin < end) read->segment(begin, end - begin).setConstant(false);
   };
   for (size_t k = 0; k < std::min(time.size(), signal.size()); ++k) {
@@ -75,7 +70,8 @@ Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, d
   const long rows = raw.rows(), window = std::min(rows - 1, std::lround(kFrozenTime / step));
   Flags still = Flags::Constant(rows, true);
   for (long j = 0; j < raw.cols(); ++j) {
-    const double limit = kSudden * noise[static_cast<size_t>(j)] + 1e-9;
+    // Far beyond any noise: the encoder does not rest.
+    const double limit = kTenTimes * noise[static_cast<size_t>(j)] + 1e-9;
     for (long k = 0; k < rows; ++k) {
       const long end = std::min(rows - 1, k + window), begin = end - window;
       for (long i = begin; i < end && still[k]; i += std::max(1L, window / 16))
@@ -100,7 +96,8 @@ Flags find_frozen(const TorqueRecording& r, const Flags& still) {
 
 void mark_sudden(const Eigen::VectorXd& raw, const Eigen::VectorXd& smooth, long reach, Flags* sudden) {
   const Eigen::ArrayXd apart = (raw - smooth).array().abs();
-  const double limit = kSudden * find_deviation({apart.data(), apart.data() + apart.size()});
+  // Far beyond any noise, a reading that the filter takes apart.
+  const double limit = kTenTimes * find_deviation({apart.data(), apart.data() + apart.size()});
   for (long k = 0; k < apart.size() && limit > 0.0; ++k) {
     const long from = std::max(0L, k - reach), to = std::min(apart.size(), k + reach + 1);
     if (apart[k] > limit) sudden->segment(from, to - from).setConstant(true);

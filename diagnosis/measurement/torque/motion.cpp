@@ -9,6 +9,7 @@
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/measurement/kept_samples.h"
@@ -34,8 +35,6 @@ constexpr double kSlowest = 1e-4;  // [rad/s]
 // Cutoffs [Hz] that are tried for speeds, highest first. Dry friction reverses within milliseconds. Its law is
 // evaluated before both sides of the equation are filtered, so it needs the sharpest speed that noise allows.
 constexpr double kSpeedCutoffs[] = {160.0, 80.0, 40.0, 20.0};
-// [s] Shorter recordings have no samples between their ends.
-constexpr double kShortest = 0.5;
 
 // Standard deviation of a filtered position after `order` derivatives, for white noise up to the cutoff.
 double scale_noise(double sigma, double step, double cutoff, int order) {
@@ -197,7 +196,7 @@ bool fill_joint(TorqueWork* w, const Recording& in, long joint, long rows, Torqu
 
 void add_recording(TorqueWork* w, size_t index) {
   const Recording& in = w->e.recordings[index];
-  if (in.size() < 10 || in.duration() < kShortest) return;
+  if (in.size() < 10 || in.duration() < kBlock) return;
   TorqueRecording out;
   out.index = index, out.train = in.spec.train;
   out.begin = in.time.front(), out.step = std::max(1e-3, w->e.sample_time);
