@@ -9,6 +9,7 @@
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
 #include "diagnosis/data/held_out.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -18,8 +19,6 @@ namespace hrp::diagnosis {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kStill = 0.02;  // [rad] travel below which a joint hardly moved
 
 std::string join(const std::vector<std::string>& names) {
   std::string text;
@@ -142,7 +141,7 @@ void remark_motion(const Json& joints, Json* remarks) {
   for (const Json& j : joints) {
     const std::string name = j["joint"];
     if (j["effort"] == "unknown") unknown.push_back(name);
-    if (j["travel"].get<double>() < kStill) {
+    if (j["travel"].get<double>() < kHardlyMoved) {
       still.push_back(name);
       continue;
     }

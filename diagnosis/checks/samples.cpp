@@ -16,8 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kNever = 0.999;  // share above which it never changes, as at a joint without a drive
-
 // Share of samples that repeat the previous one while the joint moves.
 double find_held_share(const std::vector<double>& signal, const std::vector<double>& position) {
   const double travel = calc_range(position);
@@ -38,7 +36,8 @@ Json list_held(const Experiment& e, const Recording& r, double rate) {
     for (int q = 0; q < kQuantities && !position.empty(); ++q) {
       const std::vector<double>& signal = r.joints[j].signal[q];
       const double held = signal.empty() ? 0.0 : find_held_share(signal, position);
-      if (held > kPart && held < kNever)
+      // One that never changes is of a joint without a drive.
+      if (held > kPart && held < 1.0 - kTrace)
         list.push_back({{"signal", e.signal_name(static_cast<int>(j), static_cast<Quantity>(q))},
                         {"rate", round_to((1.0 - held) * rate, 3)}});
     }

@@ -18,8 +18,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [s] Mean time between samples. Four samples per second do not show the motion of a joint, and no robot logs at 1 MHz.
-constexpr double kLongestStep = 0.25, kShortestStep = 1e-6;
 // SI units. No sensor reads more, and its square stays finite.
 constexpr double kLargestReading = 1e12;
 constexpr double kShort = 0.5;  // [s] in which a joint hardly moves

@@ -6,17 +6,11 @@
 #include <numeric>
 
 #include "diagnosis/data/gaps.h"
+#include "diagnosis/data/make_recording.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
-namespace {
-
-constexpr double kLongestPeriod = 0.2;  // [s] between samples: slower logs are in a finer unit of time
-// Correlation of a velocity with a position's differences: other columns move alike, too
-constexpr double kSameMotion = 0.99;
-
-}  // namespace
-
 double find_stamp_period(const std::vector<double>& column) {
   if (!std::is_sorted(column.begin(), column.end())) return 0.0;
   long repeated = 0;
@@ -26,7 +20,7 @@ double find_stamp_period(const std::vector<double>& column) {
 
 double find_time_scale(double period) {
   for (const double scale : {1.0, 1e-3, 1e-6, 1e-9}) {
-    if (period * scale <= kLongestPeriod) return scale;
+    if (period * scale <= kLongestStep) return scale;  // slower logs are in a finer unit of time
   }
   return 1.0;
 }
@@ -58,7 +52,7 @@ RatePair find_rate_pair(const std::vector<std::vector<double>>& columns) {
   if (columns.empty()) return best;
   std::vector<double> rows(columns[0].size());
   std::iota(rows.begin(), rows.end(), 0.0);
-  double most = kSameMotion;
+  double most = 1.0 - kTrace;  // correlation with a position's differences: other columns move alike, too
   for (size_t i = 0; i < columns.size(); ++i) {
     for (size_t k = 0; k < columns.size(); ++k) {
       const double alike = i == k ? 0.0 : calc_rate_correlation(columns[i], columns[k], rows);

@@ -8,6 +8,7 @@
 #include "common/effects/effect_info.h"
 #include "common/multibody/tree_mass.h"
 #include "diagnosis/data/servo_gains.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
@@ -57,10 +58,6 @@ std::vector<Json> list_masses(const Json& findings) {
   return masses;
 }
 
-// Six-axis sensors drift by about a percent of their range, which for a robot's foot is about the robot's weight.
-constexpr double kZeroOfForce = 0.01;
-constexpr double kLifted = 0.1;  // of the foot's largest force: what it reads below is that of a foot in the air
-
 // [m] How far a foot's sensor can be from a joint's axis: along the links. 0 if the joint does not carry it.
 double calc_leg(const TreeSpec& tree, const FrameSpec& sensor, int link) {
   double length = sensor.X_LF.p.norm();
@@ -78,7 +75,8 @@ double find_zero(const Experiment& e, const WrenchSpec& sensor, const std::strin
   const int frame = tree.find_frame(sensor.link);
   if (frame < 0) return 0.0;
   const double leg = calc_leg(tree, tree.frames[static_cast<size_t>(frame)], tree.find_joint(joint) + 1);
-  return torque <= kZeroOfForce * calc_mass(tree) * e.scenario.gravity_W.norm() * leg ? torque / leg : 0.0;
+  // Six-axis sensors drift by about a percent of their range, which for a robot's foot is about the robot's weight.
+  return torque <= kTrace * calc_mass(tree) * e.scenario.gravity_W.norm() * leg ? torque / leg : 0.0;
 }
 
 // A foot in the air tells its sensor's zero.
@@ -91,7 +89,7 @@ bool lifts(const Experiment& e, const std::string& sensor) {
       if (std::isfinite(f)) least = std::min(least, std::abs(f)), most = std::max(most, std::abs(f));
     }
   }
-  return least < kLifted * most;
+  return least < kDetail * most;  // in the air
 }
 
 }  // namespace

@@ -6,7 +6,10 @@
 
 #include "common/base/rounding.h"
 #include "common/effects/effect_info.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
 #include "diagnosis/findings/finding_head.h"
@@ -17,14 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kParts = 8.0;     // of the range: speeds over each are hardly coarser for an encoder's steps
-constexpr double kStanding = 0.5;  // of a part
-constexpr double kLost = 5.0;      // samples: across a gap of more, the way is not known
-// Largest over smallest speed. Dry friction of real drives changes by a fifth and more along their way and as they warm
-// up; over less than this, viscous friction changes by no more than twice that.
-constexpr double kEven = 1.5;
-constexpr size_t kFewest = 4;    // parts: half of one way
-constexpr size_t kTrimmed = 10;  // of so many parts, the slowest and the fastest are left out
+constexpr double kParts = 8.0;  // of the range: speeds over each are hardly coarser for an encoder's steps
 
 // The parts of one recording. `part` [rad or m].
 void add_speeds(const Recording& r, const std::vector<double>& q, double part, double lost, std::vector<double>* out) {
@@ -36,18 +32,20 @@ void add_speeds(const Recording& r, const std::vector<double>& q, double part, d
       continue;
     }
     const double way = q[k] - q[begin];
-    if (std::abs(way) < kStanding * part) left = k;
+    if (std::abs(way) < kHalf * part) left = k;
     if (std::abs(way) < part) continue;
     out->push_back((q[k] - q[left]) / (r.time[k] - r.time[left]));
     begin = left = k;
   }
 }
 
+// The slowest and the fastest are left out. Dry friction of real drives changes by a fifth and more along their way and
+// as they warm up; while speeds are alike, viscous friction changes by no more than twice that.
 bool is_even(std::vector<double> speeds) {
   if (speeds.empty()) return true;
   std::sort(speeds.begin(), speeds.end());
-  const size_t trim = speeds.size() / kTrimmed;
-  return speeds[speeds.size() - 1 - trim] <= kEven * speeds[trim];
+  const auto trim = static_cast<size_t>(kDetail * static_cast<double>(speeds.size()));
+  return speeds[speeds.size() - 1 - trim] <= kClearlyMore * speeds[trim];
 }
 
 // Torque [N m] of friction at a speed; 0 if it depends on more than that.
@@ -91,7 +89,7 @@ std::vector<double> list_speeds(const Experiment& e, size_t joint) {
   const double part = calc_position_range(e, joint) / kParts;
   for (const Recording& r : e.recordings) {
     if (part > 0.0 && r.joints[joint].has(Quantity::kPosition))
-      add_speeds(r, r.joints[joint].signal[0], part, kLost * e.sample_time, &speeds);
+      add_speeds(r, r.joints[joint].signal[0], part, kGapPeriods * e.sample_time, &speeds);
   }
   return speeds;
 }
@@ -99,7 +97,8 @@ std::vector<double> list_speeds(const Experiment& e, size_t joint) {
 bool is_of_even_speed(const std::vector<double>& speeds) {
   std::vector<double> forward, backward;
   for (double v : speeds) (v > 0.0 ? forward : backward).push_back(std::abs(v));
-  return speeds.size() >= kFewest && is_even(forward) && is_even(backward);
+  const bool half_way = static_cast<double>(speeds.size()) >= kHalf * kParts;
+  return half_way && is_even(forward) && is_even(backward);
 }
 
 void doubt_friction_of_even_speeds(const Experiment& e, Json* report) {

@@ -8,6 +8,8 @@
 #include "common/effects/effect_info.h"
 #include "common/multibody/tree_mass.h"
 #include "common/spatial/gravity.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/findings/finding.h"
@@ -19,13 +21,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kWeights = 3.0;       // weights of the machine: as hard as a rope or a person pulls
-constexpr double kLoads = 2.0;         // masses of the machine: what more could it carry?
-constexpr double kSink = 1e-3;         // [m] compression of a sole under half the weight
-constexpr double kTilt = 5e-3;         // [rad] tilt of a sole when half the weight moves by kMove
-constexpr double kMove = 0.05;         // [m]
-constexpr double kIdle = 0.25;         // standard deviations from neutral
-constexpr double kWound = 2.0 * M_PI;  // [rad] beyond the joint's range: a spring that is wound up by more than a turn
+constexpr double kLoads = 2.0;  // masses of the machine: what more could it carry?
+constexpr double kSink = 1e-3;  // [m] compression of a sole under half the weight
+constexpr double kTilt = 5e-3;  // [rad] tilt of a sole when half the weight moves by kMove
+constexpr double kMove = 0.05;  // [m]
 
 std::vector<double> list_numbers(const Json& value) {
   if (value.is_number()) return {value.get<double>()};
@@ -45,7 +44,8 @@ std::string find_odd_value(const EffectParameter& p, const std::vector<double>& 
     return "a factor of " + number(value[0], 3);
   if (p.unit == "m" && reach > 0.0 && size > reach)
     return number(size, 3) + " m away, expected at most " + number(reach, 2) + " m";
-  if (p.unit == "N" && mass > 0.0 && size > kWeights * kGravity * mass)
+  // Ropes and persons pull no harder.
+  if (p.unit == "N" && mass > 0.0 && size > kSeveralTimes * kGravity * mass)
     return number(size, 3) + " N on a machine that weighs " + number(kGravity * mass, 3) + " N";
   if (p.unit == "kg" && mass > 0.0 && size > kLoads * mass)
     return number(size, 3) + " kg on a machine of " + number(mass, 3) + " kg";
@@ -93,7 +93,7 @@ bool is_stiff_sole(const Json& finding, double half_weight) {
   return half_weight / get("kz") < kSink && half_weight * kMove / tilt < kTilt;
 }
 
-// True if all parameters that define the effect are within `kIdle` standard deviations of neutral.
+// True if all parameters that define the effect are within a part of their standard deviations of neutral.
 bool is_idle(const Json& finding) {
   const EffectInfo* effect = find_effect(finding["effect"].get<std::string>());
   if (!effect || !is_ambiguous(finding)) return false;
@@ -104,7 +104,7 @@ bool is_idle(const Json& finding) {
     if (!stated.is_object() || !stated.contains("std")) return false;
     const std::vector<double> value = list_numbers(stated["value"]), std = list_numbers(stated["std"]);
     for (size_t i = 0; i < value.size() && i < std.size(); ++i) {
-      if (std::abs(value[i] - p.neutral) > kIdle * std[i]) return false;
+      if (std::abs(value[i] - p.neutral) > kPart * std[i]) return false;
       any = true;
     }
   }
@@ -173,7 +173,8 @@ std::string find_odd_size(const TreeSpec& tree, const Json& finding) {
     if (!why.empty()) return why;
   }
   const double wound = calc_wound(tree, finding);
-  return wound > kWound ? "a spring that rests " + number(wound, 3) + " rad beyond the joint's range" : "";
+  // By more than a turn.
+  return wound > 2.0 * M_PI ? "a spring that rests " + number(wound, 3) + " rad beyond the joint's range" : "";
 }
 
 void doubt_odd_sizes(const TreeSpec& tree, Json* report) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/report/report.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/model/nominal.h"
 
 #include <algorithm>
@@ -100,8 +101,6 @@ std::vector<Mismatch> list_mismatches(const Problem& problem, const Outcome& out
   return list;
 }
 
-constexpr double kUnseen = 10.0;  // half an interval over its value: then the value says nothing
-
 // ", 0.54 forward and 0.32 backward" of a value that differs by direction by more than its own interval; else empty.
 std::string describe_directions(const Effect& effect, double std) {
   const std::vector<EffectParameter>& infos = list_infos(effect.id);
@@ -121,7 +120,7 @@ std::string make_statement(const Problem& problem, const Outcome& outcome, const
   for (size_t i = 0; i < effect.p.size(); ++i) {
     if (infos[i].nuisance) continue;
     text += std::string(i == 0 ? " " : ", ") + infos[i].key();
-    if (2.0 * std[i] > kUnseen * std::abs(effect.p[i])) {
+    if (2.0 * std[i] > kTenTimes * std::abs(effect.p[i])) {
       text += " not shown by this motion";
       continue;
     }

@@ -8,6 +8,7 @@
 
 #include "common/base/write_file.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/page/page.h"
 #include "diagnosis/report/first.h"
@@ -290,7 +291,6 @@ std::string make_recorded(const Experiment& e, const Recording& recording) {
 // Where the replayed recording begins, if that is not where the scenario does: a robot that jumps to its first sample
 // is thrown. A robot on the ground is put on its lowest foot.
 std::string make_start(const Experiment& e, const Recording& recording) {
-  constexpr double kJump = 0.02;  // [rad or m] that a servo makes good without a knock
   Json joints = Json::object();
   bool jumps = false;
   for (int j = 0; j < e.num_joints(); ++j) {
@@ -299,7 +299,9 @@ std::string make_start(const Experiment& e, const Recording& recording) {
     if (first == q.end()) return "";
     const std::string& name = e.robot.tree.joint(j).name;
     const auto stated = e.scenario.initial_joints.find(name);
-    jumps = jumps || std::abs(*first - (stated == e.scenario.initial_joints.end() ? 0.0 : stated->second)) > kJump;
+    // What hardly moves a joint, its servo makes good without a knock.
+    jumps =
+        jumps || std::abs(*first - (stated == e.scenario.initial_joints.end() ? 0.0 : stated->second)) > kHardlyMoved;
     joints[name] = *first;
   }
   if (!jumps) return "";
