@@ -14,8 +14,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kRoom = 0.1;  // relative, for all effects that move a joint beyond its limits
-
 std::string text_of(double value) { return format("%.3g", value); }
 
 // Larger absolute limit of the joint [rad].

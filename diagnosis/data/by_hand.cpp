@@ -5,13 +5,13 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "diagnosis/data/gaps.h"
 #include "diagnosis/data/stretches.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kHand = 0.3;      // [s] uncertainty of the times at which a force starts and ends
-constexpr double kShortest = 1.5;  // [s] shortest piece; filters need both ends
+constexpr double kHand = 0.3;  // [s] uncertainty of the times at which a force starts and ends
 
 [[noreturn]] void refuse(const Experiment& e, const RecordingSpec& spec, const std::string& what,
                          const std::string& text) {
@@ -91,7 +91,7 @@ std::vector<Recording> cut_at_pushes(const Experiment& e, const Recording& r, st
     size_t end = begin + 1;
     while (end < r.size() && is_in(unknown, r.time[end] - r.time.front()) == out) ++end;
     const double seconds = r.time[end - 1] - r.time[begin];
-    if (out || seconds < kShortest) {
+    if (out || seconds < kShortestPart) {
       lost += seconds;
     } else {
       pieces.push_back(begin == 0 && end == r.size() ? r : cut_recording(r, begin, end));

@@ -18,9 +18,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-// A wrong unit changes a slope by a factor of 57; a tenth allows for all other effects.
-constexpr double kSlopeRoom = 0.1;
-
 std::string text_of(double value) { return format("%.3g", value); }
 
 // Readings and their expected values by sample; empty if unknown.
@@ -65,7 +62,7 @@ Line fit_line(const Pair& pair) {
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }
 
-bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kSlopeRoom; }
+bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kRoom; }
 
 // Collects rows whose numbers are all finite, at most about 4000.
 Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& get) {

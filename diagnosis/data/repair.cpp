@@ -7,6 +7,7 @@
 
 #include "common/base/ends_with.h"
 #include "common/base/rounding.h"
+#include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 
@@ -14,10 +15,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kJump = 1.5 * M_PI;  // [rad] no joint moves so far between two samples
-// [rad] an encoder that wraps reads within one turn; a tenth more for its errors
-constexpr double kOneTurn = 2.2 * M_PI;
-constexpr double kSpike = 10.0;       // times the 95 % quantile of second differences
-constexpr double kSteps = 8.0;        // times the smallest change of a quantised signal
+constexpr double kSpike = 10.0;       // times the 95 % quantile of second differences, or a quantised signal's step
 constexpr double kReturn = 0.1;       // share of the jump by which the neighbours may differ
 constexpr double kMostSpikes = 0.01;  // share of the samples
 constexpr double kOfPosition = 0.03;  // least jump relative to the signal's middle 90 %: a link cannot jump
@@ -99,9 +97,10 @@ double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
 
 int unwrap_angle(std::vector<double>* angle) {
   const std::vector<double> values = keep_finite(*angle);
-  // Where turns are counted already, a wheel whose encoder is read seldom moves by more than a turn between two
-  // readings.
-  if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > kOneTurn) return 0;
+  // An encoder that wraps reads within one turn. Where turns are counted already, a wheel whose encoder is read seldom
+  // moves by more than a turn between two readings.
+  if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > (1.0 + kRoom) * 2.0 * M_PI)
+    return 0;
   int jumps = 0;
   double turns = 0.0, last = std::numeric_limits<double>::quiet_NaN();
   for (double& v : *angle) {
@@ -119,7 +118,7 @@ int drop_spikes(std::vector<double>* signal, double of_spread) {
   const std::vector<double> values = keep_finite(*signal);
   const double spread = find_quantile(values, 0.95) - find_quantile(values, 0.05);
   const double least =
-      std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSteps * find_smallest(usual)});
+      std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSpike * find_smallest(usual)});
   std::vector<size_t> found;
   for (size_t k = 1; k + 1 < signal->size(); ++k) {
     if (second[k] > least && std::abs((*signal)[k + 1] - (*signal)[k - 1]) < kReturn * second[k]) found.push_back(k);
