@@ -6,16 +6,16 @@
 #include <functional>
 #include <numeric>
 
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/search/regression.h"
 #include "diagnosis/search/screen.h"
 #include "diagnosis/search/significance.h"
+#include "diagnosis/search/step_error.h"
 
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kShare = 0.01;          // size of a step as a share of a joint's effort
-constexpr double kShift = 5e-4;          // [s] size of a step in time
-constexpr double kCoarser = 4.0;         // factor on the step: differences need less accuracy than readings
 constexpr size_t kTrain = 2, kHeld = 1;  // numbers of recordings: enough to rank
 
 // Small steps of an effect at one place. `make_start` converts the step sizes that fit the residual to parameters.
@@ -81,7 +81,7 @@ class Probes {
   void add_ripples(const Effect& start) {
     const EffectInfo& row = get_effect(start.id);
     const double shape = start.p[static_cast<size_t>(row.periods)];
-    const double size = kShare * activity_[static_cast<size_t>(start.place.index)].effort;
+    const double size = kTrace * activity_[static_cast<size_t>(start.place.index)].effort;
     const auto make = [&row, shape, start](double sine, double cosine) {
       const double x[] = {sine, cosine};
       Effect step = start;
@@ -137,8 +137,8 @@ class Probes {
   // Steps the laws of one parameter by as much as makes a share of a typical effort.
   void add_joint(int j) {
     const Activity& a = activity_[static_cast<size_t>(j)];
-    const double effort = kShare * a.effort;
-    const JointSample typical{a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kShift};
+    const double effort = kTrace * a.effort;
+    const JointSample typical{a.position, a.rate, a.acceleration, 1.0, a.effort, effort / kTimeStep};
     for (const EffectInfo& row : list_effects()) {
       if (row.place != PlaceKind::kJoint) continue;
       const Place place = at_joint(j);
@@ -179,7 +179,7 @@ class Probes {
       const bool possible = mass > 0.0 || !(row.of_whole_link || row.probe.list);
       const double step = row.parameters[0].probe;
       if (possible && row.probe.list)
-        add_steps(row, at_link(link), kShare * mass);
+        add_steps(row, at_link(link), kTrace * mass);
       else if (possible && step > 0.0 && row.vector)
         add_vector(row, at_link(link), step);
       else if (possible && step > 0.0)
@@ -245,7 +245,7 @@ class Ranker {
   Ranker(const Problem& problem, const Hypothesis& fitted)
       : problem_(problem), fitted_(fitted), options_(problem.options) {
     if (std::none_of(fitted.begin(), fitted.end(), [](const Effect& e) { return sticks(e.id); }))
-      options_.max_step *= kCoarser;
+      options_.max_step *= kFiner;  // differences need less accuracy than readings
     take(problem.train, kTrain);
     trained_ = recordings_.size();
     take(problem.validate, kHeld);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -44,7 +45,6 @@ std::vector<Regressor> list_quantities(const Experiment& e, int j) {
 }
 
 Observed observe(const MissingEffort& m, int j) {
-  constexpr double kStands = 0.01;  // [rad/s]
   Observed o;
   o.time = m.time, o.y = average(m, j);
   o.x.resize(6);
@@ -55,8 +55,8 @@ Observed observe(const MissingEffort& m, int j) {
     // The given effort minus the missing effort is the effort of the motion.
     const double values[] = {m.q(k, j),
                              v,
-                             v > kStands    ? 1.0
-                             : v < -kStands ? -1.0
+                             v > kMoving    ? 1.0
+                             : v < -kMoving ? -1.0
                                             : 0.0,
                              m.u(k, j) - m.missing(k, j),
                              m.time[static_cast<size_t>(k)],

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
@@ -15,8 +16,6 @@ double sum(const std::vector<double>& values) {
   for (double v : values) total += v;
   return total;
 }
-
-constexpr size_t kKept = 12;  // number of sets of one size that are kept
 
 FitOptions quick_options() {
   FitOptions options;
@@ -120,7 +119,7 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
   if (moves_link(start)) all.back() = start_from_rotor(p, all, options);
   FitResult result;
   double least = 1e300;
-  for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kGapStarts : 1)) {
+  for (const Effect& option : choose_starts(p, all, all.size() - 1, false, moves_link(start) ? kLookedAt : 1)) {
     all.back() = option;
     const FitResult one = fit(p, all, p.train, options);
     const double left = !one.ok ? 1e300 : moves_link(start) ? calc_left(p, one) : one.train.chi2;
@@ -235,7 +234,7 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
     measure(workers_[static_cast<size_t>(worker)], &lead);
   });
   std::stable_sort(leads.begin(), leads.end(), [](const Lead& a, const Lead& b) { return a.cost < b.cost; });
-  if (leads.size() > kKept) leads.resize(kKept);
+  if (leads.size() > kShortList) leads.resize(kShortList);
   forget(from, leads);
   return leads;
 }

@@ -15,9 +15,7 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kCoarse = 16, kFine = 60;  // intervals of one quantity, for smooth and for sharp functions
-constexpr double kLeastShare = 0.12;     // least share of the held-out squares of a relation
 constexpr double kHighest = 14.0;        // [Hz] faster oscillations are averaged away
-constexpr double kNarrow = 0.45;  // share of the range: a function that acts within less is described by its range
 
 double get_squares(const std::vector<Observed>& recordings) {
   double sum = 0.0;
@@ -138,7 +136,7 @@ std::string describe_range(const Curve& curve, const std::string& unit) {
   for (size_t i = 0; i < curve.y.size(); ++i) {
     if (std::abs(curve.y[i] - middle) > kPart * height) first = std::min(first, i), last = i;
   }
-  if (first > last || curve.x[last] - curve.x[first] > kNarrow * (curve.x.back() - curve.x.front())) return "";
+  if (first > last || curve.x[last] - curve.x[first] > kHalf * (curve.x.back() - curve.x.front())) return "";
   if (last + 1 == curve.x.size()) return format(" above %.3g ", curve.x[first]) + unit;
   if (first == 0) return format(" below %.3g ", curve.x[last]) + unit;
   return format(" between %.3g and %.3g ", curve.x[first], curve.x[last]) + unit;
@@ -199,7 +197,7 @@ class Finder {
     // A second quantity must leave less than the first one leaves, and explain more of the whole.
     const bool second = 1.0 - two.share < kLargely * (1.0 - one.share) && two.share > one.share + kMinor;
     const Relation& chosen = second ? two : one;
-    return chosen.share > kLeastShare ? chosen : Relation{};
+    return chosen.share > kDetail ? chosen : Relation{};
   }
 
  private:

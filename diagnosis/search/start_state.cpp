@@ -5,11 +5,10 @@
 #include <cmath>
 
 #include "diagnosis/data/mean.h"
+#include "diagnosis/estimate/rounds.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr int kIterations = 2;  // the state acts almost linearly
 
 // One component of the state: where it is stored, and its prior standard deviation.
 struct Slot {
@@ -38,7 +37,7 @@ class Estimator {
     std::vector<double> residuals;
     if (!calc(state, &residuals)) return {};
     double cost = calc_cost(state, residuals);
-    for (int i = 0; i < kIterations; ++i) {
+    for (int i = 0; i < kFewRounds; ++i) {  // the state acts almost linearly
       StartState next = take_step(state, residuals);
       std::vector<double> moved;
       if (!calc(next, &moved)) break;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/has.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/screen.h"
@@ -173,26 +174,26 @@ void add_indistinguishable(const Lead& lead, std::vector<Effect>* list) {
 // Instead the residual of the reading is regressed on each fault.
 void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* list) {
   const Experiment& e = *problem.experiment;
-  constexpr int kRate = static_cast<int>(Quantity::kVelocity);
+  const auto rate = static_cast<size_t>(Quantity::kVelocity);
   std::vector<const EffectInfo*> rows;
   for (const EffectInfo& row : list_effects()) {
     if (row.change.any()) rows.push_back(&row);
   }
   for (int j = 0; j < e.num_joints(); ++j) {
     const size_t joint = static_cast<size_t>(j);
-    const double sigma = e.joint_noise[joint][kRate].sigma;
+    const double sigma = e.joint_noise[joint][rate].sigma;
     std::vector<double> gram(rows.size(), 0.0), projection = gram;
     double chi2 = 0.0;
     problem.view = {true, lead.paths.get(), j};
     for (int r : problem.train) {
       const Recording& data = e.recordings[static_cast<size_t>(r)];
-      const std::vector<double>& reading = data.joints[joint].signal[kRate];
+      const std::vector<double>& reading = data.joints[joint].signal[rate];
       std::vector<double> residuals;
       if (reading.empty() || !calc_residuals(problem, lead.hypothesis, r, &residuals)) continue;
       const SmoothJoint& smooth = problem.smooth[static_cast<size_t>(r)].joints[joint];
       for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < data.size(); ++k) {
         if (!std::isfinite(reading[k])) continue;
-        const double left = residuals[k * kQuantities + kRate] * sigma;
+        const double left = residuals[k * kQuantities + rate] * sigma;
         chi2 += left * left;
         for (size_t i = 0; i < rows.size(); ++i) {
           const ReadingChange& c = rows[i]->change;
@@ -213,8 +214,6 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
   }
 }
 
-constexpr size_t kBodies = 4;  // effects of links that are tried beside better ones of joints
-
 }  // namespace
 
 std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, const std::vector<char>& quiet) {
@@ -234,7 +233,8 @@ std::vector<Effect> list_starts(Problem& p, const Lead& lead, size_t count, cons
     // Encoder offsets look like masses of links nearby. There are few, so all are tried once.
     const bool offset = get_effect(c.start.id).felt_elsewhere && lead.hypothesis.empty();
     const bool here = joint >= 0 && (there[j] < most[j] || offset) && c.gain > 0.0;
-    const bool body = c.start.place.kind == PlaceKind::kLink && bodies < kBodies && c.gain > 0.0;
+    // Some of links are tried beside better ones of joints.
+    const bool body = c.start.place.kind == PlaceKind::kLink && bodies < kLookedAt && c.gain > 0.0;
     if (!high && !here && !body) continue;
     there[j] += joint >= 0 ? 1 : 0;
     bodies += body ? 1 : 0;

@@ -8,9 +8,6 @@
 
 namespace hrp::diagnosis {
 
-// Start values of a gap from which a transmission is fitted, because of local minima.
-constexpr size_t kGapStarts = 3;
-
 // A set of effects that was fitted along recorded paths.
 struct Lead {
   Hypothesis hypothesis;

@@ -9,6 +9,9 @@
 
 namespace hrp::diagnosis {
 
+// Factor on the number of steps that shows their errors. Differences of readings do with as many times fewer.
+constexpr int kFiner = 4;
+
 // Readings with steps of 1 / `finer` of the problem's, minus readings with its own, for the given recordings from the
 // problem's start states. Empty for other recordings and if a rollout fails.
 StepErrors estimate_step_errors(const Problem& problem, const Hypothesis& hypothesis,

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/search/trust.h"
 
 namespace hrp::diagnosis {
@@ -183,7 +184,7 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
   }
   std::stable_sort(whole.rivals.begin(), whole.rivals.end(),
                    [](const Trial& a, const Trial& b) { return a.rms < b.rms; });
-  if (whole.rivals.size() > kRivals) whole.rivals.resize(kRivals);
+  if (whole.rivals.size() > kShortList) whole.rivals.resize(kShortList);
   return whole;
 }
 

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "common/base/format.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/nearby.h"
 #include "diagnosis/search/start_state.h"
@@ -13,12 +15,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kRough = 20.0;         // [noise] residual that step errors never cause
-constexpr int kFiner = 4, kFinest = 8;  // factors on the number of steps
-constexpr int kRounds = 2;              // rounds of start states and parameters
-constexpr double kFar = 4.0;            // [noise] residual that polishing cannot reduce to noise
-constexpr double kVague = 5.0;          // [noise] residual at which pre-sliding displacements are scanned coarsely
 
 bool is_better(const Trial& a, const Trial& b) {
   return a.train.ok && b.train.ok ? calc_cost(a) < calc_cost(b) : a.train.ok && !b.train.ok;
@@ -94,7 +90,7 @@ void Trials::polish_best() {
 // A trial far from the noise would not reach it. It is not named, so only its intervals are computed.
 void Trials::finish(Trial* trial) {
   if (trial->hypothesis.empty() || !trial->refined || !trial->std.empty()) return;
-  if (trial->rms < kFar || is_detail(*trial, nominal())) polish(trial);
+  if (trial->rms < kFarMore || is_detail(*trial, nominal())) polish(trial);
   if (trial->std.empty()) add_intervals(trial);
 }
 
@@ -125,9 +121,9 @@ FitResult Trials::refine(const Hypothesis& hypothesis) {
   problem_.starts = estimate_starts(problem_, start, all_);
   problem_.step_errors.clear();
   FitResult rough = fit(problem_, start, problem_.train, options);
-  if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kRough)) return rough;
+  if (!rough.ok || (!hypothesis.empty() && rough.train.rms() > kTenTimes)) return rough;
   // Friction next to new effects may need another pre-sliding displacement.
-  const double finest = rough.train.rms() > kVague ? kCoarseFactor : kFinestFactor;
+  const double finest = rough.train.rms() > kFarMore ? kCoarseFactor : kFinestFactor;
   const Hypothesis bent = try_nearby(problem_, rough.hypothesis, finest);
   problem_.step_errors = estimate_step_errors(problem_, bent, all_, kFiner);
   const FitResult fine = fit(problem_, bent, problem_.train, options);
@@ -176,19 +172,19 @@ void Trials::add_intervals(Trial* trial) {
   trial->std = result.std, trial->distance = result.distance;
 }
 
-// Fits start states, pre-sliding displacements and parameters for kRounds rounds, then computes the intervals.
+// Fits start states, pre-sliding displacements and parameters in turn, then computes the intervals.
 void Trials::polish(Trial* trial) {
   FitOptions options;
   options.max_iterations = 8;
   options.tolerance = 1e-7;
   FitResult result;
   result.hypothesis = trial->full();
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFewRounds; ++round) {
     problem_.starts = estimate_starts(problem_, result.hypothesis, all_);
     problem_.step_errors.clear();
     const Hypothesis start = try_nearby(problem_, result.hypothesis);
-    problem_.step_errors = estimate_step_errors(problem_, start, all_, kFinest);
-    options.intervals = round + 1 == kRounds;
+    problem_.step_errors = estimate_step_errors(problem_, start, all_, kFiner);
+    options.intervals = round + 1 == kFewRounds;
     result = fit(problem_, start, problem_.train, options);
     if (!result.ok) return;
   }

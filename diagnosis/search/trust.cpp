@@ -5,13 +5,12 @@
 #include <cmath>
 
 #include "diagnosis/data/command_reader.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
 namespace hrp::diagnosis {
 namespace {
-
-constexpr double kSettled = 3.0;  // time constants until a servo has settled again
 
 // By sample: the drive is at its limit, or its servo has not settled since.
 std::vector<char> find_loose(const JointLaws& law, const Recording& recording, const SmoothRecording& smooth,
@@ -31,7 +30,8 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
       effort = calc_servo_effort(law, q - motion.q[k], qd - motion.qd[k], 0.0);
     }
     if (std::abs(effort) >= (1.0 - kTrace) * law.effort_limit)
-      until = recording.time[k] + kSettled * law.kd / std::max(1e-9, law.kp);
+      // Several of its time constants, until it has settled again.
+      until = recording.time[k] + kSeveralTimes * law.kd / std::max(1e-9, law.kp);
     loose[k] = recording.time[k] <= until;
   }
   return loose;
