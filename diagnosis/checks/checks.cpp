@@ -72,14 +72,13 @@ void remark_samples(const Json& recordings, Json* remarks) {
 // Root mean square of the recorded velocity over that of the position's rate across 0.05 s, all recordings. Noise and
 // steps of an encoder add to the rate, so the true factor is no smaller. Zero: not known.
 double calc_least_factor(const Experiment& e, size_t joint) {
-  // [s] across which a velocity that is one moves its joint; an encoder's steps matter less
-  constexpr double kSpan = 0.05;
   double velocity = 0.0, rate = 0.0;
   for (const Recording& r : e.recordings) {
     const JointColumns& log = r.joints[joint];
     if (!log.has(Quantity::kPosition) || !log.has(Quantity::kVelocity)) continue;
+    // In a moment a velocity that is one moves its joint; an encoder's steps matter less.
     for (size_t k = 0, end = 0; k < r.size(); ++k) {
-      while (end < r.size() && r.time[end] < r.time[k] + kSpan) ++end;
+      while (end < r.size() && r.time[end] < r.time[k] + kMoment) ++end;
       if (end == r.size()) break;
       const double v = log.signal[static_cast<int>(Quantity::kVelocity)][k],
                    step = log.signal[0][end] - log.signal[0][k];

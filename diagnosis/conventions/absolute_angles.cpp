@@ -89,7 +89,7 @@ std::vector<AbsoluteAngle> list_parallel_joints(const TreeSpec& tree) {
 AbsoluteAngles find_absolute_angles(const TorqueData& data, const LoggedMotion& motion, int jobs) {
   const Experiment& e = *data.experiment;
   const AbsoluteAngles set = find_set(e.robot.tree, motion);
-  const double cost = kConventionNats + kOneValue * static_cast<double>(set.joints.size());
+  const double cost = kWholeGain + kOneValue * static_cast<double>(set.joints.size());
   if (!set.any() ||
       compare(fit_list(convert_angles(e, set), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) < cost)
     return {};

@@ -50,7 +50,7 @@ void check_exchanged_joints(const TorqueData& data, const LoggedMotion& motion, 
   const std::optional<Pair> pair = find_pair(motion);
   if (!pair) return;
   if (compare(fit_list(exchange(e, *pair), jobs), fit_list(make_torque_design(TorqueData(data)), jobs)) <
-      kOneValue + kConventionNats)
+      kOneValue + kWholeGain)
     return;
   const std::string first = e.robot.tree.joint(pair->first).name, second = e.robot.tree.joint(pair->second).name;
   refuse_input(e.recordings.front().find_place(e.signal_name(pair->first, Quantity::kPosition)),

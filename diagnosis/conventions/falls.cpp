@@ -16,8 +16,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kCrash = 20.0;   // a stiff robot that stamps lands with ten times its weight in single samples
-constexpr double kAtOnce = 0.05;  // [s]
+constexpr double kCrash = 20.0;  // a stiff robot that stamps lands with ten times its weight in single samples
 
 // Length of each reading of a sensor of three axes, or of those that were recorded; by sensor.
 std::map<std::string, std::vector<double>> list_lengths(const Recording& r, const std::string& kind) {
@@ -62,9 +61,9 @@ std::vector<Crash> find_crashes(const Experiment& e) {
                             pressed = list_peaks(e.recordings[i], "/force/");
     auto force = pressed.begin();
     for (const Peak& a : felt) {
-      while (force != pressed.end() && force->time < a.time - kAtOnce) ++force;
+      while (force != pressed.end() && force->time < a.time - kMoment) ++force;
       if (force == pressed.end()) break;
-      if (force->time > a.time + kAtOnce) continue;
+      if (force->time > a.time + kMoment) continue;
       crashes.push_back({i, std::min(a.time, force->time), a.times});
       break;
     }

@@ -99,11 +99,11 @@ Ratios find_gear_ratios(const Experiment& e, int jobs) {
     const std::vector<GearRatio> list = data.recordings.empty() ? std::vector<GearRatio>{} : list_gear_ratios(data);
     if (list.empty()) break;
     const Asked asked = ask(now, data, list, jobs);
-    if (asked.gain < kConventionNats) break;
+    if (asked.gain < kWholeGain) break;
     const double over_others =
         std::min(compare_with_zeros(now, data, asked, jobs), compare_with_units(now, asked, jobs));
-    if (over_others < -kConventionNats) break;
-    if (!asked.ratio.agreed || over_others < kConventionNats) {
+    if (over_others < -kWholeGain) break;
+    if (!asked.ratio.agreed || over_others < kWholeGain) {
       out.doubted.push_back(asked.ratio);
       break;
     }

@@ -32,12 +32,12 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   const std::vector<JointZero> zeros = find_zeros(as_logged, jobs);
   if (zeros.empty()) return;
   const ListFit by_zeros = fit_list(convert_zeros(as_logged, zeros), jobs);
-  if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kConventionNats) return;
+  if (compare(by_zeros, fit_list(convert_recordings(e, *out), jobs)) < kWholeGain) return;
   if (find_turned(out->units)) {
     const Experiment turned = turn_efforts(in_time, list_efforts(in_time));
     const double zeros_cost = kOneValue * static_cast<double>(zeros.size());
     if (compare(by_zeros, fit_list(drop_friction(turned, find_refuted_friction(turned)), jobs)) <
-        kConventionNats + zeros_cost)
+        kWholeGain + zeros_cost)
       return;
   }
   const Experiment in_zeros = convert_zeros(in_time, zeros);  // outlives its data

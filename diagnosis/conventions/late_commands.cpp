@@ -197,7 +197,7 @@ LateCommands find_late_damping(const Experiment& e, const LeftByDrives& sharp, i
   const LateCommands late = make_filter(filter);
   const double gain =
       compare_torques(fit_list(convert_commands(e, late), jobs), fit_list(e, jobs)) - (logged ? 0.0 : kWholeGain);
-  return gain > kConventionNats ? late : LateCommands{};
+  return gain > kWholeGain ? late : LateCommands{};
 }
 
 LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged, int jobs) {
@@ -211,7 +211,7 @@ LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged
     return c.any() ? compare_torques(fit_list(convert_commands(e, c), jobs), as_logged) : 0.0;
   };
   const double of_delay = judge(late) - kWholeGain, of_rate = judge(rate);
-  if (std::max(of_delay, of_rate) < kConventionNats) return {};
+  if (std::max(of_delay, of_rate) < kWholeGain) return {};
   rate.delay = late.delay, rate.std = late.std;
   LateCommands best = of_rate >= of_delay ? rate : late;
   best.either = std::min(of_delay, of_rate) > kLargely * std::max(of_delay, of_rate);

@@ -6,11 +6,12 @@
 #include <vector>
 
 #include "diagnosis/evidence/torque/design.h"
+#include "diagnosis/evidence/torque/model.h"
 
 namespace hrp::diagnosis {
 
-// [nats] by which another convention of a log must explain more than every set of effects as logged: odds of 150.
-constexpr double kConventionNats = 5.0;
+// Another convention of a log must explain more than every set of effects as logged by kWholeGain, as a term of the
+// whole robot must.
 
 // What explains: all effects on the list, or only those of joints and their drives.
 enum class Of { kAll, kJoints };

@@ -111,8 +111,8 @@ void check_mounting(const Experiment& e, int jobs) {
     const Experiment turned = turn_gravity(e, squares);
     TorqueData other = make_torque_data(turned);
     const bool bare = fits_bare(before, other);
-    if (bare && compare_torques(fit_list(make_torque_design(std::move(other)), jobs), fit_list(design, jobs)) >=
-                    kConventionNats)
+    if (bare &&
+        compare_torques(fit_list(make_torque_design(std::move(other)), jobs), fit_list(design, jobs)) >= kWholeGain)
       refuse_gravity(e, turned.scenario.gravity_W);
   }
   const ListFit by_joints = fit_list(design, jobs, Of::kJoints);
@@ -120,13 +120,13 @@ void check_mounting(const Experiment& e, int jobs) {
   // One of six would beat a rich set of effects by chance, if it had the same effects: it has to do without loads and
   // forces.
   const Mounting best = find_best(e, before, jobs);
-  if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kConventionNats) return;
-  if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kConventionNats) refuse_gravity(e, best.g_W);
+  if (best.g_W.isZero() || compare_torques(best.by_joints, by_joints) < kWholeGain) return;
+  if (compare_torques(best.by_joints, fit_list(design, jobs)) >= kWholeGain) refuse_gravity(e, best.g_W);
 }
 
 void check_gravity_beside(const Experiment& e, const std::vector<ListFit>& others, int jobs) {
   const Mounting best = find_best(e, calc_left_squares(make_torque_data(e)), jobs);
-  const auto beats = [&](const ListFit& other) { return compare_torques(best.by_joints, other) >= kConventionNats; };
+  const auto beats = [&](const ListFit& other) { return compare_torques(best.by_joints, other) >= kWholeGain; };
   if (!best.g_W.isZero() && std::all_of(others.begin(), others.end(), beats)) refuse_gravity(e, best.g_W);
 }
 

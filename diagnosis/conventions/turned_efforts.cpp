@@ -18,7 +18,7 @@ namespace {
 // that hangs is the mirror image of itself.
 bool may_be_angle(const Experiment& e, const TurnedEffort& turned, const ListFit& by_effort, int jobs) {
   const Experiment mirrored = turn_efforts(convert_zeros(e, {{turned.joint, 0.0, 0.0, true}}), {turned});
-  return compare(by_effort, fit_list(mirrored, jobs)) < kConventionNats;
+  return compare(by_effort, fit_list(mirrored, jobs)) < kWholeGain;
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ void add_turned_effort(const Experiment& e, int joint, int jobs, std::vector<Tur
   const std::vector<TurnedEffort> all = list_efforts(e);
   const ListFit of_one = fit_list(turn_efforts(e, {one}), jobs), of_all = fit_list(turn_efforts(e, all), jobs);
   check_gravity_beside(e, {of_one, of_all}, jobs);
-  if (turned->empty() && all.size() > 1 && compare(of_all, of_one) >= kConventionNats) {
+  if (turned->empty() && all.size() > 1 && compare(of_all, of_one) >= kWholeGain) {
     *turned = all;
     return;
   }

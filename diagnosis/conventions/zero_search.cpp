@@ -62,7 +62,7 @@ std::vector<JointZero> find_zeros(const Experiment& e, int jobs) {
   // at the logged zeros, a zero alone has to do so, too. Forces and masses, a dozen numbers, may explain some more.
   const ListFit by_zero = most ? fit_list(convert_zeros(e, found.joints), jobs, Of::kJoints) : ListFit{};
   const bool alone = most && compare(by_zero, without) > -kOverwhelming && (by_zero.is_exact() || !without.is_exact());
-  if (!alone && gain < cost + kConventionNats) return {};
+  if (!alone && gain < cost + kWholeGain) return {};
   for (const JointZero& zero : found.joints) {
     if (zero.turned) fail_turned(e, zero);
   }

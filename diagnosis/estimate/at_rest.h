@@ -11,6 +11,9 @@ constexpr double kHardlyMoved = 0.02;
 constexpr double kMoving = 0.01;
 // [s] between two rows of one stretch, at most, and between two stretches that are told apart.
 constexpr double kPause = 0.15;
+// [s] across which encoders' steps and the noise of derivatives average out, and within which two sensors feel one
+// knock.
+constexpr double kMoment = 0.05;
 // [s] after a landing, before a lift, before a crash: feet scrape, filters reach so far.
 constexpr double kScrape = 0.1;
 

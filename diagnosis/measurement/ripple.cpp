@@ -6,7 +6,9 @@
 #include <complex>
 
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/gram.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/series.h"
 #include "diagnosis/estimate/shares.h"
@@ -15,11 +17,8 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kLeastPeriods = 1.5;  // periods within the joint's travel
-constexpr double kStep = 0.25;         // periods per step within the travel: four points on half of the main lobe
+constexpr double kStep = 0.25;  // periods per step within the travel: four points on half of the main lobe
 constexpr long kMostRows = 4000, kLeastRows = 50;  // of a joint: one of several is enough; fewer tell no ripple
-// Coherence of stretches: chance exceeds it with e^-9, and some hundred periods are tried. Full agreement has 16.
-constexpr double kAgree = 9.0;
 
 // Samples of a joint in which a ripple may be: position, a rest of torque, and the recording they are of.
 struct Samples {
@@ -122,7 +121,8 @@ Tried find_tried(const TorqueData& data, const Rest& rest) {
   if (rest.q.size() == 0 || !(rest.travel() > 0.0)) return {};
   const double cutoff = 2.0 * M_PI * data.cutoff, period = 2.0 * M_PI / rest.travel();
   // In much of the samples the fastest ripple is slow enough to pass the filter.
-  return {kLeastPeriods * period, cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kMuch)),
+  // Clearly more than one period is within the travel.
+  return {kClearlyMore * period, cutoff / std::max(1e-9, find_quantile({rest.speed.begin(), rest.speed.end()}, kMuch)),
           kStep * period};
 }
 
@@ -135,10 +135,12 @@ std::vector<double> find_ripples(const TorqueData& data, int joint) {
   for (double periods = range.first; periods < range.last; periods += range.step)
     tried.push_back(calc_peak(rest, periods, 2.0 * M_PI * data.cutoff));
   std::vector<Peak> peaks;
+  // Coherence of stretches: chance exceeds a with e^-a, for each period that is tried. Full agreement has 16.
+  const double agree = std::log(static_cast<double>(tried.size()) / (1.0 - kSurest));
   for (size_t i = 1; i + 1 < tried.size(); ++i) {
     const double before = tried[i - 1].share, here = tried[i].share, after = tried[i + 1].share;
     // Share of what friction, rotor and load leave; a repeated motion explains less.
-    if (here < kPart || here < before || here <= after || tried[i].coherence < kAgree) continue;
+    if (here < kPart || here < before || here <= after || tried[i].coherence < agree) continue;
     peaks.push_back(tried[i]);
     peaks.back().periods += range.step * calc_vertex(before, here, after);
   }

@@ -14,17 +14,15 @@
 namespace hrp::diagnosis {
 namespace {
 
-// [s] Length over which missing efforts are averaged. Accelerations contain the noise of two derivatives, which would
-// hide a relation. Anything faster is no function of slow quantities.
-constexpr double kAverage = 0.05;
-
+// Missing efforts, averaged over a moment. Accelerations contain the noise of two derivatives, which would hide a
+// relation. Anything faster is no function of slow quantities.
 std::vector<double> average(const MissingEffort& m, int j) {
   std::vector<double> out(m.time.size(), 0.0);
   size_t from = 0, to = 0;
   double sum = 0.0;
   for (size_t k = 0; k < m.time.size(); ++k) {
-    while (to < m.time.size() && m.time[to] <= m.time[k] + 0.5 * kAverage) sum += m.missing(static_cast<long>(to++), j);
-    while (m.time[from] < m.time[k] - 0.5 * kAverage) sum -= m.missing(static_cast<long>(from++), j);
+    while (to < m.time.size() && m.time[to] <= m.time[k] + 0.5 * kMoment) sum += m.missing(static_cast<long>(to++), j);
+    while (m.time[from] < m.time[k] - 0.5 * kMoment) sum -= m.missing(static_cast<long>(from++), j);
     out[k] = sum / static_cast<double>(to - from);
   }
   return out;

@@ -6,18 +6,19 @@
 
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 // Stretches in which no encoder moves although drives work: a frozen log, or a robot that was switched off. Leaves out
-// the time before and after as well.
+// a block before and after as well.
 constexpr double kFrozenTime = 0.3;  // [s] shortest stretch
-constexpr double kLeadTime = 0.5;    // [s] left out around a frozen stretch
 // While a joint sticks, friction equals the drive's effort, and no term describes it. The filter spreads this to
-// neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees.
-constexpr double kSticks = 0.1;  // [periods of the cutoff] below the slow speed, after which a joint counts as sticking
+// neighbouring samples. A joint that only reverses is slow for a shorter time than the filter sees: a detail of a
+// period of its cutoff.
 
 // Range of each joint's effort over the samples with `still` == `wanted`.
 Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wanted) {
@@ -32,7 +33,7 @@ Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wan
 }  // namespace
 
 Flags find_moving(const Eigen::VectorXd& v, double slow, double step, double cutoff) {
-  const long rows = v.size(), least = std::lround(kSticks / cutoff / step),
+  const long rows = v.size(), least = std::lround(kDetail / cutoff / step),
              reach = std::lround(kFilterReach / cutoff / step);
   Flags moving = v.array().abs() > slow;
   const Flags fast = moving;
@@ -82,7 +83,7 @@ Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, d
 }
 
 Flags find_frozen(const TorqueRecording& r, const Flags& still) {
-  const long rows = r.v.rows(), lead = std::lround(kLeadTime / r.step);
+  const long rows = r.v.rows(), lead = std::lround(kBlock / r.step);
   Flags frozen = Flags::Constant(rows, false);
   if (r.q.cols() < 2 || !still.any() || still.all() ||
       !(find_range(r, still, true) > find_range(r, still, false)).any())
