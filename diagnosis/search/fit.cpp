@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit_residuals.h"
 
 #include <algorithm>
@@ -14,6 +13,10 @@ namespace hrp::diagnosis {
 namespace {
 
 using FreeParameter = Parameter<EffectParameter>;
+
+// Above the noise a slowly converging fit stops early: it will not reach it. At a hundredth, a fit of all joints of a
+// robot with play stops far from it.
+constexpr double kFarTolerance = 5e-3;
 
 std::vector<FreeParameter> list_parameters(const Hypothesis& hypothesis, const std::vector<char>& frozen) {
   return flatten<EffectParameter>(
@@ -107,8 +110,8 @@ class Fitter {
       }
       if (!better) break;
       if (i >= 2 && options_.abandon_above > 0.0 && score_.chi2 > options_.abandon_above) break;
-      // Above the noise a slowly converging fit stops early: it will not reach it.
-      const double tolerance = score_.rms() > kAboveNoise ? std::max(kTrace, options_.tolerance) : options_.tolerance;
+      const double tolerance =
+          score_.rms() > kAboveNoise ? std::max(kFarTolerance, options_.tolerance) : options_.tolerance;
       if (before - score_.chi2 < tolerance * score_.chi2 + 0.5) break;
     }
     result.hypothesis = hypothesis_;

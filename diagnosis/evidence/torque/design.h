@@ -22,7 +22,7 @@ struct JointDesign {
   Gram total;                          // of `train`
   bool has_held = false;               // held-out recordings contain this joint; else `held` is a copy of `train`
   double spread = 0.0;                 // [N m] standard deviation of the effort, held-out recordings
-  bool loaded = false;     // effort and nominal torque are correlated (> 0.85), alone or beside friction and rotor: a
+  bool loaded = false;     // effort and nominal torque are correlated (> 0.8), alone or beside friction and rotor: a
                            // wrong gain shows
   double effective = 0.0;  // independent training samples, from the residual of the joint's terms without memory
 

@@ -17,7 +17,7 @@ struct DryCurve {
   double gain = 0.0;            // [nats] log-likelihood of the curve over a constant level
 };
 
-// Profiles the curve of a joint (index in the design) over Stribeck velocities between 1 and 60 % of the fastest speed.
+// Profiles the curve of a joint (index in the design) over Stribeck velocities between 1 and 50 % of the fastest speed.
 DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& model, size_t joint);
 
 }  // namespace hrp::diagnosis
