@@ -16,5 +16,7 @@ constexpr double kPause = 0.15;
 constexpr double kMoment = 0.05;
 // [s] after a landing, before a lift, before a crash: feet scrape, filters reach so far.
 constexpr double kScrape = 0.1;
+// [s] A step, a jump (it would be 1.2 m high) or a fall to the ground takes less.
+constexpr double kStepTakes = 1.0;
 
 }  // namespace hrp::diagnosis

@@ -10,5 +10,7 @@ constexpr double kSlopeStep = 1e-4;
 constexpr double kTimeStep = 1e-3;
 // Of a quantity's own size.
 constexpr double kRelativeStep = 1e-3;
+// Of a sum's own size: equal values of double precision, and their sums, differ by less.
+constexpr double kRounding = 1e-9;
 
 }  // namespace hrp::diagnosis

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 
+#include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/air_zeros.h"
 #include "diagnosis/floating/checks/by_recording.h"
@@ -28,9 +30,6 @@
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr size_t kFewestRows = 8;  // of an equation, to compare anything
-constexpr int kRounds = 3;         // of equations about what was found: each leaves a hundredth of the last one's error
 
 using Progress = std::function<void(const std::string&)>;
 
@@ -121,13 +120,13 @@ SearchResult search_about_faults(const Halves& logs, std::vector<ChannelRows> ch
   out.fitter = std::make_unique<LeggedFitter>(std::move(channels), layout.count());
   out.about = Eigen::VectorXd::Zero(layout.count());
   out.outcome = search_legged(out.fitter.get(), candidates, layout, progress, &out.about);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kFewRounds; ++round) {
     const Correction next = find_correction(layout, out.outcome.effects);
     if (is_same_correction(out.about, next)) break;
     out.about = next.value;
     if (progress) progress("again, about the faults of sensors that were found");
     out.fitter = std::make_unique<LeggedFitter>(make_channels(logs, layout, out.about, used), layout.count());
-    const bool last = round + 1 == kRounds;
+    const bool last = round + 1 == kFewRounds;
     out.outcome = search_legged(out.fitter.get(), candidates, layout, progress, last ? nullptr : &out.about);
   }
   return out;
@@ -171,8 +170,7 @@ Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, co
   if (faults.late.sensor >= 0) out(layout.sensor(faults.late.sensor, kWrenchDelayColumn)) = faults.late.delay;
   const ForceClock& clock = faults.clock;
   for (int s = 0; clock.found && clock.late > 0 && s < layout.sensors; ++s) {
-    if (clock.foot == kAllFeet || log.feet[static_cast<size_t>(clock.foot)].sensor == s)
-      out(layout.sensor(s, kWrenchDelayColumn)) += clock.late;
+    if (!clock.foot || log.feet[*clock.foot].sensor == s) out(layout.sensor(s, kWrenchDelayColumn)) += clock.late;
   }
   return out;
 }
@@ -223,7 +221,7 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   if (!c) return out;
   add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
   out.signal = c->info.signal + " (weight, by faults of force sensors)", out.scale = c->scale;
-  out.exact = std::pow(kKnownWeight * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
+  out.exact = std::pow(kTrace * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
   return out;
 }
 
@@ -267,7 +265,7 @@ std::string find_obstacle(const Experiment& e) {
     if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + get_text(c.info.equation) + ")";
   }
   const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " +
-                                         std::to_string(most) + " of the " + std::to_string(kFewestRows) +
+                                         std::to_string(most) + " of the " + std::to_string(kRowsPerColumn) +
                                          " means over 40 ms that are needed"
                                    : "what was recorded does not tell the same quantity twice";
   std::vector<std::string> texts{few};
@@ -289,7 +287,7 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   std::vector<ChannelRows> channels = make_channels(logs);
   out.walks = logs.contacts.walks;
   out.judged =
-      std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= kFewestRows; });
+      std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= kRowsPerColumn; });
   out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);

@@ -7,6 +7,7 @@
 
 #include "diagnosis/data/csv.h"
 #include "diagnosis/data/low_pass.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/equations/residuals.h"
 #include "diagnosis/measurement/torque/flags.h"
 
@@ -24,8 +25,8 @@ using floating::Track;
 class Gridder {
  public:
   Gridder(const Clip& in, const TorqueRecording& grid, double cutoff) : in_(in), grid_(grid), cutoff_(cutoff) {
-    begin_ = std::max(0L, static_cast<long>(std::ceil((in.time.front() - grid.begin) / grid.step - kSame)));
-    const long end = static_cast<long>(std::floor((in.time.back() - grid.begin) / grid.step + kSame)) + 1;
+    begin_ = std::max(0L, static_cast<long>(std::ceil((in.time.front() - grid.begin) / grid.step - kTrace)));
+    const long end = static_cast<long>(std::floor((in.time.back() - grid.begin) / grid.step + kTrace)) + 1;
     count_ = std::max(0L, std::min(grid.q.rows(), end) - begin_);
   }
 
@@ -67,8 +68,6 @@ class Gridder {
   }
 
  private:
-  static constexpr double kSame = 1e-6;  // [samples] of two equal times
-
   double find_time(long row) const { return grid_.begin + grid_.step * static_cast<double>(begin_ + row); }
 
   Eigen::VectorXd resample(const Track& t) const {

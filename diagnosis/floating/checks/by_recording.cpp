@@ -8,14 +8,12 @@
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/weight_check.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-// [rad] range of a tilt that shows a stiffness: ten times what zeros of encoders leave
-constexpr double kTilted = 0.01;
 
 // y = slope x + constant: slope, correlation, range of x. A constant of each group is taken out.
 struct Slope {
@@ -117,7 +115,7 @@ class RecordingSays {
           list_column(c, layout_.foot(static_cast<int>(foot), axis == 0 ? kRollGiveColumn : kPitchGiveColumn));
       Slope s;
       if (!moment.empty()) s.add(list_y(c), moment);
-      if (s.count < kFewestToTell || s.range < kTilted || std::abs(s.correlation()) < kMostly) continue;
+      if (s.count < kFewestToTell || s.range < kFarMore * kCalibrated || std::abs(s.correlation()) < kMostly) continue;
       texts_.push_back(
           log_.feet[foot].name + ": its " + name +
           format(" moment over its tilt is %.3g N m/rad (correlation %.2f)", std::abs(s.slope()), s.correlation()));

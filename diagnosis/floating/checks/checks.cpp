@@ -10,7 +10,9 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/imu_checks.h"
 #include "diagnosis/floating/checks/landing_check.h"
@@ -24,13 +26,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kOdd = 6;         // median deviations (four of a normal error) beyond which a recording is odd
 constexpr double kWay = 0.3;       // [m] that a foot must have gone from its middle to tell a slope
 constexpr double kRaised = 0.002;  // [m] by which an edge may lift a foot that lies flat: soles are no flatter
-constexpr double kSlip = 0.02;     // [m/s] a foot that is faster slides
-constexpr double kSettled = 0.1;   // [s] after landing and before lifting, in which feet scrape
-constexpr double kLying = 0.88;    // cosine of the base's tilt (28 degrees) beyond which it falls
-constexpr double kFalling = 1.0;   // [s] that it has been falling by then
 
 class Checker {
  public:
@@ -90,14 +87,15 @@ class Checker {
     add_heights(all);
   }
 
-  // The sample from which a robot falls: some time before its base lies. At the end of the clip: it does not.
+  // The sample from which a robot falls: some time before its base leans by 26 degrees. At the end of the clip: it does
+  // not.
   static size_t find_fall(const Clip& clip) {
     for (size_t k = 0; k < clip.size(); ++k) {
       const Eigen::Quaterniond q(clip.base_attitude[0].value[k], clip.base_attitude[1].value[k],
                                  clip.base_attitude[2].value[k], clip.base_attitude[3].value[k]);
       const double upright = (q.normalized() * Vector3d::UnitZ()).z();
-      const auto before = static_cast<size_t>(std::lround(kFalling / clip.step));
-      if (upright < kLying) return k > before ? k - before : 0;
+      const auto before = static_cast<size_t>(std::lround(kStepTakes / clip.step));
+      if (upright < kNearlyAll) return k > before ? k - before : 0;
     }
     return clip.size();
   }
@@ -196,7 +194,7 @@ class Checker {
   // Loaded before and after: what lands or lifts scrapes, and turns about its edges.
   bool is_settled(size_t c, size_t f, size_t k) const {
     const std::vector<char>& loaded = contacts_.loaded[c][f];
-    const auto reach = static_cast<size_t>(std::lround(kSettled / log_.clips[c].step));
+    const auto reach = static_cast<size_t>(std::lround(kScrape / log_.clips[c].step));
     return loaded[k] && k >= reach && loaded[k - reach] && k + reach < loaded.size() && loaded[k + reach];
   }
 
@@ -228,8 +226,8 @@ class Checker {
       }
     }
     // The speed by a recorded pose has errors of its own: fast slides tell more, where there are any.
-    for (const double slow : {3 * kSlip, 1.5 * kSlip, kSlip}) {
-      if (add_slip(steps, slow)) return;
+    for (const double times : {kFarMore, kSeveralTimes, kClearlyMore}) {
+      if (add_slip(steps, times * kMoving)) return;
     }
   }
 
@@ -292,7 +290,7 @@ class Checker {
     const double nominal = log_.experiment->scenario.ground.friction;
     size_t held = 0, beyond = 0;
     for (const Slide& s : steps)
-      held += s.speed < kHalf * kSlip, beyond += s.speed < kHalf * kSlip && s.ratio > (1.0 + kMuch) * value;
+      held += s.speed < kMoving, beyond += s.speed < kMoving && s.ratio > (1.0 + kMuch) * value;
     if (spread > kPart * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     // Feet that hold bear no more side force than sliding friction; else feet slide for another reason than friction.
@@ -335,7 +333,7 @@ Consensus find_consensus(std::vector<double> values, double least) {
       values.size() % 2 ? values[values.size() / 2] : 0.5 * (values[values.size() / 2] + values[values.size() / 2 - 1]);
   std::vector<double> away, kept;
   for (double v : values) away.push_back(std::abs(v - middle));
-  const double limit = std::max(least, kOdd * find_median(std::move(away)));
+  const double limit = std::max(least, kOutlier * find_deviation(std::move(away)));
   for (double v : values) {
     if (std::abs(v - middle) <= limit) kept.push_back(v);
   }

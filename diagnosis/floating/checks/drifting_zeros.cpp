@@ -22,8 +22,7 @@ namespace {
 
 constexpr int kAxes = 6;
 constexpr size_t kParts = kStretches;  // of each group: how much a zero differs within it tells how much it may differ
-constexpr double kLever = 0.1;    // [m] half of a foot: moments of a sensor drift by as much as its forces, times this
-constexpr double kChance = 1e-3;  // of one false drift in so many clean robots
+constexpr double kChance = 1e-3;       // of one false drift in so many clean robots
 
 // One row of an equation, in units of what is left of that equation.
 struct Row {
@@ -83,7 +82,7 @@ class DriftFinder {
     };
     for (int l = 0; l < layout_.links; ++l) {
       const double mass = log_.tree.links[static_cast<size_t>(l)].inertia.mass;
-      if (mass > 0) add(layout_.link(l, 0), 1, kDetail * mass), add(layout_.link(l, 1), 3, kDetail * kLever * mass);
+      if (mass > 0) add(layout_.link(l, 0), 1, kDetail * mass), add(layout_.link(l, 1), 3, kDetail * kHalfFoot * mass);
     }
     for (int s = 0; s < layout_.sensors; ++s)
       add(layout_.sensor(s, kForceScaleColumn), 2, kKnown), add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
@@ -136,7 +135,7 @@ class DriftFinder {
   // [N], [N m] Of drifts that the equations cannot tell apart, the one that is smallest beside these is taken.
   double find_prior(int zero) const {
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm();
-    return kDetail * weight * (zero % kAxes < 3 ? 1 : kLever);
+    return kDetail * weight * (zero % kAxes < 3 ? 1 : kHalfFoot);
   }
 
   long at(size_t part, int zero) const {
@@ -268,7 +267,7 @@ class DriftFinder {
   void join(std::vector<Finding> all, std::vector<Finding>* findings) const {
     const auto size = [](const Finding& f) {
       return Eigen::Map<const Eigen::Vector3d>(f.parameters[0].value.data()).norm() /
-             (f.parameters[0].unit == "N" ? 1 : kLever);
+             (f.parameters[0].unit == "N" ? 1 : kHalfFoot);
     };
     for (std::vector<Finding>* list : {&all, findings}) {
       std::stable_sort(list->begin(), list->end(),

@@ -61,7 +61,7 @@ bool take_foot_scale(const LeggedLog& log, const std::vector<FootScale>& scales,
   bool taken = false;
   for (const FootScale& s : scales) {
     const int sensor = log.feet[s.foot].sensor;
-    if (sensor < 0 || std::abs(s.scale - 1) < std::max(kUnlikely * s.std, kKnownWeight)) continue;
+    if (sensor < 0 || std::abs(s.scale - 1) < std::max(kUnlikely * s.std, kTrace)) continue;
     const EffectInfo& scale = get_laws().sensor_scale.info();
     const Where where{{"sensor", "/wrench/" + log.sensors[static_cast<size_t>(sensor)].name + "/force"}};
     weight->alternatives.push_back(make_alternative(scale, where, {make_value(scale, s.scale, s.std)}, motion));

@@ -9,6 +9,8 @@
 #include "common/base/has.h"
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/weight_check.h"
@@ -20,9 +22,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kGravity = 0.003;  // gravity itself differs by so much from place to place
-constexpr double kStand = 2.0;      // [s] on all feet, over which the mean acceleration of a body nearly vanishes
-constexpr double kPause = 0.15;     // [s] between two rows of one stand, at most
-constexpr double kLong = 4.0;       // [s] over which the mean vertical acceleration of a walk vanishes
 
 class ImuChecker {
  public:
@@ -61,7 +60,8 @@ class ImuChecker {
     return {mean, std::sqrt(square)};
   }
 
-  // The mean size of its reading while the robot stands still on all feet, by recording. Feet that chatter, and falls,
+  // The mean size of its reading while the robot stands still on all feet for some blocks, over which the mean
+  // acceleration of a body nearly vanishes, by recording. Feet that chatter, and falls,
   // add to the mean what is sampled too slowly.
   std::vector<double> list_stands(size_t imu) const {
     const double g = log_.experiment->scenario.gravity_W.norm();
@@ -72,7 +72,7 @@ class ImuChecker {
       for (size_t begin = clip.edge, end = 0; begin + clip.edge < clip.size(); begin = end) {
         const int phase = contacts_.find_phase(c, begin);
         for (end = begin + 1; end + clip.edge < clip.size() && contacts_.find_phase(c, end) == phase;) ++end;
-        if (phase != all || static_cast<double>(end - begin) * clip.step < kStand) continue;
+        if (phase != all || static_cast<double>(end - begin) * clip.step < kFewestBlocks * kBlock) continue;
         std::vector<double> sizes;
         for (size_t k = begin; k < end; ++k) sizes.push_back(get_values(clip.imus[imu].accelerometer, k).norm());
         const auto [mean, spread] = calc_spread(sizes);
@@ -91,10 +91,10 @@ class ImuChecker {
     const double g = log_.experiment->scenario.gravity_W.norm();
     std::vector<double> out;
     for (const Clip& clip : log_.clips) {
-      if (clip.time.back() - clip.time.front() < kLong) continue;
+      if (clip.time.back() - clip.time.front() < kFewestBlocks * kBlock) continue;
       BodyMotion motion(log_, clip);
       double sum = 0, count = 0;
-      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += 4) {
+      for (size_t k = clip.edge; k + clip.edge < clip.size(); k += kStride) {
         motion.update(k);
         const Transform X = get_pose(motion.data(), log_.imus[imu].link);
         const Vector3d f = get_values(clip.imus[imu].accelerometer, k);
@@ -198,7 +198,7 @@ class ImuChecker {
                c.time[i] < c.time[i - 1] + kPause;
       };
       for (end = begin + 1; end < c.rows() && follows(end);) ++end;
-      if (c.phase[begin] != all || c.time[end - 1] < c.time[begin] + kStand) continue;
+      if (c.phase[begin] != all || c.time[end - 1] < c.time[begin] + kFewestBlocks * kBlock) continue;
       for (size_t i = begin; i < end; ++i) out[c.recording[i]].push_back(c.y[i]);
     }
     return out;

@@ -11,6 +11,7 @@
 #include "common/spatial/rpy.h"
 #include "common/spatial/turn.h"
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/checks/flat_feet.h"
 #include "diagnosis/floating/checks/imu_over_legs.h"
@@ -21,8 +22,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Gyroscopes are calibrated to some percent. Wrong units are larger factors, and found before (degrees: 57).
-constexpr double kLargestScale = 1.5;
 constexpr const char* kMotion = "the IMU turned by known angles about three axes";
 
 int find_block(const Clip& clip, size_t k) { return static_cast<int>(std::floor(clip.time[k] / kBlock)); }
@@ -127,8 +126,9 @@ bool find_fault(const LeggedLog& log, size_t imu, ImuFault* out) {
   const GyroMap by_legs = find_gyro_map(list_by_legs(log, imu)), by_pose = find_gyro_map(list_by_pose(posed, imu));
   out->imu = imu, out->by_pose = by_pose.told, out->map = by_pose.told ? by_pose : by_legs;
   // Balls roll and slide in step with the turning, which looks like a scale. So do soft soles, by more than any
-  // gyroscope errs.
-  const bool far = std::abs(std::log(out->map.scale)) > std::log(kLargestScale);
+  // gyroscope errs: they are calibrated to some percent. Wrong units are larger factors, and found before (degrees:
+  // 57).
+  const bool far = std::abs(std::log(out->map.scale)) > std::log(kClearlyMore);
   if (!out->by_pose && (far || !has_flat_foot(log))) out->map.is_scaled = false;
   if (out->map.may_be_turned) out->what = find_what(log, posed, *out);
   // Where much else is left of the rates, an accelerometer that is turned by the same is a second witness.

@@ -6,16 +6,13 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/weight_check.h"
 #include "diagnosis/floating/report/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-// [s] in the air before a landing, and after it, as scripts/diagnosis/walk_figures.py has it
-constexpr double kAround = 0.25;
-constexpr double kRougher = 1.5;  // times what is left otherwise: then landings stand out
 
 struct Landing {
   int recording = 0;
@@ -27,7 +24,7 @@ std::vector<Landing> list_landings(const LeggedLog& log, const Contacts& contact
   std::vector<Landing> out;
   for (const Contact& spell : contacts.spells) {
     const Clip& clip = log.clips[spell.clip];
-    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kAround || spell.end >= clip.size())
+    if (spell.loaded || static_cast<double>(spell.end - spell.begin) * clip.step < kLanding || spell.end >= clip.size())
       continue;
     out.push_back({static_cast<int>(clip.recording), clip.time[spell.end]});
   }
@@ -45,7 +42,7 @@ LandingRows split_landings(const ChannelRows& c, const std::vector<Landing>& lan
   for (const Landing& l : landings) {
     double most = -1e300, least = 1e300;
     for (size_t i = 0; i < c.rows(); ++i) {
-      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kAround) continue;
+      if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kLanding) continue;
       lands[i] = 1, most = std::max(most, c.y[i]), least = std::min(least, c.y[i]);
     }
     if (most > -1e300) out.most.push_back(most), out.least.push_back(least);
@@ -74,7 +71,7 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   const double weight = log.mass * log.experiment->scenario.gravity_W.norm(), middle = find_median(rows.calm);
   const double calm = calc_spread(rows.calm), landing = calc_spread(rows.landing);
   const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);
-  if (landing < kRougher * calm || std::max(peak, dip) < kBlur * weight) return;
+  if (landing < kClearlyMore * calm || std::max(peak, dip) < kBlur * weight) return;
   Remaining r;
   r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
   r.statement = format(

@@ -8,11 +8,16 @@
 
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/floating/equations/foot_rows.h"
+#include "diagnosis/floating/fit/candidates.h"
 #include "diagnosis/floating/fit/least_squares.h"
 #include "diagnosis/floating/log/correct_log.h"
 #include "diagnosis/floating/report/words.h"
@@ -20,13 +25,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kBefore = 0.1, kAfter = 0.2;                     // [s] of a window, before and after the first force
-constexpr size_t kFewestFlat = 6;                                 // samples of a landing that tells anything
-constexpr double kFirstLags[] = {1e-3, 2e-3, 4e-3, 8e-3, 16e-3};  // [s] of all soles, where a fit starts from
-constexpr double kLeastLag = 2e-4, kMostLag = 0.05;               // [s] that a fit may reach
-constexpr double kChange = 1.5;  // factor of a lag in a round, at most: far off, columns are no tangents
-constexpr double kLagStep = 1e-4, kGiveStep = 1e-9;  // [s], [m/N] for derivatives
-constexpr int kFirstRounds = 3, kRounds = 30;
+constexpr size_t kFewestFlat = 6;                    // samples of a landing that tells anything
+constexpr double kLeastLag = 2e-4, kMostLag = 0.05;  // [s] that a fit may reach
 
 // [m] How far a sole sinks whose `mass` rides on its rubber.
 std::vector<double> sink(const std::vector<double>& force, double step, double give, double lag, double mass) {
@@ -54,12 +54,13 @@ Rows make_rows(const Landing& l, const Eigen::VectorXd& law, double share) {
        {std::tuple(l.foot, &l.force, l.mass, -1.0), std::tuple(l.other, &l.others, l.others_mass, 1.0)}) {
     const auto g = static_cast<long>(2 * foot);
     const double give = law(g), lag = law(g + 1), rides = share * mass;
+    const double more_give = kRelativeStep * kRigidHeight, more_lag = kRelativeStep * lag;
     const std::vector<double> z = sink(*force, l.step, give, lag, rides);
-    const std::vector<double> softer = sink(*force, l.step, give + kGiveStep, lag, rides),
-                              later = sink(*force, l.step, give, lag + kLagStep, rides);
+    const std::vector<double> softer = sink(*force, l.step, give + more_give, lag, rides),
+                              later = sink(*force, l.step, give, lag + more_lag, rides);
     for (long i = 0; i < n; ++i) {
       const size_t k = at[static_cast<size_t>(i)];
-      rows.x(i, g) = sign * (softer[k] - z[k]) / kGiveStep, rows.x(i, g + 1) = sign * (later[k] - z[k]) / kLagStep;
+      rows.x(i, g) = sign * (softer[k] - z[k]) / more_give, rows.x(i, g + 1) = sign * (later[k] - z[k]) / more_lag;
       rows.left(i) -= sign * z[k];
     }
   }
@@ -94,7 +95,7 @@ class LandingFitter {
     std::vector<SoleLaw> out(soft_.size());
     if (landings_.size() < kFewestBlocks) return out;
     start();
-    for (int round = 0; round < kRounds; ++round) step(true);
+    for (int round = 0; round < kMostRounds; ++round) step(true);
     const Eigen::MatrixXd covariance = calc_covariance();
     for (size_t i = 0; 2 * i < free_.size(); ++i) {
       const auto at = static_cast<long>(2 * i), foot = free_[2 * i] / 2;
@@ -129,9 +130,9 @@ class LandingFitter {
   void start() {
     double least = 1e300;
     Eigen::VectorXd best = law_;
-    for (const double lag : kFirstLags) {
+    for (double lag = kTimeStep; lag < kMostLag; lag *= 2) {
       for (long f = 0; f < law_.size() / 2; ++f) law_(2 * f) = 0, law_(2 * f + 1) = lag;
-      for (int round = 0; round < kFirstRounds; ++round) step(false);
+      for (int round = 0; round < kFewRounds; ++round) step(false);
       std::vector<double> squares;
       for (const Landing& l : landings_) squares.push_back(sum_up(l).mean_square);
       if (find_median(squares) < least) least = find_median(squares), best = law_;
@@ -139,7 +140,7 @@ class LandingFitter {
     law_ = best;
   }
 
-  // Gauss-Newton.
+  // Gauss-Newton. Far off, columns are no tangents: in a round, a lag changes by no more than a factor.
   void step(bool lags) {
     const auto n = static_cast<long>(free_.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
@@ -153,7 +154,9 @@ class LandingFitter {
     for (long c = 0; c < n; ++c) {
       double& value = law_(free_[static_cast<size_t>(c)]);
       const double next = value + dx(c) / scale(c);
-      value = c % 2 == 0 ? next : std::clamp(std::clamp(next, value / kChange, value * kChange), kLeastLag, kMostLag);
+      value = c % 2 == 0
+                  ? next
+                  : std::clamp(std::clamp(next, value / kClearlyMore, value * kClearlyMore), kLeastLag, kMostLag);
     }
   }
 
@@ -209,7 +212,7 @@ class WindowReader {
     l.step = c_.step, l.foot = spell.foot, l.other = 1 - spell.foot;
     const auto hangs = [&](size_t f) { return log_.sensors[static_cast<size_t>(log_.feet[f].sensor)].hangs; };
     l.mass = hangs(l.foot), l.others_mass = hangs(l.other);
-    const auto before = static_cast<size_t>(kBefore / c_.step), after = static_cast<size_t>(kAfter / c_.step);
+    const auto before = static_cast<size_t>(kScrape / c_.step), after = static_cast<size_t>(kLanding / c_.step);
     const size_t end = std::min(spell.begin + after, spell.end);
     for (size_t k = spell.begin - std::min(before, spell.begin); k < end; ++k) add(k, k >= spell.begin, &l);
     return l;

@@ -23,9 +23,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kFarthest = 1.5;   // [s] by which one foot's force is looked for on either side: two steps
-constexpr double kScanStep = 0.01;  // [s]
-constexpr double kLinear = 0.1;     // [s] a delay beyond is no slope of a force that comes and goes within a step
+constexpr double kFarthest = 1.5;  // [s] by which one foot's force is looked for on either side: two steps
 
 // Of one row: what is left, and how it changes with a delay of both sensors and with half a delay of one against the
 // other.
@@ -120,12 +118,12 @@ class FarScan {
     const std::vector<double> before = list_left(foot, 0);
     const double nominal = sum(before);
     std::vector<double> left;
-    const long steps = std::lround(kFarthest / kScanStep);
-    for (long i = -steps; i <= steps; ++i) left.push_back(sum(list_left(foot, kScanStep * static_cast<double>(i))));
+    const long steps = std::lround(kFarthest / kClockStep);
+    for (long i = -steps; i <= steps; ++i) left.push_back(sum(list_left(foot, kClockStep * static_cast<double>(i))));
     const auto least = static_cast<size_t>(std::min_element(left.begin(), left.end()) - left.begin());
-    const double late = kScanStep * (static_cast<double>(least) - static_cast<double>(steps));
+    const double late = kClockStep * (static_cast<double>(least) - static_cast<double>(steps));
     const bool inside = least > 0 && least + 1 < left.size();
-    if (!inside || late <= kLinear || left[least] > kPart * nominal || repeats(left, least)) return 0;
+    if (!inside || late <= kNearForce || left[least] > kPart * nominal || repeats(left, least)) return 0;
     const std::vector<double> after = list_left(foot, late);
     std::vector<double> gains;
     for (size_t i = 0; i < after.size(); ++i)
@@ -170,7 +168,7 @@ LateFoot find_far_foot(const LeggedLog& log) {
   for (size_t f = 0; f < log.feet.size(); ++f) {
     const double late = scan.find(f);
     if (late <= best.delay) continue;
-    best = {log.feet[f].sensor, log.feet[1 - f].sensor, late, kScanStep};
+    best = {log.feet[f].sensor, log.feet[1 - f].sensor, late, kClockStep};
   }
   return best;
 }
@@ -189,7 +187,7 @@ LateFoot find_late_foot(const LeggedLog& log, const std::vector<ChannelRows>& ch
   const bool sure =
       fit.blocks >= kFewestBlocks && std::abs(delay) > std::max(kUnlikely * fit.std, kHalf * log.sample_time);
   if (!sure || fit.left > (1 - kDetail) * fit.common || !is_same_everywhere(rows, delay)) return {};
-  if (std::abs(delay) > kLinear) return {};  // columns are of first order
+  if (std::abs(delay) > kNearForce) return {};  // columns are of first order, forces come and go
   const int late = delay > 0 ? 0 : 1;
   return {late, 1 - late, std::abs(delay), fit.std};
 }

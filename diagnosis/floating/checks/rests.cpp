@@ -5,15 +5,13 @@
 
 #include "common/base/format.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/weight_check.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kLasting = 1.0;  // [s] no jump lasts so long: it would be 1.2 m high
-constexpr double kAround = 0.5;   // [s] before and after, in which the body comes to rest or is lifted
-constexpr double kPause = 0.15;   // [s] between two rows of one stretch, at most
 
 // What the feet bear over what the motion asks for, by row.
 std::vector<double> list_shares(const ChannelRows& c, const ColumnLayout& layout) {
@@ -71,7 +69,7 @@ std::vector<Rest> find_rests(const std::vector<ChannelRows>& channels, const Col
       return c->recording[i] == c->recording[begin] && c->time[i] < c->time[i - 1] + kPause;
     };
     for (end = begin + 1; end < c->rows() && follows(end) && is_less(end) == is_less(begin);) ++end;
-    if (!is_less(begin) || c->time[end - 1] - c->time[begin] < kLasting) continue;
+    if (!is_less(begin) || c->time[end - 1] - c->time[begin] < kStepTakes) continue;
     const std::vector<double> own(shares.begin() + static_cast<long>(begin), shares.begin() + static_cast<long>(end));
     out.push_back({c->recording[begin], c->time[begin], c->time[end - 1], find_median(own) / usual});
   }
@@ -82,10 +80,10 @@ void drop_rests(const std::vector<Rest>& rests, std::vector<ChannelRows>* channe
   if (rests.empty()) return;
   for (ChannelRows& c : *channels) {
     if (!is_of_feet(c.info.equation)) continue;
-    std::vector<char> kept;
+    std::vector<char> kept;  // not within half a second, in which the body comes to rest or is lifted
     for (size_t i = 0; i < c.rows(); ++i) {
       kept.push_back(std::none_of(rests.begin(), rests.end(), [&](const Rest& r) {
-        return r.recording == c.recording[i] && c.time[i] > r.begin - kAround && c.time[i] < r.end + kAround;
+        return r.recording == c.recording[i] && c.time[i] > r.begin - kBlock && c.time[i] < r.end + kBlock;
       }));
     }
     keep_rows(kept, &c);

@@ -10,9 +10,11 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/robust.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/checks/foot_scales.h"
+#include "diagnosis/floating/equations/equations.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/log/body_motion.h"
 #include "diagnosis/floating/log/foot_sensors.h"
@@ -22,10 +24,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kUnits = 1.7;       // factor of the weight beyond which forces are in another unit
-constexpr size_t kPhaseBlocks = 8;   // of half a second that a phase must have to tell its weight
-constexpr size_t kPhaseMeans = 4;    // blocks that tell what the feet carry in a phase
-constexpr double kRowsOfBlock = 12;  // of 40 ms in half a second
 constexpr const char* kMotion = "the robot on a scale; one more load of known mass";
 
 // What rows have, by phase, by block: sum, count.
@@ -83,21 +81,21 @@ class WeightChecker {
 
   // Parts of one recording are few, and know their own scatter badly.
   static Consensus weigh_parts(const ChannelRows& c, const std::vector<double>& ratios) {
-    Consensus k = find_consensus(ratios, kKnownWeight);
+    Consensus k = find_consensus(ratios, kTrace);
     if (count_recordings(c) == 1 && k.kept > 1) k.std *= find_widening(k.kept);
     return k;
   }
 
   static bool is_in_other_unit(const std::vector<double>& ratios) {
     const double middle = find_median(ratios);
-    return middle > kUnits || middle < 1 / kUnits;
+    return middle > kClearlyMore || middle < 1 / kClearlyMore;
   }
 
   double get_gravity() const { return log_.experiment->scenario.gravity_W.norm(); }
 
   // Whether it is a mismatch. Where a foot has no sensor, that foot may bear what the others lack.
   bool is_off(const Consensus& k) const {
-    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kKnownWeight)) return false;
+    if (k.kept < 2 || std::abs(k.mean - 1) <= std::max(3 * k.std, kTrace)) return false;
     return k.mean > 1 || all_feel(log_);
   }
 
@@ -115,8 +113,8 @@ class WeightChecker {
     for (const auto& [phase, blocks] : sum_phases(c)) {
       std::vector<double> ratios;
       for (const auto& [block, sum] : blocks) ratios.push_back(1 + sum.first / sum.second / weight);
-      const Consensus k = find_consensus(ratios, kKnownWeight);
-      if (k.kept >= kPhaseMeans && phase != 0) out[phase] = k;
+      const Consensus k = find_consensus(ratios, kTrace);
+      if (k.kept >= kFewestBlocks && phase != 0) out[phase] = k;
     }
     return out;
   }
@@ -138,7 +136,7 @@ class WeightChecker {
     std::string text;
     for (const auto& [phase, a] : phases) {
       for (const auto& [other, b] : phases) {
-        differ = differ || std::abs(a.mean - b.mean) > std::max(kKnownWeight, 3 * std::hypot(a.std, b.std));
+        differ = differ || std::abs(a.mean - b.mean) > std::max(kTrace, 3 * std::hypot(a.std, b.std));
       }
       text += (text.empty() ? "" : ", ") + format("%.3f +- %.3f on ", a.mean, 2 * a.std) + name_phase(phase);
     }
@@ -172,7 +170,7 @@ class WeightChecker {
     for (const auto& [r, y] : parts) {
       if (y.size() >= kFewestToTell) ratios.push_back(1 + find_median(y) / weight);
     }
-    return find_consensus(ratios, kKnownWeight);
+    return find_consensus(ratios, kTrace);
   }
 
   static size_t count_recordings(const ChannelRows& c) { return split_by_recording(c).size(); }
@@ -183,7 +181,7 @@ class WeightChecker {
     std::vector<std::vector<double>> parts;
     for (const auto& [r, y] : split_by_recording(c)) parts.push_back(y);
     const size_t count = parts.size() == 1 ? std::min(static_cast<size_t>(kStretches),
-                                                      parts[0].size() / static_cast<size_t>(kRowsOfBlock))
+                                                      parts[0].size() / static_cast<size_t>(kBlock / kCell))
                                            : 0;
     if (count < kFewestToAgree) return parts;
     const std::vector<double> whole = std::move(parts[0]);
@@ -198,13 +196,13 @@ class WeightChecker {
   // Whether each phase that is no rare one has half to twice the missing weight [N], as far as its blocks tell.
   bool is_same_in_phases(const ChannelRows& c, double more) const {
     const PhaseSums phases = sum_phases(c);
-    const double least = kKnownWeight * log_.mass * get_gravity();
+    const double least = kTrace * log_.mass * get_gravity();
     return std::none_of(phases.begin(), phases.end(), [&](const auto& phase) {
       std::vector<double> means;
       for (const auto& [block, sum] : phase.second) means.push_back(sum.first / sum.second);
       double rows = 0;
       for (const auto& [block, sum] : phase.second) rows += sum.second;
-      if (means.size() < kPhaseBlocks || rows < kMinority * static_cast<double>(c.rows())) return false;
+      if (means.size() < kFewestBlocks || rows < kMinority * static_cast<double>(c.rows())) return false;
       const Consensus k = find_consensus(means, least);
       const bool other = k.mean / more < 0.5 || k.mean / more > 2;
       return other && std::abs(k.mean - more) > std::max(least, 3 * k.std);
@@ -333,7 +331,7 @@ class WeightChecker {
                           double common) {
     double left = 0;
     for (size_t i = 0; i < needed.size(); ++i) left += std::pow(needed[i] - common * readings[i].sum(), 2);
-    return kRowsOfBlock * left / std::max(1.0, static_cast<double>(needed.size()));
+    return kBlock / kCell * left / std::max(1.0, static_cast<double>(needed.size()));
   }
 
   // Of one sensor's scale, by recordings.
@@ -356,7 +354,7 @@ class WeightChecker {
       fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
     }
     fit.signal = c.info.signal + " (weight)", fit.scale = c.scale;
-    fit.exact = std::pow(kKnownWeight * log_.mass * get_gravity(), 2);
+    fit.exact = std::pow(kTrace * log_.mass * get_gravity(), 2);
   }
 
   // `more`: [N] what each sensor reads beyond what it has to bear, if its unit is that of force after all. Null: it is

@@ -8,9 +8,6 @@
 
 namespace hrp::diagnosis::floating {
 
-// Share to which scales and models of masses are known.
-constexpr double kKnownWeight = 0.008;
-
 // Adds what it finds to `out`.
 void check_weight(const LeggedLog& log, const Contacts& contacts, const std::vector<ChannelRows>& channels,
                   const ColumnLayout& layout, CheckResult* out);

@@ -7,7 +7,9 @@
 #include "common/multibody/kinematics.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/floating/checks/standing_legs.h"
 #include "diagnosis/floating/conventions/sensor_frames.h"
 #include "diagnosis/floating/log/body_motion.h"
 #include "diagnosis/floating/log/contacts.h"
@@ -16,12 +18,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kUpright = 0.7;  // cosine: upwards as an accelerometer has it, against the base's z axis
-constexpr double kTurns = 0.02;   // [rad/s] root mean square of rates that tell a gyroscope's unit
 constexpr double kFastest = 6.0;  // [rad/s] half of the time: no body on its feet turns so
 constexpr double kFar = 30.0;     // times the robot's own height: no base is so far up
-constexpr double kPressed = 5.0;  // times as much force one way as the other
-constexpr size_t kStride = 5;     // samples
 
 // Nothing else is so far from 1.
 bool is_near(double factor, double unit) { return std::abs(factor / unit - 1.0) < kPart; }
@@ -58,7 +56,7 @@ class Finder {
       }
     }
     const double g = log_.experiment->scenario.gravity_W.norm(), size = sum.norm() / std::max(1.0, count) / g;
-    if (count < 1.0 || std::abs(sum.z()) < kUpright * sum.norm()) return;
+    if (count < 1.0 || std::abs(sum.z()) < kLargely * sum.norm()) return;
     const double unit = is_near(size, 1.0 / g) ? 1.0 / g : is_near(size, 1000.0 / g) ? 1000.0 / g : 1.0;
     const Upside upside = sum.z() < 0.0 ? find_upside(log_, i, unit) : Upside::kTurned;
     const double sign = upside == Upside::kTurned ? 1.0 : -1.0;
@@ -109,7 +107,7 @@ class Finder {
         same += w.dot(reading), square += w.squaredNorm(), read += reading.squaredNorm(), count += 1.0;
       }
     }
-    if (count == 0.0 || std::sqrt(square / count) <= kTurns) return {};
+    if (count == 0.0 || std::sqrt(square / count) <= kRateOfSoles) return {};
     return {same / square, std::sqrt(read / square)};
   }
 
@@ -124,11 +122,11 @@ class Finder {
     const double low = find_quantile(all, 0.05), high = find_quantile(all, 0.95);
     const double weight = log_.mass * log_.experiment->scenario.gravity_W.norm() /
                           std::max<double>(1.0, static_cast<double>(log_.feet.size()));
-    if (-low < kPressed * std::max(0.0, high) || -low < 0.5 * weight) return;
+    if (-low < kFarMore * std::max(0.0, high) || -low < 0.5 * weight) return;
     // Impacts of a robot that falls exceed its weight many times, but last shortly.
     const auto down = std::count_if(all.begin(), all.end(), [&](double f) { return f < -0.5 * weight; });
     const auto up = std::count_if(all.begin(), all.end(), [&](double f) { return f > 0.5 * weight; });
-    if (static_cast<double>(down) < kPressed * static_cast<double>(up)) return;
+    if (static_cast<double>(down) < kFarMore * static_cast<double>(up)) return;
     out_.push_back({"/wrench/" + log_.sensors[s].name + "/force", -1.0, "it counts what the foot does to the ground"});
     if (log_.sensors[s].has_wrench())
       out_.push_back(

@@ -13,6 +13,7 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/checks/imu_over_legs.h"
+#include "diagnosis/floating/conventions/frame_search.h"
 #include "diagnosis/floating/equations/body_sample.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/log/contacts.h"
@@ -21,9 +22,6 @@
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kReach = 0.12;       // [s] by which forces are looked for on either side
-constexpr double kShiftStep = 0.005;  // [s]
 
 struct Told {
   double value = 0, std = 0;  // [s]
@@ -47,9 +45,9 @@ struct Block {
   Curve curve;
 };
 
-size_t count_shifts() { return 2 * static_cast<size_t>(std::lround(kReach / kShiftStep)) + 1; }
-double get_shift(double i) { return -kReach + kShiftStep * i; }
-size_t find_nearest(double shift) { return static_cast<size_t>(std::lround((shift + kReach) / kShiftStep)); }
+size_t count_shifts() { return 2 * static_cast<size_t>(std::lround(kNearForce / kClockStep)) + 1; }
+double get_shift(double i) { return -kNearForce + kClockStep * i; }
+size_t find_nearest(double shift) { return static_cast<size_t>(std::lround((shift + kNearForce) / kClockStep)); }
 
 // Less its mean over a block about each stamp: slower differences are scales and zeros.
 std::vector<double> drop_slow(const std::vector<double>& v, double step) {
@@ -64,19 +62,19 @@ std::vector<double> drop_slow(const std::vector<double>& v, double step) {
 }
 
 // The force of the feet that are shifted, and that of the others.
-std::vector<double> sum_feet(const PressedStretch& s, int foot, bool shifted) {
+std::vector<double> sum_feet(const PressedStretch& s, std::optional<size_t> foot, bool shifted) {
   std::vector<double> out(s.needed.size(), 0.0);
   for (size_t f = 0; f < s.force.size(); ++f) {
-    const bool is_shifted = foot == kAllFeet || static_cast<int>(f) == foot;
+    const bool is_shifted = !foot || f == *foot;
     for (size_t k = 0; k < out.size() && is_shifted == shifted; ++k) out[k] += s.force[f][k];
   }
   return out;
 }
 
-void add_blocks(const PressedStretch& s, int foot, std::vector<Block>* out) {
+void add_blocks(const PressedStretch& s, std::optional<size_t> foot, std::vector<Block>* out) {
   const std::vector<double> force = drop_slow(sum_feet(s, foot, true), s.step),
                             rest = drop_slow(sum_feet(s, foot, false), s.step), needed = drop_slow(s.needed, s.step);
-  const auto reach = static_cast<size_t>(std::ceil(kReach / s.step)),
+  const auto reach = static_cast<size_t>(std::ceil(kNearForce / s.step)),
              length = static_cast<size_t>(std::lround(kBlock / s.step));
   for (size_t begin = reach; begin + length + reach < force.size(); begin += length) {
     Block block{s.recording, Curve(count_shifts())};
@@ -185,7 +183,7 @@ double calc_nats(const std::vector<Block>& blocks, const Sums& sums, double shif
   return nats;
 }
 
-ForceClock find_clock(const std::vector<PressedStretch>& stretches, int foot, double sample_time) {
+ForceClock find_clock(const std::vector<PressedStretch>& stretches, std::optional<size_t> foot, double sample_time) {
   std::vector<Block> blocks;
   for (const PressedStretch& s : stretches) add_blocks(s, foot, &blocks);
   if (blocks.size() < kFewestBlocks) return {};
@@ -236,16 +234,15 @@ double ask_encoders(const LeggedLog& log, size_t imu, double ahead) {
                    list_left(log, imu, standing, {{}, {-ahead, 0}, 1}));
 }
 
-std::string name_feet(const LeggedLog& log, int foot) {
-  if (foot == kAllFeet) return "/wrench";
-  return "/wrench/" + log.sensors[static_cast<size_t>(log.feet[static_cast<size_t>(foot)].sensor)].name + "/force";
+std::string name_feet(const LeggedLog& log, std::optional<size_t> foot) {
+  if (!foot) return "/wrench";
+  return "/wrench/" + log.sensors[static_cast<size_t>(log.feet[*foot].sensor)].name + "/force";
 }
 
 std::string describe_clock(const LeggedLog& log, const ForceClock& clock) {
   const std::string size = format(" %.0f +- %.0f ms late", 1e3 * std::abs(clock.late), 1e3 * kNinetyFive * clock.std);
-  const std::string whose = clock.foot == kAllFeet
-                                ? "The feet's forces follow"
-                                : "The force of " + log.feet[static_cast<size_t>(clock.foot)].name + " follows";
+  const std::string whose =
+      clock.foot ? "The force of " + log.feet[*clock.foot].name + " follows" : "The feet's forces follow";
   const std::string text = (clock.late > 0 ? whose + " the acceleration of the body"
                                            : "The acceleration of the body follows the feet's forces") +
                            size;
@@ -256,13 +253,13 @@ std::string describe_clock(const LeggedLog& log, const ForceClock& clock) {
 }  // namespace
 
 ForceClock find_force_clock(const std::vector<PressedStretch>& stretches, double sample_time) {
-  std::vector<ForceClock> all{find_clock(stretches, kAllFeet, sample_time)};
-  const int feet = stretches.empty() ? 0 : static_cast<int>(stretches[0].force.size());
-  for (int foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
+  std::vector<ForceClock> all{find_clock(stretches, std::nullopt, sample_time)};
+  const size_t feet = stretches.empty() ? 0 : stretches[0].force.size();
+  for (size_t foot = 0; foot < feet && feet > 1; ++foot) all.push_back(find_clock(stretches, foot, sample_time));
   // One foot that is ahead is the others' delay, of which there may be several.
-  all.erase(std::remove_if(all.begin(), all.end(),
-                           [](const ForceClock& c) { return !c.found || (c.foot != kAllFeet && c.late < 0); }),
-            all.end());
+  all.erase(
+      std::remove_if(all.begin(), all.end(), [](const ForceClock& c) { return !c.found || (c.foot && c.late < 0); }),
+      all.end());
   if (all.empty()) return {};
   std::stable_sort(all.begin(), all.end(), [](const ForceClock& a, const ForceClock& b) { return a.nats > b.nats; });
   ForceClock best = all[0];
@@ -290,7 +287,7 @@ Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
     f->alternatives.push_back(make_alternative(effect, {{"sensor", sensor}}, value(c),
                                                "a jolt that all sensors feel, with the robot hung up"));
   };
-  const bool forces = clock.late > 0, all = clock.foot == kAllFeet;
+  const bool forces = clock.late > 0, all = !clock.foot;
   // Encoders that agree with the IMU leave the other of the two. Encoders that agree with neither tell nothing. One
   // foot's clock is no question of the IMU.
   Finding f = make_finding(effect,

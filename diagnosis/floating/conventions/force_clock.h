@@ -3,6 +3,7 @@
 // acceleration, whatever shakes beside it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "diagnosis/findings/finding.h"
@@ -18,11 +19,11 @@ struct PressedStretch {
   std::vector<double> needed;              // [N]; not finite: unknown
 };
 
-constexpr int kAllFeet = -1;
+constexpr double kNearForce = 0.12;  // [s] by which forces are looked for on either side
 
 struct ForceClock {
-  int foot = kAllFeet;       // whose force is late: one foot's, or that of all
-  double late = 0, std = 0;  // [s] of the force behind the motion
+  std::optional<size_t> foot;  // whose force is late: one foot's; none: that of all
+  double late = 0, std = 0;    // [s] of the force behind the motion
   double agreement = 0,
          as_logged = 0;  // share of the forces' squares that follows the motion, with the shift and without
   double nats = 0;       // of the shift's likelihood, but for a constant: blocks are independent

@@ -5,22 +5,19 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kClockStep = 0.01;  // [s]
 constexpr double kFar = 0.05;  // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
-constexpr double kFastest = 0.05, kRateStep = 0.001;  // of clocks that run at another rate
-constexpr size_t kOfClocks = 4 * kMomentsOfBlock;     // moments: 2 s, beside the margins
-constexpr int kHeldReadings = 20;                     // that are tried beside the first
-constexpr double kFewest = 4.0;                       // blocks: three degrees of freedom
-constexpr double kExact = 1e-9;                       // of a square, that no two blocks agree to
+constexpr int kHeldReadings = 20;  // that are tried beside the first
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
 bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double moved) {
-  for (double rate = -kFastest; rate <= kFastest; rate += kRateStep) {
+  for (double rate = -kMinor; rate <= kMinor; rate += kRelativeStep) {
     if (left(R, {0.0, rate, range.first, range.last}) < moved) return true;
   }
   return false;
@@ -46,7 +43,9 @@ std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
 }
 
 // In half a second what is left of a walk changes its sign, which is enough for turns.
-size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kMomentsOfBlock : kOfClocks; }
+size_t get_least(Purpose purpose) {
+  return purpose == Purpose::kForTurns ? kMomentsOfBlock : kFewestBlocks * kMomentsOfBlock;
+}
 
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
 
@@ -125,9 +124,9 @@ double calc_block_odds(const std::vector<double>& gains) {
   double sum = 0.0, square = 0.0;
   for (double g : gains) sum += g, square += g * g;
   const auto n = static_cast<double>(gains.size());
-  if (n < kFewest || square == 0.0) return 0.0;
+  if (gains.size() < kFewestBlocks || square == 0.0) return 0.0;
   const double variance = square / n - sum * sum / (n * n);
-  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kExact * square / n))), sum);
+  return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kRounding * square / n))), sum);
 }
 
 Clock find_best_held(const Left& left, const Matrix3d& R) {

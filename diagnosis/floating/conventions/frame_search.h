@@ -36,6 +36,8 @@ enum class Purpose { kForTurns, kForClocks, kForFarBehind, kForFarAhead };
 
 // The clocks that moments of a purpose have readings for.
 Clock find_range(Purpose purpose);
+constexpr double kClockStep = 0.01;    // [s] between clocks that are tried
+constexpr size_t kMostMoments = 4000;  // more tell no better
 constexpr size_t kMomentsOfBlock = 25;
 constexpr double kBetweenMoments = kBlock / kMomentsOfBlock;  // [s]
 

@@ -6,16 +6,14 @@
 #include <utility>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/at_rest.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/log/body_motion.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kLongest = 2.0;  // [s] a body that falls freely for longer has fallen 20 m
-constexpr double kStep = 1.0;     // [s] that a step lasts at most
-constexpr size_t kStride = 5;     // samples
 
 // Means over a log: what an accelerometer reads, in its axes, and where up is there.
 struct Mean {
@@ -54,7 +52,7 @@ bool follows_up(const LeggedLog& log, size_t imu, const Mean& mean, double g) {
   for (const Clip& clip : log.clips) {
     BodyMotion motion(log, clip);
     if (!motion.has_attitude()) return false;
-    const auto span = static_cast<size_t>(std::lround(kStep / clip.step));
+    const auto span = static_cast<size_t>(std::lround(kStepTakes / clip.step));
     for (size_t begin = clip.edge; begin + span + clip.edge < clip.size(); begin += span) {
       Vector3d read = Vector3d::Zero(), turned = Vector3d::Zero();
       for (size_t k = begin; k < begin + span; k += kStride) {
@@ -106,8 +104,8 @@ std::vector<GoneGravity> find_gone_gravity(const Experiment& e) {
   std::vector<GoneGravity> out;
   for (size_t i = 0; i < log.imus.size(); ++i) {
     if (!log.imus[i].accelerometer) continue;
-    const Mean mean = calc_mean(log, i);
-    if (mean.seconds < kLongest || mean.square == 0.0 || mean.reading.norm() > kMinor * g) continue;
+    const Mean mean = calc_mean(log, i);  // bodies that fall so long have fallen 40 m
+    if (mean.seconds < kFewestBlocks * kBlock || mean.square == 0.0 || mean.reading.norm() > kMinor * g) continue;
     const bool base = log.imus[i].attitude || (log.base_pose && log.imus[i].link == 0);
     // A walk that begins and ends upright has no mean acceleration across up.
     const Vector3d across = mean.reading - mean.up * mean.up.dot(mean.reading);

@@ -8,8 +8,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr size_t kMost = 2000;  // moments: more tell conventions no better
-
 // What the IMU says of the base, in the base's axes.
 struct Moment {
   const Clip* clip = nullptr;
@@ -27,7 +25,7 @@ std::vector<Moment> list_moments(const LeggedLog& log, Purpose purpose) {
       out.push_back({&log.clips[c], k, motion->rate(), motion->vdot().segment<3>(3)});
     });
   }
-  const size_t stride = purpose == Purpose::kForTurns ? 1 + out.size() / kMost : 1;
+  const size_t stride = purpose == Purpose::kForTurns ? 1 + out.size() / kMostMoments : 1;
   std::vector<Moment> some;
   for (size_t i = 0; i < out.size(); i += stride) some.push_back(out[i]);
   return some;

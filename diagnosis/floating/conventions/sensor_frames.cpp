@@ -12,11 +12,10 @@
 #include "diagnosis/floating/checks/imu_over_legs.h"
 #include "diagnosis/floating/conventions/signed_axes.h"
 #include "diagnosis/floating/fit/shift_columns.h"
+#include "diagnosis/floating/log/contacts.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kArm = 0.1;  // [m] by which moments are compared with forces: half of a foot
 
 // An IMU's readings as others expect them, in its axes by the model.
 struct Expected {
@@ -206,7 +205,7 @@ std::vector<Balance> list_balances(const LeggedLog& log, Purpose purpose) {
     tau.resize(motion->model().nv());
     calc_inverse_dynamics(motion->model(), motion->vdot(), nullptr, &motion->data(), &tau);
     Balance b;
-    b.clip = &clip, b.k = k, b.needed << tau.head<3>() / kArm, tau.segment<3>(3);
+    b.clip = &clip, b.k = k, b.needed << tau.head<3>() / kHalfFoot, tau.segment<3>(3);
     for (const ForceSensor& s : log.sensors) {
       const Transform X = get_pose(motion->data(), s.link);
       b.R.push_back(X.R * s.X_LS.R), b.p.push_back(X * s.X_LS.p);
@@ -242,7 +241,7 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
     const size_t k = shift(b.k, clock, *b.clip, log);
     const Vector3d f = b.R[s] * R * get_values(&b.clip->force[6 * s], k),
                    m = b.R[s] * R * get_values(&b.clip->force[6 * s + 3], k);
-    left->head<3>() -= (m + b.p[s].cross(f)) / kArm, left->tail<3>() -= f;
+    left->head<3>() -= (m + b.p[s].cross(f)) / kHalfFoot, left->tail<3>() -= f;
   };
   const double largest_zero = kMinority * log.mass * log.experiment->scenario.gravity_W.norm();
   const auto sum_up = [&](const std::vector<Balance>& of, const std::function<bool(size_t)>& is_tried,

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/checks/imu_over_legs.h"
+#include "diagnosis/floating/conventions/frame_search.h"
 #include "diagnosis/floating/conventions/sides.h"
 #include "diagnosis/floating/log/contacts.h"
 #include "diagnosis/measurement/joint_zeros.h"
@@ -16,9 +19,7 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 // What soles that give and feet that settle move against each other, although all is right.
-constexpr double kAngle = 0.01, kPlace = 0.005;  // [rad], [m]
-constexpr size_t kMostMoments = 4000;
-constexpr size_t kWorld = static_cast<size_t>(-1);  // in the place of a foot
+constexpr double kAngle = kFarMore * kCalibrated, kPlace = 0.005;  // [rad], [m]
 
 // What does not move against each other: two feet that stand, or one and the world. In the world, the base's pose is
 // recorded, or its attitude: then flat feet keep theirs.
@@ -27,9 +28,12 @@ enum class Against { kFeet, kWorld };
 // A moment at which two feet stand, and since when: neither was lifted between moments of the same `stand`.
 struct Moment {
   const Clip* clip = nullptr;
-  size_t k = 0, a = 0, b = 0;  // sample, feet
+  size_t k = 0, a = 0;      // sample, foot
+  std::optional<size_t> b;  // the other foot; none: the world
   long stand = 0;
 };
+
+using Pair = std::pair<size_t, std::optional<size_t>>;  // as a and b of a moment
 
 // An IMU on the base that has an attitude; -1: none.
 int find_attitude_of_base(const LeggedLog& log) {
@@ -39,11 +43,12 @@ int find_attitude_of_base(const LeggedLog& log) {
   return -1;
 }
 
-std::vector<std::pair<size_t, size_t>> list_pairs(const LeggedLog& log, Against against) {
-  std::vector<std::pair<size_t, size_t>> out;
+std::vector<Pair> list_pairs(const LeggedLog& log, Against against) {
+  std::vector<Pair> out;
   const bool attitude = find_attitude_of_base(log) >= 0;
   for (size_t a = 0; a < log.feet.size(); ++a) {
-    if (against == Against::kWorld && (log.base_pose || (attitude && log.feet[a].flat))) out.emplace_back(a, kWorld);
+    if (against == Against::kWorld && (log.base_pose || (attitude && log.feet[a].flat)))
+      out.emplace_back(a, std::nullopt);
     for (size_t b = a + 1; against == Against::kFeet && b < log.feet.size(); ++b) {
       if (log.feet[a].flat == log.feet[b].flat) out.emplace_back(a, b);
     }
@@ -53,7 +58,7 @@ std::vector<std::pair<size_t, size_t>> list_pairs(const LeggedLog& log, Against 
 
 std::vector<Moment> list_moments(const LeggedLog& log, const Contacts& contacts, Against against) {
   std::vector<Moment> out;
-  const std::vector<std::pair<size_t, size_t>> pairs = list_pairs(log, against);
+  const std::vector<Pair> pairs = list_pairs(log, against);
   size_t samples = 0;
   for (const Clip& c : log.clips) samples += c.size();
   const size_t stride = std::max<size_t>(1, samples * pairs.size() / kMostMoments);
@@ -62,7 +67,7 @@ std::vector<Moment> list_moments(const LeggedLog& log, const Contacts& contacts,
     for (size_t c = 0; c < log.clips.size(); ++c) {
       if (c == 0 || log.clips[c].recording != log.clips[c - 1].recording) ++stand;
       for (size_t k = 0; k < log.clips[c].size(); ++k) {
-        const bool both = contacts.loaded[c][a][k] && (b == kWorld || contacts.loaded[c][b][k]);
+        const bool both = contacts.loaded[c][a][k] && (!b || contacts.loaded[c][*b][k]);
         if (!both) ++stand;
         if (both && k % stride == 0) out.push_back({&log.clips[c], k, a, b, stand});
       }
@@ -88,13 +93,13 @@ Transform find_pose(const LeggedLog& log, const Model& model, const Moment& m, i
   const Foot& a = log.feet[m.a];
   const Transform X_BA = get_pose(*data, a.link);
   const Vector3d p_BA = X_BA * a.p_LC;
-  if (m.b == kWorld) {
+  if (!m.b) {
     const Matrix3d R_WB = find_attitude(log, *m.clip, m.k);
     const Vector3d p_WA =
         log.base_pose ? get_values(m.clip->base_position, m.k) + R_WB * p_BA : Vector3d(Vector3d::Zero());
     return {a.flat ? Matrix3d(R_WB * X_BA.R) : Matrix3d::Identity(), p_WA};
   }
-  const Foot& b = log.feet[m.b];
+  const Foot& b = log.feet[*m.b];
   const Transform X_BC = get_pose(*data, b.link);
   const Vector3d p_AC_B = X_BC * b.p_LC - p_BA;
   if (!a.flat) return {Matrix3d::Identity(), Vector3d(p_AC_B.norm(), 0, 0)};

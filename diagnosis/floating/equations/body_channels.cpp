@@ -19,7 +19,7 @@ bool is_at(const LeggedLog& log, int from, int link) { return is_above(log.tree,
 std::vector<int> list_link_columns(const LeggedLog& log, const ColumnLayout& layout, int from) {
   std::vector<int> out;
   for (int l = 0; l < layout.links; ++l) {
-    for (int p = 0; is_at(log, from, l) && p < kLinkColumns; ++p) out.push_back(layout.link(l, p));
+    for (int p = 0; is_at(log, from, l) && p < kInertialParameters; ++p) out.push_back(layout.link(l, p));
   }
   return out;
 }

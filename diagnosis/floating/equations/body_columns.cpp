@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/floating/equations/body_rows.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kNear = 0.06;  // [s] from a foot's lifting and landing
 
 // Adds a force along a world axis at a point of a link, as a sensor would not feel it.
 void pull(const BodySample& at, int link, const Vector3d& p, int axis, double size, int column, BodyRows* rows) {
@@ -34,6 +33,7 @@ void add_pull_on_link(const BodySample& at, const ColumnLayout& layout, int link
 
 // Which of the five columns of a foot count at a sample of the clip: it is loaded, about to lift, just lifted, about to
 // land, just landed.
+// `near`: samples.
 bool is_in_phase(const std::vector<char>& loaded, long i, long near, int which) {
   const auto n = static_cast<long>(loaded.size());
   const auto is = [&](long at) { return loaded[static_cast<size_t>(std::clamp(at, 0L, n - 1))] != 0; };
@@ -42,14 +42,13 @@ bool is_in_phase(const std::vector<char>& loaded, long i, long near, int which) 
   return of[which];
 }
 
-// The same, 0 to 1, smoothed as all signals are.
+// The same, 0 to 1, smoothed as all signals are; near is what the kernel reaches.
 double calc_phase(const BodySample& at, const std::vector<char>& loaded, int which) {
   const auto reach = static_cast<long>(at.clip.edge), n = static_cast<long>(loaded.size()), k = static_cast<long>(at.k);
-  const auto near = static_cast<long>(std::lround(kNear / at.clip.step));
   double sum = 0, total = 0;
   for (long i = std::max(0L, k - reach); i <= std::min(n - 1, k + reach); ++i) {
     const double w = std::exp(-0.5 * std::pow(static_cast<double>(i - k) * at.clip.step / at.clip.sigma, 2));
-    sum += is_in_phase(loaded, i, near, which) ? w : 0, total += w;
+    sum += is_in_phase(loaded, i, reach, which) ? w : 0, total += w;
   }
   return sum / total;
 }
@@ -62,7 +61,7 @@ void add_link_columns(BodyEquations* equations, BodyRows* rows) {
   calc_regressor(motion.model(), motion.vdot(), &motion.data(), equations->regressor.get());
   const Regressor& Y = *equations->regressor;
   for (int l = 0; l < equations->layout.links; ++l) {
-    for (int p = 0; p < kLinkColumns; ++p) {
+    for (int p = 0; p < kInertialParameters; ++p) {
       const long at = kInertialParameters * l + p;
       const int column = equations->layout.link(l, p);
       for (int i = 0; i < 6 && equations->channels.balances; ++i) rows->put(i, Y.Y_BI(i, at), column);
@@ -110,7 +109,7 @@ void add_drive_columns(const BodyEquations& equations, BodyRows* rows) {
 }
 
 void add_turn_columns(const JointTurn& turn, BodyRows* rows) {
-  const Eigen::VectorXd slope = rows->calc_slope(kTurn);
+  const Eigen::VectorXd slope = rows->calc_slope(kSlopeStep);
   for (const auto& [column, factor] : turn.columns) rows->put_all(factor * slope, column);
 }
 

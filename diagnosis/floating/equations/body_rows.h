@@ -64,7 +64,7 @@ void add_link_columns(BodyEquations* equations, BodyRows* rows);
 void add_pull_columns(const BodyEquations& equations, BodyRows* rows);
 // Columns of drives: friction, rotor, gain, spring, lag, delay.
 void add_drive_columns(const BodyEquations& equations, BodyRows* rows);
-// Columns of encoders' zeros, play and give of a joint, which is turned by kTurn.
+// Columns of encoders' zeros, play and give of a joint, which is turned by kSlopeStep.
 void add_turn_columns(const JointTurn& turn, BodyRows* rows);
 // Columns of force sensors and of the main IMU.
 void add_force_sensor_columns(const BodyEquations& equations, BodyRows* rows);

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "diagnosis/estimate/blocks.h"
+#include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/floating/equations/body_rows.h"
 #include "diagnosis/floating/equations/foot_rows.h"
 #include "diagnosis/floating/equations/imu_rows.h"
@@ -12,9 +14,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-// [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
-constexpr double kCell = 0.04;
-constexpr double kSpacing = 0.008;  // [s] between the samples of a cell: the kernel passes nothing that is finer
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed above which dry friction has its full size
 
 // [rad/s] Speed above which dry friction has its full size, by joint.
@@ -46,7 +45,7 @@ void add_turns(const BodyEquations& equations, const std::vector<JointSides>& si
   BodyMotion& motion = rows->at().motion;
   const size_t k = rows->at().k;
   for (const JointTurn& turn : list_turns(equations.log, equations.layout, sides)) {
-    motion.turn_joint(turn.joint, turn.axis, kTurn), motion.update(k);
+    motion.turn_joint(turn.joint, turn.axis, kSlopeStep), motion.update(k);
     add_turn_columns(turn, rows), feet->add_turn(turn, &motion);
     motion.turn_joint(turn.joint, turn.axis, 0);
   }
@@ -67,11 +66,12 @@ void add_body_rows(const BodySample& at, BodyEquations* equations, FootRows* fee
   if (uses_gyroscope(at.log)) add_gyroscope_columns(*equations, &rows);
 }
 
-// Samples of a clip in cells: each cell is a row of every equation that holds there.
+// Samples of a clip in cells: each cell is a row of every equation that holds there. They are half of the kernel's
+// deviation apart: it passes nothing that is finer.
 struct Cells {
   size_t stride = 1, count = 1;  // samples from one to the next, and in a cell
   explicit Cells(const Clip& clip)
-      : stride(static_cast<size_t>(std::max(1L, std::lround(kSpacing / clip.step)))),
+      : stride(static_cast<size_t>(std::max(1L, std::lround(kHalf * clip.sigma / clip.step)))),
         count(static_cast<size_t>(std::max(1L, std::lround(kCell / (clip.step * static_cast<double>(stride)))))) {}
   size_t length() const { return count * stride; }
 };

@@ -20,6 +20,9 @@
 
 namespace hrp::diagnosis::floating {
 
+// [s] of a row: two or three deviations of the kernel, so that errors of neighbours are nearly free
+constexpr double kCell = 0.04;
+
 RowTable make_equations(const LeggedLog& log, const Contacts& contacts);
 
 }  // namespace hrp::diagnosis::floating

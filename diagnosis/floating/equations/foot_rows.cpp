@@ -6,13 +6,14 @@
 #include <functional>
 
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kSettled = 0.08;     // [s] after landing and before lifting: the foot is not flat for sure
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;      // feet that are compared pair by pair
 
@@ -24,8 +25,8 @@ Eigen::Vector2d calc_tilt(const Vector3d& up) {
 }  // namespace
 
 bool presses_inside(const Foot& foot, const Vector3d& moment, double force) {
-  return std::abs(moment.y()) < standing::kInside * foot.size.x() / 2 * force &&
-         std::abs(moment.x()) < standing::kInside * foot.size.y() / 2 * force;
+  return std::abs(moment.y()) < kNearlyAll * foot.size.x() / 2 * force &&
+         std::abs(moment.x()) < kNearlyAll * foot.size.y() / 2 * force;
 }
 
 FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table)
@@ -121,7 +122,7 @@ double FootRows::find_height_error(size_t a, size_t b) const {
 
 bool FootRows::stands(size_t clip, size_t foot, size_t k) const {
   const std::vector<char>& loaded = contacts_.loaded[clip][foot];
-  const auto reach = static_cast<size_t>(std::lround(kSettled / log_.clips[clip].step));
+  const auto reach = static_cast<size_t>(std::lround(kScrape / log_.clips[clip].step));
   return loaded[k] && loaded[k > reach ? k - reach : 0] && loaded[std::min(k + reach, loaded.size() - 1)];
 }
 
@@ -179,7 +180,7 @@ void FootRows::add_attitude(size_t clip, size_t k, const Eigen::VectorXd& y, con
   const Vector3d changes[] = {-Vector3d::UnitX().cross(up), -Vector3d::UnitY().cross(up), -Vector3d::UnitZ().cross(up),
                               rate.cross(up)};
   for (int c = 0; c < 4; ++c) {
-    const Eigen::VectorXd slope = (calc_values(clip, k, kTurn * (R_BI * changes[c]), motion) - y) / kTurn;
+    const Eigen::VectorXd slope = (calc_values(clip, k, kSlopeStep * (R_BI * changes[c]), motion) - y) / kSlopeStep;
     for (size_t r = 0; r < open.size(); ++r) {
       if (open[r] >= 0)
         table_.add(open[r], layout_.imu(attitude_, kAttitudeTurnColumn + c), slope(static_cast<long>(r)));
@@ -203,15 +204,15 @@ void FootRows::add_plumb(size_t clip, size_t k, const Eigen::VectorXd& y, const 
       const ImuSensor& imu = log_.imus[static_cast<size_t>(own)];
       const Vector3d up = get_values(log_.clips[clip].imus[static_cast<size_t>(own)].accelerometer, k).normalized();
       add(own, r, up, [&](const Vector3d& change) {
-        return (calc_tilt(imu.R_LI * (up + kTurn * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) /
-               kTurn;
+        return (calc_tilt(imu.R_LI * (up + kSlopeStep * change)) - calc_tilt(imu.R_LI * up))(static_cast<long>(r % 2)) /
+               kSlopeStep;
       });
     } else if (plumb_ >= 0) {
       const ImuSensor& imu = log_.imus[static_cast<size_t>(plumb_)];
       const Matrix3d R_BI = get_pose(motion->data(), imu.link).R * imu.R_LI;
       add(plumb_, r, R_BI.transpose() * motion->find_up(k), [&](const Vector3d& change) {
         const auto at = static_cast<long>(r);
-        return (calc_values(clip, k, kTurn * (R_BI * change), motion)(at) - y(at)) / kTurn;
+        return (calc_values(clip, k, kSlopeStep * (R_BI * change), motion)(at) - y(at)) / kSlopeStep;
       });
     }
   }
@@ -278,7 +279,7 @@ void FootRows::add(size_t clip, size_t k, BodyMotion* motion) {
 
 void FootRows::add_turn(const JointTurn& turn, BodyMotion* motion) {
   if (std::all_of(at_.open.begin(), at_.open.end(), [](int c) { return c < 0; })) return;
-  const Eigen::VectorXd slope = (calc_values(at_.clip, at_.k, Vector3d::Zero(), motion) - at_.y) / kTurn;
+  const Eigen::VectorXd slope = (calc_values(at_.clip, at_.k, Vector3d::Zero(), motion) - at_.y) / kSlopeStep;
   for (size_t r = 0; r < at_.open.size(); ++r) {
     for (const auto& [column, factor] : turn.columns) {
       if (at_.open[r] >= 0) table_.add(at_.open[r], column, factor * slope(static_cast<long>(r)));

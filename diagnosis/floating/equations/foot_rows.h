@@ -19,7 +19,8 @@ class FootRows {
   FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnLayout& layout, RowTable* table);
   // Adds the rows of sample k, where `motion` stands.
   void add(size_t clip, size_t k, BodyMotion* motion);
-  // Adds the columns of a turn to the rows of the last sample; `motion` stands there with the joint turned by kTurn.
+  // Adds the columns of a turn to the rows of the last sample; `motion` stands there with the joint turned by
+  // kSlopeStep.
   void add_turn(const JointTurn& turn, BodyMotion* motion);
 
  private:

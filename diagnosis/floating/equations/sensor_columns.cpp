@@ -3,12 +3,11 @@
 // changes a reading to first order: a factor adds the reading, a zero adds a unit, a turn by the vector a adds -a x
 // reading, a delay subtracts the reading's rate.
 #include "common/multibody/kinematics.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/floating/equations/body_rows.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-constexpr double kStep = 1e-5;  // [rad/s], [rad/s^2] of the gyroscope's reading and its rate, for differences
 
 // reading = R(turn)^T (scale true + bias), late by a delay. R: axes of the sensor, base axes.
 void add_force_sensor(const BodyEquations& equations, int s, BodyRows* rows) {
@@ -89,9 +88,9 @@ void add_gyroscope_columns(const BodyEquations& equations, BodyRows* rows) {
   const Vector3d none = Vector3d::Zero();
   Eigen::MatrixXd slope(rows->nominal().y.size(), 6);  // by the rate, by its slope
   for (int i = 0; i < 6; ++i) {
-    const Vector3d more = kStep * Vector3d::Unit(i % 3);
+    const Vector3d more = kSlopeStep * Vector3d::Unit(i % 3);
     at.motion.add_gyro(i < 3 ? more : none, i < 3 ? none : more), at.motion.update(at.k);
-    slope.col(i) = rows->calc_slope(kStep);
+    slope.col(i) = rows->calc_slope(kSlopeStep);
   }
   at.motion.add_gyro(none, none), at.motion.update(at.k);
   const auto add = [&](const Vector3d& change, const Vector3d& of_slope, int column) {

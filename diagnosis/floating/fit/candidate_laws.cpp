@@ -14,10 +14,6 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kLowScale = -0.9, kHighScale = 4;  // of a factor less 1: from a tenth to five times
-constexpr double kSmallAngle = 0.002;               // [rad] to which joints are calibrated
-// Share of its effort that a gear loses which nothing turns back: legs give way to their load. Where friction is most
-// of the effort, that share of the effort predicts it, whatever its law.
-constexpr double kSelfLocking = 0.5;
 
 CandidateLaw make_plain_law(EffectId effect) {
   CandidateLaw law{&make_plain};
@@ -64,13 +60,15 @@ void add_link_laws(LawTable* t) {
 }
 
 void add_joint_laws(LawTable* t) {
-  t->joint_offset = make_angle(EffectId::kJointOffset), t->joint_offset.least = kSmallAngle;
-  t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kSmallAngle, t->backlash.high = kMostPlay;
+  t->joint_offset = make_angle(EffectId::kJointOffset), t->joint_offset.least = kCalibrated;
+  t->backlash = make_positive(EffectId::kBacklash), t->backlash.least = kCalibrated, t->backlash.high = kMostPlay;
   t->elasticity = make_positive(EffectId::kElasticity), t->elasticity.make_estimates = &make_elasticity;
   t->elasticity.is_sensible = &is_stiff_enough;
   t->viscous = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kSpeedLoss).id),
   t->coulomb = make_positive(EffectId::kCoulomb);
-  t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kSelfLocking;
+  // Nothing turns a gear back that loses half of its effort: legs give way to their load. Where friction is most of the
+  // effort, that share of the effort predicts it, whatever its law.
+  t->load_friction = make_positive(EffectId::kLoadFriction), t->load_friction.high = kHalf;
   t->rotor_inertia = make_positive(get_effect_of(PlaceKind::kJoint, EffectFamily::kReflectedInertia).id);
   t->torque_constant = make_scale(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).id, kKnown);
   t->spring = make_positive(EffectId::kSpring), t->spring.make_estimates = &make_spring, t->spring.worth = kKnown;

@@ -13,11 +13,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kThick = 0.03;  // [m] of housings about joints, at least
-// A sole that gives, or a joint of a leg: what it does at most under half of the robot's weight, pressed at the sole's
-// edge.
-constexpr double kMostTilt = 0.5;   // [rad]
-constexpr double kMostSink = 0.05;  // [m]
+constexpr double kThick = 0.03;     // [m] of housings about joints, at least
+constexpr double kMostSink = 0.05;  // [m] of a sole that gives, under half of the robot's weight
 
 // Coefficients that multiply one column each.
 std::vector<Terms> list_columns(int first, int count) {
@@ -99,7 +96,7 @@ class Lister {
     const double values[] = {own.mass,    own.mass * c.x(), own.mass * c.y(), own.mass * c.z(), about(0, 0),
                              about(0, 1), about(0, 2),      about(1, 1),      about(1, 2),      about(2, 2)};
     Terms all;
-    for (int p = 0; p < kLinkColumns; ++p) all.emplace_back(at_.link(l, p), values[p]);
+    for (int p = 0; p < kInertialParameters; ++p) all.emplace_back(at_.link(l, p), values[p]);
     add(laws_.mass_error, where, l, {all}).least = std::max(kKnown, kExactShare * log_.mass / own.mass);
     std::vector<Terms> axes;
     for (int a = 0; a < 3; ++a) axes.push_back({{at_.link(l, 1 + a), own.mass}});
@@ -237,7 +234,8 @@ class Lister {
   }
 
   double find_half_weight() const { return 0.5 * log_.mass * log_.experiment->scenario.gravity_W.norm(); }
-  double find_most_turn(double lever) const { return kMostTilt / (find_half_weight() * lever); }  // [rad/(N m)]
+  // Of a sole that gives, or a joint of a leg, under half of the robot's weight at the sole's edge.
+  double find_most_turn(double lever) const { return kLargestAngle / (find_half_weight() * lever); }  // [rad/(N m)]
 
   // Soles are told about the axes that a motion presses them about. Robots that lean forward tell pitch alone.
   std::vector<double> make_sole_prior(const Foot& foot) const {

@@ -12,6 +12,9 @@
 
 namespace hrp::diagnosis::floating {
 
+constexpr double kLargestAngle = 0.5;  // [rad] columns of angles are linear up to it
+// [m/N] A sole that gives less is rigid: a robot of 100 kg sinks by 1 mm.
+constexpr double kRigidHeight = 1e-6;
 // [m] From its link's origin: the farthest place of a load.
 constexpr double kReach = 1.0;
 

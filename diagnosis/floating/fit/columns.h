@@ -3,14 +3,10 @@
 // report is one of them (viscous friction), several (a payload: mass and mass times place), or a sum (a wrong mass).
 #pragma once
 
+#include "common/multibody/regressor.h"
 #include "diagnosis/floating/log/legged_log.h"
 
 namespace hrp::diagnosis::floating {
-
-// Of a link: m, m c x y z, I xx xy xz yy yz zz about the link's origin, as common/multibody/regressor.h has them.
-constexpr int kLinkColumns = 10;
-// [rad] of a joint or a base, for differences.
-constexpr double kTurn = 1e-5;
 
 enum JointColumn {
   kViscousColumn,
@@ -55,7 +51,8 @@ enum ImuColumn {
   kImuColumns
 };
 
-constexpr int kHolds = 5;  // loaded; before and after lifting; before and after landing
+// When a foot is held: while it is loaded, before and after it lifts, before and after it lands.
+enum Hold { kHeldLoaded, kHeldBeforeLifting, kHeldAfterLifting, kHeldBeforeLanding, kHeldAfterLanding, kHolds };
 
 enum FootColumn {
   kRollGiveColumn,  // moment about the sole's centre: rad = N m times this column's coefficient
@@ -87,7 +84,8 @@ struct ColumnLayout {
         sensors(static_cast<int>(log.sensors.size())),
         imus(static_cast<int>(log.imus.size())),
         feet(static_cast<int>(log.feet.size())) {}
-  int link(int i, int c) const { return kLinkColumns * i + c; }
+  // Of a link: m, m c x y z, I xx xy xz yy yz zz about the link's origin, as common/multibody/regressor.h has them.
+  int link(int i, int c) const { return kInertialParameters * i + c; }
   int joint(int i, int c) const { return link(links, 0) + kJointColumns * i + c; }
   int sensor(int i, int c) const { return joint(joints, 0) + kSensorColumns * i + c; }
   int imu(int i, int c) const { return sensor(sensors, 0) + kImuColumns * i + c; }

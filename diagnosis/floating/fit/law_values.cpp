@@ -7,14 +7,11 @@
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/report/words.h"
+#include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-// [rad/(N m)] A sole that gives less is rigid: its stiffness is above 5e4 N m/rad, as that of the ground may be.
-constexpr double kRigidTilt = 2e-5;
-constexpr double kRigidHeight = 1e-6;   // [m/N] likewise: a robot of 100 kg sinks by 1 mm
-constexpr double kLargestAngle = 0.5;   // [rad] columns of angles are linear up to it
 constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole turns, over or below its face
 
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
@@ -119,7 +116,7 @@ bool is_mass_within_link(const Candidate& c, const Eigen::VectorXd& x) {
 
 bool is_soft_sole(const Candidate&, const Eigen::VectorXd& x) {
   const auto [least, most] = std::minmax(x(kRollGiveColumn), x(kPitchGiveColumn));
-  return most > kRigidTilt && least > -kRigidTilt;
+  return most > standing::kRigidTilt && least > -standing::kRigidTilt;
 }
 
 bool is_soft_point(const Candidate&, const Eigen::VectorXd& x) { return x(0) > kRigidHeight; }
@@ -151,7 +148,7 @@ bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, Candidate* c) {
   for (const auto& [give, shift] :
        {std::pair(kRollGiveColumn, kRollShiftColumn), std::pair(kPitchGiveColumn, kPitchShiftColumn)}) {
     double& height = c->prior[static_cast<size_t>(shift) + 1];
-    const double about = std::max(kRigidTilt, std::abs(x(give))) * kCentreHeight;
+    const double about = std::max(standing::kRigidTilt, std::abs(x(give))) * kCentreHeight;
     if (std::abs(about - height) < kMinority * height) continue;
     height = about, changed = true;
   }

@@ -14,9 +14,8 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr int kLags = 25;                      // rows, the most that errors remember
-constexpr size_t kBins = 8, kLeastInBin = 12;  // of rows by roughness; rows in each, at least
-constexpr double kMedianOfSquare = 0.455;      // of a normal error of variance 1
+constexpr int kLags = 25;    // rows, the most that errors remember
+constexpr size_t kBins = 8;  // of rows by roughness
 
 // [the unit] What gyroscopes and encoders leave whatever is fitted, or else accelerometers, force sensors and models.
 double find_least(const std::string& unit) { return unit == "rad" || unit == "m" || unit == "rad/s" ? 1e-4 : 1e-3; }
@@ -88,7 +87,7 @@ void LeggedFitter::update_moments(const std::vector<int>* only) {
 // median, so that a few impacts do not set it; never less than that of a quieter eighth.
 void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
   const std::vector<double>& rough = channels()[c].roughness;
-  const size_t bins = std::min(kBins, r.size() / kLeastInBin);
+  const size_t bins = std::min(kBins, r.size() / static_cast<size_t>(kRowsPerColumn));
   if (bins < 2) return;
   std::vector<size_t> order(r.size());
   std::iota(order.begin(), order.end(), size_t{0});
@@ -96,9 +95,9 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
   double variance = floor_[c], quietest = 0;
   for (size_t bin = 0; bin < bins; ++bin) {
     const size_t begin = bin * r.size() / bins, end = (bin + 1) * r.size() / bins;
-    std::vector<double> squares;
-    for (size_t i = begin; i < end; ++i) squares.push_back(r[order[i]] * r[order[i]]);
-    variance = std::max(variance, find_median(std::move(squares)) / kMedianOfSquare);
+    std::vector<double> sizes;
+    for (size_t i = begin; i < end; ++i) sizes.push_back(std::abs(r[order[i]]));
+    variance = std::max(variance, std::pow(find_deviation(std::move(sizes)), 2));
     if (bin == 0) quietest = variance;
     for (size_t i = begin; i < end; ++i) rows_[c][order[i]] = quietest / variance;
     if (!impacts_)
@@ -110,9 +109,9 @@ void LeggedFitter::update_row_weights(size_t c, const std::vector<double>& r) {
 // them. The rule uses noise alone, so that it puts no mismatch aside.
 void LeggedFitter::dampen_impacts(size_t c, const std::vector<size_t>& bin) {
   const std::vector<double>& noise = channels()[c].noise_y;
-  std::vector<double> squares;
-  for (size_t i : bin) squares.push_back(noise[i] * noise[i]);
-  const double most = kOutlier * kOutlier * std::max(floor_[c], find_median(std::move(squares)) / kMedianOfSquare);
+  std::vector<double> sizes;
+  for (size_t i : bin) sizes.push_back(std::abs(noise[i]));
+  const double most = kOutlier * kOutlier * std::max(floor_[c], std::pow(find_deviation(std::move(sizes)), 2));
   for (size_t i : bin) rows_[c][i] *= std::min(1.0, std::pow(most / std::max(most, noise[i] * noise[i]), 2));
 }
 

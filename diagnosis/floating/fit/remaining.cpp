@@ -6,16 +6,13 @@
 
 #include "common/base/has.h"
 #include "diagnosis/data/mean.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/report/words.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
-
-// Share of an equation's mismatch that its columns can predict: then something is missing
-constexpr double kClear = 0.35;
-constexpr size_t kMost = 8;  // equations in a report
 
 Remaining make_remaining(const ChannelRows& rows, double before, double after, bool varies) {
   Remaining r;
@@ -60,7 +57,7 @@ bool is_left(const LeggedFitter& fitter, const LeggedFit& fit, size_t channel) {
   if (left <= kUnlikely * kUnlikely * fitter.floor(channel)) return false;
   const bool lasts =
       fitter.count_independent(part, channel) < kMinority * static_cast<double>(fitter.count(part, channel));
-  return fitter.calc_ceiling(channel) > kClear || (lasts && !is_of_soles(fitter.channels()[channel].info));
+  return fitter.calc_ceiling(channel) > kMuch || (lasts && !is_of_soles(fitter.channels()[channel].info));
 }
 
 std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFit& nominal, const LeggedFit& model,
@@ -78,7 +75,7 @@ std::vector<Remaining> list_remaining(const LeggedFitter& fitter, const LeggedFi
   std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
     return get(nominal, a) / fitter.floor(a) > get(nominal, b) / fitter.floor(b);
   });
-  if (order.size() > kMost) order.resize(kMost);
+  if (order.size() > kShortList) order.resize(kShortList);
   std::vector<Remaining> out;
   for (size_t c : order) {
     out.push_back(

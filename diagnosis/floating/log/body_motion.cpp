@@ -6,16 +6,11 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/spatial/turn.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/floating/checks/flat_feet.h"
 #include "diagnosis/floating/equations/joint_turns.h"
 
 namespace hrp::diagnosis::floating {
-namespace {
-
-// [s] deviation of the kernel that finds down: steps last less, gyroscopes drift slower
-constexpr double kLevelling = 1.0;
-
-}  // namespace
 
 // q^-1 dq/dt = w / 2 and q^-1 d2q/dt2 = dw / 2 - w.w / 4, w in body axes.
 void calc_quaternion_rates(const Track* wxyz, size_t k, Vector3d* w, Vector3d* dw) {
@@ -279,12 +274,12 @@ void BodyMotion::find_slow_attitudes() {
     force.push_back(q * get_values(clip_.imus[i].accelerometer, k));
   }
   const auto n = static_cast<long>(clip_.size()), stride = std::max(1L, std::lround(0.02 / clip_.step));
-  const auto half = std::lround(3 * kLevelling / clip_.step);
+  const auto half = std::lround(3 * kStepTakes / clip_.step);
   const Vector3d up = -log_.experiment->scenario.gravity_W.normalized();
   for (long k = 0; k < n; ++k) {
     Vector3d sum = Vector3d::Zero();
     for (long s = std::max(0L, k - half); s <= std::min(n - 1, k + half); s += stride) {
-      sum += std::exp(-0.5 * std::pow(static_cast<double>(s - k) * clip_.step / kLevelling, 2)) *
+      sum += std::exp(-0.5 * std::pow(static_cast<double>(s - k) * clip_.step / kStepTakes, 2)) *
              force[static_cast<size_t>(s)];
     }
     attitude_.push_back(Eigen::Quaterniond::FromTwoVectors(sum, up) * drifting[static_cast<size_t>(k)]);

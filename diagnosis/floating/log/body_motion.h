@@ -12,6 +12,9 @@
 
 namespace hrp::diagnosis::floating {
 
+// Samples from one to the next where a mean is all that is asked for: neighbours are alike.
+constexpr size_t kStride = 5;
+
 // Where rate and specific force of the base come from. kFoot: flat feet stand on the ground and do not move.
 enum class MotionSource { kNone, kFixed, kImu, kPose, kFoot };
 

@@ -8,6 +8,7 @@
 #include "common/base/format.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::floating {
@@ -16,7 +17,6 @@ namespace {
 constexpr double kSigma = 0.015;   // [s] kernel: passes what a walking body does, below 10 Hz
 constexpr double kSamples = 1.2;   // the same in samples, at least: coarser grids alias
 constexpr double kSlowest = 0.02;  // [s] of sensors that set the kernel: it would swallow steps of a walk beyond
-constexpr double kShortest = 0.6;  // [s] of a clip that is used
 constexpr double kOfEdge = 4;      // times the kernel's reach that a clip is long: half of it is left
 
 // The columns of a recording by sensor: "/imu/root/angular_velocity" -> its axes.
@@ -41,7 +41,7 @@ class ClipMaker {
     note_gaps(gaps);
     const size_t before = log_.clips.size();
     for (const Span& span : spans) {
-      if (span.end > span.begin + 8 && r_.time[span.end - 1] - r_.time[span.begin] > kShortest) add_clip(span);
+      if (span.end > span.begin + 8 && r_.time[span.end - 1] - r_.time[span.begin] > kBlock) add_clip(span);
     }
     if (log_.clips.size() == before) note_short(gaps.size());
   }
@@ -125,7 +125,7 @@ class ClipMaker {
   void note_short(size_t gaps) {
     log_.too_short.push_back(format("%s lasts %.2g s%s: too short, %.2g s without a gap are needed",
                                     r_.spec.name.c_str(), r_.time.back() - r_.time.front(),
-                                    gaps > 0 ? ", with gaps" : "", std::max(kShortest, kOfEdge * find_edge() * step_)));
+                                    gaps > 0 ? ", with gaps" : "", std::max(kBlock, kOfEdge * find_edge() * step_)));
   }
 
   double find_sigma() const { return half_ == Half::kAll ? 0 : std::max(kSigma, kSamples * 2 * slowest_); }

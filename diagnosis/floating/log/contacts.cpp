@@ -9,15 +9,11 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
 
-// Slope of a floor, or error of an attitude (3 degrees), at which two feet still both stand
-constexpr double kAskew = 0.05;
-
-constexpr double kLoaded = 0.12;    // share of the way from air to stance at which a foot is loaded
-constexpr double kEqual = 1e-9;     // share of the stance's force: smoothing of equal readings leaves less
 constexpr double kShortest = 0.04;  // [s] of a spell: shorter ones are chatter
 
 ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
@@ -33,11 +29,11 @@ ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   // In the air the reading stays near its lowest: the mean of what does.
   std::vector<double> low;
   for (double v : all) {
-    if (v < levels.air + 0.5 * kLoaded * (levels.stance - levels.air)) low.push_back(v);
+    if (v < levels.air + 0.5 * kDetail * (levels.stance - levels.air)) low.push_back(v);
   }
   levels.air = find_quantile(low, 0.5);
   levels.air_spread = 0.5 * (find_quantile(low, 0.84) - find_quantile(low, 0.16));
-  levels.cut = levels.air - find_quantile(low, 0.05) <= kEqual * levels.stance;
+  levels.cut = levels.air - find_quantile(low, 0.05) <= kRounding * levels.stance;  // smoothed equal readings
   return levels;
 }
 
@@ -60,16 +56,16 @@ bool has_vertical_force(const LeggedLog& log, const Foot& foot) {
 }
 
 std::vector<char> find_by_force(const LeggedLog& log, const Clip& clip, size_t sensor, const ForceLevels& l) {
-  std::vector<char> loaded(clip.size(), 1);
+  std::vector<char> loaded(clip.size(), 1);  // with more than a detail of its force in stance
   for (size_t k = 0; l.swings && k < clip.size(); ++k) {
-    loaded[k] = calc_vertical_force(log, clip, sensor, k) > l.air + kLoaded * (l.stance - l.air);
+    loaded[k] = calc_vertical_force(log, clip, sensor, k) > l.air + kDetail * (l.stance - l.air);
   }
   return loaded;
 }
 
 // Feet near the height of the lowest one. An attitude that is off, ground that slopes and tyres or soles that give
-// raise one foot above another in the model all the time: up to kAskew, each foot's own lowest height is that of the
-// ground below it.
+// raise one foot above another in the model all the time: up to a slope of kMinor (3 degrees), each foot's own lowest
+// height is that of the ground below it.
 std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Clip& clip) {
   std::vector<std::vector<char>> out(log.feet.size(), std::vector<char>(clip.size(), 0));
   if (out.empty()) return out;
@@ -87,7 +83,7 @@ std::vector<std::vector<char>> find_by_kinematics(const LeggedLog& log, const Cl
         sole.begin(), sole.end(), [&](const Vector3d& a, const Vector3d& b) { return up.dot(a) < up.dot(b); });
     for (size_t f = 0; f < sole.size(); ++f) {
       raised[f][k] = up.dot(sole[f] - lowest);
-      if (raised[f][k] <= kAskew * (sole[f] - lowest).norm()) ground[f] = std::min(ground[f], raised[f][k]);
+      if (raised[f][k] <= kMinor * (sole[f] - lowest).norm()) ground[f] = std::min(ground[f], raised[f][k]);
     }
   }
   for (size_t f = 0; f < sole.size(); ++f) {

@@ -7,6 +7,9 @@
 namespace hrp::diagnosis::floating {
 
 constexpr double kRaisedFoot = 0.012;  // [m] a foot this far above the lowest one swings, where no force tells
+constexpr double kHalfFoot = 0.1;      // [m] lever by which moments of a foot are compared with its forces
+// [s] A swing lasts longer, and what a landing shakes dies out: as scripts/diagnosis/walk_figures.py has it.
+constexpr double kLanding = 0.25;
 
 // One foot's time on the ground or in the air.
 struct Contact {

@@ -110,7 +110,7 @@ void correct_links(const ColumnLayout& layout, const Eigen::VectorXd& by_column,
     return Matrix3d(m * (c.squaredNorm() * Matrix3d::Identity() - c * c.transpose()));
   };
   for (int l = 0; l < layout.links; ++l) {
-    const Eigen::VectorXd add = by_column.segment(layout.link(l, 0), kLinkColumns);  // columns.h
+    const Eigen::VectorXd add = by_column.segment(layout.link(l, 0), kInertialParameters);  // columns.h
     LinkInertia& link = log->tree.links[static_cast<size_t>(l)].inertia;
     const double mass = link.mass + add(0);
     if (add.isZero() || mass <= 0) continue;

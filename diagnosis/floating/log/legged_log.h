@@ -11,6 +11,8 @@
 
 namespace hrp::diagnosis::floating {
 
+constexpr double kCalibrated = 0.002;  // [rad] to which zeros of joints are known
+
 // A force sensor: which of force x y z, torque x y z it has in every recording, and where.
 struct ForceSensor {
   std::string name;

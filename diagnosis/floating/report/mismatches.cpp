@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/at_rest.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/floating/fit/remaining.h"
@@ -12,8 +14,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kPause = 0.15;        // [s] between two intervals, at least
-constexpr size_t kMostIntervals = 12;  // of an equation in a recording
 constexpr size_t kMostMismatches = 24;
 
 // Times of an equation's largest residuals, by recording, and how many of them are in each phase.
@@ -31,7 +31,7 @@ std::map<int, Departure> find_departures(const ChannelRows& rows, double limit) 
     ++d.phases[rows.phase[i]];
     if (!intervals.empty() && rows.time[i] < intervals.back().second + kPause) {
       intervals.back().second = rows.time[i];
-    } else if (intervals.size() < kMostIntervals) {
+    } else if (intervals.size() < kShortList) {
       intervals.emplace_back(rows.time[i], rows.time[i]);
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/floating/report/series.h"
+#include "diagnosis/estimate/enough.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +10,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kMostSignals = 6;   // with the largest mismatch: more curves fit on no page
 constexpr size_t kMostPoints = 500;  // of a curve, about
 
 // Equations by their mismatch over noise, the largest first.
@@ -20,7 +20,7 @@ std::vector<size_t> list_main_equations(const LeggedFitter& fitter, const Legged
   }
   const auto score = [&](size_t c) { return nominal.mean_square[1][c] / fitter.floor(c); };
   std::stable_sort(out.begin(), out.end(), [&](size_t a, size_t b) { return score(a) > score(b); });
-  if (out.size() > kMostSignals) out.resize(kMostSignals);
+  if (out.size() > kMostInList) out.resize(kMostInList);
   return out;
 }
 

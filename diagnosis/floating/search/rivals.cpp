@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 #include "diagnosis/floating/search/deviations.h"
@@ -12,7 +13,6 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
-constexpr double kStrong = 3;    // times the gain of what was found, on fitted rows alone
 constexpr long kMostPlaces = 6;  // of one effect in a list of rivals
 
 bool is_same_effect(const Candidate& a, const Candidate& b) { return a.law->effect == b.law->effect; }
@@ -21,7 +21,7 @@ bool is_same_finding(const Candidate& a, const Candidate& b) { return is_same_ef
 // Whether a candidate wins far more on fitted rows than what was found, and loses nothing on held-out rows. It may be
 // the cause although held-out rows do not confirm it.
 bool is_strong(const SearchState& state, const LeggedFit& rest, const LeggedTrial& t, double gain) {
-  if (t.held <= 0 || t.gain <= kStrong * gain) return false;
+  if (t.held <= 0 || t.gain <= kSeveralTimes * gain) return false;
   const size_t channel = find_main_channel(state, rest, t.fit);
   return calc_share(state, rest, t.fit, channel) > kDetail && is_significant(state, t.fit, t.at());
 }
