@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/torque/terms.h"
 #include "diagnosis/next/limits.h"
@@ -14,9 +15,7 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr size_t kCandidates = 10;  // candidates in the place of an effect
-constexpr size_t kMost = 8;         // explanations in total; each needs simulations of every motion
-constexpr size_t kLargest = 6;      // findings that are replaced in turn
+constexpr size_t kLargest = 6;  // findings that are replaced in turn
 constexpr double kNats = 10.0;
 
 // Value of a parameter; the law's default or the neutral value if the report does not state one.
@@ -68,7 +67,7 @@ class Finder {
 
   // Adds sets with one more effect; at `quiet` joints only effects that other joints show, too.
   void add_grown(const Hypothesis& rest, const std::vector<char>& quiet) {
-    for (const Lead& lead : explorer_.grow({explorer_.make_lead(rest)}, kCandidates, quiet)) add(lead, false);
+    for (const Lead& lead : explorer_.grow({explorer_.make_lead(rest)}, kShortList, quiet)) add(lead, false);
   }
 
   std::vector<char> make_quiet(bool quiet) const {
@@ -116,7 +115,7 @@ class Finder {
   // Adds dry friction and a rotor at joints that hardly moved. They would appear as soon as the joint moves.
   void add_hidden() {
     const Experiment& e = *problem_.experiment;
-    for (int j = 0; j < e.num_joints() && out_.list.size() < kMost; ++j) {
+    for (int j = 0; j < e.num_joints() && out_.list.size() < kShortList; ++j) {
       if (calc_travel(e, j) > kStill && !is_all_still()) continue;
       const Hypothesis friction = make_hidden_friction(e, j);
       if (!friction.empty()) out_.list.push_back({friction, get_label(e, friction), 0.0, false});
@@ -143,7 +142,7 @@ class Finder {
     const double most = std::max(list[0].cost, least + find_margin(problem_, least));
     std::vector<Explanation> kept{list[0]};
     for (size_t i = 1; i < list.size(); ++i) {
-      if (kept.size() < kMost && !list[i].hypothesis.empty() &&
+      if (kept.size() < kShortList && !list[i].hypothesis.empty() &&
           (list[i].listed || (list[i].cost <= most && !is_given_up(list[i], list[0]))))
         kept.push_back(list[i]);
     }

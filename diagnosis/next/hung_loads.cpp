@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "common/base/rounding.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/tree.h"
 
@@ -11,7 +12,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr double kMasses[] = {5.0, 2.0, 1.0, 0.5, 0.2, 0.1};  // [kg]
-constexpr size_t kMostPlaces = 2;                             // each place needs simulations of every motion
 constexpr double kPlace = 1e-3;  // [m] resolution of a stated place, as precise as people measure
 
 double calc_moving_mass(const TreeSpec& tree, int last) {
@@ -25,7 +25,7 @@ double calc_moving_mass(const TreeSpec& tree, int last) {
 
 std::vector<LoadSpec> list_hung_loads(const TreeSpec& tree, double most) {
   std::vector<LoadSpec> loads;
-  for (size_t link = 1; link < tree.links.size() && loads.size() < kMostPlaces; ++link) {
+  for (size_t link = 1; link < tree.links.size() && loads.size() < kLookedAt; ++link) {
     if (!is_last(tree, static_cast<int>(link))) continue;
     const double allowed = std::min(most, kPart * calc_moving_mass(tree, static_cast<int>(link)));
     const auto mass = std::find_if(std::begin(kMasses), std::end(kMasses), [&](double m) { return m <= allowed; });

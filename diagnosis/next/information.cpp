@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/next/information.h"
+#include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/shares.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace hrp::diagnosis {
 namespace {
-
-// Uncertainty of a predicted difference in its logarithm, about a factor of e: it depends on values that are not known
-// yet. It is averaged over: up to deviations beyond which one in 16000 lies, in steps that a normal distribution does
-// not notice.
-constexpr double kDeviations = 4.0;
-constexpr int kSteps = 20;
 
 double calc_normal_share(double x) { return 0.5 * std::erfc(-x / std::sqrt(2.0)); }
 
@@ -31,8 +27,10 @@ double calc_decision_probability(double left, double needed, double discrepancy)
   if (!(left > 0.0)) return 0.0;
   // Noise changes the difference of two chi2 with a standard deviation of 2 sqrt(grown).
   double share = 0.0, total = 0.0;
-  for (int i = -kSteps; i <= kSteps; ++i) {
-    const double x = kDeviations * i / kSteps, weight = std::exp(-0.5 * x * x);
+  // A predicted difference depends on values that are not known yet: its logarithm is uncertain by about 1, which is
+  // averaged over, in steps that a normal distribution does not notice.
+  for (double x = -kOutlier; x <= kOutlier; x += kPart) {
+    const double weight = std::exp(-0.5 * x * x);
     const double grown = left / (discrepancy * discrepancy) * std::exp(x);
     share += weight * calc_normal_share((grown - needed) / (2.0 * std::sqrt(grown))), total += weight;
   }

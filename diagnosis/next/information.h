@@ -7,8 +7,6 @@
 
 namespace hrp::diagnosis {
 
-constexpr double kValues = 0.5;  // worth of halved intervals relative to that of a certain decision
-
 // Compares one explanation with another one as the truth, over some recordings. r: difference of their predictions; J:
 // derivatives of r with respect to the explanation's p parameters.
 struct Comparison {

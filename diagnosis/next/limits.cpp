@@ -11,6 +11,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
 #include "diagnosis/data/servo_gains.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
@@ -20,7 +21,6 @@ namespace {
 // large as they can be: intervals of dry friction hold what the unseen part of a turn may have. Beyond half a turn
 // either way, nothing is unseen.
 constexpr double kReach = M_PI;
-constexpr double kTolerance = 0.02;  // [rad or m] by which a joint may differ from its command if no limit is known
 // Factor on the largest effort of the recordings if nothing states a limit: the next step
 constexpr double kGrow = 2.0;
 constexpr double kUnknownSpeed = 2.0;  // [rad/s] if no speed is stated: that of a slow industrial arm
@@ -109,7 +109,7 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   } else {
     take_seen_range(e, j, &limits);
     limits.widest_lower = limits.lower, limits.widest_upper = limits.upper;
-    limits.hard_lower = limits.lower - kTolerance, limits.hard_upper = limits.upper + kTolerance;
+    limits.hard_lower = limits.lower - kHardlyMoved, limits.hard_upper = limits.upper + kHardlyMoved;
     remarks->push_back(joint.name +
                        " has no position limits in its URDF: motions stay within what the recordings show, " +
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));

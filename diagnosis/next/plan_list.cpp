@@ -2,6 +2,7 @@
 #include "diagnosis/next/plan_list.h"
 
 #include "common/base/has.h"
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/next/hung_loads.h"
 #include "diagnosis/search/starts.h"
 
@@ -47,14 +48,15 @@ void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vect
 }
 
 bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan) {
+  // A joint of half the size that stays at fault suffers from what the others do to it, or from the posture.
   bool any = false;
   plan->shares.resize(faulty.size(), 1.0);
   for (size_t j = 0; j < faulty.size(); ++j) {
-    if (!faulty[j] || !plan->moves[j] || plan->shares[j] * kSmaller < kLeastShare) continue;
-    plan->shares[j] *= kSmaller, any = true;
+    if (!faulty[j] || !plan->moves[j] || plan->shares[j] * kMostly < kHalf) continue;
+    plan->shares[j] *= kMostly, any = true;
   }
-  if (!any) plan->size *= kSmaller;
-  return plan->size >= kLeastSize;
+  if (!any) plan->size *= kMostly;
+  return plan->size >= kMinority;
 }
 
 std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned,

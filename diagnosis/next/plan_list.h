@@ -10,11 +10,6 @@
 
 namespace hrp::diagnosis {
 
-constexpr double kSmaller = 0.8;    // factor on a size that is not safe
-constexpr double kLeastSize = 0.2;  // smallest one that is tried
-// Least factor on the size of one joint. A joint that stays at fault then suffers from what the others do to it, or
-// from the posture: all become smaller.
-constexpr double kLeastShare = 0.4;
 // Factor on the worth of a motion with a drawback: it needs a load hung on by hand, or is the second of its family,
 // which may miss the same effects.
 constexpr double kDrawback = 0.9;

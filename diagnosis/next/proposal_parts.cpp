@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "diagnosis/estimate/shares.h"
 #include "diagnosis/next/plan_list.h"
 
 namespace hrp::diagnosis {
@@ -17,7 +18,7 @@ double calc_worth(double decided, const std::vector<ExpectedInterval>& before,
     const double ratio = before[i].before > 0.0 ? before[i].after / std::max(1e-300, after[i].after) : 1.0;
     narrowed += std::min(1.0, std::log2(std::max(1.0, ratio)) / 2.0) / static_cast<double>(after.size());
   }
-  return decided + kValues * narrowed;
+  return decided + kHalf * narrowed;
 }
 
 double calc_expected_width(double half_width, const WidthParts& before, const WidthParts& after) {

@@ -7,8 +7,8 @@
 
 namespace hrp::diagnosis {
 
-// `decided` (mean probability of a decision) plus kValues times the expected narrowing of the intervals, at most
-// 1 + kValues. An interval counts fully if it becomes a fourth of what it was. `before` and `after`: the same
+// `decided` (mean probability of a decision) plus half of the expected narrowing of the intervals, at most
+// one and a half. An interval counts fully if it becomes a fourth of what it was. `before` and `after`: the same
 // parameters without and with the motion.
 double calc_worth(double decided, const std::vector<ExpectedInterval>& before,
                   const std::vector<ExpectedInterval>& after);

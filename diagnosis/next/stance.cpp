@@ -278,7 +278,7 @@ class StanceProposer {
     const double worth = calc_worth_of(c, gained);
     if (!is_everything_open()) return worth;
     const bool limbs = worlds_.unseen && !next_.proposals.empty() && c.plan.family == Family::kSwing;
-    return worth + kValues * c.liveliness + (limbs || c.plan.family == Family::kStir ? 1.0 + kValues : 0.0);
+    return worth + kHalf * c.liveliness + (limbs || c.plan.family == Family::kStir ? 1.0 + kHalf : 0.0);
   }
 
   void choose() {

@@ -7,6 +7,7 @@
 #include "common/multibody/kinematics.h"
 #include "common/multibody/momentum.h"
 #include "common/robot/sole.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/next/walk_motions.h"
 
 namespace hrp::diagnosis {
@@ -17,7 +18,6 @@ constexpr double kReach[kWays] = {0.04, 0.06, 0.05, 0.1, 0.1, 0.25};  // [m], [r
 constexpr double kSwing = 0.4;                // [rad or m] amplitude of joints that carry no foot
 constexpr double kSwungMass = 0.01;           // [m] by which a joint that swings may move the centre of mass
 constexpr double kBodySpeed[2] = {0.4, 1.0};  // [m/s], [rad/s]
-constexpr int kIterations = 6;                // of inverse kinematics, from the last pose
 constexpr double kClose = 1e-5;               // [m and rad] tolerance of a foot's pose
 constexpr double kDamping = 1e-8;             // regularisation of the inverted squares
 // Knees that are nearly straight leave the body no way up or aside. It is lowered first, by the least of these shares
@@ -85,7 +85,7 @@ class Legs {
     const double angle = turned.norm();
     const Vector3d axis = angle > 0.0 ? Vector3d(turned / angle) : Vector3d::UnitZ();
     state_.p_WB = start_ + moved, state_.R_WB = Eigen::AngleAxisd(angle, axis) * upright_;
-    for (int i = 0; i < kIterations; ++i) {
+    for (int i = 0; i < kRounds; ++i) {
       const Eigen::VectorXd error = calc_error();
       if (error.lpNorm<Eigen::Infinity>() < kClose) return true;
       const Eigen::MatrixXd J = calc_jacobian();

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "common/base/diagnostics.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/tree.h"
@@ -17,9 +18,6 @@
 
 namespace hrp::diagnosis {
 namespace {
-
-// Simulations along every motion: of rivals, and of values that change by a step.
-constexpr size_t kMostValues = 12;
 
 std::string make_label(const Json& effects) {
   std::string text;
@@ -175,8 +173,8 @@ class Maker {
     std::vector<double> widths;
     for (const auto& [width, value] : values) widths.push_back(width);
     std::sort(widths.rbegin(), widths.rend());
-    const double least = widths.size() > kMostValues ? widths[kMostValues - 1] : 0.0;
-    for (size_t i = 0; i < values.size() && out_.values.size() < kMostValues; ++i) {
+    const double least = widths.size() > kShortList ? widths[kShortList - 1] : 0.0;
+    for (size_t i = 0; i < values.size() && out_.values.size() < kShortList; ++i) {
       if (values[i].first < least) continue;
       out_.values.push_back(values[i].second), out_.list[0].moves.push_back(moves[i]);
     }
@@ -242,10 +240,10 @@ class Maker {
       if (!other.contains("where") || other["where"].empty()) other["where"] = finding["where"];
       Json together = rest;
       together.push_back(other);
-      if (out_.list.size() <= kMostRivals)
+      if (out_.list.size() <= kShortList)
         add(together, make_label(Json::array({other})) + " instead of " + make_label(Json::array({finding})));
       else if (++left_out_ == 1)
-        out_.remarks.push_back("only the first " + std::to_string(kMostRivals) + " alternatives were simulated");
+        out_.remarks.push_back("only the first " + std::to_string(kShortList) + " alternatives were simulated");
     }
   }
 
@@ -293,7 +291,7 @@ class Maker {
       if (travel < kStill) still.push_back({travel, j});
     }
     std::stable_sort(still.begin(), still.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (size_t i = 0; i < still.size() && out_.list.size() <= kMostRivals; ++i) {
+    for (size_t i = 0; i < still.size() && out_.list.size() <= kShortList; ++i) {
       for (const Effect& friction : make_hidden_friction(e_, still[i].second)) {
         Json parameters = Json::object();
         const std::vector<EffectParameter>& infos = list_infos(friction.id);

@@ -8,6 +8,7 @@
 #include "common/base/has.h"
 #include "common/base/parallel_for.h"
 #include "common/effects/units.h"
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
@@ -22,8 +23,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr int kMostChecks = 12;  // of chosen motions; each needs up to 4 + kMostRivals simulations
-constexpr size_t kMostCurves = 8;
 // Rise of chi2 at which the report no longer lists a rival (kOdds, in nats of likelihood).
 constexpr double kNeeded = 2.0 * kOdds;
 
@@ -82,7 +81,7 @@ class TorqueProposer {
     next_.untold = terms_.untold;
     next_.scale = "times what the report's model leaves";
     next_.remarks = Safety(e_, limits_).remarks();
-    const std::string rivals = "the " + std::to_string(kMostRivals) + " rivals that differ most along it";
+    const std::string rivals = "the " + std::to_string(kShortList) + " rivals that differ most along it";
     if (!by_effort_) {
       next_.checked =
           "Every motion was simulated before it was proposed: under the nominal model, the report's model, the same "
@@ -242,13 +241,13 @@ class TorqueProposer {
            calc_drawback(c.plan, next_.proposals);
   }
 
-  // The questions whose answers differ most along the motion, at most kMostRivals.
+  // The questions whose answers differ most along the motion, at most kShortList.
   std::vector<size_t> list_largest(const TorqueCandidate& c) const {
     std::vector<size_t> order(c.comparisons.size());
     std::iota(order.begin(), order.end(), size_t{0});
     std::stable_sort(order.begin(), order.end(),
                      [&](size_t a, size_t b) { return c.comparisons[a].power > c.comparisons[b].power; });
-    order.resize(std::min(order.size(), kMostRivals));
+    order.resize(std::min(order.size(), kShortList));
     return order;
   }
 
@@ -301,7 +300,7 @@ class TorqueProposer {
   // Greedy. A motion that is not safe under every model is tried smaller.
   void choose() {
     Gained gained = intervals_->nothing();
-    for (int check = 0; check < kMostChecks && static_cast<int>(next_.proposals.size()) < options_.count; ++check) {
+    for (size_t check = 0; check < kShortList && static_cast<int>(next_.proposals.size()) < options_.count; ++check) {
       TorqueCandidate* best = find_best(gained);
       if (!best) return;
       Played played;
@@ -362,7 +361,7 @@ class TorqueProposer {
     std::vector<Eigen::VectorXd> curves{rows_->predict(rows, terms_.best, joint)};
     overlay.labels.push_back(next_.explanations[0]);
     for (size_t q : largest) {
-      if (curves.size() >= kMostCurves || !(calc_difference(rows, q, joint) > 0.0)) continue;
+      if (curves.size() >= kShortList || !(calc_difference(rows, q, joint) > 0.0)) continue;
       curves.push_back(rows_->predict(rows, terms_.questions[q].shown(), joint));
       overlay.labels.push_back(terms_.questions[q].label);
     }

@@ -9,9 +9,6 @@
 
 namespace hrp::diagnosis {
 
-// At most this many rivals are simulated with each chosen motion: those that differ most along it.
-constexpr size_t kMostRivals = 8;
-
 struct TorqueWorld {
   std::string label;  // "under the nominal model"
   TorqueSide side;

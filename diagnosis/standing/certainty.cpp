@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/searcher.h"
@@ -281,7 +282,7 @@ void StandSearcher::refuse_bundles() {
     // Stricter than is_quiet(): a residual of a thousandth of the power, as details of a law may leave, is not enough
     // here.
     const size_t c = find_effort_channel(h[i].place.index);
-    const bool noise = c >= channels() || out_.chosen.channel_rms[c] < StandJudge::kLeftOver;
+    const bool noise = c >= channels() || out_.chosen.channel_rms[c] < kSeveralTimes;
     out_.bent = out_.bent || !noise;
     if (out_.periodic || out_.bent || !is_consistent(i)) out_.explained = false;
   }

@@ -6,7 +6,9 @@
 
 #include "common/multibody/kinematics.h"
 #include "common/spatial/gravity.h"
+#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/shares.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/standing/effects.h"
 #include "diagnosis/standing/layout.h"
 #include "diagnosis/standing/motion.h"
@@ -16,8 +18,7 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr int kTurning = 5;        // [windows] half of the 0.3 s over which rotations are compared
-constexpr double kLongEnough = 4;  // [s] a position known to 1 mm gives a mean acceleration to 3e-3 m/s^2
+constexpr int kTurning = 5;  // [windows] half of the 0.3 s over which rotations are compared
 
 class Calculator : StandMotion {
  public:
@@ -63,8 +64,8 @@ class Calculator : StandMotion {
   // True if the centre of pressure is inside the sole. At an edge the foot may roll, and its tilt says nothing.
   bool presses_flat(const StandFoot& foot, const Vector3d& force, const Vector3d& torque) const {
     const Vector3d moment = torque - foot.sole.cross(force);
-    return force.z() > load_ && std::abs(moment.y() / force.z()) < kInside * foot.size.x() / 2 &&
-           std::abs(moment.x() / force.z()) < kInside * foot.size.y() / 2;
+    return force.z() > load_ && std::abs(moment.y() / force.z()) < kNearlyAll * foot.size.x() / 2 &&
+           std::abs(moment.x() / force.z()) < kNearlyAll * foot.size.y() / 2;
   }
 
   // Tilt of a flat foot relative to the ground, minus the rotation of its bush.
@@ -251,7 +252,8 @@ class Calculator : StandMotion {
     const auto [begin, end] = find_longest_run();
     const auto time = [&](size_t k) { return r_.time[static_cast<size_t>(r_.samples[k])]; };
     const double span = end > begin ? time(end - 1) - time(begin) : 0;
-    if (span < kLongEnough) return;
+    // A position known to 1 mm gives a mean acceleration to 4e-3 m/s^2.
+    if (span < kFewestBlocks * kBlock) return;
     const double n = static_cast<double>(end - begin);
     Vector3d sum = Vector3d::Zero();
     double weight = 0;
@@ -286,7 +288,7 @@ PlacedLink place_link(const StandProblem& problem, const Hypothesis& hypothesis,
   StandBase middle, aside;
   offsets[joint].assign(problem.recordings[recording].samples.size(), 0.0);
   const std::vector<double> at = Calculator(problem, hypothesis, recording, offsets).add_samples(&middle);
-  std::fill(offsets[joint].begin(), offsets[joint].end(), kPlayStep);
+  std::fill(offsets[joint].begin(), offsets[joint].end(), kSlopeStep);
   const std::vector<double> moved = Calculator(problem, hypothesis, recording, offsets).add_samples(&aside);
   std::vector<double> torque;
   for (size_t k = joint; k < middle.states.size(); k += offsets.size()) torque.push_back(middle.states[k].torque);

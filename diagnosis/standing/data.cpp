@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/standing/attitude.h"
@@ -14,11 +15,6 @@ namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr double kWindow = 0.03;  // [s] half width; a standing robot moves below 3 Hz, which a local cubic follows
-
-// kRough: windows whose residual exceeds that of the quietest quarter by this factor are left out. For white noise in
-// 10 samples the rms scatters by a quarter. kMinority of the samples is always kept, so a robot that always shakes is
-// judged by its quieter part.
-constexpr double kRough = 3.0;
 
 // Reads and smooths the columns base/x, base/y, ...; returns false if the recording lacks one.
 bool read_vector(const Recording& recording, const Smoother& smoother, const std::string& base, const char* parts,
@@ -92,7 +88,9 @@ std::vector<double> find_roughness(const Recording& recording, const StandRecord
   return worst;
 }
 
-// Selects one sample per window. Leaves out the ends of the recording, where cubics are one-sided, and rough samples.
+// Selects one sample per window. Leaves out the ends of the recording, where cubics are one-sided, and rough samples:
+// several times as rough as the quietest quarter, while for white noise in 10 samples the rms scatters by a quarter.
+// kMinority of the samples is always kept, so a robot that always shakes is judged by its quieter part.
 void choose_samples(const Recording& recording, const StandProblem& problem, StandRecording* out) {
   std::vector<std::pair<std::string, const SmoothSeries*>> columns;
   const std::string imu = "/imu/" + problem.imu, axes = "xyz";
@@ -110,7 +108,7 @@ void choose_samples(const Recording& recording, const StandProblem& problem, Sta
   std::vector<double> sorted = rough;
   const auto most = static_cast<long>(kMinority * n);
   std::nth_element(sorted.begin(), sorted.begin() + most, sorted.end());
-  const double limit = std::max(kRough, sorted[static_cast<size_t>(most)]);
+  const double limit = std::max(kSeveralTimes, sorted[static_cast<size_t>(most)]);
   for (int k = 2 * half; k + 2 * half < n; k += half) {
     out->grid.push_back(k);
     if (rough[static_cast<size_t>(k)] <= limit) out->samples.push_back(k);

@@ -5,6 +5,7 @@
 #include "common/effects/link_law.h"
 #include "common/spatial/gravity.h"
 #include "diagnosis/data/servo_gains.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/model/link_reach.h"
@@ -14,7 +15,6 @@
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr double kWider = 3;     // factor on the observed motion: start value of a gap
 constexpr double kPlumb = 0.02;  // [rad] accuracy of a robot's vertical
 
 // Noise [N m] of a joint's effort equation; 0 while it is unknown.
@@ -228,7 +228,7 @@ StandRow make_backlash() {
                : 0.0;
   };
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) {
-    return hints.play[j] > 0 ? list_at(0, {kWider * hints.play[j]}) : std::vector<Start>{};
+    return hints.play[j] > 0 ? list_at(0, {kSeveralTimes * hints.play[j]}) : std::vector<Start>{};
   };
   return row;
 }

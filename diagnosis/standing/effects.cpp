@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "diagnosis/estimate/significance.h"
+#include "diagnosis/standing/sole.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
@@ -155,13 +156,13 @@ bool is_main(const Effect& e, size_t parameter) {
 
 double find_give(const StandFoot& foot, int axis) {
   const Vector3d half = 0.5 * foot.size;
-  if (half.head<2>().maxCoeff() > 100) return kContact;  // [m] no sole was described
-  return kContact * std::pow(half.head<2>().maxCoeff() / (axis == 0 ? half.y() : half.x()), 2);
+  if (half.head<2>().maxCoeff() > 100) return kRigidTilt;  // [m] no sole was described
+  return kRigidTilt * std::pow(half.head<2>().maxCoeff() / (axis == 0 ? half.y() : half.x()), 2);
 }
 
 double find_sinking(const StandFoot& foot) {
   const double half = 0.5 * foot.size.head<2>().maxCoeff();
-  return half > 100 ? 0 : kContact * half * half;
+  return half > 100 ? 0 : kRigidTilt * half * half;
 }
 
 double find_bound(const StandProblem& problem, const Effect& e, size_t parameter) {

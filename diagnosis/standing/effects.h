@@ -17,9 +17,6 @@ struct StandHints {
   std::vector<double> play;  // by joint [rad]: how far its link must move against its encoder (find_play)
 };
 
-// [rad/(N m)] Largest compliance of ground and sole. Stiffer feet (above 5e4 N m/rad) count as rigid.
-constexpr double kContact = 2e-5;
-
 // Where apply() writes coefficients that differ from the table's parameters (see StandRow).
 struct StandTarget {
   JointTerms* joint = nullptr;
@@ -94,8 +91,8 @@ bool is_main(const Effect& effect, size_t parameter);
 bool is_sensible(const StandProblem& problem, const Effect& effect);
 bool are_sensible(const StandProblem& problem, const Hypothesis& hypothesis);
 
-// Largest compliance [rad/(N m)] of ground and sole about a foot's roll (axis 0) or pitch (axis 1): kContact about the
-// axis with the longer lever, more about the other. find_sinking: the same in height [m/N].
+// Largest compliance [rad/(N m)] of ground and sole about a foot's roll (axis 0) or pitch (axis 1): kRigidTilt about
+// the axis with the longer lever, more about the other. find_sinking: the same in height [m/N].
 double find_give(const StandFoot& foot, int axis);
 double find_sinking(const StandFoot& foot);
 

@@ -8,12 +8,13 @@
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/rounds.h"
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
-constexpr int kRounds = 5;  // to find which samples are at an end of the gap
 constexpr double kRidge = 1e-6;
 
 // Constants of the positions if every free sample is at its best place. A free sample counts only by the part of its
@@ -91,7 +92,7 @@ std::vector<double> place_within_play(const PlayRows& rows, const std::vector<do
       const bool says = rows.middle[i] != 0 && rows.aside[i] != 0;  // a foot on its edge says nothing
       at(static_cast<long>(c), static_cast<long>(k)) = says ? rows.middle[i] / noise[c] : 0;
       slope(static_cast<long>(c), static_cast<long>(k)) =
-          says ? (rows.aside[i] - rows.middle[i]) / (kPlayStep * noise[c]) : 0;
+          says ? (rows.aside[i] - rows.middle[i]) / (kSlopeStep * noise[c]) : 0;
     }
   }
   for (long c = places; c < size; ++c) at.row(c).array() -= at.row(c).mean();
@@ -99,7 +100,8 @@ std::vector<double> place_within_play(const PlayRows& rows, const std::vector<do
   std::vector<char> fixed(n);
   for (size_t k = 0; k < n; ++k) offset[k] = 0.5 * gap * sides[k], fixed[k] = sides[k] != 0;
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
-  for (int round = 0; round < kRounds; ++round) {
+  // Finds which samples are at an end of the gap.
+  for (int round = 0; round < kFewRounds; ++round) {
     mean.tail(size - places) = find_means(at, slope, places, offset, fixed);
     for (size_t k = 0; k < n; ++k) {
       const auto i = static_cast<long>(k);

@@ -12,7 +12,6 @@ namespace hrp::diagnosis::standing {
 struct StandBase;
 
 using PlayOffsets = std::vector<std::vector<double>>;  // [rad] by joint, by sample; empty where nothing is loose
-constexpr double kPlayStep = 1e-4;                     // [rad] step for slopes; foot positions are nearly linear
 
 // By joint: torque [N m] that exceeds the noise.
 std::vector<double> find_slack(const StandProblem& problem, const std::vector<StandBase>& nominal);
@@ -25,7 +24,7 @@ std::vector<int> find_sides(const std::vector<double>& torque, double slack);
 // offset may be half of a gap.
 bool may_be_play(const StandProblem& problem, const std::vector<StandBase>& evaluation, size_t joint, double offset);
 
-// Channels [sample][channel], flat, with the link in the middle of the teeth and kPlayStep aside. The first `geometry`
+// Channels [sample][channel], flat, with the link in the middle of the teeth and kSlopeStep aside. The first `geometry`
 // of them depend on the feet; those from index `places` are known except for a constant.
 struct PlayRows {
   const std::vector<double>&middle, &aside;

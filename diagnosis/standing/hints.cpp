@@ -7,12 +7,12 @@
 
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/rounds.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
 
 constexpr double kMostPeriods = 400;  // [1/rad] of sin(p q): 10 periods per motor turn behind a gear of 40
-constexpr size_t kStarts = 2;         // ripples per joint that are tried
 
 // A drive's effort residual with the smooth quantities that it may depend on.
 struct DriveRows {
@@ -84,7 +84,7 @@ std::vector<double> find_joint_ripples(const DriveRows& rows) {
   }
   std::sort(peaks.begin(), peaks.end());
   std::vector<double> out;
-  for (size_t i = 0; i < std::min(kStarts, peaks.size()); ++i) out.push_back(peaks[i].second);
+  for (size_t i = 0; i < std::min(kLookedAt, peaks.size()); ++i) out.push_back(peaks[i].second);
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include "diagnosis/data/noise.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/standing/free_play.h"
@@ -241,7 +242,9 @@ FitSelection StandJudge::select(const StandFit& so_far) const {
 }
 
 bool StandJudge::is_quiet(double left, double before) {
-  return left <= kLeftOver || left * left <= 1e-3 * before * before;
+  // Above kAboveNoise: with dozens of parameters, details of laws remain in the worst of some eighty equations, and so
+  // do wide motions in the worst training recording.
+  return left <= kSeveralTimes || left * left <= 1e-3 * before * before;
 }
 
 void fill_noise(StandProblems* p) {

@@ -27,11 +27,6 @@ struct StandFit {
 // Knows the noise of each channel and scores hypotheses with it.
 class StandJudge {
  public:
-  // Rms [noise] above which something is left over although a hypothesis was fitted. With dozens of parameters, details
-  // of laws remain in the worst of some eighty equations. The same holds for wide motions in the worst training
-  // recording. Therefore it is above kAboveNoise.
-  static constexpr double kLeftOver = 2.5;
-
   explicit StandJudge(const StandProblem& problem);
 
   const std::vector<Channel>& list() const { return channels_; }

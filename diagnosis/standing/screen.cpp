@@ -2,17 +2,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/search/fit.h"
 #include "diagnosis/standing/hints.h"
 #include "diagnosis/standing/searcher.h"
 
 namespace hrp::diagnosis::standing {
 
-namespace {
-
-constexpr size_t kRefined = 8;  // candidates that are fitted completely in each round
-
-}  // namespace
+namespace {}  // namespace
 
 // Ranks a candidate by the linear prediction of its residual.
 StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate, const Screen& all) const {
@@ -152,7 +149,7 @@ std::vector<StandTrial> StandSearcher::try_candidates(const StandFit& so_far) co
   std::stable_sort(trials.begin(), trials.end(), better);
   std::vector<StandTrial> best;  // only the best start of each effect and place
   for (const StandTrial& t : trials) {
-    if (best.size() >= kRefined || t.fit.score >= shared.score) break;
+    if (best.size() >= kShortList || t.fit.score >= shared.score) break;
     const bool known = std::any_of(best.begin(), best.end(), [&](const StandTrial& b) {
       return is_same(b.fit.hypothesis.back(), t.fit.hypothesis.back());
     });

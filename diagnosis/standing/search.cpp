@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/standing/free_play.h"
 #include "diagnosis/standing/layout.h"
@@ -53,7 +54,7 @@ void StandSearcher::extend() {
   const bool found = !out_.chosen.hypothesis.empty(), quiet = is_explained();
   const std::vector<double>& train = out_.nominal.train_rms;
   const double most = *std::max_element(train.begin(), train.end());
-  out_.mismatch = found || worst(out_.nominal) > kAboveNoise || most > StandJudge::kLeftOver;
+  out_.mismatch = found || worst(out_.nominal) > kAboveNoise || most > kSeveralTimes;
   out_.explained = found && quiet;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
 
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/findings/families.h"
 #include "diagnosis/standing/effect_rows.h"
 
@@ -35,21 +36,17 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
   struct Size {
     Reading reading;
     size_t axes;
-    double bias, scale;
+    double bias;
   };
-  constexpr double kScale = 0.01;  // for slopes; readings are linear in it
-  const Size sizes[] = {{Reading::kForce, 3, 0.1, kScale},
-                        {Reading::kTorque, 3, 0.01, kScale},
-                        {Reading::kAngularVelocity, 3, 1e-3, kScale},
-                        {Reading::kAcceleration, 3, 1e-2, kScale},
-                        {Reading::kEffort, 1, 0.1, kScale},
-                        {Reading::kVelocity, 1, 1e-3, kScale},
-                        {Reading::kPosition, 1, 1e-3, 1e-3}};
+  const Size sizes[] = {
+      {Reading::kForce, 3, 0.1},         {Reading::kTorque, 3, 0.01}, {Reading::kAngularVelocity, 3, 1e-3},
+      {Reading::kAcceleration, 3, 1e-2}, {Reading::kEffort, 1, 0.1},  {Reading::kVelocity, 1, 1e-3},
+      {Reading::kPosition, 1, 1e-3}};
   for (const Size& s : sizes) {
     rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero).id, s.reading,
                                     std::vector<double>(s.axes, 0), s.bias));
     rows->push_back(
-        make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, s.reading, {1}, s.scale));
+        make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kGain).id, s.reading, {1}, kRelativeStep));
     rows->back().noisy = s.reading != Reading::kPosition;  // positions have too little noise to matter
   }
   const std::vector<Reading> of_joint{Reading::kEffort, Reading::kVelocity, Reading::kPosition};

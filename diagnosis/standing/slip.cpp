@@ -5,14 +5,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/enough.h"
+#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/standing/channels.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
-
-constexpr double kSlide = 0.01;  // [m/s] a faster foot slides
-constexpr double kMoved = 8;     // times the motion of the quietest quarter of samples: not encoder noise
 
 // Distance [m] that the feet moved relative to each other since the previous sample; -1 unless both stand flat.
 std::vector<double> find_slides(const StandProblem& p, const StandBase& base) {
@@ -77,7 +76,8 @@ bool find_slip_ratio(const StandProblem& problem, double* ratio, double* spread)
     const double step = recording.time[static_cast<size_t>(recording.samples[1])] -
                         recording.time[static_cast<size_t>(recording.samples[0])];
     for (size_t k = 1; k < slides[r].size(); ++k) {
-      if (slides[r][k] > std::max(kSlide * step, kMoved * rest)) slipping.push_back(bases[r].ratios[k]);
+      // Encoder noise is what the quietest quarter moves by.
+      if (slides[r][k] > std::max(kMoving * step, kTenTimes * rest)) slipping.push_back(bases[r].ratios[k]);
     }
   }
   // Uses the densest half. A foot that turns while it slides, or is about to stop, shows less than the full friction.

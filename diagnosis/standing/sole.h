@@ -7,8 +7,8 @@
 
 namespace hrp::diagnosis::standing {
 
-// Share of a sole's half edges within which the centre of pressure means that the sole lies flat.
-constexpr double kInside = 0.88;
+// [rad/(N m)] A sole and its ground that give less are rigid: stiffer than 5e4 N m/rad.
+constexpr double kRigidTilt = 2e-5;
 
 // [m] Largest height difference of a sole's points: treads, rounded edges.
 constexpr double kLevel = 0.005;
