@@ -34,7 +34,7 @@ struct Swing {
       const double tilt = offset + 6e-5 * noise(random), place = 0.2 + kLever * offset + 1e-5 * noise(random);
       truth.push_back(offset);
       middle.insert(middle.end(), {tilt, place});
-      aside.insert(aside.end(), {tilt - kPlayStep, place - kLever * kPlayStep});
+      aside.insert(aside.end(), {tilt - kSlopeStep, place - kLever * kSlopeStep});
     }
   }
 };

@@ -321,7 +321,7 @@ TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
   EXPECT_NE(smaller.position[kElbow], large.position[kElbow]);
   int steps = 1;
   while (make_smaller(faulty, &plan)) ++steps;
-  EXPECT_LT(plan.size, kLeastSize) << "what the others do to it is looked at, too";
+  EXPECT_LT(plan.size, kMinority) << "what the others do to it is looked at, too";
   EXPECT_LT(steps, 15) << "the number of simulations is bounded";
 }
 

@@ -72,11 +72,11 @@ PressedStretch make_steps(int recording, const std::vector<double>& late) {
 TEST(ForceClock, OneLateFootIsToldFromAllFeetThatAreLate) {
   const ForceClock one = find_force_clock({make_steps(0, {0, 0.05}), make_steps(1, {0, 0.05})}, kSample);
   EXPECT_TRUE(one.found);
-  EXPECT_EQ(one.foot, 1);
+  EXPECT_EQ(one.foot, size_t{1});
   EXPECT_NEAR(one.late, 0.05, 0.005);
   const ForceClock all = find_force_clock({make_steps(0, {0.05, 0.05}), make_steps(1, {0.05, 0.05})}, kSample);
   EXPECT_TRUE(all.found);
-  EXPECT_EQ(all.foot, kAllFeet);
+  EXPECT_EQ(all.foot, std::nullopt);
   EXPECT_TRUE(all.rivals.empty());
 }
 
