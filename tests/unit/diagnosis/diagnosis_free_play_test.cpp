@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "diagnosis/estimate/slopes.h"
 #include "diagnosis/standing/channels.h"
 #include "diagnosis/standing/dependence.h"
 #include "diagnosis/standing/free_play.h"
