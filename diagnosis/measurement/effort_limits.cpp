@@ -56,11 +56,12 @@ class Search {
     return {limit, (missing_ - columns * x).squaredNorm(), scale, x[x.size() - 1] / scale, x[kDry]};
   }
 
-  // The best limit from the `least` share of the efforts' sizes on, if it takes nine tenths of the squares that are
-  // left `without` it, and all of the absent effort is missing.
-  AtLimit find(double least, const AtLimit& without) const {
+  // The best limit between two quantiles of the efforts' sizes, if it takes nine tenths of the squares that are left
+  // `without` it, and all of the absent effort is missing.
+  AtLimit find(double from, double to, const AtLimit& without) const {
     const Eigen::VectorXd size = effort_.cwiseAbs();
-    const double begin = find_quantile({size.begin(), size.end()}, least), step = (size.maxCoeff() - begin) / kTried;
+    const double begin = find_quantile({size.begin(), size.end()}, from),
+                 step = (find_quantile({size.begin(), size.end()}, to) - begin) / kTried;
     AtLimit best = scan(begin, step, without);
     best = scan(best.limit - step, 2.0 * step / kTried, best);
     return best.is_whole() && best.left < kDetail * without.left ? best : AtLimit{};
@@ -120,7 +121,8 @@ class Search {
 AtLimit find_dead_zone(const UnitRows& rows, Unit unit) {
   const Search search(rows, &calc_within, unit);
   if (!search.is_told()) return {};
-  const AtLimit without = search.try_limit(0.0), best = search.find(0.0, without);
+  // Nothing would move a drive that gives nothing most of the time: its own rotor takes such efforts.
+  const AtLimit without = search.try_limit(0.0), best = search.find(0.0, kHalf, without);
   return search.explains_braking(best, without) ? best : AtLimit{};
 }
 
@@ -131,7 +133,7 @@ std::vector<double> find_limits(const TorqueData& data, int joint) {
   if (data.source[static_cast<size_t>(joint)] != EffortSource::kRecorded) return {};
   const Search search(collect_efforts(data, joint), &calc_beyond, Unit::kTorque);
   if (!search.is_told()) return {};
-  const AtLimit best = search.find(kHalf, search.try_limit(search.find_most()));
+  const AtLimit best = search.find(kHalf, 1.0, search.try_limit(search.find_most()));
   // A drive that gives no more than its joint's friction, which varies by a fifth, does not move the joint: friction
   // that holds it for most of the time takes as much as the drive gives.
   return best.dry < kMostly * best.limit ? std::vector<double>{best.limit} : std::vector<double>{};
