@@ -5,10 +5,11 @@
 #include <cmath>
 
 #include "diagnosis/estimate/robust.h"
-#include "diagnosis/estimate/rounds.h"
 
 namespace hrp::diagnosis::standing {
 namespace {
+
+constexpr int kHalvings = 3;  // of a step that makes the fit worse: an eighth of it tells nothing
 
 // Normal equations of columns and residuals of two sides; both sides are the same for plain least squares.
 struct Normal {
@@ -227,7 +228,7 @@ double calc_cost(const StandProblem& problem, const FitSelection& selection, con
   return cost;
 }
 
-// Takes a step, or the half of it and so on if the full step increases the cost. Samples that alternately stick
+// Takes a step, or a half, quarter or eighth of it if the full step increases the cost. Samples that alternately stick
 // and slide can make full steps oscillate. `judge` evaluates a hypothesis and returns its cost.
 template <class Judge>
 Hypothesis take_step(const Hypothesis& from, const Eigen::VectorXd& delta, double cost, Judge judge) {

@@ -13,7 +13,9 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr double kFar = 0.05;  // [s] of a clock that is moved: less is a sensor's delay, as in bags (docs/rosbag.md)
-constexpr int kHeldReadings = 20;  // that are tried beside the first
+constexpr size_t kOfClocks = 4 * kMomentsOfBlock;  // moments: 2 s, beside the margins
+constexpr size_t kFewest = 4;                      // blocks: three degrees of freedom
+constexpr int kHeldReadings = 20;                  // that are tried beside the first
 
 // A clock that drifts leaves less than the best of all shifts, `moved`: none puts its readings where they belong.
 bool drifts(const Left& left, const Matrix3d& R, const Clock& range, double moved) {
@@ -43,9 +45,7 @@ std::vector<size_t> list_samples(const Clip& clip, Purpose purpose) {
 }
 
 // In half a second what is left of a walk changes its sign, which is enough for turns.
-size_t get_least(Purpose purpose) {
-  return purpose == Purpose::kForTurns ? kMomentsOfBlock : kFewestBlocks * kMomentsOfBlock;
-}
+size_t get_least(Purpose purpose) { return purpose == Purpose::kForTurns ? kMomentsOfBlock : kOfClocks; }
 
 double find_share(double part, double whole) { return whole > 0.0 ? part / whole : 1.0; }
 
@@ -124,7 +124,7 @@ double calc_block_odds(const std::vector<double>& gains) {
   double sum = 0.0, square = 0.0;
   for (double g : gains) sum += g, square += g * g;
   const auto n = static_cast<double>(gains.size());
-  if (gains.size() < kFewestBlocks || square == 0.0) return 0.0;
+  if (gains.size() < kFewest || square == 0.0) return 0.0;
   const double variance = square / n - sum * sum / (n * n);
   return std::copysign(0.5 * n * std::log(square / (n * std::max(variance, kRounding * square / n))), sum);
 }

@@ -6,7 +6,6 @@
 #include <functional>
 
 #include "common/multibody/kinematics.h"
-#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/slopes.h"
 #include "diagnosis/standing/sole.h"
@@ -14,6 +13,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+constexpr double kSettled = 0.08;     // [s] after landing and before lifting: the foot is not flat for sure
 constexpr double kPlumbError = 3e-3;  // [rad] of an attitude by gravity alone: an acceleration of 0.03 m/s^2 that lasts
 constexpr size_t kMostPairs = 4;      // feet that are compared pair by pair
 
@@ -122,7 +122,7 @@ double FootRows::find_height_error(size_t a, size_t b) const {
 
 bool FootRows::stands(size_t clip, size_t foot, size_t k) const {
   const std::vector<char>& loaded = contacts_.loaded[clip][foot];
-  const auto reach = static_cast<size_t>(std::lround(kScrape / log_.clips[clip].step));
+  const auto reach = static_cast<size_t>(std::lround(kSettled / log_.clips[clip].step));
   return loaded[k] && loaded[k > reach ? k - reach : 0] && loaded[std::min(k + reach, loaded.size() - 1)];
 }
 

@@ -14,6 +14,7 @@ namespace hrp::diagnosis::floating {
 namespace {
 
 constexpr size_t kMostEffects = 24;  // far more than any recording has shown
+constexpr double kStay = 0.6;  // share of its cost and of the least held-out gain that an effect must keep to stay
 
 // Adds the first of these candidates, best first, that takes a share of its equation's mismatch and is not chance.
 bool add_best(const std::vector<LeggedTrial>& trials, double least_share, SearchState* state) {
@@ -38,9 +39,9 @@ bool add(SearchState* state) {
 bool is_needed(const SearchState& state, size_t effect, const LeggedFit& rest) {
   const LeggedFit& chosen = state.chosen;
   const Candidate& c = chosen.effects[effect];
-  const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kHalf * calc_cost(c);
+  const double gain = state.fitter.calc_gain(Part::kTrain, rest, chosen) - kStay * calc_cost(c);
   const double held = state.fitter.calc_gain(Part::kHeld, rest, chosen);
-  const bool wins = gain + held > 0 && calc_own_held_gain(state, rest, effect) > kHalf * kLeastHeldGain;
+  const bool wins = gain + held > 0 && calc_own_held_gain(state, rest, effect) > kStay * kLeastHeldGain;
   if (!wins || !is_possible(state, chosen, effect)) return false;
   const size_t channel = find_main_channel(state, rest, chosen);
   return (!c.is_listed() || matters(state, rest, chosen, channel)) && is_significant(state, chosen, effect);

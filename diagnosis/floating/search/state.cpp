@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <set>
 
-#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/floating/fit/candidate_laws.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
+
+// Of fits about the place of a mass, each exact about the last one's place; of weights, which change by a few percent
+// in the last.
+constexpr int kRounds = 4;
 
 // Takes the terms of a mass about the place that a fit has found. False: its terms need no place, or none is possible.
 bool place_mass(const SearchState& state, const Eigen::VectorXd& x, Candidate* effect) {
@@ -57,7 +60,7 @@ bool is_banned(const SearchState& state, const Candidate& candidate) {
 
 LeggedFit fit_effects(const SearchState& state, std::vector<Candidate> effects) {
   LeggedFit out = state.fitter.fit(effects);
-  for (int round = 0; round < kFewRounds; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     bool any = false;
     for (size_t i = 0; i < effects.size(); ++i) any = place_mass(state, out.get(i), &effects[i]) || any;
     if (!any) break;
@@ -75,8 +78,8 @@ LeggedFit fit_without(const SearchState& state, size_t effect) {
 void settle(const std::vector<Candidate>& effects, SearchState* state) {
   state->chosen = fit_effects(*state, effects);
   const std::vector<int> own = list_columns(state->layout, effects);  // until the last round no other effect is fitted
-  for (int round = 0; round < kFewRounds; ++round) {
-    state->fitter.update_weights(state->chosen, round + 1 < kFewRounds ? &own : nullptr);
+  for (int round = 0; round < kRounds; ++round) {
+    state->fitter.update_weights(state->chosen, round + 1 < kRounds ? &own : nullptr);
     state->chosen = fit_effects(*state, state->chosen.effects);
     if (!state->chosen.x.allFinite()) return settle(ban_without_information(state), state);
   }
