@@ -9,8 +9,6 @@
 
 namespace hrp::diagnosis::standing {
 
-namespace {}  // namespace
-
 // Ranks a candidate by the linear prediction of its residual.
 StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate, const Screen& all) const {
   const SharedColumns& shared = all.columns;
