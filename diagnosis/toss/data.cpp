@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/model/nominal.h"
 #include "diagnosis/toss/strikes.h"
 
@@ -16,6 +15,9 @@ namespace {
 // impacts.
 constexpr double kHorizon = 0.06;    // [s]
 constexpr size_t kLeastSamples = 8;  // per window: 6 values per sample, 12 unknowns of the start state
+// A twist counts as derived from the poses if it differs from their difference quotient by less than this fraction of
+// the quotient's own noise.
+constexpr double kDerived = 0.65;
 
 bool read_three(const Recording& recording, const std::string& base, std::vector<double> out[3]) {
   const char* const axes[] = {"/x", "/y", "/z"};
@@ -164,9 +166,8 @@ void judge_twist(TossProblem* problem) {
     for (const Toss& t : problem->tosses) everywhere = everywhere && !(angular ? t.w : t.v).empty();
     if (!everywhere) continue;
     const std::string name = angular ? "/base/twist/angular" : "/base/twist/linear";
-    // A twist is derived from the poses where it differs from their difference quotient by less than its own noise.
     // 1.54 is the median length of a vector of three unit normal errors.
-    const bool own = calc_distance_from_quotients(*problem, angular) > kLargely * 1.54;
+    const bool own = calc_distance_from_quotients(*problem, angular) > kDerived * 1.54;
     (angular ? problem->has_angular : problem->has_linear) = own;
     if (!own) {
       problem->notes.push_back(

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 
@@ -13,6 +12,8 @@ namespace {
 
 constexpr size_t kSearchWindows = 110;  // takes about a minute on two cores
 constexpr int kMostEffects = 5;
+constexpr int kTrialRounds = 2, kRounds = 4;  // iterations of a fit: two for a first ranking, four for values
+constexpr size_t kClosest = 3;       // candidates with the largest gains, which are ranked again after four iterations
 constexpr double kLeastGain = 10.0;  // least cost reduction, besides 2 per parameter: odds of about e^10 by noise
 
 bool has_validation(const TossProblem& problem) {
@@ -67,9 +68,9 @@ class Search {
     if (progress_) progress_(text);
   }
 
-  TossFitOptions options() const {
+  TossFitOptions options(int rounds) const {
     TossFitOptions o;
-    o.jobs = jobs_, o.rounds = kFewRounds;
+    o.jobs = jobs_, o.rounds = rounds;
     return o;
   }
 
@@ -83,7 +84,8 @@ class Search {
           std::remove_if(hypothesis.begin(), hypothesis.end(), [&](const Effect& e) { return e.id == inside; }),
           hypothesis.end());
       hypothesis.push_back(effect);
-      const TossFit fit = fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options());
+      const TossFit fit =
+          fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(kTrialRounds));
       const double gain = out_.chosen.train_cost - fit.train_cost;
       if (best.fit.hypothesis.empty() || gain > best.gain) best.fit = fit, best.gain = gain;
     }
@@ -99,7 +101,7 @@ class Search {
       for (size_t t = 0; t < problem_.tosses.size(); ++t)
         use.push_back(problem_.tosses[t].train && chosen_half(t) == h);
       if (std::count(use.begin(), use.end(), 1) == 0) return true;
-      TossFitOptions o = options();
+      TossFitOptions o = options(3);
       o.use = &use;
       half[h] = fit_tosses(problem_, trial.fit, o);
     }
@@ -211,7 +213,7 @@ class Search {
     for (const TossRow& row : list_toss_rows()) {
       if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
       TossTrial trial = try_effect(row.id);
-      complete(&trial), examine(&trial);
+      complete(&trial, kRounds), examine(&trial);
       if (trial.doubted)
         say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
       if (trial.doubted) out_.doubted.push_back(std::move(trial));
@@ -226,9 +228,9 @@ class Search {
     return std::max(0.0, (get_cost(out_.chosen) - get_cost(with)) / get_cost(out_.nominal));
   }
 
-  // Continues the fit of a candidate.
-  void complete(TossTrial* trial) const {
-    trial->fit = fit_tosses(problem_, trial->fit, options());
+  // Continues the fit of a candidate for `rounds` iterations.
+  void complete(TossTrial* trial, int rounds) const {
+    trial->fit = fit_tosses(problem_, trial->fit, options(rounds));
     trial->gain = out_.chosen.train_cost - trial->fit.train_cost;
     trial->sureness = calc_sureness(problem_, out_.chosen, trial->fit);
   }
@@ -269,10 +271,12 @@ class Search {
       say(std::string("with ") + get_effect(id).name + ": " + std::to_string(judge(problem_, round.back().fit)));
     }
     sort_by_gain(&round);
+    for (size_t i = 0; i < std::min(kClosest, round.size()); ++i) complete(&round[i], kRounds - kTrialRounds);
+    sort_by_gain(&round);
     bool found = false;
     for (TossTrial& trial : round) {
       if (!found)
-        complete(&trial), examine(&trial);
+        complete(&trial, kRounds), examine(&trial);
       else
         trial.why = "another effect takes away more";
       found = found || trial.accepted;
@@ -284,7 +288,7 @@ class Search {
     return found && judge(problem_, out_.chosen) > 1.0;
   }
 
-  void refine() { out_.chosen = fit_tosses(problem_, out_.chosen, options()); }
+  void refine() { out_.chosen = fit_tosses(problem_, out_.chosen, options(kRounds)); }
 
   const TossProblem& problem_;
   int jobs_;
@@ -318,7 +322,7 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
              TossOutcome* outcome) {
   if (others.windows.empty() || outcome->chosen.hypothesis.empty()) return;
   TossFitOptions options;
-  options.jobs = jobs, options.rounds = kFewRounds;
+  options.jobs = jobs, options.rounds = kRounds;
   const TossFit& found = outcome->chosen;
   const TossFit again = fit_tosses(others, fit_starts(others, found.hypothesis, nullptr, jobs), options);
   TossFit kept = found;

@@ -6,15 +6,15 @@
 
 #include "common/spatial/turn.h"
 #include "diagnosis/data/quantile.h"
-#include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis::toss {
 namespace {
 
-constexpr size_t kFlight = 5;         // poses of a flight; a quadratic leaves two to check the fit
-constexpr double kImpactSpeed = 0.3;  // [m/s] weaker impacts change the motion too little
+constexpr size_t kFlight = 5;                  // poses of a flight; a quadratic leaves two to check the fit
+constexpr double kImpactSpeed = 0.3;           // [m/s] weaker impacts change the motion too little
+constexpr size_t kLeast = 8, kLeastRests = 4;  // least numbers of values for a median with an error
 
 std::optional<Measured> find_median_with_error(const std::vector<double>& values, size_t least) {
   if (values.size() < least) return std::nullopt;
@@ -130,7 +130,7 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
     }
     if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));
   }
-  return find_median_with_error(values, kFewestBlocks);
+  return find_median_with_error(values, kLeast);
 }
 
 std::optional<Measured> measure_inertia(const TossProblem& problem) {
@@ -140,11 +140,11 @@ std::optional<Measured> measure_inertia(const TossProblem& problem) {
     const Vector3d moment = mass * s.p_BcmC_W.cross(s.dv_WBcm), turned = s.I_BBcm_W * s.dw_WB;
     values.push_back(moment.dot(turned) / turned.squaredNorm());
   }
-  return find_median_with_error(values, kFewestBlocks);
+  return find_median_with_error(values, kLeast);
 }
 
 std::optional<Measured> measure_rest_height(const TossProblem& problem) {
-  return find_median_with_error(problem.rest_heights, kFewestBlocks);
+  return find_median_with_error(problem.rest_heights, kLeastRests);
 }
 
 }  // namespace hrp::diagnosis::toss
