@@ -19,6 +19,9 @@
 namespace hrp::diagnosis {
 namespace {
 
+// Simulations along every motion: of values that change by a step, six of each of two soles.
+constexpr size_t kMostValues = 12;
+
 std::string make_label(const Json& effects) {
   std::string text;
   for (const Json& one : effects) {
@@ -173,8 +176,8 @@ class Maker {
     std::vector<double> widths;
     for (const auto& [width, value] : values) widths.push_back(width);
     std::sort(widths.rbegin(), widths.rend());
-    const double least = widths.size() > kShortList ? widths[kShortList - 1] : 0.0;
-    for (size_t i = 0; i < values.size() && out_.values.size() < kShortList; ++i) {
+    const double least = widths.size() > kMostValues ? widths[kMostValues - 1] : 0.0;
+    for (size_t i = 0; i < values.size() && out_.values.size() < kMostValues; ++i) {
       if (values[i].first < least) continue;
       out_.values.push_back(values[i].second), out_.list[0].moves.push_back(moves[i]);
     }

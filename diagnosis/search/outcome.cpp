@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/model/nominal.h"
@@ -78,7 +77,7 @@ void decide(const Searched& searched, const Trials& trials, Outcome* outcome) {
   outcome->chosen = list.front();
   outcome->rivals = list;
   for (const Trial& t : searched.passed_over) {
-    if (!trials.has(t.hypothesis) && outcome->rivals.size() < kShortList) outcome->rivals.push_back(t);
+    if (!trials.has(t.hypothesis) && outcome->rivals.size() < kRivals) outcome->rivals.push_back(t);
   }
   outcome->explained = is_explained(outcome->chosen, trials.nominal());
   for (size_t i = 1; i < list.size(); ++i) {

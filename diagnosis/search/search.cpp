@@ -8,10 +8,7 @@
 #include <set>
 
 #include "common/base/format.h"
-#include "diagnosis/estimate/ratios.h"
-#include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/additions.h"
 #include "diagnosis/search/explore.h"
 #include "diagnosis/search/outcome.h"
@@ -19,6 +16,19 @@
 
 namespace hrp::diagnosis {
 namespace {
+
+constexpr size_t kBeam = 4;            // sets that are grown further
+constexpr size_t kLastBeam = 2;        // the same before the largest size, when wrong sets are far behind
+constexpr size_t kCandidates = 10;     // effects that may be added to each set
+constexpr size_t kSimulated = 3;       // sets of each size that are simulated
+constexpr size_t kAsked = 3;           // effects by score test that are tried
+constexpr size_t kScanned = 2;         // start values of a gap that are fitted, because of local minima
+constexpr double kAlike = 1.5;         // ratio of costs that counts as similar
+constexpr double kClearlyWorse = 4.0;  // ratio of costs: twice the error
+constexpr double kQuiet = 1.5;         // rms in units of noise of a joint that needs no effect
+constexpr double kQuietShare = 0.005;  // share of the residual above the noise
+constexpr double kClosely = 0.6;       // share of the work for score tests
+constexpr double kGrowing = 0.85;      // share of the work after which no larger sets start
 
 // Counts work from zero; copies of the problem share the counter.
 Problem count_work(Problem problem) {
@@ -113,10 +123,10 @@ class Search {
     Explorer explorer(prepared_);
     std::vector<Lead> beam{explorer.nominal()};
     progress_("along the recorded paths: " + format("nominal %.4g", scale(explorer.nominal().cost)));
-    for (size_t size = 1; size <= kLargestSet && !is_spent(kMostly); ++size) {
+    for (size_t size = 1; size <= kLargestSet && !is_spent(kGrowing); ++size) {
       const std::vector<Lead> parents = beam;
       const double before = calc_cost(trials_.best());
-      beam = explorer.grow(parents, kShortList, list_quiet(trials_.best()));
+      beam = explorer.grow(parents, kCandidates, list_quiet(trials_.best()));
       drop_refused(&beam);
       if (beam.empty()) break;
       progress_(format("%.0f effects", static_cast<double>(size)));
@@ -133,9 +143,10 @@ class Search {
       const bool idle = trials_.best().hypothesis.size() <= size && calc_cost(trials_.best()) > (1.0 - kMinor) * before;
       if (!helps(parents, beam) || (size > 1 && idle)) break;
       drop_refused(&beam);
-      if (beam.size() > kLookedAt) beam.resize(kLookedAt);
+      const size_t most = size + 1 < kLargestSet ? kBeam : kLastBeam;
+      if (beam.size() > most) beam.resize(most);
     }
-    if (!is_spent(kMostly) && loosen()) deepen();
+    if (!is_spent(kGrowing) && loosen()) deepen();
   }
 
   // Polishes the best set and adds effects by score tests. Returns true if it has grown.
@@ -155,10 +166,10 @@ class Search {
     for (const Score* score : {&t.train, &t.validate}) {
       for (size_t c = 0; c < score->signal_chi2.size(); ++c) {
         excess[c / kQuantities] += std::max(0.0, score->signal_chi2[c] - score->signal_count[c]);
-        quiet[c / kQuantities] = quiet[c / kQuantities] && score->ok && score->rms(c) < kNoiseLeft;
+        quiet[c / kQuantities] = quiet[c / kQuantities] && score->ok && score->rms(c) < kQuiet;
       }
     }
-    const double most = kTrace * std::accumulate(excess.begin(), excess.end(), 0.0);
+    const double most = kQuietShare * std::accumulate(excess.begin(), excess.end(), 0.0);
     for (size_t j = 0; j < quiet.size(); ++j) quiet[j] = quiet[j] && excess[j] <= most;
     return quiet;
   }
@@ -205,7 +216,7 @@ class Search {
   // best.
   bool look_closer() {
     const size_t size = trials_.best().hypothesis.size();
-    if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kHalf)) return false;
+    if (size == 0 || size >= kLargestSet || is_finished(trials_.best()) || is_spent(kClosely)) return false;
     const std::vector<Trial> bases = list_bases();
     const std::vector<Effect> asked = try_asked(bases[0]);
     if (asked.empty() && loosen()) return true;
@@ -240,7 +251,7 @@ class Search {
   void loosen(const Trial& base, size_t at) {
     const Effect& rotor = base.hypothesis[at];
     for (const Effect& transmission : list_transmissions(rotor.place.index, get_rotor(rotor))) {
-      const size_t count = list_infos(transmission.id)[0].walked ? kLookedAt : 1;
+      const size_t count = list_infos(transmission.id)[0].walked ? kScanned : 1;
       for (const Effect& option : trials_.choose(base, at, list_options(transmission, false), count)) {
         if (is_spent() || is_near(trials_.best())) return;
         progress_("    loosened: " + get_label(e_, transmission));
@@ -260,7 +271,7 @@ class Search {
   // Returns true if the best set improved with one effect exchanged.
   bool exchange_one() {
     const Trial best = trials_.best();
-    if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kHalf)) return false;
+    if (best.hypothesis.size() < 2 || !is_near(best) || is_finished(best) || is_spent(kClosely)) return false;
     if (!exchanged_.insert(make_set(best.hypothesis)).second) return false;
     for (size_t i = 0; i + 1 < best.hypothesis.size(); ++i) {
       progress_("    without " + get_label(e_, best.hypothesis[i]));
@@ -301,7 +312,7 @@ class Search {
     std::vector<Effect> asked;
     double least = kDetail * (calc_cost(base) - base.train.count - base.validate.count);
     for (const Addition& addition : rank_additions(trials_.take_up(base), base.full())) {
-      if (addition.gain < least || asked.size() == kLookedAt || is_spent()) break;
+      if (addition.gain < least || asked.size() == kAsked || is_spent()) break;
       if (fits_details(base, addition.start) || !try_with(base, addition.start)) continue;
       asked.push_back(addition.start);
       const bool done = is_complete(trials_.best(), nominal_);
@@ -316,7 +327,7 @@ class Search {
   // simulation tells them apart.
   void simulate_best(std::vector<Lead> beam) {
     // Among similar sets along the paths, the simple ones first: a richer one may only contain a simple one.
-    const double alike = kClearlyMore * beam.front().cost;
+    const double alike = kAlike * beam.front().cost;
     const auto rich = std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost > alike; });
     const double best_cost = beam.front().cost;
     std::stable_sort(beam.begin(), rich, [](const Lead& a, const Lead& b) {
@@ -325,14 +336,14 @@ class Search {
     // The best set is always tried, because all may be similar far above the noise.
     const auto best_of_all =
         std::find_if(beam.begin(), beam.end(), [&](const Lead& lead) { return lead.cost == best_cost; });
-    if (best_of_all - beam.begin() >= static_cast<long>(kLookedAt))
-      std::rotate(beam.begin() + kLookedAt - 1, best_of_all, best_of_all + 1);
+    if (best_of_all - beam.begin() >= static_cast<long>(kSimulated))
+      std::rotate(beam.begin() + kSimulated - 1, best_of_all, best_of_all + 1);
     for (size_t i = 0; i < beam.size(); ++i) {
       const Trial& best = trials_.best();
       const bool done = !best.hypothesis.empty() && is_noise(best);
       if (i > 1 && is_spent()) break;
-      if (!done && i >= kLookedAt) break;  // a simpler set may explain as much
-      if (beam[i].cost > (done ? kFarMore : 30.0) * best_cost) break;
+      if (!done && i >= kSimulated) break;  // a simpler set may explain as much
+      if (beam[i].cost > (done ? kClearlyWorse : 30.0) * best_cost) break;
       const size_t more = count_parameters(beam[i].hypothesis), least = count_parameters(best.hypothesis);
       if (done && (more > least || (more == least && beam[i].cost > alike))) continue;
       trials_.add(beam[i].hypothesis);

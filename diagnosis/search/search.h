@@ -10,6 +10,7 @@ namespace hrp::diagnosis {
 
 // Effects of a set: more causes are found one by one around it (additions.h).
 constexpr size_t kLargestSet = 3;
+constexpr size_t kRivals = 14;  // in the list of an outcome
 
 struct Outcome {
   Trial nominal;    // without effects

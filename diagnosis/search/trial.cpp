@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "diagnosis/estimate/enough.h"
-#include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
 #include "diagnosis/search/significance.h"
@@ -13,10 +11,13 @@
 namespace hrp::diagnosis {
 namespace {
 
+constexpr double kBent = 3.0;       // ratio of held-out to training power above the noise
+constexpr double kSurprise = 20.0;  // prior cost of a factor of e
 constexpr double kEffectPrice = 60.0, kParameterPrice = 15.0;
 constexpr double kDetailPrice = 0.004;  // per effect and reading: what details of laws may gain
 constexpr double kEvidence = 20.0;      // correlated readings that count as one
-constexpr double kLeastDearer = 30.0;   // per additional parameter
+constexpr double kSure = 10.0 * kEvidence;
+constexpr double kLeastDearer = 30.0;  // per additional parameter
 
 // Power of the held-out residual above the noise.
 double calc_excess(const Trial& t) { return t.rms * t.rms - 1.0; }
@@ -29,7 +30,7 @@ double count_readings(const Trial& t) { return t.train.count + t.validate.count;
 // True if smooth effects overfit: together they can imitate other causes, but leave more in held-out recordings.
 bool is_bent(const Trial& t) {
   const double fitted = std::max(0.0, calc_train_excess(t));
-  return t.hypothesis.size() > 1 && is_smooth(t.hypothesis) && calc_excess(t) > kSeveralTimes * fitted + kDetail;
+  return t.hypothesis.size() > 1 && is_smooth(t.hypothesis) && calc_excess(t) > kBent * fitted + kDetail;
 }
 
 // True if the training recordings show a mismatch that the model leaves, whatever the held-out ones show. A limit, for
@@ -42,8 +43,7 @@ bool leaves_training(const Trial& t, const Trial& nominal) {
 double calc_surprise(const Hypothesis& hypothesis) {
   double surprise = 0.0;
   for (const Effect& effect : hypothesis) {
-    // A factor of e costs as much as one more parameter.
-    if (list_infos(effect.id)[0].factor) surprise += kParameterPrice * std::pow(std::log(effect.p[0]), 2);
+    if (list_infos(effect.id)[0].factor) surprise += kSurprise * std::pow(std::log(effect.p[0]), 2);
   }
   return surprise;
 }
@@ -79,7 +79,7 @@ void prefer_simple(const Trial& nominal, const Trial& best, std::vector<Trial>* 
     const bool possible = is_noise(t) || is_explained(t, nominal);
     if (!is_simpler(t.hypothesis, list->front().hypothesis) || !possible || calc_excess(t) > most) continue;
     if (is_stiffer(t.hypothesis, list->front().hypothesis) &&
-        calc_price(t, best) > calc_price(list->front(), best) + calc_dearer(1.0 - kSurest))
+        calc_price(t, best) > calc_price(list->front(), best) + kSure)
       continue;
     std::rotate(list->begin(), list->begin() + static_cast<long>(i), list->begin() + static_cast<long>(i) + 1);
   }

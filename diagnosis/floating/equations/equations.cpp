@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "diagnosis/estimate/blocks.h"
-#include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/slopes.h"
 #include "diagnosis/floating/equations/body_rows.h"
 #include "diagnosis/floating/equations/foot_rows.h"
@@ -14,6 +13,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+constexpr double kSpacing = 0.008;  // [s] between the samples of a cell: the kernel passes nothing that is finer
 constexpr double kSlowest = 0.004;  // share of a joint's largest speed above which dry friction has its full size
 
 // [rad/s] Speed above which dry friction has its full size, by joint.
@@ -66,12 +66,11 @@ void add_body_rows(const BodySample& at, BodyEquations* equations, FootRows* fee
   if (uses_gyroscope(at.log)) add_gyroscope_columns(*equations, &rows);
 }
 
-// Samples of a clip in cells: each cell is a row of every equation that holds there. They are half of the kernel's
-// deviation apart: it passes nothing that is finer.
+// Samples of a clip in cells: each cell is a row of every equation that holds there.
 struct Cells {
   size_t stride = 1, count = 1;  // samples from one to the next, and in a cell
   explicit Cells(const Clip& clip)
-      : stride(static_cast<size_t>(std::max(1L, std::lround(kHalf * clip.sigma / clip.step)))),
+      : stride(static_cast<size_t>(std::max(1L, std::lround(kSpacing / clip.step)))),
         count(static_cast<size_t>(std::max(1L, std::lround(kCell / (clip.step * static_cast<double>(stride)))))) {}
   size_t length() const { return count * stride; }
 };

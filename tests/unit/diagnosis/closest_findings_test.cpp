@@ -77,7 +77,7 @@ TEST(ClosestFindings, OfAShakenServoAreTheFrictionAndTheLateCommandWithTheirValu
                           .report;
   EXPECT_EQ(report["verdict"], "mostly_explained") << report.dump(1);
   const Json *drag = find_finding(report, "viscous_friction"), *late = find_finding(report, "command_delay");
-  ASSERT_TRUE(drag && late);
+  ASSERT_TRUE(drag && late) << report["findings"].dump(1);
   // A tenth: what shakes the bench is fitted as well.
   EXPECT_NEAR((*drag)["parameters"]["coefficient"]["value"].get<double>(), kDrag, 0.1 * kDrag);
   EXPECT_NEAR((*late)["parameters"]["delay"]["value"].get<double>(), kLate, 0.1 * kLate);
