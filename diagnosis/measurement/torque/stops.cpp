@@ -11,6 +11,7 @@
 #include "diagnosis/estimate/gram.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/measurement/torque/use.h"
+#include "diagnosis/model/nominal.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -97,6 +98,8 @@ class Samples {
 }  // namespace
 
 void leave_out_stops(TorqueWork* w, int j) {
+  // Commands that jump to one end of the travel, late, look like a stop.
+  if (w->data.source[static_cast<size_t>(j)] != EffortSource::kRecorded || !is_effort_driven(w->e)) return;
   const JointSpec& joint = w->e.robot.tree.joint(j);
   for (double side : {1.0, -1.0}) {
     const std::optional<double> angle = Samples(w->data, j, side).find();

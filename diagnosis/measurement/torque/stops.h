@@ -8,8 +8,9 @@
 namespace hrp::diagnosis {
 
 // Leaves out the samples of a joint beyond the angle where something stops it, with a warning. There is such an angle
-// if friction, a rotor, a spring and other torques that are smooth over position leave a tenth of the mean square on
-// this side of it, and if the torque beyond pushes back.
+// if friction, a rotor, a spring and other torques that are smooth over position leave a hundredth of the mean square
+// on this side of it, and if the torque beyond pushes back. Only of drives that follow efforts: late commands that jump
+// look like stops.
 void leave_out_stops(TorqueWork* work, int joint);
 
 }  // namespace hrp::diagnosis
