@@ -20,7 +20,13 @@ namespace {
 // |ln| of a scale below one that joints do not share: a heavy load may explain less.
 const double kLoad = std::log(kTenTimes);
 constexpr long kFewest = kRowsPerColumn * (kNuisance + 1);  // samples: tau stands beside them
-constexpr long kRotor = 2;  // column of the acceleration in the regressors of collect_efforts()
+
+// [|ln|] Widest bracket that tells a scale. At kFactor, effort and tau have a correlation of 0.6 beside friction and
+// rotor: along a few slow recordings, friction over position follows the small torque of a wrist by a third, with
+// either sign and a factor of a thousand.
+double find_widest(double scale) {
+  return std::min(kBracket * std::max(kFactor, std::abs(std::log(std::abs(scale)))), kFactor);
+}
 
 double calc_variance(const Eigen::VectorXd& y) { return (y.array() - y.mean()).square().mean(); }
 
@@ -35,8 +41,8 @@ bool is_turned(const UnitRows& rows, double scale) {
   Eigen::MatrixXd X(rows.tau.size(), rows.nuisance.cols() + 1);
   X << rows.nuisance, rows.tau;
   const Eigen::VectorXd theta = X.colPivHouseholderQr().solve(rows.effort);
-  const auto v = rows.nuisance.col(0);
-  const Eigen::VectorXd friction = theta[0] * v + theta[1] * rows.nuisance.col(1);
+  const auto v = rows.nuisance.col(kSpeed);
+  const Eigen::VectorXd friction = theta[kSpeed] * v + theta[kDry] * rows.nuisance.col(kDry);
   // Wrong masses look like less friction than that.
   if (friction.squaredNorm() / static_cast<double>(friction.size()) > kMuch * kMuch * calc_variance(rows.effort))
     return friction.dot(v) < 0.0;
@@ -65,9 +71,9 @@ std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& r
   unit.joint = joint, unit.low = te / ee, unit.high = tt / te;  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double share = discount_chance(unit.low / unit.high, rows, beside.cols() + 1);
-  const double width = share > 0.0 ? -std::log(share) : 1e300, far = std::abs(std::log(std::abs(unit.scale)));
+  const double width = share > 0.0 ? -std::log(share) : 1e300;
   if (unit.scale < 0.0 && !is_turned(rows, unit.scale) && may_be_load(data, {joint})) return std::nullopt;
-  if (width > std::min(kBracket * std::max(kFactor, far), kFactor)) return std::nullopt;
+  if (width > find_widest(unit.scale)) return std::nullopt;
   return unit;
 }
 
@@ -197,7 +203,7 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
 bool tells_loaded(const TorqueData& data, const LoadedUnit& u) {
   const double width = u.share > 0.0 ? -std::log(u.share) : 1e300;
   if (!is_moved(u.moved * u.moved, collect_efforts(data, u.joint))) return false;
-  return u.scale > 0.0 && width <= std::min(kBracket * std::max(kFactor, std::abs(std::log(u.scale))), kFactor);
+  return u.scale > 0.0 && width <= find_widest(u.scale);
 }
 
 // Once efforts are no torques: units beside a load that all joints carry, and beside springs. Each looks like a larger
@@ -308,8 +314,8 @@ std::optional<double> find_unit_without_friction(const TorqueData& data, int joi
   if (rows.tau.size() < 2 * kNuisance) return std::nullopt;  // fewer fit by chance
   // The torque is what is known worst, as an acceleration is.
   Eigen::MatrixXd unit(rows.tau.size(), 2), friction(rows.tau.size(), 4);
-  unit << rows.effort, rows.nuisance.col(0);
-  friction << unit, rows.nuisance.col(1), rows.nuisance.col(3);
+  unit << rows.effort, rows.nuisance.col(kSpeed);
+  friction << unit, rows.nuisance.col(kDry), rows.nuisance.col(kConstant);
   if (take_out(unit, rows.tau).squaredNorm() > (1.0 + kPart) * take_out(friction, rows.tau).squaredNorm())
     return std::nullopt;
   return take_far(unit.colPivHouseholderQr().solve(rows.tau)[0]);

@@ -12,8 +12,6 @@ namespace hrp::diagnosis {
 namespace {
 
 constexpr int kTried = 40;  // limits between the smallest that is looked for and the largest effort
-// Columns of UnitRows::nuisance: the direction, the acceleration.
-constexpr long kDry = 1, kRotor = 2;
 
 // The part of the effort that is not there.
 using CalcAbsent = Eigen::VectorXd (*)(const Eigen::VectorXd& effort, double limit);
@@ -39,7 +37,7 @@ class Search {
   Search(const UnitRows& rows, CalcAbsent calc_absent, Unit unit)
       : calc_absent_(calc_absent), any_unit_(unit == Unit::kAny), effort_(rows.effort), missing_(-rows.tau) {
     columns_.resize(effort_.size(), kNuisance + (any_unit_ ? 3 : 2));
-    columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(1)),
+    columns_ << rows.nuisance, rows.tau.cwiseAbs().cwiseProduct(rows.nuisance.col(kDry)),
         Eigen::MatrixXd::Zero(effort_.size(), columns_.cols() - kNuisance - 1);
     if (any_unit_)
       columns_.col(columns_.cols() - 2) = -effort_;

@@ -14,12 +14,13 @@ namespace hrp::diagnosis {
 bool may_be_load(const TorqueData& data, const std::vector<int>& joints);
 
 constexpr long kLoadColumns = 4;  // of a load: mass and moment
-constexpr long kNuisance = 4;     // v, direction, a, constant: what a drive's effort has beside tau
+// What a drive's effort has beside tau: columns of v, direction, a, constant.
+enum Nuisance : long { kSpeed, kDry, kRotor, kConstant, kNuisance };
 
 // Training samples of one joint: nominal torque, effort, and regressors of friction, rotor and constant in any unit.
 struct UnitRows {
   Eigen::VectorXd tau, effort;  // [N m], logged unit
-  Eigen::MatrixXd nuisance;     // v, direction, a, 1
+  Eigen::MatrixXd nuisance;     // columns: Nuisance
 };
 UnitRows collect_efforts(const TorqueData& data, int joint);
 

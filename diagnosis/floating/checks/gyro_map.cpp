@@ -14,11 +14,13 @@
 #include "diagnosis/estimate/rounds.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
-#include "diagnosis/floating/fit/candidates.h"
 #include "diagnosis/model/made.h"
 
 namespace hrp::diagnosis::floating {
 namespace {
+
+// [rad] deviation of turns: larger ones are conventions, which have been looked for
+constexpr double kLikelyTurn = 0.5;
 
 constexpr long kScale = 0, kTurn = 1, kZero = 4, kCount = 7;  // coefficients
 using Coefficients = Eigen::Matrix<double, kCount, 1>;
@@ -102,9 +104,8 @@ Information sum_squares(const std::vector<RateMoment>& moments, const std::vecto
   const double noise = std::max(1e-12, square / std::max(1e-12, weight));
   const Eigen::AngleAxisd turned(fit.map.R);
   for (int a = 0; a < 3; ++a) {
-    // Larger turns are conventions, which have been looked for.
-    sum(kTurn + a, kTurn + a) += noise / (kLargestAngle * kLargestAngle);
-    (*score)(kTurn + a) -= noise / (kLargestAngle * kLargestAngle) * turned.angle() * turned.axis()(a);
+    sum(kTurn + a, kTurn + a) += noise / (kLikelyTurn * kLikelyTurn);
+    (*score)(kTurn + a) -= noise / (kLikelyTurn * kLikelyTurn) * turned.angle() * turned.axis()(a);
   }
   if (!free.scale) sum(kScale, kScale) = 1;
   return sum;

@@ -9,7 +9,6 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
-#include "diagnosis/floating/checks/standing_legs.h"
 #include "diagnosis/floating/conventions/sensor_frames.h"
 #include "diagnosis/floating/log/body_motion.h"
 #include "diagnosis/floating/log/contacts.h"
@@ -18,6 +17,7 @@
 namespace hrp::diagnosis::floating {
 namespace {
 
+constexpr double kTurns = 0.02;   // [rad/s] root mean square of rates that tell a gyroscope's unit
 constexpr double kFastest = 6.0;  // [rad/s] half of the time: no body on its feet turns so
 constexpr double kFar = 30.0;     // times the robot's own height: no base is so far up
 
@@ -107,7 +107,7 @@ class Finder {
         same += w.dot(reading), square += w.squaredNorm(), read += reading.squaredNorm(), count += 1.0;
       }
     }
-    if (count == 0.0 || std::sqrt(square / count) <= kRateOfSoles) return {};
+    if (count == 0.0 || std::sqrt(square / count) <= kTurns) return {};
     return {same / square, std::sqrt(read / square)};
   }
 

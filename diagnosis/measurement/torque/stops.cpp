@@ -19,16 +19,6 @@ namespace {
 constexpr int kTried = 25;   // angles: a hundredth of the travel apart
 constexpr long kSmooth = 7;  // columns: v, direction, a, tau, 1, q, q^2
 
-// Largest value within `reach` samples of each one.
-Eigen::VectorXd find_largest_near(const Eigen::VectorXd& x, long reach) {
-  Eigen::VectorXd out(x.size());
-  for (long k = 0; k < x.size(); ++k) {
-    const long from = std::max(0L, k - reach), to = std::min(x.size(), k + reach + 1);
-    out[k] = x.segment(from, to - from).maxCoeff();
-  }
-  return out;
-}
-
 // Training samples of one joint in use, from the one that stays furthest from one end of the travel to the one that
 // comes nearest, within the filter's reach.
 class Samples {
@@ -55,7 +45,7 @@ class Samples {
     size_t i = 0;
     for (int part = 0; part < kTried; ++part) {
       const double at = nearest + travel * (kLargely + kMuch * part / kTried);
-      for (; furthest_[order_[i]] <= at; ++i) within.add_row(rows_[order_[i]], missing_[order_[i]]);
+      for (; i < count && furthest_[order_[i]] <= at; ++i) within.add_row(rows_[order_[i]], missing_[order_[i]]);
       if (2 * i > count && calc_mean_square(within) < enough && pushes_back(within, i)) angle = at;
     }
     return angle;
@@ -64,13 +54,13 @@ class Samples {
  private:
   void add(const TorqueData& data, const TorqueRecording& r, int joint, double side) {
     const Eigen::VectorXd sign = data.calc_sign(r, joint), q = side * r.q.col(joint),
-                          furthest = find_largest_near(q, find_reach(r, data.cutoff));
+                          furthest = find_largest_near(q, r, data.cutoff);
     for (long k = 0; k < r.kept(); ++k) {
       if (!r.use(k, joint)) continue;
       const long i = r.full_row(k);
       Eigen::VectorXd row(kSmooth);
       row << side * r.v(i, joint), side * sign[i], side * r.a(i, joint), side * r.tau(i, joint), 1.0, q[i], q[i] * q[i];
-      rows_.push_back(row), missing_.push_back(side * r.missing(k, joint)), furthest_.push_back(furthest[i]);
+      rows_.push_back(row), missing_.push_back(side * r.missing(k, joint)), furthest_.push_back(furthest[k]);
     }
   }
 
@@ -105,7 +95,7 @@ void leave_out_stops(TorqueWork* w, int j) {
     const std::optional<double> angle = Samples(w->data, j, side).find();
     if (!angle) continue;
     for (TorqueRecording& r : w->data.recordings)
-      r.use.col(j) = r.use.col(j) && !find_near((side * r.q.col(j)).array() > *angle, r, w->data.cutoff);
+      r.use.col(j) = r.use.col(j) && find_largest_near(side * r.q.col(j), r, w->data.cutoff).array() <= *angle;
     w->data.warnings.push_back(joint.name + ": something stops it " + (side > 0.0 ? "above " : "below ") +
                                number(side * *angle, 2) + (joint.kind == JointKind::kPrismatic ? " m" : " rad") +
                                ", as a stop, a table or a tight cable does: samples there are left out");

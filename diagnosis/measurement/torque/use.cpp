@@ -64,21 +64,20 @@ Flags find_limited(const TorqueWork& w, const TorqueRecording& r, int j) {
   const std::vector<double>& log = in.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)];
   const double limit = (1.0 - kMinor) * w.plant.laws[static_cast<size_t>(j)].effort_limit;
   if (log.empty() || !std::isfinite(limit)) return Flags::Constant(r.kept(), false);
-  return find_near(resample(in.time, log, r.begin, r.step, r.q.rows()).array().abs() > limit, r, w.data.cutoff);
+  const Eigen::VectorXd size = resample(in.time, log, r.begin, r.step, r.q.rows()).cwiseAbs();
+  return find_largest_near(size, r, w.data.cutoff).array() > limit;
 }
 
 }  // namespace
 
-long find_reach(const TorqueRecording& r, double cutoff) { return std::lround(kFilterReach / cutoff / r.step); }
-
-Flags find_near(const Flags& full, const TorqueRecording& r, double cutoff) {
-  const long reach = find_reach(r, cutoff);
-  Flags near(r.kept());
-  for (long k = 0; k < near.size(); ++k) {
+Eigen::VectorXd find_largest_near(const Eigen::VectorXd& full, const TorqueRecording& r, double cutoff) {
+  const long reach = std::lround(kFilterReach / cutoff / r.step);
+  Eigen::VectorXd largest(r.kept());
+  for (long k = 0; k < largest.size(); ++k) {
     const long from = std::max(0L, r.full_row(k) - reach), to = std::min(full.size(), r.full_row(k) + reach + 1);
-    near[k] = full.segment(from, to - from).any();
+    largest[k] = full.segment(from, to - from).maxCoeff<Eigen::PropagateNumbers>();
   }
-  return near;
+  return largest;
 }
 
 void make_missing_torque(TorqueWork* w, TorqueRecording* r) {

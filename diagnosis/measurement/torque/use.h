@@ -9,10 +9,8 @@ namespace hrp::diagnosis {
 // Missing torque: effort minus bodies minus the joint's own laws. Used where the joint moves and its torques are known.
 void make_missing_torque(TorqueWork* work, TorqueRecording* recording);
 
-// Distance to which the filter spreads a sample, in samples of the full grid.
-long find_reach(const TorqueRecording& recording, double cutoff);
-// Kept samples within the filter's reach of a flag of the full grid.
-Flags find_near(const Flags& full, const TorqueRecording& recording, double cutoff);
+// Largest value of a function of the full grid within the filter's reach of each kept sample. NaN: no value.
+Eigen::VectorXd find_largest_near(const Eigen::VectorXd& full, const TorqueRecording& recording, double cutoff);
 
 // A servo that oscillates between its limits jumps by twice the limit within a sample. The filtered error of half a
 // sample is then larger than friction. Such stretches are left out if enough others remain.
