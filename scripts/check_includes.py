@@ -58,10 +58,10 @@ COMMON = {
 # Folders of the diagnosis that know no other folder of it beside those given. Whatever the others know, there is no
 # cycle among them: find_cycle().
 DIAGNOSIS = {
-    "data": [],
     "estimate": [],
-    "model": ["data"],
-    "simulation": ["data", "model"],
+    "data": ["estimate"],
+    "model": ["data", "estimate"],
+    "simulation": ["data", "estimate", "model"],
     "search": ["data", "estimate", "model", "simulation"],
     "page": [],
     "generator": [],

@@ -10,6 +10,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -65,7 +66,7 @@ double find_largest(const std::vector<double>& values) {
 }
 
 bool may_be_degrees(const JointSpec& joint, double largest) {
-  return is_far_beyond(joint, largest) && largest <= (1.0 + kRoom) * kDegrees * get_reach(joint);
+  return is_far_beyond(joint, largest) && largest <= (1.0 + kDetail) * kDegrees * get_reach(joint);
 }
 
 void check_limits(const Experiment& e, const Recording& r, int j) {

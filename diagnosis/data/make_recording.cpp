@@ -14,6 +14,8 @@
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -160,7 +162,6 @@ bool is_constant(const std::vector<double>& values) { return calc_range(values) 
 // True if commanded positions do not follow the commanded rates: the squared difference exceeds half of the squared
 // changes.
 bool has_separate_rate(const std::vector<double>& time, const JointColumns& joint) {
-  constexpr double kSeparate = 0.5;                    // of squares
   const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, moved = 0.0;
   for (size_t k = 1; k < joint.command_rate.size() && k < joint.command.size(); ++k) {
@@ -169,13 +170,12 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
     const double told = 0.5 * (joint.command_rate[k] + joint.command_rate[k - 1]) * (time[k] - time[k - 1]);
     apart += (change - told) * (change - told), moved += change * change;
   }
-  return apart > kSeparate * moved;
+  return apart > kHalf * moved;
 }
 
 // True if jitter of stamps, or positions with few digits, disturb the cubic between samples more than the motion's
 // curvature does. The curvature changes the mean rate by r'' dt^2 / 12; squares are compared over the recording.
 bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
-  constexpr double kRough = 9.0;  // of squares: three times in size
   const std::vector<double>& rate = joint.command_rate;
   const double gap = kGapPeriods * find_period(time);  // the command is unknown in longer steps
   double apart = 0.0, curved = 0.0;
@@ -185,7 +185,7 @@ bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
     const double bend = (rate[k + 1] - 2.0 * rate[k] + rate[k - 1]) / 12.0;
     apart += std::pow(mean - 0.5 * (rate[k] + rate[k - 1]), 2), curved += bend * bend;
   }
-  return apart > kRough * curved;
+  return apart > kSeveralTimes * kSeveralTimes * curved;
 }
 
 // With `by_effort`, commanded efforts stand in for efforts that were not logged.

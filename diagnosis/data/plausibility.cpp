@@ -14,6 +14,8 @@
 #include "diagnosis/data/repair.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/data/smooth.h"
+#include "diagnosis/estimate/at_rest.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -62,7 +64,7 @@ Line fit_line(const Pair& pair) {
   return {xy / xx, xy / std::sqrt(xx * yy)};
 }
 
-bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kRoom; }
+bool is_near(double value, double target) { return std::abs(value / target - 1.0) < kDetail; }
 
 // Collects rows whose numbers are all finite, at most about 4000.
 Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& get) {
@@ -213,7 +215,6 @@ void check_exchanged_gains(const Experiment& e, const Recording& r, const Pairs&
 
 // Smallest change that counts. No sensor resolves less, so smaller ones are numerical traces in a column of zeros.
 constexpr double kLeastChange = 1e-12;
-constexpr double kMoves = 0.02;  // [rad or m] range of a joint, or of its command, that a sensor shows
 
 bool is_still(const std::vector<double>& values) {
   const bool any = std::any_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
@@ -236,7 +237,7 @@ bool changes_between(const Experiment& e, int j) {
 // columns count as not recorded.
 void check_still(Experiment* e, Recording* r, int j) {
   JointColumns& joint = r->joints[static_cast<size_t>(j)];
-  const bool moves = calc_range(joint.command) > kMoves;
+  const bool moves = calc_range(joint.command) > kHardlyMoved;
   if (moves && is_still(joint.signal[0])) {
     refuse_input(
         r->find_place(e->signal_name(j, Quantity::kPosition)),
@@ -298,7 +299,7 @@ std::vector<std::string> list_columns(const Recording& r, const std::string& sen
 // True if a sensor of the body repeats one reading throughout although the joints move. Logs of dead ones look like
 // that: it would turn at one rate all the time. Zeros of a force are those of a foot in the air, unless `zeros`.
 bool is_dead(const Recording& r, const std::string& sensor, bool zeros) {
-  const auto moves = [](const JointColumns& joint) { return calc_range(joint.signal[0]) > kMoves; };
+  const auto moves = [](const JointColumns& joint) { return calc_range(joint.signal[0]) > kHardlyMoved; };
   if (std::none_of(r.joints.begin(), r.joints.end(), moves)) return false;
   bool still = true, zero = true;
   const std::vector<std::string> columns = list_columns(r, sensor);

@@ -12,8 +12,6 @@
 namespace hrp::diagnosis {
 
 constexpr double kDegrees = 180.0 / M_PI;  // [degrees/rad]
-// Relative: what all effects together add to an angle or a slope. A wrong unit is a factor of 57.
-constexpr double kRoom = 0.1;
 
 // Throws InputError with file and column of an impossible recording. Columns without information (such as an effort
 // that is always 0, without a torque sensor) are dropped with a warning.

@@ -10,18 +10,15 @@
 #include "diagnosis/data/plausibility.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/data/range.h"
+#include "diagnosis/estimate/ratios.h"
+#include "diagnosis/estimate/shares.h"
 
 namespace hrp::diagnosis {
 namespace {
 
 constexpr double kJump = 1.5 * M_PI;  // [rad] no joint moves so far between two samples
-constexpr double kSpike = 10.0;       // times the 95 % quantile of second differences, or a quantised signal's step
-constexpr double kReturn = 0.1;       // share of the jump by which the neighbours may differ
-constexpr double kMostSpikes = 0.01;  // share of the samples
 constexpr double kOfPosition = 0.03;  // least jump relative to the signal's middle 90 %: a link cannot jump
 constexpr double kOfOthers = 2.0;     // the same for speeds and efforts; impacts also last one sample
-
-constexpr double kOfNorm = 0.1;  // by which a quaternion may miss its norm: rounded and averaged ones are nearer
 
 // |x[k] - mean of the neighbours|; NaN beside missing samples.
 std::vector<double> calc_second_differences(const std::vector<double>& x) {
@@ -84,7 +81,7 @@ double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
     double square = 0.0, dot = 0.0;
     for (size_t i = 0; i < 4; ++i) square += std::pow((*xyzw[i])[k], 2), dot += last[i] * (*xyzw[i])[k];
     if (!std::isfinite(square)) continue;
-    const bool unit = std::abs(std::sqrt(square) - 1.0) < kOfNorm;
+    const bool unit = std::abs(std::sqrt(square) - 1.0) < kDetail;
     if (!unit && std::isnan(found)) found = std::sqrt(square);
     for (size_t i = 0; i < 4; ++i) {
       double& part = (*xyzw[i])[k];
@@ -99,7 +96,7 @@ int unwrap_angle(std::vector<double>* angle) {
   const std::vector<double> values = keep_finite(*angle);
   // An encoder that wraps reads within one turn. Where turns are counted already, a wheel whose encoder is read seldom
   // moves by more than a turn between two readings.
-  if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > (1.0 + kRoom) * 2.0 * M_PI)
+  if (values.empty() || find_quantile(values, 0.99) - find_quantile(values, 0.01) > (1.0 + kDetail) * 2.0 * M_PI)
     return 0;
   int jumps = 0;
   double turns = 0.0, last = std::numeric_limits<double>::quiet_NaN();
@@ -118,12 +115,12 @@ int drop_spikes(std::vector<double>* signal, double of_spread) {
   const std::vector<double> values = keep_finite(*signal);
   const double spread = find_quantile(values, 0.95) - find_quantile(values, 0.05);
   const double least =
-      std::max({kSpike * find_quantile(usual, 0.95), of_spread * spread, kSpike * find_smallest(usual)});
+      std::max({kTenTimes * find_quantile(usual, 0.95), of_spread * spread, kTenTimes * find_smallest(usual)});
   std::vector<size_t> found;
   for (size_t k = 1; k + 1 < signal->size(); ++k) {
-    if (second[k] > least && std::abs((*signal)[k + 1] - (*signal)[k - 1]) < kReturn * second[k]) found.push_back(k);
+    if (second[k] > least && std::abs((*signal)[k + 1] - (*signal)[k - 1]) < kDetail * second[k]) found.push_back(k);
   }
-  if (static_cast<double>(found.size()) > kMostSpikes * static_cast<double>(signal->size())) return 0;
+  if (static_cast<double>(found.size()) > kTrace * static_cast<double>(signal->size())) return 0;
   for (size_t k : found) (*signal)[k] = std::numeric_limits<double>::quiet_NaN();
   return static_cast<int>(found.size());
 }

@@ -7,6 +7,7 @@
 #include "common/base/rounding.h"
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/enough.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 constexpr size_t kPieces = 24;         // of the recording: the fastest message of each is a point of the envelope
 constexpr double kOtherClock = 0.05;   // [s] offset that latency in a local network does not always explain
 constexpr double kDriftShift = 0.002;  // [s] least effect of a drift over the recording
-constexpr double kScatter = 4.0;       // times the scatter of the envelopes
 
 // Smallest receive - stamp in each piece of the recording.
 struct Points {
@@ -68,7 +68,7 @@ std::vector<double> place_stamps(const std::vector<double>& stamp, const std::ve
     const double end = own.begin + own.span;
     placed->offset = own.begin - move(own.begin);
     const double gained = end - move(end) - placed->offset;
-    const bool drifts = std::abs(gained) > std::max(kDriftShift, kScatter * (own.scatter + reference.scatter));
+    const bool drifts = std::abs(gained) > std::max(kDriftShift, kOutlier * (own.scatter + reference.scatter));
     placed->drift = drifts ? gained / own.span : 0.0;
     placed->moved = drifts || std::abs(placed->offset) > kOtherClock;
     for (double& t : time) t = placed->moved ? move(t) : t;
