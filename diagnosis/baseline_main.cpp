@@ -41,7 +41,8 @@ std::string read_effects(const std::string& path) {
 Experiment add_effects(const Experiment& e, const std::string& path) {
   const Scenario stated = parse_scenario(e.scenario.text + "\n" + read_effects(path), path);
   Experiment with = e;
-  with.scenario.joint_laws = stated.joint_laws, with.scenario.link_laws = stated.link_laws;
+  with.scenario.joint_laws = stated.joint_laws;
+  with.scenario.link_laws = stated.link_laws;
   with.scenario.rotor_inertia = stated.rotor_inertia;
   return with;
 }
@@ -49,7 +50,10 @@ Experiment add_effects(const Experiment& e, const std::string& path) {
 double join(const std::vector<double>& rms) {
   double sum = 0.0, n = 0.0;
   for (double x : rms) {
-    if (std::isfinite(x)) sum += x * x, n += 1.0;
+    if (std::isfinite(x)) {
+      sum += x * x;
+      n += 1.0;
+    }
   }
   return n > 0.0 ? std::sqrt(sum / n) : std::nan("");
 }
@@ -106,7 +110,10 @@ void add_other_answers(const Problem& problem, const TorqueData& data, nlohmann:
     const double error = judged["position"]["all"];  // NaN, in JSON null, where no simulation stays finite
     (*out)["friction_models"][answer.model] = error;
     if (&answer == &answers.front()) write("ticked", answer, judged);
-    if (error < least) least = error, write("friction model", answer, judged);
+    if (error < least) {
+      least = error;
+      write("friction model", answer, judged);
+    }
   }
 }
 
@@ -164,7 +171,10 @@ int main(int argc, char** argv) {
       "Prints JSON.";
   if (hrp::answer_questions(argc, argv, "hrp-diagnose-baseline", usage)) return 0;
   std::vector<std::pair<std::string, std::string>> models;
-  if (!read_models(argc, argv, &models)) return std::fprintf(stderr, "%s\n", usage), 2;
+  if (!read_models(argc, argv, &models)) {
+    std::fprintf(stderr, "%s\n", usage);
+    return 2;
+  }
   return hrp::run_main("hrp-diagnose-baseline", [&] {
     std::printf("%s\n", identify(argv[1], models).dump(1).c_str());
     return 0;

@@ -77,7 +77,8 @@ bool judge_legged(const Problem& problem, const Progress& progress, floating::Ro
   if (!e.scenario.floating_base) return false;
   const floating::LeggedReport legged = floating::diagnose_legged(e, progress, robots);
   if (!legged.judged) return false;
-  reports->report = make_report(legged.evidence), reports->series = legged.series;
+  reports->report = make_report(legged.evidence);
+  reports->series = legged.series;
   return true;
 }
 

@@ -167,7 +167,10 @@ Reports diagnose_recordings(const Experiment& logged, const DiagnosisOptions& op
     if (odd) add_odd_load(all, *odd, reports);
     finish(all, reports);
   };
-  const auto complete_first = [&](Reports first) { complete(&first), write_first(first); };
+  const auto complete_first = [&](Reports first) {
+    complete(&first);
+    write_first(first);
+  };
   Reports reports = diagnose_whole(converted ? *converted : all, remarks, options, progress, complete_first);
   if (!found.friction.empty()) reports.urdf = converted->robot.urdf;
   complete(&reports);

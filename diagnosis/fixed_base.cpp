@@ -98,8 +98,10 @@ struct MotionErrors {
 MotionErrors calc_motion_errors(const Outcome& outcome, const std::vector<SignalFit>& windows) {
   if (windows.empty()) return {outcome.nominal.rms, outcome.chosen.rms};
   MotionErrors sum;
-  for (const SignalFit& s : windows)
-    sum.before = std::hypot(sum.before, s.before / s.spread), sum.after = std::hypot(sum.after, s.after / s.spread);
+  for (const SignalFit& s : windows) {
+    sum.before = std::hypot(sum.before, s.before / s.spread);
+    sum.after = std::hypot(sum.after, s.after / s.spread);
+  }
   return sum;
 }
 
@@ -270,7 +272,8 @@ std::optional<Outcome> name_closest(const Problem& whole, const Outcome& outcome
 void rate_closest(Json* report) {
   Evidence evidence;
   evidence.findings.resize((*report)["findings"].size());
-  evidence.ceiling = (*report)["ceiling"], evidence.explained = (*report)["explained"];
+  evidence.ceiling = (*report)["ceiling"];
+  evidence.explained = (*report)["explained"];
   (*report)["verdict"] = get_verdict_name(find_verdict(evidence));
 }
 
@@ -284,12 +287,13 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   say(torque, progress);
   Problem problem = given;
   const std::vector<size_t> undriven = list_undriven(*given.experiment);
-  problem.train = leave_out(given.train, undriven), problem.validate = leave_out(given.validate, undriven);
+  problem.train = leave_out(given.train, undriven);
+  problem.validate = leave_out(given.validate, undriven);
   if (has_any(problem.train, undriven) || has_any(problem.validate, undriven))
     return report_along_motion(given, std::move(torque),
                                "no simulation is driven by efforts that were not logged, so only the torque along the "
                                "recorded motion is judged");
-  problem.train = leave_out(problem.train, torque.frozen),
+  problem.train = leave_out(problem.train, torque.frozen);
   problem.validate = leave_out(problem.validate, torque.frozen);
   Problem whole = problem;
   split_subtrees(&whole);
@@ -329,7 +333,9 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   outcome.chosen = choose_model(problem, whole, torque, outcome.best, progress, &gears);
   for (const Finding& gear : gears) add_gear(gear, &torque.evidence.findings);
   sort_findings(&torque.evidence.findings);
-  outcome.modelled = true, outcome.partly = false, outcome.indistinguishable.clear();
+  outcome.modelled = true;
+  outcome.partly = false;
+  outcome.indistinguishable.clear();
   progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
   Reports reports = make_torque_reports(whole, outcome, std::move(torque));
   warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);

@@ -120,8 +120,10 @@ class Merger {
  private:
   Verdict find_own_verdict(const Evidence& evidence) const {
     bool mismatch = links_.mismatch, to_noise = links_.to_noise;
-    for (const GearVerdict& gear : gears_)
-      mismatch = mismatch || gear.mismatch, to_noise = to_noise && (!gear.mismatch || gear.to_noise || is_known(gear));
+    for (const GearVerdict& gear : gears_) {
+      mismatch = mismatch || gear.mismatch;
+      to_noise = to_noise && (!gear.mismatch || gear.to_noise || is_known(gear));
+    }
     if (!mismatch) return Verdict::kNoMismatch;
     if (to_noise && (links_.agrees || !evidence.findings.empty())) return Verdict::kExplained;
     return find_verdict(evidence);
@@ -145,12 +147,19 @@ class Merger {
   void add_gears(Evidence* evidence) const {
     double explained = links_.mismatch ? evidence->explained : 0.0, n = links_.mismatch ? 1.0 : 0.0;
     for (const GearVerdict& gear : gears_) {
-      if (gear.mismatch) explained += 1.0 - gear.remaining.share(), n += 1.0;
+      if (gear.mismatch) {
+        explained += 1.0 - gear.remaining.share();
+        n += 1.0;
+      }
     }
-    if (n > 0.0) evidence->explained = explained / n, evidence->ceiling = 1.0;
+    if (n > 0.0) {
+      evidence->explained = explained / n;
+      evidence->ceiling = 1.0;
+    }
     for (const GearVerdict& gear : gears_) {
       for (const Finding& f : gear.findings) evidence->findings.push_back(f);
-      evidence->remaining.push_back(gear.remaining), evidence->fit.signals.push_back(gear.fit);
+      evidence->remaining.push_back(gear.remaining);
+      evidence->fit.signals.push_back(gear.fit);
       if (gear.zero_found && !is_explained(gear)) evidence->findings.push_back(make_zero(gear));
     }
     sort_findings(&evidence->findings);
@@ -176,8 +185,9 @@ class Merger {
     Finding f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gear.fit.signal}},
                              {make_one("value", "rad", -gear.zero, gear.zero_std)});
     f.grade = told && !gear.one_sided && would_show(gear) ? Grade::kSupported : Grade::kAmbiguous;
-    f.probability = kSurest, f.share = f.weight = std::clamp(
-                                 gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
+    f.probability = kSurest;
+    f.share = f.weight =
+        std::clamp(gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
     f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) +
                   " rad off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
     if (f.grade == Grade::kAmbiguous)
@@ -300,7 +310,8 @@ class Merger {
 
   void take_ours(const std::string& verdict) {
     report_["verdict"] = verdict;
-    report_["explained"] = own_["explained"], report_["ceiling"] = own_["ceiling"];
+    report_["explained"] = own_["explained"];
+    report_["ceiling"] = own_["ceiling"];
     for (const Json& u : own_["unexplained"]) report_["unexplained"].push_back(u);
     Json& fit = report_["fit"];
     for (const char* role : {"train", "validate"})

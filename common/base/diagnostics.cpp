@@ -22,7 +22,11 @@ std::string join_errors(const std::vector<Diagnostic>& all) {
 
 Diagnostic make_diagnostic(const InputPlace& place, const std::string& message) {
   Diagnostic d;
-  d.file = place.file, d.line = place.line, d.column = place.column, d.field = place.field, d.message = message;
+  d.file = place.file;
+  d.line = place.line;
+  d.column = place.column;
+  d.field = place.field;
+  d.message = message;
   return d;
 }
 

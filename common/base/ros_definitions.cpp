@@ -185,9 +185,10 @@ std::string make_ros_user_data(const std::string& dds_type_name) {
 std::string find_ros_name(const std::string& name) {
   std::string out;
   for (size_t i = 0; i < name.size(); ++i) {
-    if (name.compare(i, 2, "::") == 0)
-      out += '/', ++i;
-    else if (!std::isspace(static_cast<unsigned char>(name[i])))
+    if (name.compare(i, 2, "::") == 0) {
+      out += '/';
+      ++i;
+    } else if (!std::isspace(static_cast<unsigned char>(name[i])))
       out += name[i];
   }
   const size_t dds = out.find("/dds_/");

@@ -46,7 +46,8 @@ EffectInfo make_saturation() {
     p[0] = shape[0];
     return x[0] > 0.3 && x[0] < 3.0;
   };
-  row.always_shows = true, row.smooth = false;
+  row.always_shows = true;
+  row.smooth = false;
   return row;
 }
 
@@ -82,11 +83,13 @@ EffectInfo make_velocity_limit() {
     c[0] = s.effort - limit_by_speed(shape, s.effort, s.v);
   };
   row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
-    p[0] = shape[0], p[1] = shape[1];
+    p[0] = shape[0];
+    p[1] = shape[1];
     return x[0] > 0.3 && x[0] < 3.0;
   };
   row.find_special_case = &find_constant_limit;
-  row.always_shows = true, row.smooth = false;
+  row.always_shows = true;
+  row.smooth = false;
   return row;
 }
 
@@ -124,7 +127,10 @@ EffectInfo make_constant_torque() {
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->terms.push_back({&take_constant, {p[0], 0.0}}); };
   row.torque.num_columns = 1;
   row.torque.calc_columns = [](const JointSample&, const double*, double* c) { c[0] = 1.0; };
-  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], true; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0];
+    return true;
+  };
   row.linear = true;
   return row;
 }
@@ -137,7 +143,10 @@ EffectInfo make_lag() {
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->lag += p[0]; };
   row.torque.num_columns = 1;
   row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.effort_rate; };
-  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; };
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0];
+    return x[0] > 0.0;
+  };
   row.linear = true;
   return row;
 }
@@ -156,7 +165,8 @@ EffectInfo make_drive_timing() {
                             "the drive's loop takes its time",
                             {P("shift", "s").absent_at(0).search(-2e-4, 2e-4).size(1e-5).internal()});
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->command_delay += p[0]; };
-  row.reported = false, row.linear = true;
+  row.reported = false;
+  row.linear = true;
   return row;
 }
 
@@ -169,7 +179,8 @@ EffectInfo make_timing() {
     at.timing->command_shift = p[0];
     at.timing->rate_lag = p[1];
   };
-  row.reported = false, row.linear = true;
+  row.reported = false;
+  row.linear = true;
   return row;
 }
 

@@ -52,35 +52,88 @@ std::string EffectParameter::key() const {
   return axis < 0 ? name : name + kAxes[axis];
 }
 
-EffectParameter& EffectParameter::absent_at(double x) { return neutral = x, *this; }
+EffectParameter& EffectParameter::absent_at(double x) {
+  neutral = x;
+  return *this;
+}
 
 EffectParameter& EffectParameter::bounds(double lower_in, double upper_in) {
-  lower = lower_in, upper = upper_in;
+  lower = lower_in;
+  upper = upper_in;
   return search(std::max(low, lower), std::min(high, upper));
 }
 
-EffectParameter& EffectParameter::search(double low_in, double high_in) { return low = low_in, high = high_in, *this; }
-EffectParameter& EffectParameter::size(double step_in) { return step = step_in, *this; }
-EffectParameter& EffectParameter::optional(double value_in) { return required = false, value = value_in, *this; }
-EffectParameter& EffectParameter::internal() { return required = stated = false, nuisance = true, *this; }
-EffectParameter& EffectParameter::as_nuisance() { return nuisance = true, *this; }
-EffectParameter& EffectParameter::of_direction() { return by_direction = nuisance = true, *this; }
-EffectParameter& EffectParameter::as_scanned() { return scanned = true, *this; }
-EffectParameter& EffectParameter::as_angle() { return angle = true, *this; }
-EffectParameter& EffectParameter::as_walked() { return walked = true, *this; }
-EffectParameter& EffectParameter::as_factor() { return factor = true, neutral = value = 1.0, *this; }
+EffectParameter& EffectParameter::search(double low_in, double high_in) {
+  low = low_in;
+  high = high_in;
+  return *this;
+}
+EffectParameter& EffectParameter::size(double step_in) {
+  step = step_in;
+  return *this;
+}
+EffectParameter& EffectParameter::optional(double value_in) {
+  required = false;
+  value = value_in;
+  return *this;
+}
+EffectParameter& EffectParameter::internal() {
+  required = stated = false;
+  nuisance = true;
+  return *this;
+}
+EffectParameter& EffectParameter::as_nuisance() {
+  nuisance = true;
+  return *this;
+}
+EffectParameter& EffectParameter::of_direction() {
+  by_direction = nuisance = true;
+  return *this;
+}
+EffectParameter& EffectParameter::as_scanned() {
+  scanned = true;
+  return *this;
+}
+EffectParameter& EffectParameter::as_angle() {
+  angle = true;
+  return *this;
+}
+EffectParameter& EffectParameter::as_walked() {
+  walked = true;
+  return *this;
+}
+EffectParameter& EffectParameter::as_factor() {
+  factor = true;
+  neutral = value = 1.0;
+  return *this;
+}
 
 EffectParameter& EffectParameter::starts(std::vector<double> factors, std::vector<double> values) {
-  return start_factors = std::move(factors), start_values = std::move(values), *this;
+  start_factors = std::move(factors);
+  start_values = std::move(values);
+  return *this;
 }
-EffectParameter& EffectParameter::swings(int rotor) { return swings_with = rotor, *this; }
-EffectParameter& EffectParameter::at_least(int index) { return not_below = index, *this; }
-EffectParameter& EffectParameter::probed_by(double step_in) { return probe = step_in, *this; }
+EffectParameter& EffectParameter::swings(int rotor) {
+  swings_with = rotor;
+  return *this;
+}
+EffectParameter& EffectParameter::at_least(int index) {
+  not_below = index;
+  return *this;
+}
+EffectParameter& EffectParameter::probed_by(double step_in) {
+  probe = step_in;
+  return *this;
+}
 
 EffectInfo make_row(EffectId id, const char* name, PlaceKind place, EffectFamily family, const char* phrase,
                     std::vector<EffectParameter> parameters) {
   EffectInfo row;
-  row.id = id, row.name = name, row.place = place, row.family = family, row.phrase = phrase;
+  row.id = id;
+  row.name = name;
+  row.place = place;
+  row.family = family;
+  row.phrase = phrase;
   row.parameters = std::move(parameters);
   return row;
 }

@@ -10,7 +10,10 @@ namespace {
 
 using P = EffectParameter;
 
-bool take_positive(const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; }
+bool take_positive(const double* x, const double*, double* p) {
+  p[0] = x[0];
+  return x[0] > 0.0;
+}
 
 P make_presliding() {
   return P("presliding", "rad").bounds(1e-6, 0.1).size(kPresliding).optional(kPresliding).as_nuisance().as_scanned();
@@ -18,7 +21,10 @@ P make_presliding() {
 
 // NaN: not stated.
 void set_presliding(double value, JointLaws* laws) {
-  if (std::isfinite(value)) laws->presliding = value, laws->bends = true;
+  if (std::isfinite(value)) {
+    laws->presliding = value;
+    laws->bends = true;
+  }
 }
 
 // Adds levels [N m] in motion and at rest to the friction that is there.
@@ -53,10 +59,13 @@ EffectInfo make_coulomb() {
   row.torque.num_columns = 1;
   row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.direction; };
   row.torque.make_parameters = [](const double* x, const double*, double* p) {
-    p[0] = x[0], p[1] = 0.0, p[2] = kPresliding;
+    p[0] = x[0];
+    p[1] = 0.0;
+    p[2] = kPresliding;
     return x[0] > 0.0;
   };
-  row.linear = row.dry = row.sticks = true, row.smooth = false;
+  row.linear = row.dry = row.sticks = true;
+  row.smooth = false;
   return row;
 }
 
@@ -90,15 +99,21 @@ EffectInfo make_stribeck() {
   row.torque.num_columns = 3;
   row.torque.shapes = {{0.02}, {0.05}, {0.12}, {0.3}};  // [rad/s]
   row.torque.calc_columns = [](const JointSample& s, const double* shape, double* c) {
-    c[0] = s.direction, c[1] = s.direction * std::exp(-std::pow(s.v / shape[0], 2)), c[2] = s.v;
+    c[0] = s.direction;
+    c[1] = s.direction * std::exp(-std::pow(s.v / shape[0], 2));
+    c[2] = s.v;
   };
   // What is smoothed over a turn hides the bump there, or turns it over: then it starts from somewhat above the level.
   row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
-    p[0] = x[0], p[1] = std::max(x[0] + x[1], 1.3 * x[0]), p[2] = shape[0], p[3] = std::max(0.0, x[2]);
+    p[0] = x[0];
+    p[1] = std::max(x[0] + x[1], 1.3 * x[0]);
+    p[2] = shape[0];
+    p[3] = std::max(0.0, x[2]);
     p[4] = kPresliding;
     return x[0] > 0.0;
   };
-  row.dry = row.sticks = row.always_shows = true, row.smooth = false;
+  row.dry = row.sticks = row.always_shows = true;
+  row.smooth = false;
   row.parts = {{EffectId::kCoulomb, {0, -1, 4}}, {EffectId::kViscous, {3}}};
   row.find_special_case = &find_plain_friction;
   return row;
@@ -117,10 +132,12 @@ EffectInfo make_load_friction() {
     c[0] = s.direction * std::abs(s.effort);
   };
   row.torque.make_parameters = [](const double* x, const double*, double* p) {
-    p[0] = x[0], p[1] = kPresliding;
+    p[0] = x[0];
+    p[1] = kPresliding;
     return x[0] > 0.0;
   };
-  row.linear = row.sticks = true, row.smooth = false;
+  row.linear = row.sticks = true;
+  row.smooth = false;
   return row;
 }
 
@@ -133,7 +150,8 @@ EffectInfo make_backdriving() {
     at.joint->backdriven = p[0];
     set_presliding(p[1], at.joint);
   };
-  row.sticks = true, row.smooth = false;
+  row.sticks = true;
+  row.smooth = false;
   return row;
 }
 
@@ -154,7 +172,8 @@ EffectInfo make_hysteresis() {
     return z;
   };
   row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
-    p[0] = x[0] / shape[0], p[1] = shape[0];
+    p[0] = x[0] / shape[0];
+    p[1] = shape[0];
     return x[0] > 0.0;
   };
   row.smooth = false;

@@ -37,7 +37,8 @@ EffectInfo make_payload() {
   row.probe.combine = [](const double* x, double mass, double* p) {
     const double all = x[0] + x[1] + x[2] + x[3];
     if (!(all > 0.0)) return false;
-    p[0] = mass * all, p[4] = 0.0;
+    p[0] = mass * all;
+    p[4] = 0.0;
     for (int i = 1; i < 4; ++i) p[i] = std::clamp(kLever * x[i] / all, -1.0, 1.0);
     return true;
   };

@@ -33,8 +33,12 @@ EffectInfo make_rotor() {
   row.apply = [](const double* p, const EffectTarget& at) { at.joint->motor_inertia += p[0]; };
   row.torque.num_columns = 1;
   row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.a; };
-  row.torque.make_parameters = [](const double* x, const double*, double* p) { return p[0] = x[0], x[0] > 0.0; };
-  row.linear = true, row.rotor = 0;
+  row.torque.make_parameters = [](const double* x, const double*, double* p) {
+    p[0] = x[0];
+    return x[0] > 0.0;
+  };
+  row.linear = true;
+  row.rotor = 0;
   return row;
 }
 
@@ -50,22 +54,32 @@ EffectInfo make_elasticity() {
        P("damping", "N m s/rad").bounds(0, kUnbounded).search(0, 1e4).size(0.2),
        P("rotor_inertia", "kg m^2").bounds(1e-9, kUnbounded).search(1e-4, 1e3).size(0.02).starts({0.2, 1, 3})});
   row.apply = [](const double* p, const EffectTarget& at) { set_elastic(p[0], p[1], p[2], at.joint); };
-  row.flexible = true, row.smooth = false, row.rotor = 2;
+  row.flexible = true;
+  row.smooth = false;
+  row.rotor = 2;
   row.parts = {{EffectId::kRotorInertia, {2}}};
   row.give.calc_give = [](double u, double u1, double u2, double, double* give) {
-    give[0] = u, give[1] = u1, give[2] = u2;
+    give[0] = u;
+    give[1] = u1;
+    give[2] = u2;
   };
   row.give.make_parameters = [](double inertia, double give, double* p) {
     const double k = give > 1e-7 ? 1.0 / give : 1e6;
-    p[0] = k, p[1] = kGearLoss * k, p[2] = std::max(0.005, inertia);
+    p[0] = k;
+    p[1] = kGearLoss * k;
+    p[2] = std::max(0.005, inertia);
   };
   row.give.start_at = [](double inertia, double stiffness, double* p) {
-    p[0] = stiffness, p[1] = kGearLoss * stiffness, p[2] = inertia;
+    p[0] = stiffness;
+    p[1] = kGearLoss * stiffness;
+    p[2] = inertia;
   };
   // Compliance, from a stiffness that steps can follow, behind next to no rotor.
   row.probe.list = [](double) { return std::vector<std::vector<double>>{{kStiff, kGearLoss * kStiff, 1e-3}}; };
   row.probe.combine = [](const double* x, double, double* p) {
-    p[0] = kStiff / std::max(1e-3, x[0]), p[1] = kGearLoss * p[0], p[2] = 1e-3;
+    p[0] = kStiff / std::max(1e-3, x[0]);
+    p[1] = kGearLoss * p[0];
+    p[2] = 1e-3;
     return x[0] > 0.0;
   };
   return row;
@@ -95,19 +109,28 @@ EffectInfo make_backlash() {
     if (!at.joint->elastic) set_elastic(p[1], p[2], p[3], at.joint);
     at.joint->gap = p[0];
   };
-  row.flexible = true, row.smooth = false, row.rotor = 3;
+  row.flexible = true;
+  row.smooth = false;
+  row.rotor = 3;
   row.parts = {{EffectId::kRotorInertia, {3}}};
   row.give.calc_give = [](double u, double u1, double u2, double most, double* give) {
     const double scale = 0.05 * most + 1e-12;
     const double s = std::tanh(u / scale), c = 1.0 - s * s;
-    give[0] = 0.5 * s, give[1] = 0.5 * c * u1 / scale;
+    give[0] = 0.5 * s;
+    give[1] = 0.5 * c * u1 / scale;
     give[2] = 0.5 * (c * u2 / scale - 2.0 * s * c * std::pow(u1 / scale, 2));
   };
   row.give.make_parameters = [](double inertia, double give, double* p) {
-    p[0] = std::min(0.1, std::max(0.001, give)), p[1] = 1e4, p[2] = 5.0, p[3] = std::max(0.005, inertia);
+    p[0] = std::min(0.1, std::max(0.001, give));
+    p[1] = 1e4;
+    p[2] = 5.0;
+    p[3] = std::max(0.005, inertia);
   };
   row.give.start_at = [](double inertia, double stiffness, double* p) {
-    p[0] = 0.01, p[1] = stiffness, p[2] = kGearLoss * stiffness, p[3] = inertia;
+    p[0] = 0.01;
+    p[1] = stiffness;
+    p[2] = kGearLoss * stiffness;
+    p[3] = inertia;
   };
   return row;
 }
@@ -126,9 +149,13 @@ EffectInfo make_spring() {
     laws.spring_stiffness = k;
   };
   row.torque.num_columns = 2;
-  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) { c[0] = s.q, c[1] = 1.0; };
+  row.torque.calc_columns = [](const JointSample& s, const double*, double* c) {
+    c[0] = s.q;
+    c[1] = 1.0;
+  };
   row.torque.make_parameters = [](const double* x, const double*, double* p) {
-    p[0] = x[0], p[1] = -x[1] / x[0];
+    p[0] = x[0];
+    p[1] = -x[1] / x[0];
     return x[0] > 0.0 && std::abs(x[1] / x[0]) < 7.0;
   };
   row.linear = true;
@@ -136,7 +163,8 @@ EffectInfo make_spring() {
   row.probe.list = [](double k) { return std::vector<std::vector<double>>{{k, 0.0}, {k, kProbedRest}}; };
   row.probe.combine = [](const double* x, double k, double* p) {
     const double share = x[0] + x[1];
-    p[0] = k * share, p[1] = kProbedRest * x[1] / share;
+    p[0] = k * share;
+    p[1] = kProbedRest * x[1] / share;
     return share > 0.0 && std::abs(p[1]) < 7.0;
   };
   return row;
@@ -156,15 +184,21 @@ EffectInfo make_cogging() {
   row.torque.num_columns = 2;
   row.torque.shape_from_data = true;
   row.torque.calc_columns = [](const JointSample& s, const double* shape, double* c) {
-    c[0] = -std::sin(shape[0] * s.q), c[1] = -std::cos(shape[0] * s.q);
+    c[0] = -std::sin(shape[0] * s.q);
+    c[1] = -std::cos(shape[0] * s.q);
   };
   row.torque.make_parameters = [](const double* x, const double* shape, double* p) {
-    p[0] = std::hypot(x[0], x[1]), p[1] = shape[0], p[2] = std::atan2(x[1], x[0]);
+    p[0] = std::hypot(x[0], x[1]);
+    p[1] = shape[0];
+    p[2] = std::atan2(x[1], x[0]);
     return true;
   };
   row.periods = 1;
   row.normalise = [](double* p) {
-    if (p[0] < 0.0) p[0] = -p[0], p[2] += M_PI;
+    if (p[0] < 0.0) {
+      p[0] = -p[0];
+      p[2] += M_PI;
+    }
     p[2] -= 2.0 * M_PI * std::floor(p[2] / (2.0 * M_PI));
   };
   return row;

@@ -72,7 +72,8 @@ EffectInfo make_ground_slope() {
       {P("roll", "rad").absent_at(0).bounds(-1.2, 1.2).search(-0.5, 0.5).size(1e-3).optional(kNan),
        P("pitch", "rad").absent_at(0).bounds(-1.2, 1.2).search(-0.5, 0.5).size(1e-3).optional(kNan)});
   row.apply = [](const double* p, const EffectTarget& at) {
-    set(p[0], &at.ground->roll), set(p[1], &at.ground->pitch);
+    set(p[0], &at.ground->roll);
+    set(p[1], &at.ground->pitch);
   };
   row.vector = true;
   return row;

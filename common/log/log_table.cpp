@@ -97,7 +97,8 @@ class TableMaker {
       row.add(name + "/position", get_or_nan(next_positions_, index_[i]));
       row.add(name + "/velocity", get_or_nan(next_velocities_, index_[i]));
     }
-    next_positions_.clear(), next_velocities_.clear();
+    next_positions_.clear();
+    next_velocities_.clear();
     add_joints(sensors, &row);
     add_sensors(sensors, &row);
     step_ = sensors.header().step();
@@ -108,7 +109,8 @@ class TableMaker {
   // from the instant of its own row on.
   void take_commands(const msg::JointCommands& commands) {
     if (table_.rows.empty() || commands.header().step() != step_) return;
-    next_positions_ = commands.positions(), next_velocities_ = commands.velocities();
+    next_positions_ = commands.positions();
+    next_velocities_ = commands.velocities();
     next_velocities_.resize(next_positions_.size(), 0.0);
     if (lead_) return;
     std::vector<double>& row = table_.rows.back();
@@ -116,7 +118,8 @@ class TableMaker {
       row[1 + 2 * i] = get_or_nan(next_positions_, index_[i]);
       row[2 + 2 * i] = get_or_nan(next_velocities_, index_[i]);
     }
-    next_positions_.clear(), next_velocities_.clear();
+    next_positions_.clear();
+    next_velocities_.clear();
   }
 
   LogTable table_;

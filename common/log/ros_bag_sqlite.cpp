@@ -83,8 +83,10 @@ class SqliteBag : public BagFile {
                           "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions");
     while (definitions.step()) {
       for (BagTopic& topic : topics_) {
-        if (topic.type == find_ros_name(definitions.text(0)))
-          topic.encoding = definitions.text(1), topic.definition = definitions.text(2);
+        if (topic.type == find_ros_name(definitions.text(0))) {
+          topic.encoding = definitions.text(1);
+          topic.definition = definitions.text(2);
+        }
       }
     }
   }

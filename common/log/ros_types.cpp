@@ -194,7 +194,10 @@ RosValues::RosValues(const std::vector<std::string>& paths) {
 }
 
 void RosValues::read(const RosType& type, Bytes message) {
-  for (auto& [path, slot] : slots_) slot.numbers.clear(), slot.texts.clear();
+  for (auto& [path, slot] : slots_) {
+    slot.numbers.clear();
+    slot.texts.clear();
+  }
   PathVisitor visitor(&slots_);
   visit_sample(type.structure(), message, &visitor, type.wire());
 }

@@ -16,14 +16,23 @@ using small::S3;
 using small::V3;
 
 inline void add(const S3& B, S3* A) {
-  A->xx += B.xx, A->xy += B.xy, A->xz += B.xz, A->yy += B.yy, A->yz += B.yz, A->zz += B.zz;
+  A->xx += B.xx;
+  A->xy += B.xy;
+  A->xz += B.xz;
+  A->yy += B.yy;
+  A->yz += B.yz;
+  A->zz += B.zz;
 }
 
 // A -= u v^T s, where u v^T is symmetric.
 inline void subtract_square(V3 u, double s, S3* A) {
   const V3 v = u * s;
-  A->xx -= u.x * v.x, A->xy -= u.x * v.y, A->xz -= u.x * v.z;
-  A->yy -= u.y * v.y, A->yz -= u.y * v.z, A->zz -= u.z * v.z;
+  A->xx -= u.x * v.x;
+  A->xy -= u.x * v.y;
+  A->xz -= u.x * v.z;
+  A->yy -= u.y * v.y;
+  A->yz -= u.y * v.z;
+  A->zz -= u.z * v.z;
 }
 
 // Adds an articulated inertia whose origin is r away. With acc_child = acc - r x alpha:
@@ -38,7 +47,9 @@ inline void add_shifted(const S3& J, const M3& H, const S3& M, V3 r, LinkArticul
   P.xy += J.xy + r.z * H.x.x - r.x * H.z.x + r.y * K.z.y - r.z * K.y.y;
   P.xz += J.xz + r.x * H.y.x - r.y * H.x.x + r.y * K.z.z - r.z * K.y.z;
   P.yz += J.yz + r.x * H.y.y - r.y * H.x.y + r.z * K.x.z - r.x * K.z.z;
-  parent->H.x += K.x, parent->H.y += K.y, parent->H.z += K.z;
+  parent->H.x += K.x;
+  parent->H.y += K.y;
+  parent->H.z += K.z;
   add(M, &parent->M);
 }
 
@@ -67,7 +78,9 @@ inline void pass_inertia(const LinkArticulated& A, V3 r, LinkArticulated* parent
   const V3 v = A.Uf * A.D_inverse;
   subtract_square(A.Un, A.D_inverse, &J);
   subtract_square(A.Uf, A.D_inverse, &M);
-  H.x -= A.Un * v.x, H.y -= A.Un * v.y, H.z -= A.Un * v.z;
+  H.x -= A.Un * v.x;
+  H.y -= A.Un * v.y;
+  H.z -= A.Un * v.z;
   add_shifted(J, H, M, r, parent);
 }
 

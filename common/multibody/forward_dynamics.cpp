@@ -129,7 +129,9 @@ void add_impedance_inertia(const Model& model, const LinkImpedances* impedances,
     const double* Z = impedance.Z.data();
     articulated::add({Z[0], Z[6], Z[12], Z[7], Z[13], Z[14]}, &A.J);
     articulated::add({Z[21], Z[27], Z[33], Z[28], Z[34], Z[35]}, &A.M);
-    A.H.x += small::load(Z + 18), A.H.y += small::load(Z + 24), A.H.z += small::load(Z + 30);
+    A.H.x += small::load(Z + 18);
+    A.H.y += small::load(Z + 24);
+    A.H.z += small::load(Z + 30);
   }
 }
 

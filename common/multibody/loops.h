@@ -40,7 +40,10 @@ class Loops {
 
   int rows() const { return static_cast<int>(position_error_.size()); }
   // w [1/s] and z of the pull-back; 0 switches it off.
-  void set_stabilisation(double frequency, double damping_ratio) { frequency_ = frequency, damping_ = damping_ratio; }
+  void set_stabilisation(double frequency, double damping_ratio) {
+    frequency_ = frequency;
+    damping_ = damping_ratio;
+  }
 
   // J, errors c and cdot, and Jdot v for the state that update_kinematics has seen. Overwrites data->motion.
   void update(const Model& model, const State& state, Data* data);

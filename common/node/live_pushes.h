@@ -22,7 +22,10 @@ std::string find_push_fault(const msg::Push& push, const TreeSpec& tree, const s
 // Of the scheduler: gives pushes their number and the state from which on they act.
 class PushQueue {
  public:
-  void reset() { pushes_.clear(), next_number_ = 1; }
+  void reset() {
+    pushes_.clear();
+    next_number_ = 1;
+  }
   // Instead of a push of the same link that was not given out yet.
   void add(const msg::Push& push);
   // Those that belong into a grant, when steps through `granted` are allowed already and dynamics has done `step`.
@@ -36,7 +39,10 @@ class PushQueue {
 // Of a dynamics server: which pushes act when.
 class LivePushes {
  public:
-  void reset() { pushes_.clear(), last_number_ = 0; }
+  void reset() {
+    pushes_.clear();
+    last_number_ = 0;
+  }
   void add(const msg::Push& push);               // ignored when it was added before
   void add_from(uint64_t step, msg::Push push);  // the next one, without a scheduler: acts from this state on
   bool empty() const { return pushes_.empty(); }

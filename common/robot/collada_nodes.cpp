@@ -130,7 +130,8 @@ class Scene {
     for (const size_t i : find_inside(nodes_[at])) {
       std::string fault = depth < kDeepest ? visit(i, depth + 1) : describe_depth();
       if (!fault.empty()) return fault;
-      nodes_[at].size += nodes_[i].size, nodes_[at].depth = std::max(nodes_[at].depth, nodes_[i].depth + 1);
+      nodes_[at].size += nodes_[i].size;
+      nodes_[at].depth = std::max(nodes_[at].depth, nodes_[i].depth + 1);
     }
     nodes_[at].state = Node::kDone;
     return nodes_[at].depth > kDeepest ? describe_depth() : "";

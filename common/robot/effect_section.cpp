@@ -141,7 +141,8 @@ void read_effect(const EffectInfo& effect, const Place& place, YamlMap& map, Sce
       break;
     case PlaceKind::kGround:
     case PlaceKind::kNone:
-      target.ground = &scenario->ground, target.contact = &scenario->contact;
+      target.ground = &scenario->ground;
+      target.contact = &scenario->contact;
       target.gravity_W = &scenario->gravity_W;
       apply(effect, stated, target);
       break;
@@ -189,9 +190,14 @@ void check_clocks(YamlMap& map, const Scenario& scenario) {
       map.error(section, "the clock of '" + name + "' is off by more than 60 s at the end of the run");
     }
   };
-  for (const ImuSpec& imu : scenario.sensors.imus) check(imu.name, imu.gyro), check(imu.name, imu.accelerometer);
-  for (const WrenchSpec& wrench : scenario.sensors.wrenches)
-    check(wrench.name, wrench.force), check(wrench.name, wrench.torque);
+  for (const ImuSpec& imu : scenario.sensors.imus) {
+    check(imu.name, imu.gyro);
+    check(imu.name, imu.accelerometer);
+  }
+  for (const WrenchSpec& wrench : scenario.sensors.wrenches) {
+    check(wrench.name, wrench.force);
+    check(wrench.name, wrench.torque);
+  }
 }
 
 }  // namespace

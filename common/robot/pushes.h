@@ -24,7 +24,10 @@ class Pushes {
   const ExternalWrenches& find(double time, const State& state);
   // Live pushes that act from now on, instead of those before. Their links must be the robot's.
   void set_live(const PushForces& forces);
-  void let_go() { live_.clear(), acting_.clear(); }
+  void let_go() {
+    live_.clear();
+    acting_.clear();
+  }
   // What the last find() told of, with the scenario's names and moving links.
   const PushForces& acting() const { return acting_; }
 

@@ -77,7 +77,8 @@ void read_all(YamlMap& map, Scenario* scenario) {
   if (scenario->drive == "voltage") {  // by now a servo with a back-EMF: read_joint_sections()
     if (scenario->servo_joints.empty())
       map.error("drive", "is voltage, but 'servo.joints' names no joint with supply, resistance and torque_constant");
-    scenario->drive = "servo", scenario->servo_default = {};  // volts were for the joints that are named
+    scenario->drive = "servo";
+    scenario->servo_default = {};  // volts were for the joints that are named
   }
   map.choice("integrator", &scenario->integrator, {"implicit", "semi_implicit_euler", "rk4"});
   map.choice("interpolation", &scenario->interpolation, {"hold", "linear", "hermite"});

@@ -210,7 +210,8 @@ void read_motor(const std::string& joint, YamlMap& map, ServoGains* gains, Scena
   map.number("torque_constant", &constant, Bound::kPositive, "N m/A");
   if (!(resistance > 0.0)) return;
   const double torque = constant / resistance;  // [N m/V]
-  gains->kp *= torque, gains->kd *= torque;
+  gains->kp *= torque;
+  gains->kd *= torque;
   gains->effort_limit = std::min(gains->effort_limit, supply * torque);
   scenario->joint_laws[joint].push_back({"viscous_friction", {{"coefficient", constant * torque}}});
 }

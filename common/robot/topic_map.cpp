@@ -52,7 +52,8 @@ class TopicReader {
     const std::string field = "topics." + signal;
     SignalTopic spec;
     spec.signal = signal;
-    spec.line = node.Mark().line + 1, spec.column = node.Mark().column + 1;
+    spec.line = node.Mark().line + 1;
+    spec.column = node.Mark().column + 1;
     if (node.IsScalar()) {
       spec.topic = node.as<std::string>();
     } else if (node.IsMap()) {

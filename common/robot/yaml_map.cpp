@@ -213,7 +213,8 @@ void YamlMap::interval(const std::string& key, double* first, double* last, Boun
   double ends[2];
   if (!node.IsDefined() || !decode_list(node, path_of(key), bound, unit, 2, ends)) return;
   if (ends[0] > ends[1]) return complain(node, path_of(key), "falls, expected the smaller number first");
-  *first = ends[0], *last = ends[1];
+  *first = ends[0];
+  *last = ends[1];
 }
 
 void YamlMap::names(const std::string& key, std::vector<std::string>* value) {

@@ -57,7 +57,11 @@ inline S3 rotate(const M3& R, const S3& A) {
 }
 
 inline V3 load(const double* v) { return {v[0], v[1], v[2]}; }
-inline void store(V3 a, double* v) { v[0] = a.x, v[1] = a.y, v[2] = a.z; }
+inline void store(V3 a, double* v) {
+  v[0] = a.x;
+  v[1] = a.y;
+  v[2] = a.z;
+}
 inline V3 from_eigen(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 inline M3 from_eigen(const Eigen::Matrix3d& A) { return {load(A.data()), load(A.data() + 3), load(A.data() + 6)}; }
 inline S3 sym_from_eigen(const Eigen::Matrix3d& A) {

@@ -37,7 +37,10 @@ int main(int argc, char** argv) {
       "Usage: hrp-make-motion OUT.csv\nWrites the default squat and sway of the HRP-2P-like robot; --version says "
       "which program this is.";
   if (hrp::answer_questions(argc, argv, "hrp-make-motion", usage)) return 0;
-  if (argc != 2 || argv[1][0] == '-') return std::fprintf(stderr, "%s\n", usage), 2;
+  if (argc != 2 || argv[1][0] == '-') {
+    std::fprintf(stderr, "%s\n", usage);
+    return 2;
+  }
   std::FILE* out = std::fopen(argv[1], "w");
   if (out == nullptr) {
     std::perror(argv[1]);

@@ -38,13 +38,24 @@ class WalkController : public Controller {
   void start(const Robot&) override {
     pattern_.reset();
     attitude_.reset();
-    last_q_.resize(0), solved_.resize(0);
-    for (int side : {kLeft, kRight}) load_[side] = FootLoad(), foot_turn_[side].setZero();
-    rate_.setZero(), inclination_.setZero(), body_offset_.setZero(), com_error_.setZero(), com_speed_error_.setZero();
+    last_q_.resize(0);
+    solved_.resize(0);
+    for (int side : {kLeft, kRight}) {
+      load_[side] = FootLoad();
+      foot_turn_[side].setZero();
+    }
+    rate_.setZero();
+    inclination_.setZero();
+    body_offset_.setZero();
+    com_error_.setZero();
+    com_speed_error_.setZero();
     tracking_integral_.setZero();
     follower_ = Follower();
     lift_ = 0.0;
-    for (int side : {kLeft, kRight}) landing_lift_[side] = 0.0, touched_[side] = false;
+    for (int side : {kLeft, kRight}) {
+      landing_lift_[side] = 0.0;
+      touched_[side] = false;
+    }
     have_com_error_ = false;
   }
 

@@ -83,7 +83,8 @@ double calc_least_factor(const Experiment& e, size_t joint) {
       const double v = log.signal[static_cast<int>(Quantity::kVelocity)][k],
                    step = log.signal[0][end] - log.signal[0][k];
       if (!std::isfinite(v) || !std::isfinite(step)) continue;
-      velocity += v * v, rate += std::pow(step / (r.time[end] - r.time[k]), 2);
+      velocity += v * v;
+      rate += std::pow(step / (r.time[end] - r.time[k]), 2);
     }
   }
   return rate > 0.0 ? std::sqrt(velocity / rate) : 0.0;
@@ -126,8 +127,10 @@ void remark_roles(const Experiment& e, Json* remarks) {
 // Neighbours have the same unit, so one joint that tells it is enough.
 void remark_unit(const Json& joints, Json* remarks) {
   bool recorded = false, told = false;
-  for (const Json& j : joints)
-    recorded = recorded || j.contains("tells_unit"), told = told || j.value("tells_unit", false);
+  for (const Json& j : joints) {
+    recorded = recorded || j.contains("tells_unit");
+    told = told || j.value("tells_unit", false);
+  }
   if (recorded && !told)
     remarks->push_back(
         "weight and inertia of the model take too little of the efforts to show their unit: if they are no N m, nor "

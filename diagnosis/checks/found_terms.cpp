@@ -47,13 +47,16 @@ void add_term(const TermRow& row, int place, size_t at, const Json& finding, std
                 0.0};
   if (!row.whole) {
     const auto first = finding["parameters"].begin();
-    out.parameter = first.key(), out.unit = first.value()["unit"], out.value = values[0];
+    out.parameter = first.key();
+    out.unit = first.value()["unit"];
+    out.value = values[0];
   }
   if (row.excess) {
     FoundTerm level = out;
     level.term = {&find_term_row(&TermRow::level), place};
     list->push_back(level);
-    out.theta[0] = values[1] - values[0], out.parameter.clear();
+    out.theta[0] = values[1] - values[0];
+    out.parameter.clear();
   }
   list->push_back(out);
   for (size_t i = 0; i < values.size(); ++i) {

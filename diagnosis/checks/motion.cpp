@@ -49,13 +49,15 @@ struct Motion {
 };
 
 void add_range(const TorqueRecording& r, int joint, Motion* m) {
-  m->low = std::min(m->low, r.q.col(joint).minCoeff()), m->high = std::max(m->high, r.q.col(joint).maxCoeff());
+  m->low = std::min(m->low, r.q.col(joint).minCoeff());
+  m->high = std::max(m->high, r.q.col(joint).maxCoeff());
   m->time += static_cast<double>(r.q.rows()) * r.step;
   double last = 0.0;
   for (long k = 0; k < r.kept(); ++k) {
     const long row = r.full_row(k);
-    m->speed.push_back(std::abs(r.v(row, joint))), m->acceleration.push_back(std::abs(r.a(row, joint)));
-    m->least_load = std::min(m->least_load, r.tau(row, joint)),
+    m->speed.push_back(std::abs(r.v(row, joint)));
+    m->acceleration.push_back(std::abs(r.a(row, joint)));
+    m->least_load = std::min(m->least_load, r.tau(row, joint));
     m->most_load = std::max(m->most_load, r.tau(row, joint));
     if (!r.use(k, joint)) continue;
     if (r.v(row, joint) * last <= 0.0) m->half_cycles += 1.0;
@@ -72,8 +74,12 @@ void add_rows(const TorqueData& data, const TorqueRecording& r, int joint, Motio
     if (!r.use(k, joint)) continue;
     // A joint without a drive has no effort; its torques are those of gravity and motion.
     const double y = r.missing(k, joint), u = (driven ? r.effort : r.tau)(r.full_row(k), joint);
-    m->G += X.row(k).transpose() * X.row(k), m->b += y * X.row(k).transpose(), m->c += y * y, m->n += 1.0;
-    m->effort += u, m->effort_squares += u * u;
+    m->G += X.row(k).transpose() * X.row(k);
+    m->b += y * X.row(k).transpose();
+    m->c += y * y;
+    m->n += 1.0;
+    m->effort += u;
+    m->effort_squares += u * u;
   }
 }
 
@@ -83,7 +89,10 @@ long find_most_like(const Eigen::MatrixXd& G, long i) {
   double most = -1.0;
   for (long c = 0; c < count_columns(); ++c) {
     const double likeness = std::abs(G(i, c)) / std::sqrt(std::max(1e-300, G(i, i) * G(c, c)));
-    if (c != i && likeness > most) most = likeness, most_like = c;
+    if (c != i && likeness > most) {
+      most = likeness;
+      most_like = c;
+    }
   }
   return most_like;
 }

@@ -29,7 +29,9 @@ void add_recording(const TorqueData& data, const TorqueRecording& r, const std::
     for (long k = 0; k < r.kept(); ++k) {
       if (!r.use(k, j)) continue;
       const double left = r.missing(k, j) - predicted(k, j);
-      s.before += r.missing(k, j) * r.missing(k, j), s.after += left * left, s.n += 1.0;
+      s.before += r.missing(k, j) * r.missing(k, j);
+      s.after += left * left;
+      s.n += 1.0;
     }
   }
 }

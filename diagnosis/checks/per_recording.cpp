@@ -107,13 +107,19 @@ class Fitter {
       const TorqueRecording& r = *part;
       Eigen::MatrixXd X(r.kept(), width);
       long at = 0;
-      for (const FoundTerm* f : own)
-        X.middleCols(at, f->term.columns()) = calc_joint_columns(data_, r, f->term), at += f->term.columns();
+      for (const FoundTerm* f : own) {
+        X.middleCols(at, f->term.columns()) = calc_joint_columns(data_, r, f->term);
+        at += f->term.columns();
+      }
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, joint)) continue;
         const double y = r.missing(k, joint), v = r.v(r.full_row(k), joint);
-        G += X.row(k).transpose() * X.row(k), b += y * X.row(k).transpose(), c += y * y, n += 1.0;
-        cycles += v * last <= 0.0 ? 1.0 : 0.0, last = v;
+        G += X.row(k).transpose() * X.row(k);
+        b += y * X.row(k).transpose();
+        c += y * y;
+        n += 1.0;
+        cycles += v * last <= 0.0 ? 1.0 : 0.0;
+        last = v;
       }
     }
     if (n < static_cast<double>(kFewestOfItsOwn)) return std::nullopt;

@@ -24,7 +24,8 @@ double find_held_share(const std::vector<double>& signal, const std::vector<doub
     // Moving: at least a thousandth of the travel over four samples.
     if (k >= 4 && std::abs(position[k] - position[k - 4]) < 1e-3 * travel) continue;
     if (!std::isfinite(signal[k]) && !std::isfinite(signal[k - 1])) continue;
-    held += signal[k] == signal[k - 1] || !std::isfinite(signal[k]) ? 1.0 : 0.0, count += 1.0;
+    held += signal[k] == signal[k - 1] || !std::isfinite(signal[k]) ? 1.0 : 0.0;
+    count += 1.0;
   }
   return count > 50.0 ? held / count : 0.0;
 }

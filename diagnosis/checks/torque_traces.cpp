@@ -60,9 +60,10 @@ Json make_torque_traces(const TorqueData& data, const Json& findings) {
     Json time = Json::array(), recorded = Json::array(), before = Json::array(), after = Json::array();
     for (long k = begin; k < end; k += std::max(1L, (end - begin) / kPoints)) {
       const double y = r.effort(r.full_row(k), j);
-      time.push_back(round_to(r.time(k), 6)), recorded.push_back(round_to(y, 5));
-      before.push_back(round_to(y - r.missing(k, j), 5)),
-          after.push_back(round_to(y - r.missing(k, j) + found(k, j), 5));
+      time.push_back(round_to(r.time(k), 6));
+      recorded.push_back(round_to(y, 5));
+      before.push_back(round_to(y - r.missing(k, j), 5));
+      after.push_back(round_to(y - r.missing(k, j) + found(k, j), 5));
     }
     traces.push_back(
         {{"signal", signals.size()}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}});

@@ -49,7 +49,8 @@ class Squares {
     std::vector<Term> loads;
     for (size_t link = 1; link < data.experiment->robot.tree.links.size(); ++link)
       loads.push_back({&find_term_row(&TermRow::load), static_cast<int>(link)});
-    links = static_cast<int>(loads.size()), most_ = find_moving_mass(data.experiment->robot.tree);
+    links = static_cast<int>(loads.size());
+    most_ = find_moving_mass(data.experiment->robot.tree);
     for (const Term& load : loads)
       own_.push_back(data.experiment->robot.tree.links[static_cast<size_t>(load.place)].inertia.mass);
     const std::vector<Eigen::MatrixXd> of_loads = collect_loads(data, joints, loads);
@@ -76,13 +77,15 @@ class Squares {
     for (const Eigen::MatrixXd& all : sums_) {
       const Eigen::MatrixXd s = shares ? take_out_share(all, column_of(part)) : all;
       Eigen::VectorXd y = Eigen::VectorXd::Zero(s.rows());
-      y[kEffort] = 1.0, y[kTau] -= 1.0;
+      y[kEffort] = 1.0;
+      y[kTau] -= 1.0;
       if (part != Absent::kNothing) y[column_of(part)] += 1.0;
       const Eigen::VectorXd sy = s * y;
       yy += y.dot(sy);
       if (!link) continue;
       const long at = kLoads + kLoadColumns * *link;
-      xx += s.block<4, 4>(at, at), xy += sy.segment<4>(at);
+      xx += s.block<4, 4>(at, at);
+      xy += sy.segment<4>(at);
     }
     if (!link) return yy;
     const Eigen::Vector4d load = xx.completeOrthogonalDecomposition().solve(xy);
@@ -112,7 +115,10 @@ std::optional<int> find_load(const Squares& squares, Absent part) {
   double least = kHalf * squares.calc_left(part, {}, false);
   for (int link = 0; link < squares.links; ++link) {
     const double left = squares.calc_left(part, link, false);
-    if (left < least) least = left, best = link;
+    if (left < least) {
+      least = left;
+      best = link;
+    }
   }
   return best;
 }

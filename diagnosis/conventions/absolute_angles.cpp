@@ -106,7 +106,8 @@ Experiment convert_angles(Experiment e, const AbsoluteAngles& angles) {
       JointColumns before = logged[static_cast<size_t>(at.before)];
       for (const Quantity q : {Quantity::kPosition, Quantity::kVelocity})
         subtract(at.sense, get(q, &before), &get(q, &own));
-      subtract(at.sense, before.command, &own.command), subtract(at.sense, before.command_rate, &own.command_rate);
+      subtract(at.sense, before.command, &own.command);
+      subtract(at.sense, before.command_rate, &own.command_rate);
     }
     if (angles.of_efforts) add_reactions(angles, &r);
   }
@@ -122,8 +123,10 @@ Experiment convert_angles(Experiment e, const AbsoluteAngles& angles) {
 
 std::string describe(const Experiment& e, const AbsoluteAngles& angles) {
   std::vector<std::string> names, before;
-  for (const AbsoluteAngle& at : angles.joints)
-    names.push_back(e.signal_name(at.joint, Quantity::kPosition)), before.push_back(e.robot.tree.joint(at.before).name);
+  for (const AbsoluteAngle& at : angles.joints) {
+    names.push_back(e.signal_name(at.joint, Quantity::kPosition));
+    before.push_back(e.robot.tree.joint(at.before).name);
+  }
   return join_words(names) + (names.size() > 1 ? ": are angles" : ": is an angle") + " against the base: the model's " +
          "angle plus that of " + join_words(before) +
          (angles.of_efforts ? ", and the efforts do work on these angles (motors on the base)" : "");

@@ -114,10 +114,14 @@ JointRows collect(const TorqueData& data, int joint, const std::vector<Dropout>&
       Eigen::Matrix<double, kColumns, 1> x;
       x << r.tau(i, joint), r.a(i, joint), r.v(i, joint), direction[k], 1.0;
       const Dropout* in = find_at(*data.experiment, candidates, r.index, r.time(k), 0.0);
-      if (in)
-        rows.inside.push_back(x), rows.effort_inside.push_back(r.effort(i, joint)), rows.which.push_back(in);
-      else if (!find_at(*data.experiment, candidates, r.index, r.time(k), kFilterReach / data.cutoff))
-        rows.outside.push_back(x), rows.effort.push_back(r.effort(i, joint));
+      if (in) {
+        rows.inside.push_back(x);
+        rows.effort_inside.push_back(r.effort(i, joint));
+        rows.which.push_back(in);
+      } else if (!find_at(*data.experiment, candidates, r.index, r.time(k), kFilterReach / data.cutoff)) {
+        rows.outside.push_back(x);
+        rows.effort.push_back(r.effort(i, joint));
+      }
     }
   }
   return rows;
@@ -160,7 +164,8 @@ std::vector<Dropout> choose(const TorqueData& data, int joint, const std::vector
   for (const Dropout& d : candidates) groups[key(d)].runs.push_back(&d);
   for (size_t k = 0; k < rows.inside.size(); ++k) {
     Group& group = groups[key(*rows.which[k])];
-    group.square += std::pow(rows.effort_inside[k] - rows.inside[k].dot(theta), 2), group.rows += 1.0;
+    group.square += std::pow(rows.effort_inside[k] - rows.inside[k].dot(theta), 2);
+    group.rows += 1.0;
   }
   std::vector<Dropout> found;
   for (const auto& [value, group] : groups) {
@@ -197,7 +202,10 @@ std::vector<Dropout> find_dropouts(const Experiment& e) {
   bool any = false;
   for (int j = 0; j < e.num_joints(); ++j) {
     for (size_t r = 0; r < e.recordings.size() && e.robot.tree.joint(j).actuated; ++r) {
-      for (const Dropout& d : list_candidates(e, r, j)) candidates[static_cast<size_t>(j)].push_back(d), any = true;
+      for (const Dropout& d : list_candidates(e, r, j)) {
+        candidates[static_cast<size_t>(j)].push_back(d);
+        any = true;
+      }
     }
   }
   std::vector<Dropout> found;
@@ -223,7 +231,10 @@ Experiment leave_out_dropouts(Experiment e, const std::vector<Dropout>& dropouts
     same.push_back(d);
     const bool last =
         i + 1 == dropouts.size() || dropouts[i + 1].recording != d.recording || dropouts[i + 1].joint != d.joint;
-    if (last) e.warnings.push_back(describe(e, same)), same.clear();
+    if (last) {
+      e.warnings.push_back(describe(e, same));
+      same.clear();
+    }
     std::vector<double>& effort =
         e.recordings[d.recording].joints[static_cast<size_t>(d.joint)].signal[static_cast<size_t>(Quantity::kEffort)];
     std::fill(effort.begin() + static_cast<long>(d.begin), effort.begin() + static_cast<long>(d.end),

@@ -68,7 +68,9 @@ std::optional<EffortUnit> find_bracket(const TorqueData& data, const UnitRows& r
   const bool told = is_moved(tt / static_cast<double>(tau.size()), rows);
   if (!told || ee <= 0.0 || te == 0.0) return std::nullopt;
   EffortUnit unit;
-  unit.joint = joint, unit.low = te / ee, unit.high = tt / te;  // with opposite biases
+  unit.joint = joint;
+  unit.low = te / ee;
+  unit.high = tt / te;  // with opposite biases
   unit.scale = std::copysign(std::sqrt(unit.low * unit.high), te);
   const double share = discount_chance(unit.low / unit.high, rows, beside.cols() + 1);
   const double width = share > 0.0 ? -std::log(share) : 1e300;
@@ -117,7 +119,8 @@ double find_least(const TorqueData& data, const std::vector<EffortUnit>& units) 
   double low = 1e300, high = -1e300;
   std::vector<int> joints;
   for (const EffortUnit& u : units) {
-    low = std::min(low, std::log(u.scale)), high = std::max(high, std::log(u.scale));
+    low = std::min(low, std::log(u.scale));
+    high = std::max(high, std::log(u.scale));
     joints.push_back(u.joint);
   }
   if (units.size() > 1 && high - low < kDetail) return kFactor;
@@ -167,8 +170,12 @@ std::optional<EffortUnit> find_common_unit(const std::vector<EffortUnit>& units)
   for (const EffortUnit& u : units) {
     if (is_wide(u) != wide || u.at_least != common.at_least) continue;
     const double log = std::log(u.scale);
-    sum += log, count += 1.0, low = std::min(low, log), high = std::max(high, log);
-    common.low = std::min(common.low, u.low), common.high = std::max(common.high, u.high);
+    sum += log;
+    count += 1.0;
+    low = std::min(low, log);
+    high = std::max(high, log);
+    common.low = std::min(common.low, u.low);
+    common.high = std::max(common.high, u.high);
   }
   if (count == 0.0 || high - low > kMuch) return std::nullopt;
   common.scale = std::exp(sum / count);
@@ -188,7 +195,10 @@ void add_others(const TorqueData& data, std::vector<EffortUnit>* units) {
   for (EffortUnit& u : *units) {
     const double above = std::log(common->scale / u.low), below = std::log(u.high / common->scale);
     const bool bounded = !common->at_least && u.at_least && above > 0.0;
-    if (bounded || (sharp && is_wide(u) && std::min(above, below) > -kDetail)) common->joint = u.joint, u = *common;
+    if (bounded || (sharp && is_wide(u) && std::min(above, below) > -kDetail)) {
+      common->joint = u.joint;
+      u = *common;
+    }
   }
   const EffortSource source = data.source[static_cast<size_t>(units->front().joint)];
   for (size_t j = 0; j < data.source.size(); ++j) {
@@ -242,8 +252,11 @@ void take_from_law(const ServoReading& log, EffortUnit* unit) {
   if (unit->of_gains || log.slope <= 0.0) return;
   const double scale = 1.0 / log.slope;
   if (!unit->by_others && std::abs(std::log(scale / unit->scale)) > kFactor) return;  // the gains may be wrong, too
-  unit->scale = scale, unit->low = scale * (1.0 - kTrace), unit->high = scale * (1.0 + kTrace),
-  unit->by_others = unit->at_least = false, unit->of_load = unit->by_load = 0.0;
+  unit->scale = scale;
+  unit->low = scale * (1.0 - kTrace);
+  unit->high = scale * (1.0 + kTrace);
+  unit->by_others = unit->at_least = false;
+  unit->of_load = unit->by_load = 0.0;
 }
 
 // A drive that gives nothing for small efforts gives more for the others than its mean unit says.
@@ -251,7 +264,9 @@ void take_beside_dead_zone(const TorqueData& data, EffortUnit* unit) {
   if (unit->of_gains) return;
   const std::optional<double> scale = find_unit_beside_dead_zone(collect_efforts(data, unit->joint));
   if (!scale) return;
-  unit->low *= *scale / unit->scale, unit->high *= *scale / unit->scale, unit->scale = *scale;
+  unit->low *= *scale / unit->scale;
+  unit->high *= *scale / unit->scale;
+  unit->scale = *scale;
 }
 
 // Further from one than a wrong model could make it.
@@ -262,7 +277,8 @@ std::optional<double> take_far(double scale) {
 
 void scale_gains(double scale, const std::string& joint, Scenario* scenario) {
   ServoGains gains = get_servo_gains(*scenario, joint);
-  gains.kp *= scale, gains.kd *= scale;
+  gains.kp *= scale;
+  gains.kd *= scale;
   scenario->servo_joints[joint] = gains;
 }
 

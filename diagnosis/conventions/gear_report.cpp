@@ -125,8 +125,10 @@ std::string describe(const Experiment& e, const GearRatio& ratio) {
 
 Json make_ratio_finding(const Experiment& e, const GearRatio& ratio) {
   Json f = make_scale(e, ratio);
-  f["grade"] = get_grade_name(Grade::kSupported), f["probability"] = kSurest;
-  f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3), f["of_log"] = true;
+  f["grade"] = get_grade_name(Grade::kSupported);
+  f["probability"] = kSurest;
+  f["share"] = f["weight"] = round_to(1.0 - ratio.left, 3);
+  f["of_log"] = true;
   f["statement"] =
       e.signal_name(ratio.joint, Quantity::kPosition) + ": the recorded angle is " + say_value(ratio) +
       " times the joint's: the angle of the motor before its gear, or divided by the ratio of another gear." +
@@ -142,7 +144,8 @@ void doubt_ratios(const Experiment& e, const Ratios& ratios, Reports* reports) {
                              ": the efforts agree better with angles divided by " + say_value(ratio) +
                              "; is this the angle of the motor, or is the gear another one? The recordings do not tell "
                              "it clearly, so nothing was converted";
-    reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
+    reports->report["warnings"].push_back(text);
+    reports->series["notes"].push_back(text);
     for (Json& f : reports->report["findings"]) {
       if (f["where"].value("joint", "") != joint && !f["where"].contains("link")) continue;
       make_ambiguous(&f);

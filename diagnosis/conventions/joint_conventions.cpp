@@ -43,7 +43,10 @@ void prefer_zeros_alone(const Experiment& e, int jobs, LogConventions* out) {
   const Experiment in_zeros = convert_zeros(in_time, zeros);  // outlives its data
   const TorqueData at_zeros = make_torque_data(in_zeros);
   if (!find_effort_units(at_zeros).empty()) return;
-  out->units.clear(), out->untold = list_untold_units(at_zeros, {}), out->friction = friction, out->zeros = zeros;
+  out->units.clear();
+  out->untold = list_untold_units(at_zeros, {});
+  out->friction = friction;
+  out->zeros = zeros;
 }
 
 // Robots on a fixed base. Nothing more than a turned sign of an effort where there is one: it hides all else.

@@ -67,7 +67,8 @@ LeftByDrives find_left(const Experiment& e) {
     if (data.source[j] != EffortSource::kServoLaw) continue;
     const UnitRows rows = collect_efforts(data, static_cast<int>(j));
     if (rows.tau.size() <= rows.nuisance.cols()) continue;
-    left.logs += std::log(std::max(1e-300, calc_left(rows))), ++left.joints;
+    left.logs += std::log(std::max(1e-300, calc_left(rows)));
+    ++left.joints;
     left.samples += static_cast<double>(rows.tau.size()) / kPerPeriod;
   }
   return left;
@@ -129,7 +130,8 @@ LateCommands make_delay(double delay) {
 // Of the velocity with which servos damp; 0: as it was logged.
 LateCommands make_filter(double time) {
   LateCommands late;
-  late.damps_late = true, late.filter = time;
+  late.damps_late = true;
+  late.filter = time;
   return late;
 }
 
@@ -183,7 +185,10 @@ double find_filter(const Experiment& e, const LeftByDrives& sharp) {
   double least = kHalf, best = 0.0;
   for (double time : kFilters) {
     const double share = find_left(convert_commands(e, make_filter(time))).calc_share(sharp);
-    if (share < least) least = share, best = time;
+    if (share < least) {
+      least = share;
+      best = time;
+    }
   }
   return best;
 }
@@ -212,7 +217,8 @@ LateCommands find_moved_commands(const Experiment& e, const LeftByDrives& logged
   };
   const double of_delay = judge(late) - kWholeGain, of_rate = judge(rate);
   if (std::max(of_delay, of_rate) < kWholeGain) return {};
-  rate.delay = late.delay, rate.std = late.std;
+  rate.delay = late.delay;
+  rate.std = late.std;
   LateCommands best = of_rate >= of_delay ? rate : late;
   best.either = std::min(of_delay, of_rate) > kLargely * std::max(of_delay, of_rate);
   return best;
@@ -230,7 +236,8 @@ LateCommands find_late_commands(const Experiment& e, int jobs) {
   if (moved.any() && compare_torques(fit_list(convert_commands(e, moved), jobs), fit_list(damped, jobs)) > 0.0)
     return moved;
   LateCommands out = find_moved_commands(damped, find_left(damped), jobs);
-  out.damps_late = true, out.filter = damping.filter;
+  out.damps_late = true;
+  out.filter = damping.filter;
   return out;
 }
 
@@ -250,7 +257,8 @@ Experiment convert_commands(Experiment e, const LateCommands& late) {
     }
     for (JointColumns& joint : r.joints) {
       if (joint.command.empty()) continue;
-      joint.command_rate = differentiate(r.time, joint.command), joint.separate_rate = true;
+      joint.command_rate = differentiate(r.time, joint.command);
+      joint.separate_rate = true;
     }
   }
   return e;

@@ -27,7 +27,8 @@ ListFit fit_list(const TorqueDesign& as_made, int jobs, Of of) {
   for (size_t i = 0; i < design.joints.size(); ++i) {
     const JointDesign& joint = design.joints[i];
     out.cross.push_back(std::max(choice.fit.cross[i] * joint.weigh_squares(), kTrace * kTrace));
-    out.effective.push_back(joint.effective), out.square.push_back(1.0 / joint.weigh_squares());
+    out.effective.push_back(joint.effective);
+    out.square.push_back(1.0 / joint.weigh_squares());
     for (size_t term : choice.model.own[i]) out.cost += joint.terms[term].row->cost;
   }
   for (size_t term : choice.model.whole) out.cost += design.whole[term].row->cost;

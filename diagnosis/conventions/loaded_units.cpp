@@ -56,15 +56,18 @@ Rows collect(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
     if (!r.train) continue;
     Eigen::MatrixXd own(r.kept(), width);
     long column = 0;
-    for (const Term& t : terms)
-      own.middleCols(column, t.columns()) = calc_joint_columns(data, r, t), column += t.columns();
+    for (const Term& t : terms) {
+      own.middleCols(column, t.columns()) = calc_joint_columns(data, r, t);
+      column += t.columns();
+    }
     for (long k = 0; k < r.kept(); ++k) {
       if (r.use(k, joint)) rows.X.row(at++).head(width) = own.row(k);
     }
   }
-  if (!spring)
-    rows.X.col(width).setOnes(), rows.X.col(width + 1).setZero();
-  else
+  if (!spring) {
+    rows.X.col(width).setOnes();
+    rows.X.col(width + 1).setZero();
+  } else
     rows.X.col(width - 2).swap(rows.X.col(width - 1));  // k q, constant: the constant is no sign of a spring
   rows.X.rightCols(loads.cols() + 2) << efforts.effort, efforts.tau, loads;
   return rows;
@@ -156,7 +159,8 @@ class Fit {
       while (factor > 1e-3 && calc(p + factor * move) > best) factor *= 0.5;
       const double next = calc(p + factor * move);
       if (!(next < best)) break;
-      p += factor * move, best = next;
+      p += factor * move;
+      best = next;
     }
     return p;
   }
@@ -213,7 +217,10 @@ class Search {
     out.by_load = none.nats - best.nats;
     const bool springs = std::any_of(best.springs.begin(), best.springs.end(), [](char s) { return s != 0; });
     if (best.link < 0 && !springs) return out;
-    if (best.link >= 0) out.link = links_[static_cast<size_t>(best.link)], out.mass = best.p[0];
+    if (best.link >= 0) {
+      out.link = links_[static_cast<size_t>(best.link)];
+      out.mass = best.p[0];
+    }
     fill(best, &out);
     return out;
   }
@@ -237,7 +244,10 @@ class Search {
         if (!springs[i]) continue;
         springs[i] = 0;
         const Choice without = fit(link, springs);
-        if (without.nats < best.nats + kOdds) best = without, changed = true;
+        if (without.nats < best.nats + kOdds) {
+          best = without;
+          changed = true;
+        }
       }
     }
     return best;
@@ -297,7 +307,7 @@ class Search {
     for (int spring : {0, 1}) {
       c.springs[i] = static_cast<char>(spring);
       const Choice with = fit(c.link, c.springs);
-      nats[spring] = with.nats,
+      nats[spring] = with.nats;
       scale[spring] = 1.0 / profile(sums_[i].see(spring != 0, std::max(0L, c.link), -1), with.p).scale;
     }
     const double p = 1.0 / (1.0 + std::exp(std::clamp(nats[1] - nats[0], -300.0, 300.0)));

@@ -39,7 +39,10 @@ double calc_share(const TorqueData& data, const EffortUnit& unit) {
     if (held && r.train) continue;
     for (long k = 0; k < r.kept(); ++k) {
       const double y = r.effort(r.full_row(k), unit.joint), tau = r.tau(r.full_row(k), unit.joint);
-      if (r.use(k, unit.joint)) before += std::pow(y - tau, 2), after += std::pow(unit.scale * y - tau, 2);
+      if (r.use(k, unit.joint)) {
+        before += std::pow(y - tau, 2);
+        after += std::pow(unit.scale * y - tau, 2);
+      }
     }
   }
   return before > 0.0 ? std::clamp(1.0 - after / before, 0.0, 1.0) : 0.0;
@@ -102,7 +105,8 @@ Json make_body_finding(const floating::BodyUnit& unit) {
   f["alternatives"] = Json::array();
   if (!unit.may_hang) return f;
   const std::string imu = unit.sensor.substr(0, unit.sensor.rfind('/'));
-  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["grade"] = get_grade_name(Grade::kAmbiguous);
+  f["probability"] = kHalf;
   f["statement"] = unit.sensor + ": " + unit.meaning + ", or " + imu + " hangs upside down: too little turns to tell.";
   const Json rpy = make_vector({M_PI, 0.0, 0.0}, {kMounted, kMounted, M_PI}, "rad");
   f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry),
@@ -148,7 +152,8 @@ Json make_absent_finding(const Experiment& e, const AbsentTorque& absent) {
   f["statement"] = describe_absent(absent.part, planar);
   f["alternatives"] = Json::array();
   if (!planar) return f;
-  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["grade"] = get_grade_name(Grade::kAmbiguous);
+  f["probability"] = kHalf;
   f["alternatives"].push_back(state_alternative(get_effect_of(PlaceKind::kNone, EffectFamily::kZero), base,
                                                 Json::object(), "a look at how the robot is mounted"));
   return f;
@@ -181,7 +186,8 @@ Json make_frame_finding(const floating::SensorFrame& frame, const FrameValue& v)
   f["statement"] = frame.sensor + v.statement;
   f["alternatives"] = Json::array();
   if (frame.rival.empty()) return f;
-  f["grade"] = get_grade_name(Grade::kAmbiguous), f["probability"] = kHalf;
+  f["grade"] = get_grade_name(Grade::kAmbiguous);
+  f["probability"] = kHalf;
   f["statement"] = frame.sensor + v.statement + " Or " + frame.rival +
                    " is off in the other sense: legs that stand do not tell which.";
   f["alternatives"].push_back(state_alternative(v.effect, {{"sensor", frame.rival}}, {{v.parameter, v.of_rival}}));
@@ -224,7 +230,10 @@ void add_frame_findings(const floating::SensorFrame& frame, Json* findings) {
 // effects.
 void add_pose_findings(const floating::PoseFrame& pose, Json* findings) {
   floating::SensorFrame frame;
-  frame.sensor = "/base/pose", frame.R = pose.R_body.transpose(), frame.late = pose.late, frame.left = pose.left;
+  frame.sensor = "/base/pose";
+  frame.R = pose.R_body.transpose();
+  frame.late = pose.late;
+  frame.left = pose.left;
   add_frame_findings(frame, findings);
 }
 
@@ -239,7 +248,8 @@ void add_turned_centre(const Experiment& e, const JointZero& zero, Json* f) {
   (*f)["alternatives"].push_back(state_alternative(
       get_effect(EffectId::kComError), {{"link", e.robot.tree.links[static_cast<size_t>(zero.joint) + 1].name}},
       {{"offset", offset}}));
-  (*f)["grade"] = get_grade_name(Grade::kAmbiguous), (*f)["probability"] = kHalf;
+  (*f)["grade"] = get_grade_name(Grade::kAmbiguous);
+  (*f)["probability"] = kHalf;
 }
 
 Json make_zero_finding(const Experiment& e, const JointZero& zero, double share) {
@@ -308,7 +318,8 @@ void add_sign_findings(const Experiment& e, const LogConventions& c, Json* findi
   const TorqueData data = make_torque_data(in_units);
   for (const TurnedEffort& t : c.signs) {
     EffortUnit turned;
-    turned.joint = t.joint, turned.scale = -1.0;
+    turned.joint = t.joint;
+    turned.scale = -1.0;
     findings->push_back(make_turned_finding(e, t, calc_share(data, turned)));
   }
 }

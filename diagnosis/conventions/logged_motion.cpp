@@ -22,7 +22,10 @@ std::optional<size_t> find_reading(const LoggedMotion& motion, size_t count,
   double least = kDetail * motion.left;
   for (size_t i = 0; i < count; ++i) {
     const double left = calc_left(i);
-    if (left < least) least = left, best = i;
+    if (left < least) {
+      least = left;
+      best = i;
+    }
   }
   return best;
 }

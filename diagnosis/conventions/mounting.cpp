@@ -33,7 +33,10 @@ std::vector<double> calc_left_squares(const TorqueData& data) {
     double sum = 0.0, n = 0.0;
     for (const TorqueRecording& r : data.recordings) {
       for (long k = 0; k < r.kept() && data.is_judged(joint); ++k) {
-        if (r.use(k, joint)) sum += std::pow(r.effort(r.full_row(k), joint) - r.tau(r.full_row(k), joint), 2), n += 1.0;
+        if (r.use(k, joint)) {
+          sum += std::pow(r.effort(r.full_row(k), joint) - r.tau(r.full_row(k), joint), 2);
+          n += 1.0;
+        }
       }
     }
     out.push_back(n > 0.0 ? sum / n : 0.0);

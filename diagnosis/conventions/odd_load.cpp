@@ -53,7 +53,8 @@ class OddLoadSearch {
       const size_t file = find_file(r);
       if (file == files_.size()) files_.push_back({get_name(r), HUGE_VAL, -HUGE_VAL});
       File& f = files_[file];
-      f.begin = std::min(f.begin, r.begin), f.end = std::max(f.end, r.begin + r.step * static_cast<double>(r.q.rows()));
+      f.begin = std::min(f.begin, r.begin);
+      f.end = std::max(f.end, r.begin + r.step * static_cast<double>(r.q.rows()));
     }
   }
 
@@ -113,14 +114,16 @@ class OddLoadSearch {
         const double tau = r.tau(full, joint);
         row << r.v(full, joint), direction[full], r.a(full, joint), 1.0, tau, std::abs(tau) * direction[full],
             columns[i][static_cast<size_t>(joint)].row(k).transpose();
-        until[f][find_piece(files_[f], r.time(k)) + 1].add_row(row, r.missing(k, joint)), n += 1.0;
+        until[f][find_piece(files_[f], r.time(k)) + 1].add_row(row, r.missing(k, joint));
+        n += 1.0;
       }
     }
     if (n < static_cast<double>(kFewest)) return;
     for (std::vector<Gram>& file : until) {
       for (size_t p = 1; p < file.size(); ++p) file[p].add(file[p - 1], 1.0);
     }
-    joints_.push_back(std::move(until)), samples_ += n;
+    joints_.push_back(std::move(until));
+    samples_ += n;
   }
 
   // Sums with a load at all times (the first four columns) and for these parts, once friction, rotor and gain are taken
@@ -132,8 +135,10 @@ class OddLoadSearch {
     constexpr long kOne = kCommon + kLoadColumns;
     Gram all(kOne), part(kOne);
     for (const std::vector<Gram>& file : joint) all.add(file.back().pick(columns), 1.0);
-    for (const Part& p : parts)
-      part.add(joint[p.file][p.end].pick(columns), 1.0), part.add(joint[p.file][p.begin].pick(columns), -1.0);
+    for (const Part& p : parts) {
+      part.add(joint[p.file][p.end].pick(columns), 1.0);
+      part.add(joint[p.file][p.begin].pick(columns), -1.0);
+    }
     Eigen::MatrixXd cross(kCommon, kBoth + 1), own(kBoth + 1, kBoth + 1);
     cross << all.G.topRightCorner(kCommon, kLoadColumns), part.G.topRightCorner(kCommon, kLoadColumns),
         all.b.head(kCommon);
@@ -143,7 +148,9 @@ class OddLoadSearch {
         all.b.tail(kLoadColumns).transpose(), part.b.tail(kLoadColumns).transpose(), all.c;
     own -= cross.transpose() * all.G.topLeftCorner(kCommon, kCommon).completeOrthogonalDecomposition().solve(cross);
     Gram out(kBoth);
-    out.G = own.topLeftCorner(kBoth, kBoth), out.b = own.col(kBoth).head(kBoth), out.c = own(kBoth, kBoth),
+    out.G = own.topLeftCorner(kBoth, kBoth);
+    out.b = own.col(kBoth).head(kBoth);
+    out.c = own(kBoth, kBoth);
     out.n = all.n;
     return out;
   }
@@ -181,7 +188,11 @@ class OddLoadSearch {
         with.push_back({file, 0, kFolds});
         double most = 0.0;
         improve(load, &with, &most);
-        if (most > nats + kOdds && most > 0.0) best = with, nats = most, better = true;
+        if (most > nats + kOdds && most > 0.0) {
+          best = with;
+          nats = most;
+          better = true;
+        }
       }
       parts = best;
     }
@@ -192,16 +203,26 @@ class OddLoadSearch {
   void improve(size_t load, Parts* parts, double* nats) const {
     const auto try_at = [&](size_t begin, size_t end) {
       Parts other = *parts;
-      other.back().begin = begin, other.back().end = end;
+      other.back().begin = begin;
+      other.back().end = end;
       const Fit f = fit(other, load);
       // In a part of a file it must be told beyond what is chance among its pieces.
       const double own = f.nats - (end - begin < kFolds ? std::log(static_cast<double>(2 * kFolds)) : 0.0);
-      if (own > *nats && f.p[kLoadColumns] > 0.0) *nats = own, *parts = other;
+      if (own > *nats && f.p[kLoadColumns] > 0.0) {
+        *nats = own;
+        *parts = other;
+      }
     };
     try_at(0, kFolds);
-    for (size_t k = 1; k < kFolds; ++k) try_at(k, kFolds), try_at(0, k);
+    for (size_t k = 1; k < kFolds; ++k) {
+      try_at(k, kFolds);
+      try_at(0, k);
+    }
     const Part first = parts->back();
-    for (size_t k = first.begin + 1; k < first.end; ++k) try_at(k, first.end), try_at(first.begin, k);
+    for (size_t k = first.begin + 1; k < first.end; ++k) {
+      try_at(k, first.end);
+      try_at(first.begin, k);
+    }
   }
 
   // Odds beyond chance, and most of what is left: friction that changes with the day takes less, and follows no mass.
@@ -237,8 +258,10 @@ class OddLoadSearch {
   // Relative deviation of the mass, as each end within a file is told to a piece only, evenly over it.
   static double calc_blur(const Parts& parts) {
     double ends = 0.0, pieces = 0.0;
-    for (const Part& p : parts)
-      ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0), pieces += static_cast<double>(p.end - p.begin);
+    for (const Part& p : parts) {
+      ends += (p.begin > 0 ? 1.0 : 0.0) + (p.end < kFolds ? 1.0 : 0.0);
+      pieces += static_cast<double>(p.end - p.begin);
+    }
     return std::sqrt(ends / 12.0) / pieces;
   }
 

@@ -23,7 +23,8 @@ std::string describe(const Experiment& e, const LoadedPart& part) {
   for (const Recording& r : e.recordings) {
     if (r.spec.file != part.file) continue;
     name = r.spec.name.substr(0, r.spec.name.find(" ("));  // pieces add their times
-    first = std::min(first, r.time.front()), last = std::max(last, r.time.back());
+    first = std::min(first, r.time.front());
+    last = std::max(last, r.time.back());
   }
   if (part.whole) return name;
   const double piece = kDetail * (last - first);  // ends are told to a piece of the file
@@ -54,7 +55,8 @@ void add_odd_load(const Experiment& e, const OddLoad& load, Reports* reports) {
   Json findings = Json::array({finding});
   for (const Json& f : report["findings"]) findings.push_back(f);
   report["findings"] = findings;
-  report["warnings"].push_back(text + then), reports->series["notes"].push_back(text + then);
+  report["warnings"].push_back(text + then);
+  reports->series["notes"].push_back(text + then);
 }
 
 }  // namespace hrp::diagnosis

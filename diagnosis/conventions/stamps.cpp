@@ -42,11 +42,15 @@ Told read_commands(const Recording& r) {
       if (!tells_time(joint) || dt > longest) continue;
       const double rate = 0.5 * (joint.command_rate[k] + joint.command_rate[k + 1]);
       const double apart = rate * dt - (joint.command[k + 1] - joint.command[k]);
-      rates += rate * rate, product += rate * apart, square += apart * apart;
+      rates += rate * rate;
+      product += rate * apart;
+      square += apart * apart;
     }
     if (!(rates > 0.0)) continue;
-    told.late[k] = product / rates, told.weight[k] = rates;
-    told.apart += square, told.left += std::max(0.0, square - product * product / rates);
+    told.late[k] = product / rates;
+    told.weight[k] = rates;
+    told.apart += square;
+    told.left += std::max(0.0, square - product * product / rates);
     moving += 1.0;
   }
   const double deviation = std::max(kResolution, std::sqrt(told.left / std::max(1.0, moving)));
@@ -59,7 +63,8 @@ double find_deviation(const Told& told, double shortest) {
   double sum = 0.0, n = 0.0;
   for (size_t k = 0; k < told.late.size(); ++k) {
     if (told.weight[k] * shortest * shortest < 1.0) continue;
-    sum += told.late[k] * told.late[k], n += 1.0;
+    sum += told.late[k] * told.late[k];
+    n += 1.0;
   }
   return n > 0.0 ? std::sqrt(0.5 * sum / n) : 0.0;
 }
@@ -71,12 +76,15 @@ std::vector<double> solve_errors(const Told& told, double deviation) {
   std::vector<double> diagonal(n, 1.0 / (deviation * deviation)), errors(n, 0.0);
   for (size_t k = 0; k + 1 < n; ++k) {
     const double w = told.weight[k];
-    diagonal[k] += w, diagonal[k + 1] += w;
-    errors[k] -= w * told.late[k], errors[k + 1] += w * told.late[k];
+    diagonal[k] += w;
+    diagonal[k + 1] += w;
+    errors[k] -= w * told.late[k];
+    errors[k + 1] += w * told.late[k];
   }
   for (size_t k = 1; k < n; ++k) {
     const double factor = told.weight[k - 1] / diagonal[k - 1];
-    diagonal[k] -= factor * told.weight[k - 1], errors[k] += factor * errors[k - 1];
+    diagonal[k] -= factor * told.weight[k - 1];
+    errors[k] += factor * errors[k - 1];
   }
   errors[n - 1] /= diagonal[n - 1];
   for (size_t k = n - 1; k-- > 0;) errors[k] = (errors[k] + told.weight[k] * errors[k + 1]) / diagonal[k];
@@ -100,11 +108,13 @@ Confirmation compare(const Recording& r, const std::vector<double>& q, const std
     const double told = -speed * (errors[k + 1] - errors[k] - (errors[last] - errors[first]) * dt / around);
     const double moved = q[k + 1] - q[k] - speed * dt;
     if (std::isfinite(told) && std::isfinite(moved)) {
-      c.squares += told * told, c.product += told * moved;
+      c.squares += told * told;
+      c.product += told * moved;
       score += told * (moved - slope * told);
     }
     if (k % kCluster != 0) continue;
-    c.scatter += score * score, score = 0.0;
+    c.scatter += score * score;
+    score = 0.0;
   }
   return c;
 }
@@ -120,7 +130,8 @@ bool is_confirmed(const Recording& r, const std::vector<double>& errors) {
     const double slope = first.product / first.squares, scatter = compare(r, q, errors, slope).scatter;
     if (!(scatter > 0.0)) continue;
     const double inverse = first.squares * first.squares / scatter;  // of the slope's variance
-    weight += inverse, sum += inverse * slope;
+    weight += inverse;
+    sum += inverse * slope;
   }
   if (!(weight > 0.0)) return false;
   const double slope = sum / weight, margin = kUnlikely / std::sqrt(weight);
@@ -149,7 +160,10 @@ Experiment correct_stamps(Experiment e) {
     const std::vector<double> errors = find_stamp_errors(r);
     if (errors.empty()) continue;
     double sum = 0.0;
-    for (size_t k = 0; k < errors.size(); ++k) r.time[k] -= errors[k], sum += errors[k] * errors[k];
+    for (size_t k = 0; k < errors.size(); ++k) {
+      r.time[k] -= errors[k];
+      sum += errors[k] * errors[k];
+    }
     e.warnings.push_back(r.spec.name + ": time stamps of single rows err by " +
                          number(1e3 * std::sqrt(sum / static_cast<double>(errors.size())), 2) +
                          " ms (rms), as all commands and the measured positions tell; corrected");

@@ -192,7 +192,8 @@ void doubt_whole_friction(const std::string& joint, Json* report) {
 }
 
 void warn(const std::string& text, Reports* reports) {
-  reports->report["warnings"].push_back(text), reports->series["notes"].push_back(text);
+  reports->report["warnings"].push_back(text);
+  reports->series["notes"].push_back(text);
 }
 
 }  // namespace
@@ -258,8 +259,11 @@ void doubt_beside_units(const Experiment& e, const std::vector<EffortUnit>& unit
   std::vector<EffortUnit> moved;  // told by the motion
   double of_load = 0.0, of_moments = 0.0;
   for (const EffortUnit& u : units) {
-    if (u.of_load > 0.0)
-      moved.push_back(u), of_load = std::max(of_load, u.of_load), of_moments = std::max(of_moments, find_blur(u));
+    if (u.of_load > 0.0) {
+      moved.push_back(u);
+      of_load = std::max(of_load, u.of_load);
+      of_moments = std::max(of_moments, find_blur(u));
+    }
   }
   for (Json& f : reports->report["findings"]) {
     const std::string joint = f["where"].value("joint", "");

@@ -36,7 +36,10 @@ ListFit polish_zeros(const Experiment& e, int jobs, ListFit best, std::vector<Jo
         std::vector<JointZero> moved = *zeros;
         moved[i].offset += sign * step;
         const ListFit other = fit_list(convert_zeros(e, moved), jobs);
-        if (compare(other, best) > 0.0) best = other, *zeros = moved;
+        if (compare(other, best) > 0.0) {
+          best = other;
+          *zeros = moved;
+        }
       }
     }
   }

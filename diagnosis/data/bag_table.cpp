@@ -151,7 +151,8 @@ class BagReader {
       if (track.topic == &topics_[i] && track.columns == columns) return track;
     }
     Track track;
-    track.topic = &topics_[i], track.columns = columns;
+    track.topic = &topics_[i];
+    track.columns = columns;
     track.values.resize(columns.size());
     tracks_.push_back(std::move(track));
     return tracks_.back();
@@ -241,10 +242,12 @@ class BagReader {
       if (jump) {
         notes_->push_back("topic " + master.topic->spec.topic + " is silent from " + number(master.time[k - 1], 5) +
                           " to " + number(master.time[k], 5) + " s: nothing is carried across");
-        close(k), begin = k;
+        close(k);
+        begin = k;
       }
       if (master.time[k] >= from && is_covered(master.time[k])) continue;
-      close(k), begin = k + 1;
+      close(k);
+      begin = k + 1;
     }
     close(master.time.size());
     return out;
@@ -275,7 +278,8 @@ class BagReader {
         std::vector<double> values = sample(track, c, time);
         const auto same = std::find(table.names.begin(), table.names.end(), track.columns[c]);
         if (same == table.names.end()) {
-          table.names.push_back(track.columns[c]), table.columns.push_back(std::move(values));
+          table.names.push_back(track.columns[c]);
+          table.columns.push_back(std::move(values));
           continue;
         }
         std::vector<double>& there = table.columns[static_cast<size_t>(same - table.names.begin())];

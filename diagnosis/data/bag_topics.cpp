@@ -45,7 +45,8 @@ class Guess {
     }
     if (found.size() != 1) return;
     SignalTopic spec;
-    spec.signal = signal, spec.topic = found[0];
+    spec.signal = signal;
+    spec.topic = found[0];
     map_.topics.push_back(spec);
     notes_->push_back("topic " + found[0] + " was taken as " + signal);
   }
@@ -101,7 +102,8 @@ class Binder {
     if (!bound.type.has(path))
       refuse_input({bag_.path(), bound.spec.topic},
                    "type " + bound.type.name() + " has no field '" + path + "', expected for " + column);
-    columns->push_back(column), paths->push_back(path);
+    columns->push_back(column);
+    paths->push_back(path);
   }
 
   // Uses the first layout that the message type has.

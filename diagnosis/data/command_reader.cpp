@@ -20,7 +20,8 @@ double interpolate(const std::vector<double>& time, const std::vector<double>& v
 
 void read_command(const std::vector<double>& time, const JointColumns& joint, double t, size_t near, double* position,
                   double* rate) {
-  *position = 0.0, *rate = 0.0;
+  *position = 0.0;
+  *rate = 0.0;
   if (joint.command.empty()) return;
   if (t <= time.front()) {
     *position = joint.command.front();
@@ -37,7 +38,8 @@ void read_command(const std::vector<double>& time, const JointColumns& joint, do
     return;
   }
   if (joint.separate_rate) {
-    *position = m.of(joint.command), *rate = m.of(joint.command_rate);
+    *position = m.of(joint.command);
+    *rate = m.of(joint.command_rate);
     return;
   }
   const double h = time[m.k + 1] - time[m.k], s = m.s;

@@ -147,7 +147,10 @@ class Averager {
     last_ = t;
     if (taken_ == 0) line_ = line;
     for (size_t i = 0; i < row.size(); ++i) {
-      if (std::isfinite(row[i])) sum_[i] += row[i], n_[i] += 1.0;
+      if (std::isfinite(row[i])) {
+        sum_[i] += row[i];
+        n_[i] += 1.0;
+      }
     }
     if (++taken_ == count_) close();
   }
@@ -183,7 +186,8 @@ CsvShape probe_csv(const std::string& path, const ColumnMap& columns) {
   for (int line = 1; line < 400 && std::getline(file, text); ++line) {
     if (!rows.read(text, line)) continue;
     for (size_t i = 0; i < rows.row().size(); ++i) head.columns[i].push_back(rows.row()[i]);
-    head.lines.push_back(line), bytes += static_cast<std::streamoff>(text.size()) + 1;
+    head.lines.push_back(line);
+    bytes += static_cast<std::streamoff>(text.size()) + 1;
   }
   CsvShape shape;
   shape.columns = static_cast<double>(head.names.size());

@@ -251,7 +251,8 @@ bool parse_cell(Cell cell, char separator, double* value) {
   if (separator != ',' && result.ptr < end && *result.ptr == ',') {
     text.assign(begin, end);
     text[static_cast<size_t>(result.ptr - begin)] = '.';
-    begin = text.data(), end = begin + text.size();
+    begin = text.data();
+    end = begin + text.size();
     result = std::from_chars(begin, end, *value);
   }
   if (result.ec == std::errc() && result.ptr == end && std::isfinite(*value)) return true;
@@ -263,13 +264,16 @@ bool parse_cell(Cell cell, char separator, double* value) {
 bool parse_stamp(Cell cell, double* value) {
   const std::string text = trim_cell(cell);
   std::tm date{};
-  date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
+  date.tm_year = 70;
+  date.tm_mon = date.tm_mday = 1;
   int read = 0, seconds_at = 0;
   if (std::sscanf(text.c_str(), "%4d-%2d-%2d%*1[T ]%n", &date.tm_year, &date.tm_mon, &date.tm_mday, &read) == 3 &&
       read > 0) {
     date.tm_year -= 1900;
   } else {
-    read = 0, date.tm_year = 70, date.tm_mon = date.tm_mday = 1;
+    read = 0;
+    date.tm_year = 70;
+    date.tm_mon = date.tm_mday = 1;
   }
   date.tm_mon -= 1;
   if (std::sscanf(text.c_str() + read, "%2d:%2d:%n", &date.tm_hour, &date.tm_min, &seconds_at) != 2 || seconds_at == 0)

@@ -45,8 +45,8 @@ Plan plan_reading(const Experiment& e, const std::vector<ColumnMap>& columns) {
     const std::string& file = e.keys.recordings[i].file;
     if (is_ros_bag(file) || is_log(file)) continue;
     const CsvShape shape = probe_csv(file, columns[i]);
-    numbers += shape.rows * shape.columns,
-        rate = std::max(rate, shape.rate > 0.0 ? shape.rate : columns[i].sample_rate);
+    numbers += shape.rows * shape.columns;
+    rate = std::max(rate, shape.rate > 0.0 ? shape.rate : columns[i].sample_rate);
   }
   const size_t averaging = find_averaging(numbers, rate);
   return {averaging, std::min(1.0, kMostNumbers * static_cast<double>(averaging) / std::max(1.0, numbers))};

@@ -63,7 +63,8 @@ bool are_poses(const Experiment& e, const Table& table, const std::vector<double
     for (size_t k = 1; k < rows.size(); ++k) {
       const auto read = [&](int column, size_t row) { return table.columns[static_cast<size_t>(column)][row]; };
       const double step = angle < 0 ? 0.0 : std::abs(read(angle, rows[k]) - read(angle, rows[k - 1]));
-      moved = moved || step > 0.0, any_rate = any_rate || rate >= 0,
+      moved = moved || step > 0.0;
+      any_rate = any_rate || rate >= 0;
       still = still && (rate < 0 || read(rate, rows[k]) == 0.0);
       too_fast = too_fast || step / (1e-3 * (t[rows[k]] - t[rows[k - 1]])) > joint.velocity_limit;
     }
@@ -168,7 +169,8 @@ bool has_separate_rate(const std::vector<double>& time, const JointColumns& join
     if (time[k] - time[k - 1] > gap) continue;
     const double change = joint.command[k] - joint.command[k - 1];
     const double told = 0.5 * (joint.command_rate[k] + joint.command_rate[k - 1]) * (time[k] - time[k - 1]);
-    apart += (change - told) * (change - told), moved += change * change;
+    apart += (change - told) * (change - told);
+    moved += change * change;
   }
   return apart > kHalf * moved;
 }
@@ -183,7 +185,8 @@ bool is_rough(const std::vector<double>& time, const JointColumns& joint) {
     if (time[k + 1] - time[k] > gap || time[k] - time[k - 1] > gap) continue;
     const double mean = (joint.command[k] - joint.command[k - 1]) / (time[k] - time[k - 1]);
     const double bend = (rate[k + 1] - 2.0 * rate[k] + rate[k - 1]) / 12.0;
-    apart += std::pow(mean - 0.5 * (rate[k] + rate[k - 1]), 2), curved += bend * bend;
+    apart += std::pow(mean - 0.5 * (rate[k] + rate[k - 1]), 2);
+    curved += bend * bend;
   }
   return apart > kSeveralTimes * kSeveralTimes * curved;
 }
@@ -246,7 +249,8 @@ void leave_out_strangers(const Experiment& experiment, const Table& table, const
       refuse_input(
           {table.file, table.names[i], 1, static_cast<int>(i) + 1},
           "the robot has no joint '" + joint + "'" + (near.empty() ? "; its joints are " + join_words(missing) : near));
-    strangers.insert(joint), used->insert(table.names[i]);
+    strangers.insert(joint);
+    used->insert(table.names[i]);
   }
   if (!strangers.empty())
     warnings->push_back(file + ": joints that the model does not have were left out: " + join_words(strangers));

@@ -39,7 +39,8 @@ void remove_mean(std::vector<double>* values) {
 }
 
 Pair without_means(Pair pair) {
-  remove_mean(&pair.reading), remove_mean(&pair.expected);
+  remove_mean(&pair.reading);
+  remove_mean(&pair.expected);
   return pair;
 }
 
@@ -57,8 +58,9 @@ struct Line {
 Line fit_line(const Pair& pair) {
   double xx = 0.0, xy = 0.0, yy = 0.0;
   for (size_t k = 0; k < pair.reading.size(); ++k) {
-    xx += pair.expected[k] * pair.expected[k], xy += pair.expected[k] * pair.reading[k],
-        yy += pair.reading[k] * pair.reading[k];
+    xx += pair.expected[k] * pair.expected[k];
+    xy += pair.expected[k] * pair.reading[k];
+    yy += pair.reading[k] * pair.reading[k];
   }
   if (xx <= 0.0 || yy <= 0.0) return {};
   return {xy / xx, xy / std::sqrt(xx * yy)};
@@ -72,7 +74,8 @@ Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& 
   for (size_t k = 0; k < count; k += 1 + count / 4000) {
     double reading = 0.0, expected = 0.0;
     if (!get(k, &reading, &expected) || !std::isfinite(reading) || !std::isfinite(expected)) continue;
-    pair.reading.push_back(reading), pair.expected.push_back(expected);
+    pair.reading.push_back(reading);
+    pair.expected.push_back(expected);
   }
   return pair;
 }
@@ -81,7 +84,8 @@ Pair collect(size_t count, const std::function<bool(size_t, double*, double*)>& 
 Pair pair_position(const Recording& r, const JointColumns& joint) {
   if (joint.command.empty() || !joint.has(Quantity::kPosition)) return {};
   Pair pair = collect(r.size(), [&](size_t k, double* reading, double* expected) {
-    *reading = joint.signal[0][k], *expected = joint.command[k];
+    *reading = joint.signal[0][k];
+    *expected = joint.command[k];
     return true;
   });
   return without_means(pair);
@@ -227,7 +231,10 @@ bool changes_between(const Experiment& e, int j) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const Recording& r : e.recordings) {
     for (double effort : r.joints[static_cast<size_t>(j)].signal[static_cast<int>(Quantity::kEffort)]) {
-      if (std::isfinite(effort)) low = std::min(low, effort), high = std::max(high, effort);
+      if (std::isfinite(effort)) {
+        low = std::min(low, effort);
+        high = std::max(high, effort);
+      }
     }
   }
   return high - low >= kLeastChange;
@@ -305,7 +312,8 @@ bool is_dead(const Recording& r, const std::string& sensor, bool zeros) {
   const std::vector<std::string> columns = list_columns(r, sensor);
   for (const std::string& column : columns) {
     const std::vector<double>& values = r.other.at(column);
-    still = still && is_still(values), zero = zero && find_largest(values) == 0.0;
+    still = still && is_still(values);
+    zero = zero && find_largest(values) == 0.0;
   }
   return !columns.empty() && still && (zeros || !zero);
 }
@@ -318,7 +326,8 @@ bool can_spare(const std::vector<Recording>& recordings, const std::vector<bool>
     was_held_out = was_held_out || !r.spec.train;
     if (dead[i]) continue;
     if (list_columns(r, sensor).empty()) return false;
-    train = train || r.spec.train, held_out = held_out || !r.spec.train;
+    train = train || r.spec.train;
+    held_out = held_out || !r.spec.train;
   }
   return train && (held_out || !was_held_out);
 }
@@ -371,7 +380,8 @@ std::vector<int> list_turned_by_law(const Experiment& e) {
     for (const Recording& r : e.recordings) {
       const Pair pair = pair_effort(r, r.joints[static_cast<size_t>(j)], gains);
       const Line line = fit_line(pair);
-      turned = turned || (follows_law(line, -1.0) && is_turned(pair)), right = right || follows_law(line, 1.0);
+      turned = turned || (follows_law(line, -1.0) && is_turned(pair));
+      right = right || follows_law(line, 1.0);
     }
     if (turned && !right) list.push_back(j);
   }

@@ -21,7 +21,10 @@ inline std::vector<double> keep_finite(const std::vector<double>& values) {
 inline double calc_range(const std::vector<double>& values) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (double v : values) {
-    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    if (std::isfinite(v)) {
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
   }
   return high > low ? high - low : 0.0;
 }
@@ -31,7 +34,10 @@ inline double calc_position_range(const Experiment& e, size_t joint) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const Recording& r : e.recordings) {
     for (double q : r.joints[joint].signal[0]) {
-      if (std::isfinite(q)) low = std::min(low, q), high = std::max(high, q);
+      if (std::isfinite(q)) {
+        low = std::min(low, q);
+        high = std::max(high, q);
+      }
     }
   }
   return high > low ? high - low : 0.0;

@@ -79,7 +79,10 @@ double repair_attitude(const std::array<std::vector<double>*, 4>& xyzw) {
   std::array<double, 4> last{};
   for (size_t k = 0; k < xyzw[0]->size(); ++k) {
     double square = 0.0, dot = 0.0;
-    for (size_t i = 0; i < 4; ++i) square += std::pow((*xyzw[i])[k], 2), dot += last[i] * (*xyzw[i])[k];
+    for (size_t i = 0; i < 4; ++i) {
+      square += std::pow((*xyzw[i])[k], 2);
+      dot += last[i] * (*xyzw[i])[k];
+    }
     if (!std::isfinite(square)) continue;
     const bool unit = std::abs(std::sqrt(square) - 1.0) < kDetail;
     if (!unit && std::isnan(found)) found = std::sqrt(square);
@@ -103,8 +106,12 @@ int unwrap_angle(std::vector<double>* angle) {
   for (double& v : *angle) {
     if (!std::isfinite(v)) continue;
     const double step = v + turns - last;
-    if (std::abs(step) > kJump) turns -= 2.0 * M_PI * std::round(step / (2.0 * M_PI)), ++jumps;
-    v += turns, last = v;
+    if (std::abs(step) > kJump) {
+      turns -= 2.0 * M_PI * std::round(step / (2.0 * M_PI));
+      ++jumps;
+    }
+    v += turns;
+    last = v;
   }
   return jumps;
 }

@@ -91,7 +91,10 @@ int choose_window(const std::vector<double>& time, const std::vector<Source>& so
     double chi2 = 0.0, dof = 0.0, variance = 0.0, n = 0.0;
     for (size_t k = static_cast<size_t>(half); k + static_cast<size_t>(half) < time.size(); k += 7) {
       const LocalFit fit = fit_local(time, sources, k, half, true);
-      chi2 += fit.chi2, dof += std::max(0, fit.count - 4), variance += fit.second_variance, n += 1.0;
+      chi2 += fit.chi2;
+      dof += std::max(0, fit.count - 4);
+      variance += fit.second_variance;
+      n += 1.0;
     }
     const double ratio = dof > 0.0 ? chi2 / dof : 0.0;
     if (half == windows[0]) first = std::max(ratio, 1e-12);
@@ -159,9 +162,13 @@ SmoothSeries Smoother::run(const std::vector<double>& values) const {
     double value = 0, rate = 0, second = 0;
     for (size_t i = 0; i < kernel.value.size(); ++i) {
       const double y = values[kernel.begin + i];
-      value += kernel.value[i] * y, rate += kernel.rate[i] * y, second += kernel.second[i] * y;
+      value += kernel.value[i] * y;
+      rate += kernel.rate[i] * y;
+      second += kernel.second[i] * y;
     }
-    out.value.push_back(value), out.rate.push_back(rate), out.second.push_back(second);
+    out.value.push_back(value);
+    out.rate.push_back(rate);
+    out.second.push_back(second);
   }
   return out;
 }
@@ -174,7 +181,9 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
   for (size_t j = 0; j < recording.joints.size(); ++j) {
     const JointColumns& columns = recording.joints[j];
     SmoothJoint& out = smooth.joints[j];
-    out.q.assign(rows, 0.0), out.qd.assign(rows, 0.0), out.qdd.assign(rows, 0.0);
+    out.q.assign(rows, 0.0);
+    out.qd.assign(rows, 0.0);
+    out.qdd.assign(rows, 0.0);
     std::vector<Source> sources;
     if (columns.has(Quantity::kPosition)) sources.push_back({&columns.signal[0], 1.0 / e.joint_noise[j][0].sigma, 0});
     if (columns.has(Quantity::kVelocity) && !sources.empty())
@@ -183,7 +192,9 @@ SmoothRecording smooth_recording(const Experiment& e, const Recording& recording
       out.half_window = choose_window(recording.time, sources, &out.sigma_qdd);
       for (size_t k = 0; k < rows; ++k) {
         const LocalFit fit = fit_local(recording.time, sources, k, out.half_window, false);
-        out.q[k] = fit.c[0], out.qd[k] = fit.c[1], out.qdd[k] = 2.0 * fit.c[2];
+        out.q[k] = fit.c[0];
+        out.qd[k] = fit.c[1];
+        out.qdd[k] = 2.0 * fit.c[2];
       }
     }
     if (columns.has(Quantity::kEffort)) {

@@ -47,7 +47,10 @@ std::vector<double> measure_motion(const JointColumns& joint, const std::vector<
     double sum = 0.0, n = 0.0;
     for (size_t k = pieces[p] + 5; k < pieces[p + 1] && !q.empty(); k += 5) {
       const double v = (q[k] - q[k - 5]) / std::max(1e-9, time[k] - time[k - 5]);
-      if (std::isfinite(v)) sum += v * v, n += 1.0;
+      if (std::isfinite(v)) {
+        sum += v * v;
+        n += 1.0;
+      }
     }
     motion.push_back(n > 0.0 ? std::sqrt(sum / n) : 0.0);
   }
@@ -93,7 +96,8 @@ std::vector<Piece> choose_pieces(std::vector<Piece> pieces, const std::vector<co
   double sum = 0.0;
   for (const Piece& p : pieces) {
     if (sum + 0.5 * p.seconds > seconds && !chosen.empty()) break;
-    chosen.push_back(p), sum += p.seconds;
+    chosen.push_back(p);
+    sum += p.seconds;
   }
   std::sort(chosen.begin(), chosen.end(), [](const Piece& a, const Piece& b) {
     return a.recording != b.recording ? a.recording < b.recording : a.begin < b.begin;
@@ -133,9 +137,14 @@ std::vector<size_t> find_ends_of_gaps(const std::vector<double>& time) {
 }
 
 void copy_all_but_recordings(const Experiment& from, Experiment* to) {
-  to->path = from.path, to->folder = from.folder, to->scenario = from.scenario, to->robot = from.robot,
+  to->path = from.path;
+  to->folder = from.folder;
+  to->scenario = from.scenario;
+  to->robot = from.robot;
   to->keys = from.keys;
-  to->joint_noise = from.joint_noise, to->other_noise = from.other_noise, to->warnings = from.warnings;
+  to->joint_noise = from.joint_noise;
+  to->other_noise = from.other_noise;
+  to->warnings = from.warnings;
   to->sample_time = from.sample_time;
 }
 
@@ -143,15 +152,18 @@ void copy_all_but_recordings(const Experiment& from, Experiment* to) {
 
 Recording cut_recording(const Recording& r, size_t begin, size_t end) {
   Recording out;
-  out.spec = r.spec, out.column_of = r.column_of;
+  out.spec = r.spec;
+  out.column_of = r.column_of;
   out.spec.name = r.spec.name.substr(0, r.spec.name.find(" (")) + " (" + number(r.time[begin], 4) + " to " +
                   number(r.time[end - 1], 4) + " s)";
   out.time = cut(r.time, begin, end);
   for (const JointColumns& joint : r.joints) {
     JointColumns own;
-    own.command = cut(joint.command, begin, end), own.command_rate = cut(joint.command_rate, begin, end);
+    own.command = cut(joint.command, begin, end);
+    own.command_rate = cut(joint.command_rate, begin, end);
     for (int q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], begin, end);
-    own.separate_rate = joint.separate_rate, own.rough_command = joint.rough_command;
+    own.separate_rate = joint.separate_rate;
+    own.rough_command = joint.rough_command;
     out.joints.push_back(std::move(own));
   }
   for (const auto& [name, values] : r.other) out.other[name] = cut(values, begin, end);
@@ -162,7 +174,8 @@ std::vector<Recording> cut_at_gaps(const Recording& r, std::vector<std::string>*
   std::vector<size_t> begins = find_ends_of_gaps(r.time);
   if (begins.empty()) return {r};
   const size_t gaps = begins.size(), first = begins[0];
-  begins.insert(begins.begin(), 0), begins.push_back(r.size());
+  begins.insert(begins.begin(), 0);
+  begins.push_back(r.size());
   std::vector<Recording> parts;
   double lost = 0.0;
   for (size_t i = 0; i + 1 < begins.size(); ++i) {
@@ -203,11 +216,15 @@ void average_rows(size_t count, Table* table) {
     for (size_t g = 0; g + 1 < begins.size(); ++g) {
       double sum = 0.0, n = 0.0;
       for (size_t k = begins[g]; k < begins[g + 1]; ++k) {
-        if (std::isfinite(column[k])) sum += column[k], n += 1.0;
+        if (std::isfinite(column[k])) {
+          sum += column[k];
+          n += 1.0;
+        }
       }
       column[g] = n > 0.0 ? sum / n : std::numeric_limits<double>::quiet_NaN();
     }
-    column.resize(lines.size()), column.shrink_to_fit();
+    column.resize(lines.size());
+    column.shrink_to_fit();
   }
   table->lines = std::move(lines);
 }

@@ -27,11 +27,17 @@ Points find_fastest(const std::vector<double>& stamp, const std::vector<double>&
   for (size_t k = 0; k < stamp.size(); ++k) {
     const double share = std::clamp((stamp[k] - begin) / span, 0.0, 1.0);
     const size_t piece = std::min(kPieces - 1, static_cast<size_t>(share * kPieces));
-    if (receive[k] - stamp[k] < y[piece]) y[piece] = receive[k] - stamp[k], x[piece] = stamp[k] - begin;
+    if (receive[k] - stamp[k] < y[piece]) {
+      y[piece] = receive[k] - stamp[k];
+      x[piece] = stamp[k] - begin;
+    }
   }
   Points out;
   for (size_t i = 0; i < kPieces; ++i) {
-    if (std::isfinite(y[i])) out.x.push_back(x[i]), out.y.push_back(y[i]);
+    if (std::isfinite(y[i])) {
+      out.x.push_back(x[i]);
+      out.y.push_back(y[i]);
+    }
   }
   return out;
 }
@@ -43,7 +49,8 @@ TopicClock find_topic_clock(const std::vector<double>& stamp, const std::vector<
   TopicClock clock;
   clock.stamped = stamp.size() > 1 && stamp.size() == receive.size() && stamp.back() > stamp.front();
   if (!clock.stamped) return clock;
-  clock.begin = stamp.front(), clock.span = stamp.back() - stamp.front();
+  clock.begin = stamp.front();
+  clock.span = stamp.back() - stamp.front();
   const Points p = find_fastest(stamp, receive);
   std::vector<double> slopes, levels, rest;
   for (size_t a = 0; a < p.x.size(); ++a) {

@@ -88,7 +88,9 @@ class BagDrafter {
     const auto has = [&](const char* quantity) {
       return !names.empty() && values.numbers(quantity).size() == names.size();
     };
-    content->positions |= has("position"), content->velocities |= has("velocity"), content->efforts |= has("effort");
+    content->positions |= has("position");
+    content->velocities |= has("velocity");
+    content->efforts |= has("effort");
   }
 
   // The topic of this kind with most joints of the model; nullptr: none.

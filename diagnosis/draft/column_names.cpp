@@ -92,8 +92,11 @@ int take_joint(const std::vector<std::string>& joints, std::vector<std::string>*
     std::vector<std::string> name = split_words(joints[i]);
     for (int attempt = 0; attempt < 2; ++attempt) {
       std::vector<std::string> rest = *words;
-      if (name.size() > longest && take_out(name, &rest))
-        best = static_cast<int>(i), longest = name.size(), left = rest;
+      if (name.size() > longest && take_out(name, &rest)) {
+        best = static_cast<int>(i);
+        longest = name.size();
+        left = rest;
+      }
       if (name.size() < 2 || name.back() != "joint") break;
       name.pop_back();
     }
@@ -152,7 +155,10 @@ void take_short_names(const std::vector<std::string>& columns, const std::vector
   }
   for (const auto& [quantity, group] : groups) {
     if (group.joint.size() < 2 || group.told.size() != group.columns) continue;
-    for (const auto& [column, joint] : group.joint) (*meanings)[column].joint = joint, (*meanings)[column].index = -1;
+    for (const auto& [column, joint] : group.joint) {
+      (*meanings)[column].joint = joint;
+      (*meanings)[column].index = -1;
+    }
   }
 }
 
@@ -190,7 +196,10 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
     if (words[i] == "d" && i > 0 && meaning.kind != ColumnKind::kNone) meaning.command = true;
     if (known == list_words().end()) continue;
     // "target_pos_rate" is a velocity, "time_error" none: the later word tells more.
-    if (known->second.kind != ColumnKind::kNone) meaning.kind = known->second.kind, meaning.of = known->second.of;
+    if (known->second.kind != ColumnKind::kNone) {
+      meaning.kind = known->second.kind;
+      meaning.of = known->second.of;
+    }
     if (known->second.scale > 0.0) meaning.scale = known->second.scale;
     meaning.command = meaning.command || known->second.command;
     meaning.counts = meaning.counts || known->second.counts;
@@ -248,7 +257,8 @@ void take_named_joints(const std::vector<std::string>& columns, const std::vecto
   for (ColumnMeaning& m : *meanings) {
     if (joint_of.empty() || m.index < 0 || m.kind == ColumnKind::kNone || m.kind == ColumnKind::kTime) continue;
     const auto named = joint_of.find(m.index);
-    m.joint = named == joint_of.end() ? -1 : named->second, m.index = -1;
+    m.joint = named == joint_of.end() ? -1 : named->second;
+    m.index = -1;
     if (m.joint < 0) m.kind = ColumnKind::kNone;  // of a joint that the model does not have
   }
 }

@@ -30,7 +30,12 @@ double calc_rate_correlation(const std::vector<double>& q, const std::vector<dou
   for (size_t i = 1; i + 1 < q.size(); ++i) {
     const double x = (q[i + 1] - q[i - 1]) / (t[i + 1] - t[i - 1]), y = v[i];
     if (!std::isfinite(x) || !std::isfinite(y)) continue;
-    n += 1.0, sx += x, sy += y, sxx += x * x, syy += y * y, sxy += x * y;
+    n += 1.0;
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    syy += y * y;
+    sxy += x * y;
   }
   const double spread = (n * sxx - sx * sx) * (n * syy - sy * sy);
   return spread > 0.0 ? (n * sxy - sx * sy) / std::sqrt(spread) : 0.0;
@@ -42,7 +47,11 @@ double calc_travel_ratio(const std::vector<double>& q, const std::vector<double>
     const double step = 0.5 * (v[i] + v[i - 1]) * (t[i] - t[i - 1]), x = q[i] - q[0];
     if (!std::isfinite(step) || !std::isfinite(x)) continue;
     integral += step;
-    n += 1.0, sx += x, sy += integral, sxx += x * x, sxy += x * integral;
+    n += 1.0;
+    sx += x;
+    sy += integral;
+    sxx += x * x;
+    sxy += x * integral;
   }
   return (n * sxy - sx * sy) / (n * sxx - sx * sx);
 }
@@ -56,7 +65,10 @@ RatePair find_rate_pair(const std::vector<std::vector<double>>& columns) {
   for (size_t i = 0; i < columns.size(); ++i) {
     for (size_t k = 0; k < columns.size(); ++k) {
       const double alike = i == k ? 0.0 : calc_rate_correlation(columns[i], columns[k], rows);
-      if (alike > most) most = alike, best = {i, k, calc_travel_ratio(columns[i], columns[k], rows)};
+      if (alike > most) {
+        most = alike;
+        best = {i, k, calc_travel_ratio(columns[i], columns[k], rows)};
+      }
     }
   }
   return best;

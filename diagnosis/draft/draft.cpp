@@ -209,7 +209,8 @@ class DraftWriter {
       const std::string signal = "/wrench/" + found.link + "/force/" + found.axis;
       if (used_[found.column] || !written.insert(signal).second) continue;
       *columns << "  " << quote_name(signal) << ": " << find_place(found.column) << "\n";
-      used_[found.column] = true, upright_ = upright_ && found.axis == "z";
+      used_[found.column] = true;
+      upright_ = upright_ && found.axis == "z";
       if (std::find(feet_.begin(), feet_.end(), found.link) == feet_.end()) feet_.push_back(found.link);
     }
     if (!feet_.empty())
@@ -231,14 +232,21 @@ class DraftWriter {
         const double alike = k == i || !is_free(k) ? 0.0 : calc_rate_correlation(column(i), column(k), time());
         const bool same_unit =
             alike > most && std::abs(time_scale_ * calc_travel_ratio(column(i), column(k), time()) - 1.0) < 0.1;
-        if (same_unit) most = alike, rate = k;
+        if (same_unit) {
+          most = alike;
+          rate = k;
+        }
       }
       if (rate == i) continue;
-      meanings[i].kind = ColumnKind::kPosition, meanings[rate].kind = ColumnKind::kVelocity;
+      meanings[i].kind = ColumnKind::kPosition;
+      meanings[rate].kind = ColumnKind::kVelocity;
       meanings[i].joint = meanings[rate].joint = pairs++;
     }
     for (size_t i = 0; i < log_.count; ++i) {
-      if (is_free(i)) meanings[i].kind = ColumnKind::kEffort, meanings[i].joint = others++;
+      if (is_free(i)) {
+        meanings[i].kind = ColumnKind::kEffort;
+        meanings[i].joint = others++;
+      }
     }
     if (pairs != static_cast<int>(joints_.size()) || others != pairs) return;
     meanings_ = std::move(meanings);
@@ -350,7 +358,8 @@ class DraftWriter {
           *columns << "{column: " << find_place(i) << ", scale: " << format_exact(m.scale) << "}\n";
         else
           *columns << find_place(i) << "\n";
-        used_[i] = true, ++count;
+        used_[i] = true;
+        ++count;
         break;
       }
     }

@@ -23,7 +23,8 @@ LogColumns read_names(const std::string& path) {
     log.table.file = path;
     if (layout.cells == 0) {
       layout = read_layout(line, comment, 1, {SignalColumn{"first", "", 1}}, &log.table);
-      log.count = layout.cells, log.names = layout.names;
+      log.count = layout.cells;
+      log.names = layout.names;
       if (layout.header) continue;
     }
     std::vector<Cell> cells;

@@ -90,7 +90,10 @@ double find_free_share(const FreeData& train, const FreeData& test) {
       others.add(fold, -1.0);
       rest += calc_rest(fold, solve_ridge(others, ridge));
     }
-    if (rest < best) best = rest, chosen = ridge;
+    if (rest < best) {
+      best = rest;
+      chosen = ridge;
+    }
   }
   const Eigen::VectorXd theta = solve_ridge(total, chosen);
   double rest = 0.0;

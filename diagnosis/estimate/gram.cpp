@@ -28,16 +28,23 @@ Eigen::VectorXd solve(const Gram& part) {
 
 void Gram::add_row(const Eigen::VectorXd& x, double y) {
   G.selfadjointView<Eigen::Lower>().rankUpdate(x);
-  b += y * x, c += y * y, n += 1.0;
+  b += y * x;
+  c += y * y;
+  n += 1.0;
 }
 
 void Gram::add_columns(const Eigen::Ref<const Eigen::MatrixXd>& X, const Eigen::Ref<const Eigen::VectorXd>& y) {
   G.selfadjointView<Eigen::Lower>().rankUpdate(X);
-  b.noalias() += X * y, c += y.squaredNorm(), n += static_cast<double>(y.size());
+  b.noalias() += X * y;
+  c += y.squaredNorm();
+  n += static_cast<double>(y.size());
 }
 
 void Gram::add(const Gram& other, double factor) {
-  G += factor * other.G, b += factor * other.b, c += factor * other.c, n += factor * other.n;
+  G += factor * other.G;
+  b += factor * other.b;
+  c += factor * other.c;
+  n += factor * other.n;
 }
 
 Gram Gram::pick(const Columns& columns) const {
@@ -47,7 +54,8 @@ Gram Gram::pick(const Columns& columns) const {
     part.b[i] = b[columns[static_cast<size_t>(i)]];
     for (long j = 0; j < p; ++j) part.G(i, j) = get(columns[static_cast<size_t>(i)], columns[static_cast<size_t>(j)]);
   }
-  part.c = c, part.n = n;
+  part.c = c;
+  part.n = n;
   return part;
 }
 
@@ -74,7 +82,8 @@ double solve_along(const Gram& gram, const Columns& columns, long first, const E
   for (long c = first + direction.size(); c < all; ++c) to_columns(c, c - direction.size() + 1) = 1.0;
   const Gram part = gram.pick(columns);
   Gram along(to_columns.cols());
-  along.G = to_columns.transpose() * part.G * to_columns, along.b = to_columns.transpose() * part.b;
+  along.G = to_columns.transpose() * part.G * to_columns;
+  along.b = to_columns.transpose() * part.b;
   return solve(along)[first];
 }
 
@@ -102,7 +111,8 @@ double cross_validate(const std::vector<Gram>& folds, const Gram& total, const C
       const Eigen::VectorXd scale = calc_scale(G);
       theta = scale.cwiseProduct(factor(G, scale).solve(scale.cwiseProduct(all.b - own.b)));
     }
-    rest += std::max(0.0, fold.c - 2.0 * own.b.dot(theta) + theta.dot(own.G * theta)), n += fold.n;
+    rest += std::max(0.0, fold.c - 2.0 * own.b.dot(theta) + theta.dot(own.G * theta));
+    n += fold.n;
   }
   return n > 0.0 ? rest / n : 0.0;
 }
@@ -119,7 +129,8 @@ Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& tota
     if (fold.n <= 0.0) continue;
     const Gram own = fold.pick(columns);
     const Eigen::VectorXd score = own.b - own.G * theta;
-    scores += score * score.transpose(), count += 1.0;
+    scores += score * score.transpose();
+    count += 1.0;
   }
   return make_robust_covariance(inverse, scores, find_few(count)).robust;
 }

@@ -9,7 +9,11 @@
 namespace hrp::diagnosis {
 
 void Spread::add(double y) {
-  if (std::isfinite(y)) sum_ += y, square_ += y * y, n_ += 1.0;
+  if (std::isfinite(y)) {
+    sum_ += y;
+    square_ += y * y;
+    n_ += 1.0;
+  }
 }
 
 double Spread::get() const { return n_ > 1.0 ? std::sqrt(std::max(0.0, square_ / n_ - sum_ * sum_ / n_ / n_)) : 0.0; }
@@ -35,7 +39,9 @@ double calc_variance_between(const std::vector<double>& values, const std::vecto
   double w = 0.0, ww = 0.0, mean = 0.0, q = 0.0;
   for (size_t g = 0; g < values.size(); ++g) {
     const double own = 1.0 / std::max(1e-300, variances[g]);
-    w += own, ww += own * own, mean += own * values[g];
+    w += own;
+    ww += own * own;
+    mean += own * values[g];
   }
   mean /= w;
   for (size_t g = 0; g < values.size(); ++g) q += std::pow(values[g] - mean, 2) / std::max(1e-300, variances[g]);

@@ -39,7 +39,10 @@ void doubt_balancers(const TorqueDesign& design, std::vector<GradedTerm>* graded
       if (is_shown(design, joint, g)) joints.push_back(joint.joint);
     }
     // With one joint in all, other rules ask whether it is another mass.
-    if (joints.size() == 1 && design.joints.size() > 1) g.grade = Grade::kAmbiguous, g.balanced = joints[0];
+    if (joints.size() == 1 && design.joints.size() > 1) {
+      g.grade = Grade::kAmbiguous;
+      g.balanced = joints[0];
+    }
   }
 }
 

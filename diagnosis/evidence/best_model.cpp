@@ -84,8 +84,10 @@ double join(const Problem& problem, const std::vector<double>& rms, Quantity qua
     const bool driven = quantity == Quantity::kEffort;
     const double spread =
         driven ? spreads[j] : calc_channel_spread(*problem.experiment, get_judged(problem), j * kQuantities);
-    if ((driven ? spread > 0.0 : does_move(spread)) && std::isfinite(rms[j]))
-      sum += rms[j] * rms[j] / (spread * spread), n += 1.0;
+    if ((driven ? spread > 0.0 : does_move(spread)) && std::isfinite(rms[j])) {
+      sum += rms[j] * rms[j] / (spread * spread);
+      n += 1.0;
+    }
   }
   return n > 0.0 ? std::sqrt(sum / n) : kNoError;
 }
@@ -197,7 +199,10 @@ class Chooser {
       double least = kNoError;
       for (const Compared& one : compared_) {
         const double cost = calc_joint_cost(one.errors, j);
-        if (cost < least && has_same_links(one.hypothesis, links)) chosen = &one, least = cost;
+        if (cost < least && has_same_links(one.hypothesis, links)) {
+          chosen = &one;
+          least = cost;
+        }
       }
       const Hypothesis own = take_joint(chosen ? chosen->hypothesis : best_.hypothesis, static_cast<int>(j));
       mixed.insert(mixed.end(), own.begin(), own.end());
@@ -232,7 +237,10 @@ class Chooser {
     progress_("    " + std::string(name) + ": held out" + describe_miss(", positions", errors.position) +
               describe_miss(", efforts", errors.effort));
     const double cost = calc_cost(errors);
-    if (cost < share * least_) best_ = trial, least_ = cost;
+    if (cost < share * least_) {
+      best_ = trial;
+      least_ = cost;
+    }
     return cost;
   }
 
@@ -260,7 +268,10 @@ double calc_given_share(const Experiment& e, const JointLaws& laws, size_t joint
     for (size_t k = 0; k < r.size(); ++k) {
       const double effort = laws.torque_scale * c.signal[2][k],
                    torque = calc_given_torque(laws, c.signal[2][k], c.signal[1][k]);
-      if (std::isfinite(effort + torque)) logged += effort * effort, given += torque * torque;
+      if (std::isfinite(effort + torque)) {
+        logged += effort * effort;
+        given += torque * torque;
+      }
     }
   }
   return logged > 0.0 ? std::sqrt(given / logged) : 1.0;
@@ -293,7 +304,8 @@ Trial simulate_trial(const Problem& problem, const Hypothesis& hypothesis) {
   trial.refined = true;
   trial.train = calc_score(problem, hypothesis, problem.train);
   trial.validate = calc_score(problem, hypothesis, get_judged(problem));
-  trial.rms = trial.validate.rms(), trial.worst = trial.validate.worst();
+  trial.rms = trial.validate.rms();
+  trial.worst = trial.validate.worst();
   for (const Effect& effect : hypothesis) trial.std.emplace_back(effect.p.size(), 0.0);
   return trial;
 }

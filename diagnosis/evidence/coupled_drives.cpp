@@ -23,7 +23,10 @@ constexpr int kSteps = 8;
 
 std::vector<double> list_ratios() {
   std::vector<double> ratios;
-  for (int i = -kSteps; i <= kSteps; ++i) ratios.push_back(std::exp2(0.25 * i)), ratios.push_back(-std::exp2(0.25 * i));
+  for (int i = -kSteps; i <= kSteps; ++i) {
+    ratios.push_back(std::exp2(0.25 * i));
+    ratios.push_back(-std::exp2(0.25 * i));
+  }
   return ratios;
 }
 
@@ -82,7 +85,9 @@ class CoupledSearch {
       if (!(next.level > 0.0) || rest > kLargely * without || without - rest < kMinor * own || !is_sure(without, rest))
         break;
       found.drives.push_back(next);
-      smooth = beside, all = with, left = rest;
+      smooth = beside;
+      all = with;
+      left = rest;
     }
     // The jumps decide, not what another joint's motion explains without them.
     if (left > kHalf * own || left > kLargely * rows_.judge(y_, smooth)) return {};
@@ -165,8 +170,10 @@ class CoupledSearch {
       for (long c = 0; c < signs.cols(); ++c) {
         const double along = alone.col(c).dot(y),
                      explained = along * along / std::max(1e-300, alone.col(c).squaredNorm());
-        if (along > 0.0 && explained > most)
-          most = explained, best = {other, list_ratios()[static_cast<size_t>(c)], along / alone.col(c).squaredNorm()};
+        if (along > 0.0 && explained > most) {
+          most = explained;
+          best = {other, list_ratios()[static_cast<size_t>(c)], along / alone.col(c).squaredNorm()};
+        }
       }
     }
     return best;
@@ -190,7 +197,10 @@ class CoupledSearch {
     for (double step : {0.125, 0.0625, 0.03125}) {
       for (double ratio : {d->ratio * std::exp2(step), d->ratio * std::exp2(-step)}) {
         const double left = calc_left(append(beside, fill(calc_filtered_sign, {d->other, ratio, 0.0})));
-        if (left < least) least = left, d->ratio = ratio;
+        if (left < least) {
+          least = left;
+          d->ratio = ratio;
+        }
       }
     }
   }

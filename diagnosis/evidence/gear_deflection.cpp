@@ -92,7 +92,9 @@ class Gear {
 
   Eigen::VectorXd make_row(const Series& s, long k) const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(kWidth);
-    x[kZero] = 1.0, x[kTorque] = s.torque[k], x[kRate] = -s.rate[k],
+    x[kZero] = 1.0;
+    x[kTorque] = s.torque[k];
+    x[kRate] = -s.rate[k];
     x[kPlay] = 0.5 * std::tanh(s.torque[k] / (kMinor * spread_));
     return x;
   }
@@ -112,7 +114,10 @@ class Gear {
   void find_sides() {
     double positive = 0.0, n = 0.0;
     for (const Series& s : series_) {
-      for (double t : s.torque) positive += t > 0.0 ? 1.0 : 0.0, n += 1.0;
+      for (double t : s.torque) {
+        positive += t > 0.0 ? 1.0 : 0.0;
+        n += 1.0;
+      }
     }
     out_.one_sided = positive < kMinor * n || positive > (1.0 - kMinor) * n;
   }
@@ -169,7 +174,11 @@ class Gear {
       const Eigen::VectorXd theta = solve(total_, columns);
       if (!is_physical(columns, theta)) continue;
       const double evidence = calc_evidence(columns) - (columns.empty() ? 0.0 : kOdds);
-      if (evidence > best) best = evidence, model_ = columns, theta_ = theta;
+      if (evidence > best) {
+        best = evidence;
+        model_ = columns;
+        theta_ = theta;
+      }
     }
     find_deviations();
   }
@@ -203,7 +212,10 @@ class Gear {
 
   double find_held(const Columns& columns, const Eigen::VectorXd& theta) const {
     double rest = 0.0, n = 0.0;
-    for (const Gram& gram : held_) rest += calc_rest(gram, columns, theta), n += gram.n;
+    for (const Gram& gram : held_) {
+      rest += calc_rest(gram, columns, theta);
+      n += gram.n;
+    }
     return n > 0.0 ? rest / n : 0.0;
   }
 
@@ -215,14 +227,20 @@ class Gear {
     out_.mismatch = before > kNoiseLeft * kNoiseLeft * floor_;
     out_.to_noise = after < std::max(kNoiseLeft * kNoiseLeft * floor_, kBlur * kBlur * before);
     out_.fit = {column_, unit("rad"), std::sqrt(before), std::sqrt(after), std::sqrt(before)};
-    out_.remaining.where = {{"sensor", column_}}, out_.remaining.unit = unit("rad");
-    out_.remaining.before = std::sqrt(before), out_.remaining.after = std::sqrt(after);
+    out_.remaining.where = {{"sensor", column_}};
+    out_.remaining.unit = unit("rad");
+    out_.remaining.before = std::sqrt(before);
+    out_.remaining.after = std::sqrt(after);
     out_.remaining.statement = column_ + ": of " + number(std::sqrt(before), 3) + " " + unit("rad") +
                                " against the joint's encoder, " + number(std::sqrt(after), 3) + " " + unit("rad") +
                                " remain.";
     if (!out_.mismatch) return;
     const double share = std::clamp(1.0 - after / std::max(1e-300, before), 0.0, 1.0);
-    if (is_sure(kZero)) out_.zero_found = true, out_.zero = get(kZero), out_.zero_std = get(kZero, true);
+    if (is_sure(kZero)) {
+      out_.zero_found = true;
+      out_.zero = get(kZero);
+      out_.zero_std = get(kZero, true);
+    }
     const Columns zero{kZero};
     const double shifted = find_held(zero, solve(total_, zero));  // what remains for elasticity and play
     const double law = shifted > floor_ ? 1.0 - std::max(0.0, after - floor_) / shifted : 0.0;
@@ -235,7 +253,9 @@ class Gear {
 
   Finding start(EffectId id, Grade grade, double share) const {
     Finding f = make_finding(get_effect(id), {{"joint", name()}}, {});
-    f.grade = grade, f.probability = kSurest, f.share = f.weight = share;
+    f.grade = grade;
+    f.probability = kSurest;
+    f.share = f.weight = share;
     return f;
   }
 
@@ -294,7 +314,9 @@ std::vector<GearVerdict> judge_gears(const Experiment& e, const TorqueData& moti
   torque.link_encoders = sensors.link_encoders;
   for (int j : sensors.link_encoders) {
     LinkSensor s;
-    s.name = "/joint_states_link/" + e.robot.tree.joint(j).name + "/effort", s.joint = j, s.link = j + 1;
+    s.name = "/joint_states_link/" + e.robot.tree.joint(j).name + "/effort";
+    s.joint = j;
+    s.link = j + 1;
     torque.sensors.push_back(s);
   }
   LinkReadings predict = make_link_readings(e, torque, known);

@@ -79,8 +79,10 @@ bool reload_gears(const TorqueModel& model, TorqueDesign* design) {
     const TorqueFit fit = fit_torque(by_effort, with);
     const double cost = with.own[i].size() > model.own[i].size() ? find_term_row(&TermRow::by_load).cost : 0.0;
     const double gain = calc_joint_gain({by_effort, with, fit}, {*design, model, without}, i) - cost;
-    if (gain > 0.0 && is_model_physical(by_effort, with, fit))
-      load_by_effort(design->joints[i].joint, &data), any = true;
+    if (gain > 0.0 && is_model_physical(by_effort, with, fit)) {
+      load_by_effort(design->joints[i].joint, &data);
+      any = true;
+    }
   }
   if (any) *design = make_torque_design(std::move(data));
   return any;

@@ -60,7 +60,8 @@ struct Missed {
 Finding make_column_finding(const Experiment& e, int joint, Quantity column, EffectId id, const Estimate& estimate,
                             const Missed& missed, const std::string& words) {
   Finding f = make_finding(get_effect(id), make_log_place(e, joint, column), {estimate});
-  f.grade = Grade::kSupported, f.probability = kSurest;
+  f.grade = Grade::kSupported;
+  f.probability = kSurest;
   f.share = std::clamp(1.0 - std::pow(missed.after / std::max(1e-300, missed.before), 2), 0.0, 1.0);
   const std::string unit = std::string(" ") + missed.unit;
   f.statement = e.robot.tree.joint(joint).name + ": " + words + ". " + missed.of + " by " + number(missed.after, 3) +
@@ -73,7 +74,10 @@ bool is_one_sided(const TorqueData& data, int joint) {
   double up = 0.0, all = 0.0;
   for (const TorqueRecording& r : data.recordings) {
     for (long k = 0; k < r.kept(); ++k) {
-      if (r.use(k, joint)) up += r.tau(r.full_row(k), joint) > 0.0 ? 1.0 : 0.0, all += 1.0;
+      if (r.use(k, joint)) {
+        up += r.tau(r.full_row(k), joint) > 0.0 ? 1.0 : 0.0;
+        all += 1.0;
+      }
     }
   }
   return std::min(up, all - up) < kMinority * all;

@@ -37,7 +37,8 @@ Hypothesis take_links(const Hypothesis& model) {
 }
 
 JointPaths::JointPaths(const Problem& problem, const Hypothesis& links) : along_(problem) {
-  along_.view = {}, along_.subtrees.clear();
+  along_.view = {};
+  along_.subtrees.clear();
   if (along_.nominal_paths.empty()) prepare_paths(&along_);
   paths_ = make_paths(along_, links);
 }

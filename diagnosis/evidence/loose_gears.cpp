@@ -227,8 +227,10 @@ class Gear {
     const double rigid = rigid_.held, held = get_held(chosen.effects);
     if (held > kLargely * rigid || !helps_everywhere(chosen.effects)) return std::nullopt;
     LooseGear gear;
-    gear.joint = chosen.effects, gear.at = at_, gear.std = find_deviations(chosen.effects);
-    gear.left = held / rigid,
+    gear.joint = chosen.effects;
+    gear.at = at_;
+    gear.std = find_deviations(chosen.effects);
+    gear.left = held / rigid;
     gear.named = std::max(gear.left, chosen.cost / rigid_.train) < kHalf && is_gear(get_law(chosen));
     gear.share = std::clamp((rigid - held) / std::max(get_held({}), rigid), 0.0, 1.0);
     for (size_t i = 0; i < loose.size(); ++i) {
@@ -250,7 +252,9 @@ Finding tell(const Experiment& e, const LooseGear& gear) {
   const EffectInfo& info = get_effect(gear.law().id);
   Finding f = make_finding(info, make_where(e, gear.law()), list_estimates(e, gear.law(), gear.std));
   f.grade = gear.rival ? Grade::kAmbiguous : Grade::kSupported;
-  f.probability = 0.95, f.share = gear.share, f.weight = gear.share / e.num_joints();
+  f.probability = 0.95;
+  f.share = gear.share;
+  f.weight = gear.share / e.num_joints();
   f.statement = get_place_text(e, gear.law()) + ": " + info.phrase;
   for (const Estimate& p : f.parameters)
     f.statement +=

@@ -64,7 +64,10 @@ Drives read_drives(const Hypothesis& h, int num_joints) {
     PlainDrive& drive = out[static_cast<size_t>(effect.place.index)];
     if (effect.id == EffectId::kViscous) drive.viscous = effect.p[0];
     if (effect.id == EffectId::kCoulomb) drive.dry = effect.p[0];
-    if (effect.id == EffectId::kStribeck) drive.dry = effect.p[0], drive.viscous = effect.p[3];
+    if (effect.id == EffectId::kStribeck) {
+      drive.dry = effect.p[0];
+      drive.viscous = effect.p[3];
+    }
     if (effect.id == EffectId::kRotorInertia) drive.rotor = effect.p[0];
   }
   return out;
@@ -119,7 +122,10 @@ std::vector<Drives> list_starts(const Problem& problem) {
   if (problem.experiment->num_joints() > kFewJoints) return {fit_plain_model(problem)};
   std::vector<Drives> starts(3, fit_plain_model(problem));
   for (PlainDrive& drive : starts[1]) drive.dry *= kMuch;
-  for (PlainDrive& drive : starts[2]) drive.dry *= kMuch, drive.viscous *= kMuch;
+  for (PlainDrive& drive : starts[2]) {
+    drive.dry *= kMuch;
+    drive.viscous *= kMuch;
+  }
   return starts;
 }
 

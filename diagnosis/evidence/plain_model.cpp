@@ -27,8 +27,10 @@ Eigen::Vector4d solve(const Normal& normal, bool with_gear) {
     Eigen::Vector4d projection = normal.projection;
     for (int i = 0; i < 4; ++i) {
       if (use[i]) continue;
-      gram.row(i).setZero(), gram.col(i).setZero();
-      gram(i, i) = 1, projection(i) = 0;
+      gram.row(i).setZero();
+      gram.col(i).setZero();
+      gram(i, i) = 1;
+      projection(i) = 0;
     }
     gram.diagonal().array() += 1e-12 * (1 + gram.diagonal().array());
     Eigen::Vector4d x = gram.ldlt().solve(projection);
@@ -74,7 +76,9 @@ void add_recording(const Problem& problem, int r, const std::vector<double>& sti
   for (size_t k = smooth.start; k < recording.size(); ++k) {
     for (int j = 0; j < e.num_joints(); ++j) {
       const SmoothJoint& joint = smooth.joints[static_cast<size_t>(j)];
-      state.q(j) = joint.q[k], state.qd(j) = joint.qd[k], acceleration(j) = joint.qdd[k];
+      state.q(j) = joint.q[k];
+      state.qd(j) = joint.qd[k];
+      acceleration(j) = joint.qdd[k];
     }
     update_kinematics(*plant.model, state, &data);
     const LinkWrenches wrenches = calc_wrenches(plant.forces, *plant.model, data);

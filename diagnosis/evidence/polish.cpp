@@ -97,7 +97,10 @@ Hypothesis scan_presliding(const JointAlone& alone, const Hypothesis& own) {
   for (double displacement : kPreslidings) {
     const Hypothesis tried = with_presliding(own, displacement);
     const Score score = alone.score(tried);
-    if (score.ok && score.chi2 < least) best = tried, least = score.chi2;
+    if (score.ok && score.chi2 < least) {
+      best = tried;
+      least = score.chi2;
+    }
   }
   return best;
 }
@@ -137,10 +140,14 @@ Hypothesis enrich(const JointAlone& alone, Hypothesis own, int joint) {
     double limit = (1.0 - kBlur) * least;
     for (const Hypothesis& h : list_enriched(own, joint, fastest, commanded, driven, logged)) {
       const FitResult tried = alone.fit(h, kFewRounds);
-      if (tried.ok && tried.train.chi2 < limit) best = tried.hypothesis, limit = tried.train.chi2;
+      if (tried.ok && tried.train.chi2 < limit) {
+        best = tried.hypothesis;
+        limit = tried.train.chi2;
+      }
     }
     if (best.empty()) break;
-    own = best, least = limit;
+    own = best;
+    least = limit;
   }
   const Hypothesis fitted = alone.fit_to_the_end(own);
   return fitted.empty() ? own : fitted;

@@ -32,7 +32,8 @@ Finding make_soft_finding(const Experiment& e, const SoftGear& gear, EffortSourc
   const bool measured = source == EffortSource::kRecorded;
   f.grade = gear.applied && measured && std < stiffness / kSignificantInJoint ? Grade::kSupported : Grade::kAmbiguous;
   f.probability = kSurest;
-  f.share = std::clamp(1.0 - gear.left, 0.0, 1.0), f.weight = f.share / e.num_joints();
+  f.share = std::clamp(1.0 - gear.left, 0.0, 1.0);
+  f.weight = f.share / e.num_joints();
   f.statement = joint.name + ": " + row.phrase + ", stiffness " + number(stiffness, 4) + " +- " +
                 number(kNinetyFive * std, 2) + " " + f.parameters[0].unit + " (" + get_grade_name(f.grade) +
                 "). With the links moved by its twist, the missing torque of all joints is " +
@@ -73,7 +74,8 @@ void soften_gears(int jobs, TorqueDesign* design, Choice* choice) {
       continue;
     }
     softened.data->soft.back().left = gear->left;
-    *design = std::move(softened), *choice = again;
+    *design = std::move(softened);
+    *choice = again;
   }
 }
 

@@ -49,7 +49,10 @@ class UnlistedFriction {
   Eigen::VectorXd hold(const TorqueRecording& r) const { return sign(r).cwiseProduct(load(r)); }
 
   void consider(double left, const std::string& words) {
-    if (left <= least_) least_ = left, best_ = words;
+    if (left <= least_) {
+      least_ = left;
+      best_ = words;
+    }
   }
 
   void try_postures() {

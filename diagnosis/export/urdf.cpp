@@ -23,7 +23,8 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
     if (head.find("type") == std::string::npos) continue;
     if (head.find("\"" + name + "\"") == std::string::npos && head.find("'" + name + "'") == std::string::npos)
       continue;
-    *begin = close + 1, *end = urdf.find("</joint>", close);
+    *begin = close + 1;
+    *end = urdf.find("</joint>", close);
     return *end != std::string::npos;
   }
   return false;

@@ -86,7 +86,10 @@ bool lifts(const Experiment& e, const std::string& sensor) {
     const auto column = r.other.find("/wrench/" + sensor + "/force/z");
     if (column == r.other.end()) return true;  // not read at all
     for (double f : column->second) {
-      if (std::isfinite(f)) least = std::min(least, std::abs(f)), most = std::max(most, std::abs(f));
+      if (std::isfinite(f)) {
+        least = std::min(least, std::abs(f));
+        most = std::max(most, std::abs(f));
+      }
     }
   }
   return least < kDetail * most;  // in the air
@@ -147,8 +150,8 @@ void doubt_constants_of_commands(const Experiment& e, Json* report) {
                           " off that of the positions: then there is neither this nor the opposite " +
                           (f == of_log ? "torque." : "zero of the log.");
     }
-    (*of_log)["alternatives"].push_back(state_as_alternative(*of_joint)),
-        (*of_joint)["alternatives"].push_back(state_as_alternative(*of_log));
+    (*of_log)["alternatives"].push_back(state_as_alternative(*of_joint));
+    (*of_joint)["alternatives"].push_back(state_as_alternative(*of_log));
   }
 }
 

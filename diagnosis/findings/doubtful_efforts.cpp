@@ -61,8 +61,13 @@ JointSquares sum_up(const Experiment& e, const Json& report) {
     for (const auto& [signal, fit] : signals.items()) {
       if (signal.rfind(e.signal_name(j, Quantity::kEffort), 0) != 0 || !fit.contains("rms_before")) continue;
       const double before = fit["rms_before"], after = fit["rms_after"];
-      sum.before += before * before, sum.after += after * after, any = true;
-      if (before > sum.most) sum.most = before, sum.joint = e.robot.tree.joint(j).name;
+      sum.before += before * before;
+      sum.after += after * after;
+      any = true;
+      if (before > sum.most) {
+        sum.most = before;
+        sum.joint = e.robot.tree.joint(j).name;
+      }
     }
     if (any) ++sum.joints;
   }

@@ -28,7 +28,8 @@ nlohmann::ordered_json make_estimate(const Estimate& e) {
     if (e.std.empty()) continue;
     const double half = kNinetyFive * e.std[i];
     const auto [low, high] = e.ends.empty() ? std::pair(e.value[i] - half, e.value[i] + half) : e.ends[i];
-    std.push_back(round_to(e.std[i], 4)), interval.push_back({round_to(low, 8), round_to(high, 8)});
+    std.push_back(round_to(e.std[i], 4));
+    interval.push_back({round_to(low, 8), round_to(high, 8)});
     if (e.is_unseen(i)) unseen.push_back(std::string(1, "xyz"[i]));
   }
   if (e.std.empty()) return {{"value", list ? value : value[0]}, {"unit", e.unit}};
@@ -41,7 +42,9 @@ nlohmann::ordered_json make_estimate(const Estimate& e) {
 
 Finding make_finding(const EffectInfo& effect, const Where& where, std::vector<Estimate> parameters) {
   Finding f;
-  f.effect = effect.name, f.family = get_family_name(effect.family), f.where = where,
+  f.effect = effect.name;
+  f.family = get_family_name(effect.family);
+  f.where = where;
   f.parameters = std::move(parameters);
   return f;
 }
@@ -174,8 +177,11 @@ nlohmann::ordered_json make_fit(const Fit& fit) {
     const double spread = std::max(s.spread, 1e-300);
     Json& signal =
         signals[s.signal] = {{"before", round_to(s.before / spread, 4)}, {"after", round_to(s.after / spread, 4)}};
-    if (!s.unit.empty())
-      signal["rms_before"] = round_to(s.before, 4), signal["rms_after"] = round_to(s.after, 4), signal["unit"] = s.unit;
+    if (!s.unit.empty()) {
+      signal["rms_before"] = round_to(s.before, 4);
+      signal["rms_after"] = round_to(s.after, 4);
+      signal["unit"] = s.unit;
+    }
     if (!s.equation.empty()) signal["equation"] = s.equation;
   }
   const auto pair = [](double before, double after) -> Json {
@@ -209,7 +215,8 @@ nlohmann::ordered_json make_report(const Evidence& e) {
   for (const NotIdentifiable& n : e.not_identifiable) {
     Json entry{{"effect", n.effect}};
     if (!n.where.is_null()) entry["where"] = n.where;
-    entry["why"] = n.why, entry["motion_that_would_tell"] = n.motion;
+    entry["why"] = n.why;
+    entry["motion_that_would_tell"] = n.motion;
     r["not_identifiable"].push_back(entry);
   }
   r["ceiling"] = round_to(e.ceiling, 3);

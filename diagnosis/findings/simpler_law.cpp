@@ -57,7 +57,8 @@ std::string make_words(const Json& estimate) {
 
 Json make_plain(const Json& curve, const char* effect, const char* from, const char* to) {
   Json plain = curve;
-  plain["effect"] = effect, plain["family"] = find_family_name(effect);
+  plain["effect"] = effect;
+  plain["family"] = find_family_name(effect);
   plain["parameters"] = {{to, curve["parameters"][from]}};
   if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
   return plain;
@@ -101,7 +102,8 @@ std::string list_words(const Json& parameters) {
 Json make_linear_sole(const Json& sole) {
   Json plain = sole;
   const EffectInfo& row = get_effect(EffectId::kFootCompliance);
-  plain["effect"] = row.name, plain["parameters"].erase(kHardening);
+  plain["effect"] = row.name;
+  plain["parameters"].erase(kHardening);
   if (plain.value("grade", "") == get_grade_name(Grade::kCertain)) plain["grade"] = get_grade_name(Grade::kSupported);
   plain["alternatives"].push_back(state_alternative(*find_effect(sole["effect"].get<std::string>()), sole["where"],
                                                     sole["parameters"], "larger tilts of the foot"));

@@ -31,7 +31,10 @@ void doubt_suspects(const Experiment& e, const std::vector<SuspectJoint>& suspec
       if (f["where"] == where) make_ambiguous(&f);
     }
     for (Json& u : (*report)["unexplained"]) {
-      if (u["where"] == where) u["depends_on"] = Json::array(), u["statement"] = make_words(e, s);
+      if (u["where"] == where) {
+        u["depends_on"] = Json::array();
+        u["statement"] = make_words(e, s);
+      }
     }
   }
 }

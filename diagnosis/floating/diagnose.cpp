@@ -102,9 +102,11 @@ bool is_same_correction(const Eigen::VectorXd& before, const Correction& now) {
 // values.
 std::vector<ChannelRows> make_channels(Halves logs, const ColumnLayout& layout, const Eigen::VectorXd& about,
                                        const Used& used) {
-  correct_log(layout, about, &logs.even), correct_log(layout, about, &logs.odd);
+  correct_log(layout, about, &logs.even);
+  correct_log(layout, about, &logs.odd);
   RowTable even = make_equations(logs.even, logs.contacts), odd = make_equations(logs.odd, logs.contacts);
-  even.add_back(about), odd.add_back(about);
+  even.add_back(about);
+  odd.add_back(about);
   std::vector<ChannelRows> out = join_halves(even, odd);
   leave_out_leg_friction(layout, &out);
   drop_unused(used, &out);
@@ -145,7 +147,8 @@ std::vector<SoleLaw> find_sole_laws(const Experiment& e, const ColumnLayout& lay
   }
   if (std::count(soft.begin(), soft.end(), 1) == 0) return {};
   LeggedLog all = make_legged_log(e, Half::kAll);
-  correct_log(layout, corrected, &all), correct_log(layout, found.about, &all);
+  correct_log(layout, corrected, &all);
+  correct_log(layout, found.about, &all);
   return fit_landings(list_landings(all), soft);
 }
 
@@ -176,7 +179,8 @@ Eigen::VectorXd list_faults(const LeggedLog& log, const ColumnLayout& layout, co
 }
 
 void correct_faults(const Eigen::VectorXd& about, const ColumnLayout& layout, Halves* logs) {
-  correct_log(layout, about, &logs->even), correct_log(layout, about, &logs->odd);
+  correct_log(layout, about, &logs->even);
+  correct_log(layout, about, &logs->odd);
   logs->contacts = find_contacts(logs->even);
 }
 
@@ -185,7 +189,8 @@ SensorFaults find_sensor_faults(const Halves& logs, const std::vector<ChannelRow
                                 const ColumnLayout& layout) {
   SensorFaults out;
   if (!has_raw_counts(logs.even, logs.contacts, channels, layout)) {
-    out.zeros = find_air_zeros(logs.even, logs.contacts), out.late = find_late_foot(logs.even, channels, layout);
+    out.zeros = find_air_zeros(logs.even, logs.contacts);
+    out.late = find_late_foot(logs.even, channels, layout);
   }
   const LeggedLog& log = logs.even;
   const auto find_clock = [&](const LeggedLog& of) { return find_force_clock(list_pressed(of), of.sample_time); };
@@ -207,9 +212,13 @@ void add_squares(const std::vector<ChannelRows>& channels, double* squares, doub
   for (const int part : {0, 1}) {
     double sum = 0, count = 0;
     for (size_t i = 0; i < c->rows(); ++i) {
-      if (c->train[i] == (part == 0)) sum += c->y[i] * c->y[i], count += 1;
+      if (c->train[i] == (part == 0)) {
+        sum += c->y[i] * c->y[i];
+        count += 1;
+      }
     }
-    squares[part] = sum / std::max(1.0, count), rows[part] = count;
+    squares[part] = sum / std::max(1.0, count);
+    rows[part] = count;
   }
 }
 
@@ -219,8 +228,10 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
   UnitFit out;
   const ChannelRows* c = find_weight_equation(before);
   if (!c) return out;
-  add_squares(before, out.before, out.rows), add_squares(after, out.after, out.rows);
-  out.signal = c->info.signal + " (weight, by faults of force sensors)", out.scale = c->scale;
+  add_squares(before, out.before, out.rows);
+  add_squares(after, out.after, out.rows);
+  out.signal = c->info.signal + " (weight, by faults of force sensors)";
+  out.scale = c->scale;
   out.exact = std::pow(kTrace * log.mass * log.experiment->scenario.gravity_W.norm(), 2);
   return out;
 }
@@ -228,7 +239,9 @@ UnitFit compare_corrected(const LeggedLog& log, const std::vector<ChannelRows>& 
 void add_rests(const LeggedLog& log, const std::vector<Rest>& rests, CheckResult* checks) {
   for (const Rest& rest : rests) {
     Remaining r;
-    r.where = {{"link", log.tree.links[0].name}}, r.unit = "1", r.before = r.after = 1 - rest.share;
+    r.where = {{"link", log.tree.links[0].name}};
+    r.unit = "1";
+    r.before = r.after = 1 - rest.share;
     r.statement = describe(rest, log.experiment->recordings[static_cast<size_t>(rest.recording)].spec.name);
     checks->remaining.push_back(std::move(r));
   }
@@ -262,7 +275,10 @@ std::string find_obstacle(const Experiment& e) {
   size_t most = 0;
   std::string longest;
   for (const ChannelRows& c : make_channels(logs)) {
-    if (c.rows() > most) most = c.rows(), longest = c.info.signal + " (" + get_text(c.info.equation) + ")";
+    if (c.rows() > most) {
+      most = c.rows();
+      longest = c.info.signal + " (" + get_text(c.info.equation) + ")";
+    }
   }
   const std::string few = most > 0 ? "too short: the equation with most samples, " + longest + ", has " +
                                          std::to_string(most) + " of the " + std::to_string(kRowsPerColumn) +
@@ -288,7 +304,8 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   out.walks = logs.contacts.walks;
   out.judged =
       std::any_of(channels.begin(), channels.end(), [](const ChannelRows& c) { return c.rows() >= kRowsPerColumn; });
-  out.evidence.missing = logs.even.missing, out.evidence.warnings = logs.even.notes;
+  out.evidence.missing = logs.even.missing;
+  out.evidence.warnings = logs.even.notes;
   if (!out.judged) return out;
   const ColumnLayout layout(logs.even);
   const std::vector<Rest> rests = find_rests(channels, layout);
@@ -318,7 +335,8 @@ LeggedReport diagnose_legged(const Experiment& e, const Progress& progress, Robo
   const std::vector<SoleLaw> soles = find_sole_laws(e, layout, corrected, found);
   out.evidence = make_evidence(logs.even, logs.contacts, *found.fitter, found.outcome, soles, checks);
   out.series = make_series(e, *found.fitter, found.outcome, out.evidence);
-  out.raw_counts = checks.raw_counts, out.faults = {corrected, found.about};
+  out.raw_counts = checks.raw_counts;
+  out.faults = {corrected, found.about};
   out.found = sum_columns(layout, found.outcome.chosen);
   return out;
 }

@@ -37,7 +37,10 @@ bool is_single(const std::string& family) {
 void check_rounds(const std::string& families) {
   std::size_t walks = 0, dirty = 0;
   const std::vector<std::string> list = split_cells(families);
-  for (const std::string& one : list) walks += one.rfind("walk", 0) == 0, dirty += one == "walk_dirty";
+  for (const std::string& one : list) {
+    walks += one.rfind("walk", 0) == 0;
+    dirty += one == "walk_dirty";
+  }
   if ((walks > 0 && walks < list.size()) || (dirty > 0 && dirty < walks))
     throw std::invalid_argument("'" + families + "': walks, and dirty walks, are made apart from other families");
 }

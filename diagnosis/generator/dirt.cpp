@@ -112,7 +112,8 @@ void soil_recorder(const RobotPlan& robot, const std::vector<Hidden>& hidden, Re
     return h.effect == "command_delay" || h.effect == "actuator_lag" || h.effect == "sensor_delay";
   });
   if (robot.floating || delayed || !plan->with_effort || !random.chance(0.15)) return;
-  plan->effort_driven = true, plan->with_commands = false;
+  plan->effort_driven = true;
+  plan->with_commands = false;
 }
 
 }  // namespace hrp::cases

@@ -200,7 +200,10 @@ Json make_listed_error(const Draft& draft, const std::vector<std::vector<Column>
         if (draft.times[i][k] < draft.recordings[i].start + kStartTime) continue;
         const double y = recorded[i][c].values[k];
         Sums& s = sums[name];
-        s.missed += (y - model[k]) * (y - model[k]), s.y += y, s.yy += y * y, s.n += 1;
+        s.missed += (y - model[k]) * (y - model[k]);
+        s.y += y;
+        s.yy += y * y;
+        s.n += 1;
       }
     }
   }

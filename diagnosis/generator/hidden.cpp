@@ -117,12 +117,14 @@ Hidden draw_link_sensor(const std::string& effect, const RobotPlan& robot, doubl
   std::vector<Part> parts;
   const JointPlan& j = joint(robot, r.below(joint_count(robot)));
   const std::string base = "/joint_states_link/" + j.name;
-  if (!robot.wrist.empty())
-    parts.push_back({"/wrench/" + robot.wrist, "/force", 4.0}),
-        parts.push_back({"/wrench/" + robot.wrist, "/torque", 0.4});
-  if (!robot.imu.empty())
-    parts.push_back({"/imu/" + robot.imu, "/angular_velocity", 0.02}),
-        parts.push_back({"/imu/" + robot.imu, "/linear_acceleration", 0.3});
+  if (!robot.wrist.empty()) {
+    parts.push_back({"/wrench/" + robot.wrist, "/force", 4.0});
+    parts.push_back({"/wrench/" + robot.wrist, "/torque", 0.4});
+  }
+  if (!robot.imu.empty()) {
+    parts.push_back({"/imu/" + robot.imu, "/angular_velocity", 0.02});
+    parts.push_back({"/imu/" + robot.imu, "/linear_acceleration", 0.3});
+  }
   const bool geometry = effect == "sensor_misalignment";
   if (robot.joint_torques && (!geometry || parts.empty())) parts.push_back({base, "/effort", 0.004 * j.kp});
   if (robot.link_encoders && effect == "sensor_bias") parts.push_back({base, "/position", 0.01});

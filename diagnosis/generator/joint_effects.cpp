@@ -17,14 +17,16 @@ const JointEffect kViscous{"viscous_friction",
                            },
                            [](JointReality& j, const Hidden& h) { j.viscous += h.get("coefficient"); }};
 
-const JointEffect kCoulomb{
-    "coulomb_friction",
-    [](const JointPlan& j, double boost, Prng& r) -> Json {
-      Json p{{"level", tidy(boost * j.kp * r.log_uniform(0.002, 0.02))}};
-      if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
-      return p;
-    },
-    [](JointReality& j, const Hidden& h) { j.coulomb = h.get("level"), j.asymmetry = h.get("asymmetry"); }};
+const JointEffect kCoulomb{"coulomb_friction",
+                           [](const JointPlan& j, double boost, Prng& r) -> Json {
+                             Json p{{"level", tidy(boost * j.kp * r.log_uniform(0.002, 0.02))}};
+                             if (r.chance(0.3)) p["asymmetry"] = tidy(r.sign() * r.uniform(0.15, 0.4));
+                             return p;
+                           },
+                           [](JointReality& j, const Hidden& h) {
+                             j.coulomb = h.get("level");
+                             j.asymmetry = h.get("asymmetry");
+                           }};
 
 const JointEffect kStribeck{"stribeck_friction",
                             [](const JointPlan& j, double boost, Prng& r) -> Json {
@@ -35,8 +37,10 @@ const JointEffect kStribeck{"stribeck_friction",
                                       {"viscous", tidy(j.kp * r.uniform(0, 0.003))}};
                             },
                             [](JointReality& j, const Hidden& h) {
-                              j.stribeck_coulomb = h.get("coulomb"), j.stribeck_static = h.get("static");
-                              j.stribeck_velocity = h.get("stribeck_velocity"), j.viscous += h.get("viscous");
+                              j.stribeck_coulomb = h.get("coulomb");
+                              j.stribeck_static = h.get("static");
+                              j.stribeck_velocity = h.get("stribeck_velocity");
+                              j.viscous += h.get("viscous");
                             }};
 
 const JointEffect kLoadFriction{"load_dependent_friction",
@@ -52,7 +56,8 @@ const JointEffect kHysteresis{
       return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.002, 0.015) / yield)}, {"yield_angle", tidy(yield)}};
     },
     [](JointReality& j, const Hidden& h) {
-      j.bouc_wen_stiffness = h.get("stiffness"), j.bouc_wen_yield = h.get("yield_angle");
+      j.bouc_wen_stiffness = h.get("stiffness");
+      j.bouc_wen_yield = h.get("yield_angle");
     }};
 
 // ---- Drive ----------------------------------------------------------------------------------------------------------
@@ -119,8 +124,10 @@ const JointEffect kOffset{"joint_offset",
 
 void hide_transmission(JointReality& j, const Hidden& h) {
   j.elastic = true;
-  j.stiffness = h.get("stiffness"), j.damping = h.get("damping");
-  j.rotor = h.get("rotor_inertia"), j.gap = h.get("gap");
+  j.stiffness = h.get("stiffness");
+  j.damping = h.get("damping");
+  j.rotor = h.get("rotor_inertia");
+  j.gap = h.get("gap");
 }
 
 const JointEffect kRotor{"rotor_inertia",
@@ -151,7 +158,10 @@ const JointEffect kSpring{
     [](const JointPlan& j, double boost, Prng& r) -> Json {
       return {{"stiffness", tidy(boost * j.kp * r.log_uniform(0.003, 0.03))}, {"rest", tidy(r.uniform(-0.3, 0.3))}};
     },
-    [](JointReality& j, const Hidden& h) { j.spring = h.get("stiffness"), j.spring_rest = h.get("rest"); }};
+    [](JointReality& j, const Hidden& h) {
+      j.spring = h.get("stiffness");
+      j.spring_rest = h.get("rest");
+    }};
 
 const JointEffect kCogging{"cogging",
                            [](const JointPlan& j, double boost, Prng& r) -> Json {
@@ -160,7 +170,8 @@ const JointEffect kCogging{"cogging",
                                      {"phase", tidy(r.uniform(0, 6.28))}};
                            },
                            [](JointReality& j, const Hidden& h) {
-                             j.cogging = h.get("amplitude"), j.cogging_periods = h.get("periods");
+                             j.cogging = h.get("amplitude");
+                             j.cogging_periods = h.get("periods");
                              j.cogging_phase = h.get("phase");
                            }};
 

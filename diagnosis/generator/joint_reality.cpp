@@ -19,38 +19,57 @@ const std::map<std::string, Apply>& unlisted_table() {
   static const std::map<std::string, Apply> table{
       {"position_dependent_friction",
        [](JointReality& j, const Hidden& h) {
-         j.bump_level = h.get("level"), j.bump_center = h.get("center"), j.bump_width = h.get("width");
+         j.bump_level = h.get("level");
+         j.bump_center = h.get("center");
+         j.bump_width = h.get("width");
        }},
       {"friction_drift",
-       [](JointReality& j, const Hidden& h) { j.drift_level = h.get("level"), j.drift_time = h.get("time_constant"); }},
+       [](JointReality& j, const Hidden& h) {
+         j.drift_level = h.get("level");
+         j.drift_time = h.get("time_constant");
+       }},
       {"friction_texture",
        [](JointReality& j, const Hidden& h) {
-         j.texture = h.get("modulation"), j.texture_periods = h.get("periods"), j.texture_phase = h.get("phase");
+         j.texture = h.get("modulation");
+         j.texture_periods = h.get("periods");
+         j.texture_phase = h.get("phase");
        }},
       {"friction_fades",
-       [](JointReality& j, const Hidden& h) { j.fade_drop = h.get("drop"), j.fade_time = h.get("time_constant"); }},
+       [](JointReality& j, const Hidden& h) {
+         j.fade_drop = h.get("drop");
+         j.fade_time = h.get("time_constant");
+       }},
       {"quadratic_drag", [](JointReality& j, const Hidden& h) { j.drag = h.get("coefficient"); }},
       {"thermal_torque_loss",
        [](JointReality& j, const Hidden& h) {
-         j.heat_loss = h.get("loss"), j.heat_reference = h.get("reference");
-         j.heating_time = h.get("heating_time"), j.cooling_time = h.get("cooling_time");
+         j.heat_loss = h.get("loss");
+         j.heat_reference = h.get("reference");
+         j.heating_time = h.get("heating_time");
+         j.cooling_time = h.get("cooling_time");
        }},
       {"intermittent_slip",
        [](JointReality& j, const Hidden& h) {
-         j.slip_fraction = h.get("fraction"), j.slip_period = h.get("period"), j.slip_length = h.get("length");
+         j.slip_fraction = h.get("fraction");
+         j.slip_period = h.get("period");
+         j.slip_length = h.get("length");
        }},
       {"periodic_disturbance",
        [](JointReality& j, const Hidden& h) {
-         j.periodic_amplitude = h.get("amplitude"), j.periodic_frequency = h.get("frequency"),
+         j.periodic_amplitude = h.get("amplitude");
+         j.periodic_frequency = h.get("frequency");
          j.periodic_phase = h.get("phase");
        }},
       {"cubic_spring", [](JointReality& j, const Hidden& h) { j.cubic = h.get("coefficient"); }},
       {"magnetic_detent",
        [](JointReality& j, const Hidden& h) {
-         j.detent = h.get("amplitude"), j.detent_center = h.get("center"), j.detent_width = h.get("width");
+         j.detent = h.get("amplitude");
+         j.detent_center = h.get("center");
+         j.detent_width = h.get("width");
        }},
       {"mechanical_stop", [](JointReality& j, const Hidden& h) {
-         j.stop_angle = h.get("angle"), j.stop_side = h.get("side"), j.stop_stiffness = h.get("stiffness");
+         j.stop_angle = h.get("angle");
+         j.stop_side = h.get("side");
+         j.stop_stiffness = h.get("stiffness");
        }}};
   return table;
 }

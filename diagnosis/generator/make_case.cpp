@@ -69,11 +69,16 @@ std::vector<Hidden> draw_all_hidden(const CaseRequest& request, const RobotPlan&
 void add_sensors(const std::vector<std::string>& sensors, RobotPlan* robot, Prng random) {
   const auto takes = [&](const char* name) { return has(sensors, name); };
   const int last = joint_count(*robot);
-  robot->joint_torques = takes("joint_torque"), robot->link_encoders = takes("link_encoder");
+  robot->joint_torques = takes("joint_torque");
+  robot->link_encoders = takes("link_encoder");
   const auto draw_link = [&] { return random.chance(0.7) ? last : 1 + random.below(last); };
-  if (takes("wrench")) robot->wrist = "wrist_ft", robot->wrist_link = draw_link();
+  if (takes("wrench")) {
+    robot->wrist = "wrist_ft";
+    robot->wrist_link = draw_link();
+  }
   if (!takes("imu")) return;
-  robot->imu = "arm_imu", robot->imu_link = draw_link();
+  robot->imu = "arm_imu";
+  robot->imu_link = draw_link();
   for (double& x : robot->imu_xyz) x = tidy(random.uniform(-0.06, 0.06));
 }
 

@@ -159,7 +159,10 @@ std::string make_body(const RobotPlan& robot, std::size_t index, const std::vect
 std::string make_ground(const RobotPlan& robot, const std::vector<Hidden>& hidden) {
   double roll = 0, pitch = 0, friction = robot.ground_friction;
   for (const Hidden& h : hidden) {
-    if (h.effect == "ground_slope") roll = h.get("roll"), pitch = h.get("pitch");
+    if (h.effect == "ground_slope") {
+      roll = h.get("roll");
+      pitch = h.get("pitch");
+    }
     if (h.effect == "ground_friction") friction = h.get("coefficient");
   }
   // eulerseq XYZ in capitals: about fixed axes, roll first.

@@ -185,7 +185,8 @@ Commands Commands::sample(const std::vector<double>& at) const {
   Commands out;
   out.time = at;
   for (std::size_t j = 0; j < position.size(); ++j) {
-    out.position.emplace_back(at.size()), out.velocity.emplace_back(at.size());
+    out.position.emplace_back(at.size());
+    out.velocity.emplace_back(at.size());
     for (std::size_t k = 0; k < at.size(); ++k)
       find(static_cast<int>(j), at[k], out.position[j][k], out.velocity[j][k]);
   }

@@ -83,7 +83,9 @@ std::vector<Hidden> read_loads(const std::filesystem::path& file) {
 RecordingPlan make_plan(const std::string& file, double duration) {
   const std::string name = std::filesystem::path(file).filename().string();
   RecordingPlan plan;
-  plan.file = "next_" + name, plan.motion = "next", plan.duration = duration;
+  plan.file = "next_" + name;
+  plan.motion = "next";
+  plan.duration = duration;
   plan.role = name.rfind("validate", 0) == 0 ? "validate" : "train";
   return plan;
 }
@@ -146,7 +148,8 @@ void stop_where_joints_leave(Draft* draft) {
     } catch (const InsaneCase& insane) {
       if (insane.time < kShortest) throw;
       times.erase(std::lower_bound(times.begin(), times.end(), insane.time - kMonitor), times.end());
-      draft->recordings[i].motion = "next, stopped", draft->recordings[i].duration = times.back();
+      draft->recordings[i].motion = "next, stopped";
+      draft->recordings[i].duration = times.back();
     }
   }
 }
@@ -155,11 +158,15 @@ void stop_where_joints_leave(Draft* draft) {
 
 void impoverish(Draft* draft, double seconds, Prng random) {
   const std::vector<char> still = draw_still(draft->robot, random);
-  draft->recordings.clear(), draft->commands.clear(), draft->times.clear();
+  draft->recordings.clear();
+  draft->commands.clear();
+  draft->times.clear();
   for (const char* name : {"train_1", "train_2", "validate_1"}) {
     RecordingPlan plan;
-    plan.file = std::string(name) + ".csv", plan.role = name[0] == 't' ? "train" : "validate";
-    plan.motion = draft->robot.floating ? "sway" : "slow", plan.duration = seconds;
+    plan.file = std::string(name) + ".csv";
+    plan.role = name[0] == 't' ? "train" : "validate";
+    plan.motion = draft->robot.floating ? "sway" : "slow";
+    plan.duration = seconds;
     const std::vector<double> rows = draw_row_times(draft->recorder, 0, seconds, random);
     Commands commands = make_commands(draft->robot, plan.motion, rows, random);
     for (std::size_t j = 0; j < commands.position.size(); ++j) {

@@ -203,7 +203,8 @@ std::vector<Reading> Reality::walk(const Brain& brain, double period, const std:
     commands->time.push_back(think + 2 * period);
     for (std::size_t j = 0; j < position.size(); ++j) {
       std::vector<double>&q = commands->position[j], &v = commands->velocity[j];
-      q.push_back(position[j]), v.push_back(0);
+      q.push_back(position[j]);
+      v.push_back(0);
       const std::size_t last = q.size() - 1;
       v[last - 1] = (q[last] - q[last - 2]) / (2 * period);
     }

@@ -96,7 +96,8 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
   d->qfrc_applied[v_motor[i]] += calc_drive_torque(real, driven, vm, states[2 * n + i], t) +
                                  calc_motor_side_torque(real, qm, vm, states[n + i], t);
   const double link_side = calc_link_side_torque(real, ql, vl);
-  d->qfrc_applied[v_link[i]] += link_side, beside[i] += link_side;
+  d->qfrc_applied[v_link[i]] += link_side;
+  beside[i] += link_side;
   if (real.elastic) {
     const double through = calc_transmission_torque(real, qm, ql, vm, vl);
     d->qfrc_applied[v_link[i]] += through;
@@ -107,7 +108,8 @@ void Reality::Impl::apply_joint(int j, double t, const std::vector<double>& stat
     const double turn = ql - joint(robot, j).start + d->qpos[q_link[o]] - joint(robot, real.coupled_to).start;
     d->qfrc_applied[v_link[i]] -= real.coupling * turn;
     d->qfrc_applied[v_link[o]] -= real.coupling * turn;
-    beside[i] -= real.coupling * turn, beside[o] -= real.coupling * turn;
+    beside[i] -= real.coupling * turn;
+    beside[o] -= real.coupling * turn;
   }
 }
 
@@ -168,7 +170,10 @@ void Reality::Impl::step(double t, double h) {
     v_k.assign(d->qvel, d->qvel + m->nv);
     a_k.assign(d->qacc, d->qacc + m->nv);
     mju_copy(d->qacc_warmstart, d->qacc, m->nv);
-    for (std::size_t i = 0; i < nv; ++i) v_sum[i] += weight[s] * v_k[i], a_sum[i] += weight[s] * a_k[i];
+    for (std::size_t i = 0; i < nv; ++i) {
+      v_sum[i] += weight[s] * v_k[i];
+      a_sum[i] += weight[s] * a_k[i];
+    }
     for (std::size_t i = 0; i < z.size(); ++i) z_sum[i] += weight[s] * z_k[i];
   }
   mju_copy(d->qpos, q0.data(), m->nq);

@@ -180,8 +180,11 @@ RecorderPlan draw_recorder(const RobotPlan& robot, const std::vector<Hidden>& hi
   plan.velocity_noise = 2e-3 * level;
   // One number for all joints, as `noise` in an experiment has it: a drive resolves some 1e-4 of what it can give.
   plan.effort_noise = std::round(1e6 * strongest * 2.5e-5 * level) / 1e6;
-  plan.force_noise = 0.5 * level, plan.torque_noise = 0.025 * level;
-  plan.rate_noise = 2e-3 * level, plan.acceleration_noise = 0.03 * level, plan.attitude_noise = 1.5e-4 * level;
+  plan.force_noise = 0.5 * level;
+  plan.torque_noise = 0.025 * level;
+  plan.rate_noise = 2e-3 * level;
+  plan.acceleration_noise = 0.03 * level;
+  plan.attitude_noise = 1.5e-4 * level;
   plan.pose_noise = 2e-4 * level;
   plan.noise_stated = !robot.floating && r.chance(0.7);
   plan.with_base_pose = robot.floating && r.chance(0.4);
@@ -204,7 +207,8 @@ RecorderPlan without_noise(RecorderPlan plan) {
   plan.position_noise = plan.velocity_noise = plan.effort_noise = plan.force_noise = plan.torque_noise = 0;
   plan.rate_noise = plan.acceleration_noise = plan.attitude_noise = plan.pose_noise = 0;
   plan.encoder_step = plan.stamp_error = 0;
-  plan.effort_noises.clear(), plan.ripples.clear();
+  plan.effort_noises.clear();
+  plan.ripples.clear();
   return plan;
 }
 
@@ -254,7 +258,9 @@ std::vector<double> list_instants(const RobotPlan& robot, const std::vector<Hidd
 std::vector<double> add_sensor_faults(const std::vector<Hidden>& hidden, const std::string& sensor,
                                       std::vector<double> values) {
   Channel channel;
-  channel.sensor = sensor, channel.is_quaternion = values.size() == 4, channel.is_vector = values.size() >= 3;
+  channel.sensor = sensor;
+  channel.is_quaternion = values.size() == 4;
+  channel.is_vector = values.size() >= 3;
   return add_faults(hidden, channel, std::move(values));
 }
 

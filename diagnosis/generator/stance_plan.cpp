@@ -96,7 +96,8 @@ FootPlan make_foot(const RobotPlan& robot, int link, const std::vector<Vector3d>
     throw std::runtime_error(robot.name + ": no flat sole of boxes, spheres or meshes");
   }
   FootPlan foot;
-  foot.link = link, foot.wrench = robot.links[static_cast<std::size_t>(link)].name + "_ft";
+  foot.link = link;
+  foot.wrench = robot.links[static_cast<std::size_t>(link)].name + "_ft";
   foot.size = {round_to(size.x(), 4), round_to(size.y(), 4), 0.02};
   foot.center = {round_to((low.x() + high.x()) / 2, 4), round_to((low.y() + high.y()) / 2, 4), low.z() + 0.01};
   return foot;
@@ -119,7 +120,8 @@ void name_upper_body(RobotPlan* robot) {
     const bool below = has(waist, i);
     if (joint_of(*robot, i).role.empty() && !below) joint_of(*robot, i).role = "arm";
   }
-  robot->imu = "imu", robot->imu_link = trunk;
+  robot->imu = "imu";
+  robot->imu_link = trunk;
 }
 
 // Legs and waist hold the whole robot, as drawn bipeds' do; arms what hangs on them. A URDF has no rotors, and feet are
@@ -130,7 +132,8 @@ void draw_servos(RobotPlan* robot, double mass, Prng& random) {
     JointPlan& joint = robot->links[i].joint;
     draw_servo(*robot, i, random);
     if (joint.role != "arm") {
-      joint.kp = round_to(stiff * mass, 3), joint.kd = round_to(joint.kp * damp, 3),
+      joint.kp = round_to(stiff * mass, 3);
+      joint.kd = round_to(joint.kp * damp, 3);
       joint.limit = round_to(6 * mass, 2);
     }
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -145,7 +148,8 @@ Vector3d calc_com(const RobotPlan& robot, const std::vector<double>& q) {
   double mass = 0;
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     const LinkPlan& link = robot.links[i];
-    sum += link.mass * (calc_pose(robot, static_cast<int>(i), q) * to_eigen(link.com)), mass += link.mass;
+    sum += link.mass * (calc_pose(robot, static_cast<int>(i), q) * to_eigen(link.com));
+    mass += link.mass;
   }
   return sum / mass;
 }
@@ -193,7 +197,7 @@ Vec3 level_any_leg(const RobotPlan& robot, double knee) {
     if (at.norm() < 1e-12) break;
     constexpr double h = 1e-6;
     Eigen::Matrix2d slope;
-    slope.col(0) = (miss(x + Eigen::Vector2d(h, 0)) - at) / h,
+    slope.col(0) = (miss(x + Eigen::Vector2d(h, 0)) - at) / h;
     slope.col(1) = (miss(x + Eigen::Vector2d(0, h)) - at) / h;
     x -= slope.inverse() * at;
   }
@@ -205,7 +209,8 @@ RobotPlan make_standing_robot(const std::string& urdf_path, Prng& random) {
   RobotPlan robot = read_urdf_links(urdf_path, &points);
   robot.floating = true;
   const std::vector<int> feet = find_feet(robot);
-  name_leg(&robot, feet[0], "left_"), name_leg(&robot, feet[1], "right_");
+  name_leg(&robot, feet[0], "left_");
+  name_leg(&robot, feet[1], "right_");
   for (int link : feet) robot.feet.push_back(make_foot(robot, link, points[static_cast<std::size_t>(link)]));
   name_upper_body(&robot);
   double mass = 0;

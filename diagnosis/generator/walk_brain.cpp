@@ -40,16 +40,20 @@ WalkBrain::~WalkBrain() = default;
 void WalkBrain::control(const BrainInput& input, std::vector<double>* position) {
   Impl& i = *impl_;
   SensorData& s = i.sensors;
-  s.time = input.time, s.step = i.step, i.step += 5;
+  s.time = input.time;
+  s.step = i.step;
+  i.step += 5;
   s.q.setZero(static_cast<long>(i.robot.joints.size()));
   for (size_t j = 0; j < i.index.size(); ++j) s.q[i.index[j]] = input.position[j];
   const auto& o = input.orientation;
   s.imus.assign(1, {});
   s.imus[0].R_WS = Eigen::Quaterniond(o[3], o[0], o[1], o[2]).normalized();
-  s.imus[0].angular_velocity = to_vector(input.rate), s.imus[0].linear_acceleration = to_vector(input.acceleration);
+  s.imus[0].angular_velocity = to_vector(input.rate);
+  s.imus[0].linear_acceleration = to_vector(input.acceleration);
   s.wrenches.assign(input.force.size(), {});
   for (size_t f = 0; f < input.force.size(); ++f) {
-    s.wrenches[f].force = to_vector(input.force[f]), s.wrenches[f].torque = to_vector(input.torque[f]);
+    s.wrenches[f].force = to_vector(input.force[f]);
+    s.wrenches[f].torque = to_vector(input.torque[f]);
   }
   JointCommand command;
   try {

@@ -38,7 +38,8 @@ class Senses {
     if (past_.size() > 64) past_.pop_front();
     const auto list = [](const Vec3& v) { return std::vector<double>{v[0], v[1], v[2]}; };
     BrainInput in;
-    in.time = reading.time, in.position = reading.position;
+    in.time = reading.time;
+    in.position = reading.position;
     const std::string imu = "/imu/" + robot_.imu;
     const auto& q = at(imu + "/orientation").imu_orientation;
     in.orientation = add_sensor_faults(hidden_, imu + "/orientation", {q[1], q[2], q[3], q[0]});
@@ -213,7 +214,10 @@ CaseRequest make_walk_request(std::vector<std::string> effects) {
   }
   if (effects.size() > 1) family = "walk_pair";
   CaseRequest request;
-  request.family = family, request.biped = true, request.effects = std::move(effects), request.walk = true;
+  request.family = family;
+  request.biped = true;
+  request.effects = std::move(effects);
+  request.walk = true;
   return request;
 }
 

@@ -10,7 +10,8 @@ WalkForces::WalkForces(const RobotPlan& robot, const std::vector<Hidden>& hidden
   for (const Hidden& h : hidden) {
     if (h.effect == "cable") {
       Cable c;
-      c.body = mj_name2id(m, mjOBJ_BODY, h.where.c_str()), c.stiffness = h.get("stiffness");
+      c.body = mj_name2id(m, mjOBJ_BODY, h.where.c_str());
+      c.stiffness = h.get("stiffness");
       const Vec3 anchor = h.get3("anchor");
       std::copy(anchor.begin(), anchor.end(), c.anchor);
       // The trunk is some two legs above the ground, over the origin.

@@ -52,7 +52,10 @@ void stiffen(RobotPlan& robot) {
   for (int j = 0; j < joint_count(robot); ++j) {
     JointPlan& p = joint(robot, j);
     const bool stiff = p.role.find("hip") != std::string::npos || p.role.find("knee") != std::string::npos;
-    if (stiff) p.kp = round_to(1.6 * p.kp, 3), p.kd = round_to(1.3 * p.kd, 3);
+    if (stiff) {
+      p.kp = round_to(1.6 * p.kp, 3);
+      p.kd = round_to(1.3 * p.kd, 3);
+    }
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double& inertia = robot.links[static_cast<std::size_t>(j) + 1].inertia[axis];
       inertia = std::max(inertia, round_to(p.kd / kFastest, 3));
@@ -99,8 +102,14 @@ WalkPlan draw_walk(const RobotPlan& robot, Prng& r) {
   const char* const names[] = {"ahead", "back", "aside", "turn", "place"};
   plan.name = names[r.below(5)];
   if (plan.name == "back") plan.length *= -0.6;
-  if (plan.name == "aside") plan.side = round_to(leg * r.sign() * r.uniform(0.05, 0.1), 2), plan.length *= 0.3;
-  if (plan.name == "turn") plan.turn = round_to(r.sign() * r.uniform(0.08, 0.2), 2), plan.length *= 0.6;
+  if (plan.name == "aside") {
+    plan.side = round_to(leg * r.sign() * r.uniform(0.05, 0.1), 2);
+    plan.length *= 0.3;
+  }
+  if (plan.name == "turn") {
+    plan.turn = round_to(r.sign() * r.uniform(0.08, 0.2), 2);
+    plan.length *= 0.6;
+  }
   if (plan.name == "place") plan.length = 0;
   plan.left_first = r.chance(0.5);
   return plan;
@@ -122,9 +131,13 @@ std::string make_walk_scenario(const RobotPlan& robot, const WalkPlan& plan) {
   };
   key("left_foot", robot.links[static_cast<std::size_t>(robot.feet[0].link)].name);
   key("right_foot", robot.links[static_cast<std::size_t>(robot.feet[1].link)].name);
-  key("left_sensor", robot.feet[0].wrench), key("right_sensor", robot.feet[1].wrench);
-  key("single_support", text(plan.single_support)), key("double_support", text(plan.double_support));
-  key("swing_height", text(plan.swing_height)), key("zmp_y", text(0.015 * leg)), key("measured_ground", "true");
+  key("left_sensor", robot.feet[0].wrench);
+  key("right_sensor", robot.feet[1].wrench);
+  key("single_support", text(plan.single_support));
+  key("double_support", text(plan.double_support));
+  key("swing_height", text(plan.swing_height));
+  key("zmp_y", text(0.015 * leg));
+  key("measured_ground", "true");
   key("limits",
       "{max_length: " + text(0.6 * leg) + ", min_width: " + text(0.12 * leg) + ", max_width: " + text(0.8 * leg) + "}");
   key("plan", "{count: " + std::to_string(plan.count) + ", length: " + text(plan.length) +
@@ -157,7 +170,8 @@ std::vector<std::string> draw_missing(const std::vector<Hidden>& hidden, Prng& r
   bool joint = false, law = false, effort = false, wrench = false, tilt = false, imu = false, pose = false, all = false;
   for (const Hidden& h : hidden) {
     const bool of_joint = h.where_kind == "joint", sensor = h.where_kind == "sensor";
-    joint = joint || of_joint, law = law || h.effect == "command_delay" || h.effect == "backlash";
+    joint = joint || of_joint;
+    law = law || h.effect == "command_delay" || h.effect == "backlash";
     effort = effort || h.effect == "actuator_lag" || h.effect == "torque_constant_error";
     wrench =
         wrench || of_joint || sensor || h.effect == "com_error" || h.where_kind == "foot" || h.effect == "hip_bend";
@@ -176,7 +190,10 @@ std::vector<std::string> draw_missing(const std::vector<Hidden>& hidden, Prng& r
   if (no_pose) out.push_back("/base/");
   const double feet = r.uniform(0, 1);
   if (!wrench && feet < 0.3) out.push_back("/wrench/*/torque");
-  if (!wrench && !all && feet < 0.2) out.push_back("/wrench/*/force/x"), out.push_back("/wrench/*/force/y");
+  if (!wrench && !all && feet < 0.2) {
+    out.push_back("/wrench/*/force/x");
+    out.push_back("/wrench/*/force/y");
+  }
   if (!imu && no_pose == false && r.chance(0.2)) out.push_back("/imu/*/linear_acceleration");
   return out;
 }

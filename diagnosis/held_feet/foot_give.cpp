@@ -42,14 +42,19 @@ void add_recording(const Experiment& e, const LoadedFoot& foot, const Recording&
     calc_frame_jacobian(model, data, foot.frame, J);
     const Transform X_WF = calc_frame_pose(model, data, foot.frame);
     const Vector3d F(force[0][k], force[1][k], force[2][k]);
-    z.push_back(X_WF.p.z()), fz.push_back(foot.world ? F.z() : (X_WF.R * F).z()), slopes.push_back(J.row(5));
+    z.push_back(X_WF.p.z());
+    fz.push_back(foot.world ? F.z() : (X_WF.R * F).z());
+    slopes.push_back(J.row(5));
   }
   const double loaded = kMuch * find_median(fz);
   for (size_t k = 0; k < z.size(); ++k) {
     if (!(fz[k] > loaded) || loaded <= 0.0) continue;
     Eigen::VectorXd x = Eigen::VectorXd::Zero(out->recordings + 1 + out->joints);
-    x[column] = 1.0, x[out->recordings] = -fz[k], x.tail(out->joints) = slopes[k];
-    out->z.push_back(z[k]), out->x.push_back(x);
+    x[column] = 1.0;
+    x[out->recordings] = -fz[k];
+    x.tail(out->joints) = slopes[k];
+    out->z.push_back(z[k]);
+    out->x.push_back(x);
     const double at = r.time[k] - r.time[0];
     out->block.push_back(static_cast<int>(column) * 1000000 + static_cast<int>(at / kBlock));
     out->part.push_back(static_cast<int>(column) * kStretches +
@@ -68,7 +73,10 @@ Slope fit(const Heights& h, const std::vector<char>& use, double noise) {
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(n, n), S = G;
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
   for (size_t k = 0; k < h.z.size(); ++k) {
-    if (use[k]) G += h.x[k] * h.x[k].transpose(), b += h.z[k] * h.x[k];
+    if (use[k]) {
+      G += h.x[k] * h.x[k].transpose();
+      b += h.z[k] * h.x[k];
+    }
   }
   for (long j = 0; j < h.joints; ++j) G(n - 1 - j, n - 1 - j) += std::pow(noise / kZero, 2);
   const auto solver = G.completeOrthogonalDecomposition();
@@ -78,7 +86,10 @@ Slope fit(const Heights& h, const std::vector<char>& use, double noise) {
   for (size_t k = 0; k < h.z.size(); ++k) {
     out.left[static_cast<long>(k)] = h.z[k] - h.x[k].dot(theta);
     if (use[k]) score += out.left[static_cast<long>(k)] * h.x[k];
-    if (k + 1 == h.z.size() || h.block[k + 1] != h.block[k]) S += score * score.transpose(), score.setZero();
+    if (k + 1 == h.z.size() || h.block[k + 1] != h.block[k]) {
+      S += score * score.transpose();
+      score.setZero();
+    }
   }
   const Eigen::MatrixXd inverse = solver.pseudoInverse();
   out.std = std::sqrt(std::max(0.0, (inverse * S * inverse)(h.recordings, h.recordings)));
@@ -103,7 +114,10 @@ std::vector<char> find_sound(const Heights& h, double* noise) {
 double calc_rms(const Eigen::VectorXd& left, const std::vector<char>& use) {
   double sum = 0.0, n = 0.0;
   for (long k = 0; k < left.size(); ++k) {
-    if (use[static_cast<size_t>(k)]) sum += left[k] * left[k], n += 1.0;
+    if (use[static_cast<size_t>(k)]) {
+      sum += left[k] * left[k];
+      n += 1.0;
+    }
   }
   return std::sqrt(sum / std::max(1.0, n));
 }
@@ -138,7 +152,8 @@ std::vector<FootGive> find_foot_gives(const Experiment& e, const std::vector<Loa
   }
   for (size_t f = 0; f < feet.size() && !measured.empty(); ++f) {
     Heights h;
-    h.recordings = static_cast<long>(measured.size()), h.joints = e.num_joints();
+    h.recordings = static_cast<long>(measured.size());
+    h.joints = e.num_joints();
     for (size_t r = 0; r < measured.size(); ++r) add_recording(e, feet[f], *measured[r], static_cast<long>(r), &h);
     if (h.z.size() < 200) continue;
     double noise = 1e-3;

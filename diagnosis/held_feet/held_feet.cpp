@@ -36,8 +36,10 @@ std::vector<Mismatch> list_mismatch(const TorqueData& data, const std::vector<do
       double sum = 0.0, n = 0.0, from = 1e300, to = -1e300;
       for (long k = 0; k < r.kept(); ++k) {
         if (!r.use(k, static_cast<long>(j))) continue;
-        sum += std::pow(r.missing(k, static_cast<long>(j)), 2), n += 1.0;
-        from = std::min(from, r.time(k)), to = std::max(to, r.time(k));
+        sum += std::pow(r.missing(k, static_cast<long>(j)), 2);
+        n += 1.0;
+        from = std::min(from, r.time(k));
+        to = std::max(to, r.time(k));
       }
       const double score = n > 0.0 && noise[j] > 0.0 ? std::sqrt(sum / n) / noise[j] : 0.0;
       if (score > kNoiseLeft)
@@ -71,7 +73,8 @@ Finding make_finding(const Experiment& e, const LoadedFoot& foot, const FootGive
   Finding f =
       diagnosis::make_finding(get_effect(EffectId::kFootCompliance), {{"foot", link}}, {make_one("kz", "N/m", k, std)});
   f.grade = give.same_everywhere ? Grade::kSupported : Grade::kAmbiguous;
-  f.probability = kSurest, f.share = share;
+  f.probability = kSurest;
+  f.share = share;
   f.alternatives = list_joints_that_give(e, give);
   f.statement = link + ": the foot or what carries it gives, kz " + number(k, 3) + " +- " +
                 number(kNinetyFive * std, 2) + " N/m (" + get_grade_name(f.grade) + "). By the encoders the foot is " +
@@ -102,7 +105,7 @@ Verdict judge(const TorqueVerdict& torque, const std::vector<double>& noise) {
   const Evidence& evidence = torque.evidence;
   bool missing = false, left = false;
   for (size_t i = 0; i < torque.torque.size(); ++i) {
-    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i],
+    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i];
     left = left || torque.torque[i].after > kNoiseLeft * noise[i];
   }
   if (!missing && evidence.findings.empty()) return Verdict::kNoMismatch;
@@ -115,7 +118,10 @@ Verdict judge(const TorqueVerdict& torque, const std::vector<double>& noise) {
 bool diagnose_held_feet(const Experiment& e, int jobs, const std::function<void(const std::string&)>& progress,
                         Reports* reports, std::string* why) {
   const std::vector<LoadedFoot> feet = list_loaded_feet(e);
-  if (feet.empty()) return *why = "no force of a foot is in every recording", false;
+  if (feet.empty()) {
+    *why = "no force of a foot is in every recording";
+    return false;
+  }
   TorqueData data = make_torque_data(e);
   if (progress) progress("inverse dynamics along the recorded motion, with the measured forces on the feet");
   const std::vector<double> noise = find_noise(data);

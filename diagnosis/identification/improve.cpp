@@ -50,9 +50,13 @@ class Proposer {
   // As large as it is safe; not ok where no size is.
   ProposedMotion try_motion(next::Family family, unsigned seed) const {
     next::MotionPlan plan;
-    plan.family = family, plan.seed = seed, plan.seconds = seconds_, plan.period = kFrame;
+    plan.family = family;
+    plan.seed = seed;
+    plan.seconds = seconds_;
+    plan.period = kFrame;
     ProposedMotion out;
-    out.name = next::get_family_word(family) + std::to_string(seed), out.meaning = next::get_family_sentence(family);
+    out.name = next::get_family_word(family) + std::to_string(seed);
+    out.meaning = next::get_family_sentence(family);
     for (; plan.size >= next::kLeastStance; plan.size *= next::kSmallerStance) {
       const next::Commands commands = next::make_stance_motion(standing_, plan, limits_);
       if (commands.time.empty()) continue;
@@ -115,7 +119,8 @@ std::vector<ProposedMotion> propose_motions(const Scenario& base, std::vector<Mo
                          [](const ProposedMotion& a, const ProposedMotion& b) { return a.largest < b.largest; });
     if (best->largest > kWorth * least) break;
     least = best->largest;
-    known.push_back(best->check), chosen.push_back(*best);
+    known.push_back(best->check);
+    chosen.push_back(*best);
     tried.erase(best);
   }
   return chosen;

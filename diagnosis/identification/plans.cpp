@@ -200,7 +200,10 @@ std::vector<MotionPlan> make_paper_plans(double scale) {
   add_rest(&rest);
   for (MotionPlan& plan : rest) {
     if (plan.name == "bounce") continue;
-    for (auto& foot : plan.foot) foot[0].clear(), foot[1].clear();
+    for (auto& foot : plan.foot) {
+      foot[0].clear();
+      foot[1].clear();
+    }
     plan.turn.clear();
     plan.upper.erase("WAIST_Y");
     plans.push_back(plan);

@@ -52,9 +52,11 @@ Evidence merge(const LeggedReport& legged, const TorqueVerdict& torque) {
                "sensors: equations in which no drive has a part; errors are shares of each effort's spread";
   append(body.findings, &out.findings);
   sort_findings(&out.findings);
-  append(body.mismatch, &out.mismatch), append(body.remaining, &out.remaining);
-  append(body.not_identifiable, &out.not_identifiable), append(body.missing, &out.missing),
-      append(body.warnings, &out.warnings);
+  append(body.mismatch, &out.mismatch);
+  append(body.remaining, &out.remaining);
+  append(body.not_identifiable, &out.not_identifiable);
+  append(body.missing, &out.missing);
+  append(body.warnings, &out.warnings);
   fill_torque_fit(torque.torque, &out.fit);
   out.verdict = find_verdict(out);
   return out;
@@ -82,7 +84,8 @@ bool diagnose_legged(const Experiment& e, int jobs, const std::function<void(con
   const TorqueVerdict torque = judge_torque(make_legged_torques(correct(body, logs)), jobs);
   if (!has_real_drives(torque)) return false;
   const Evidence evidence = merge(body, torque);
-  out->report = make_report(evidence), out->series = body.series;
+  out->report = make_report(evidence);
+  out->series = body.series;
   out->report["model"] =
       list_whole_model(e, torque.model, out->report["findings"], make_report(body.evidence)["findings"]);
   return true;

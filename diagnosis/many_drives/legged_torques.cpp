@@ -35,7 +35,9 @@ class Gridder {
 
   Clip run() const {
     Clip out;
-    out.recording = in_.recording, out.train = in_.train, out.step = grid_.step;
+    out.recording = in_.recording;
+    out.train = in_.train;
+    out.step = grid_.step;
     for (long k = 0; k < count_; ++k) out.time.push_back(find_time(k));
     for (long j = 0; j < grid_.q.cols(); ++j) {
       const Track& measured = in_.position[static_cast<size_t>(j)];
@@ -87,8 +89,10 @@ class Gridder {
   ImuTracks filter(const ImuTracks& imu) const {
     ImuTracks out;
     for (size_t i = 0; i < 4; ++i) out.attitude[i] = filter(imu.attitude[i]);
-    for (size_t i = 0; i < 3; ++i)
-      out.gyro[i] = filter(imu.gyro[i]), out.accelerometer[i] = filter(imu.accelerometer[i]);
+    for (size_t i = 0; i < 3; ++i) {
+      out.gyro[i] = filter(imu.gyro[i]);
+      out.accelerometer[i] = filter(imu.accelerometer[i]);
+    }
     return out;
   }
 

@@ -29,7 +29,9 @@ struct Trial {
 Eigen::MatrixXd calc_torques(const Plant& plant, const SampledMotion& rows, const Trial& t) {
   const double by = std::exp(-t.log);
   Eigen::MatrixXd q = rows.q, v = rows.v, a = rows.a;
-  q.col(t.joint) *= by, v.col(t.joint) *= by, a.col(t.joint) *= by;
+  q.col(t.joint) *= by;
+  v.col(t.joint) *= by;
+  a.col(t.joint) *= by;
   return calc_efforts(plant, q, v, a);
 }
 
@@ -52,7 +54,10 @@ double refine(const Plant& plant, const SampledMotion& rows, Trial* t) {
       Trial other = *t;
       other.log += sign * step;
       const double left = calc_left(plant, rows, other);
-      if (left < least) least = left, *t = other;
+      if (left < least) {
+        least = left;
+        *t = other;
+      }
     }
   }
   return least;
@@ -68,7 +73,10 @@ double find_best(const Plant& plant, const SampledMotion& rows, Trial* best) {
     for (const int i : {0, 1}) {
       const Trial t{joint, log, i == 1};
       const double left = calc_left(rows, t, tau);
-      if (left < least[i]) least[i] = left, of[i] = t;
+      if (left < least[i]) {
+        least[i] = left;
+        of[i] = t;
+      }
     }
   }
   *best = least[1] < least[0] ? of[1] : of[0];
@@ -87,7 +95,9 @@ void judge_pieces(const TorqueData& data, const Plant& plant, const Trial& found
     Trial own{found.joint, found.log, found.of_motor};
     const double least = refine(plant, rows, &own);
     same = same && own.log * found.log > 0.0 && least < calc_left(plant, rows, {found.joint, 0.0, false});
-    sum += own.log, squares += own.log * own.log, n += 1.0;
+    sum += own.log;
+    squares += own.log * own.log;
+    n += 1.0;
   }
   const double spread = n > 1.0 ? std::sqrt(std::max(0.0, squares - sum * sum / n) / (n - 1.0)) : 0.0;
   ratio->std = ratio->ratio * std::max(kMinor / kNinetyFive / 2.0, spread / std::sqrt(std::max(1.0, n)));
@@ -103,11 +113,16 @@ bool may_have(const TorqueData& data, int joint) {
 double calc_slope(const std::vector<double>& a, const std::vector<double>& b) {
   double ma = 0.0, mb = 0.0, n = 0.0, aa = 0.0, ab = 0.0;
   for (size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
-    if (std::isfinite(a[k]) && std::isfinite(b[k])) ma += a[k], mb += b[k], n += 1.0;
+    if (std::isfinite(a[k]) && std::isfinite(b[k])) {
+      ma += a[k];
+      mb += b[k];
+      n += 1.0;
+    }
   }
   for (size_t k = 0; k < std::min(a.size(), b.size()) && n > 0.0; ++k) {
     if (!std::isfinite(a[k]) || !std::isfinite(b[k])) continue;
-    aa += (a[k] - ma / n) * (a[k] - ma / n), ab += (a[k] - ma / n) * (b[k] - mb / n);
+    aa += (a[k] - ma / n) * (a[k] - ma / n);
+    ab += (a[k] - ma / n) * (b[k] - mb / n);
   }
   return aa > 0.0 ? ab / aa : 0.0;
 }
@@ -157,8 +172,10 @@ Experiment convert_ratio(Experiment e, const GearRatio& ratio) {
     std::vector<double>&q = joint.signal[static_cast<int>(Quantity::kPosition)],
     &v = joint.signal[static_cast<int>(Quantity::kVelocity)];
     if (is_in_same_unit(calc_slope(calc_rate(r, q), v), ratio.ratio)) divide(ratio.ratio, &v);
-    if (is_in_same_unit(calc_slope(q, joint.command), ratio.ratio))
-      divide(ratio.ratio, &joint.command), divide(ratio.ratio, &joint.command_rate);
+    if (is_in_same_unit(calc_slope(q, joint.command), ratio.ratio)) {
+      divide(ratio.ratio, &joint.command);
+      divide(ratio.ratio, &joint.command_rate);
+    }
     divide(ratio.ratio, &q);
     if (ratio.of_motor) divide(1.0 / ratio.ratio, &joint.signal[static_cast<int>(Quantity::kEffort)]);
   }

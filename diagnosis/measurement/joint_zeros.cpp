@@ -22,7 +22,8 @@ class Fitter {
  public:
   Fitter(const Plant& plant, const SampledMotion& rows) : plant_(plant), rows_(rows) {
     const long n = rows.q.cols();
-    zero.setZero(n), sense.setOnes(n);
+    zero.setZero(n);
+    sense.setOnes(n);
     least = calc_left();
   }
 
@@ -37,14 +38,23 @@ class Fitter {
   // Accepts the values if they reduce the residual.
   bool try_joint(long joint, double new_zero, double new_sense) {
     const double old_zero = zero[joint], old_sense = sense[joint];
-    zero[joint] = std::remainder(new_zero, 2.0 * M_PI), sense[joint] = new_sense;
+    zero[joint] = std::remainder(new_zero, 2.0 * M_PI);
+    sense[joint] = new_sense;
     const double left = calc_left();
-    if (left < least) return least = left, true;
-    zero[joint] = old_zero, sense[joint] = old_sense;
+    if (left < least) {
+      least = left;
+      return true;
+    }
+    zero[joint] = old_zero;
+    sense[joint] = old_sense;
     return false;
   }
 
-  void take(const Fitter& other) { zero = other.zero, sense = other.sense, least = other.least; }
+  void take(const Fitter& other) {
+    zero = other.zero;
+    sense = other.sense;
+    least = other.least;
+  }
 
   void refine(long joint) {
     double step = 0.25;
@@ -72,12 +82,15 @@ class Fitter {
   // Returns to the model's values if the residual hardly increases.
   void simplify(long joint, double zero_then, double sense_then) {
     const double old_zero = zero[joint], old_sense = sense[joint], before = least;
-    zero[joint] = zero_then, sense[joint] = sense_then;
+    zero[joint] = zero_then;
+    sense[joint] = sense_then;
     const double left = calc_left();
     if (left * kNearlyAll < before)
       least = left;
-    else
-      zero[joint] = old_zero, sense[joint] = old_sense;
+    else {
+      zero[joint] = old_zero;
+      sense[joint] = old_sense;
+    }
   }
 
   Eigen::VectorXd zero, sense;
@@ -148,9 +161,13 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
     const SampledMotion rows = take_rows(data, {r});
     if (rows.tell_nothing()) continue;
     Fitter own(plant, rows);
-    own.zero = found.zero, own.sense = found.sense, own.least = own.calc_left();
+    own.zero = found.zero;
+    own.sense = found.sense;
+    own.least = own.calc_left();
     own.refine(joint);
-    sum += own.zero[joint], squares += own.zero[joint] * own.zero[joint], n += 1.0;
+    sum += own.zero[joint];
+    squares += own.zero[joint] * own.zero[joint];
+    n += 1.0;
   }
   const double variance = n > 1.0 ? std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0) : 0.0;
   return std::max(kMountingError / kNinetyFive, std::sqrt(variance));

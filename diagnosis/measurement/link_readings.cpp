@@ -48,9 +48,14 @@ LinkReadings::LinkReadings(const TreeSpec& tree, const Vector3d& gravity_W, cons
     };
     if (sensor.kind == LinkSensorKind::kTorque)
       add("", tree_.joint(sensor.joint).kind == JointKind::kPrismatic ? "N" : "N m", 1);
-    if (sensor.kind == LinkSensorKind::kWrench) add("/force", "N", 3), add("/torque", "N m", 3);
-    if (sensor.kind == LinkSensorKind::kImu)
-      add("/angular_velocity", "rad/s", 3), add("/linear_acceleration", "m/s^2", 3);
+    if (sensor.kind == LinkSensorKind::kWrench) {
+      add("/force", "N", 3);
+      add("/torque", "N m", 3);
+    }
+    if (sensor.kind == LinkSensorKind::kImu) {
+      add("/angular_velocity", "rad/s", 3);
+      add("/linear_acceleration", "m/s^2", 3);
+    }
     beyond_.emplace_back(tree_.links.size(), 0);
     if (sensor.kind == LinkSensorKind::kImu) continue;
     for (size_t link = 1; link < tree_.links.size(); ++link) {
@@ -62,7 +67,8 @@ LinkReadings::LinkReadings(const TreeSpec& tree, const Vector3d& gravity_W, cons
 }
 
 void LinkReadings::move(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& a) {
-  state_.q = q, state_.qd = v;
+  state_.q = q;
+  state_.qd = v;
   update_kinematics(model_, state_, &data_);
   update_accelerations(model_, a, &data_);
 }

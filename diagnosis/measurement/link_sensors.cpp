@@ -89,7 +89,10 @@ class Finder {
                       position = base + "/position";
     if (in_all(effort, [&](const Recording& r) { return r.has(effort); })) {
       LinkSensor sensor;
-      sensor.kind = LinkSensorKind::kTorque, sensor.name = effort, sensor.joint = j, sensor.link = j + 1;
+      sensor.kind = LinkSensorKind::kTorque;
+      sensor.name = effort;
+      sensor.joint = j;
+      sensor.link = j + 1;
       out_.sensors.push_back(sensor);
     }
     if (!in_all(position, [&](const Recording& r) { return r.has(position); })) return;
@@ -120,7 +123,8 @@ class Finder {
 
   void add_wrench(const WrenchSpec& spec) {
     LinkSensor sensor;
-    sensor.kind = LinkSensorKind::kWrench, sensor.name = "/wrench/" + spec.name;
+    sensor.kind = LinkSensorKind::kWrench;
+    sensor.name = "/wrench/" + spec.name;
     if (!set_frame(spec.link, &sensor)) return;
     const auto axes = e_.keys.wrench_frame.find(spec.name);
     sensor.world = axes != e_.keys.wrench_frame.end() && axes->second == "world";
@@ -140,7 +144,9 @@ class Finder {
 
   void add_imu(const ImuSpec& spec) {
     LinkSensor sensor;
-    sensor.kind = LinkSensorKind::kImu, sensor.name = "/imu/" + spec.name, sensor.p_FS = spec.p_LS;
+    sensor.kind = LinkSensorKind::kImu;
+    sensor.name = "/imu/" + spec.name;
+    sensor.p_FS = spec.p_LS;
     if (!set_frame(spec.link, &sensor)) return;
     const bool there = in_all(sensor.name, [&](const Recording& r) {
       return has_all(r, sensor.name + "/angular_velocity", "xyz") &&
@@ -190,7 +196,8 @@ LinkReadings make_link_readings(const Experiment& e, const LinkSensors& sensors,
     if (effect.place.kind != PlaceKind::kLink) continue;
     const auto link = static_cast<size_t>(effect.place.index);
     EffectTarget target;
-    target.link = {&nominal.tree.links[link].inertia}, target.force_W = &nominal.force_W[link];
+    target.link = {&nominal.tree.links[link].inertia};
+    target.force_W = &nominal.force_W[link];
     get_effect(effect.id).apply(effect.p.data(), target);
   }
   return LinkReadings(nominal.tree, e.scenario.gravity_W, nominal.force_W, sensors.sensors);
@@ -205,7 +212,9 @@ std::vector<std::string> list_columns(const LinkSensor& sensor, const ReadingGro
 
 void read_motion(const Experiment& e, const TorqueData& motion, const TorqueRecording& in, const LinkSensors& sensors,
                  const std::vector<Effect>& known, LinkRecording* out) {
-  out->q = in.q, out->v = in.v, out->a = in.a;
+  out->q = in.q;
+  out->v = in.v;
+  out->a = in.a;
   for (const Effect& effect : known) {
     if (get_effect(effect.id).felt_elsewhere) out->q.col(effect.place.index).array() -= effect.p[0];
   }
@@ -228,13 +237,18 @@ void add_load(const Experiment& e, const LoadSpec& load, const LinkReadings& pre
 LinkData make_link_data(const Experiment& e, const TorqueData& motion, const LinkSensors& sensors,
                         const std::vector<Effect>& known, LinkReadings* predict) {
   LinkData data;
-  data.experiment = &e, data.cutoff = motion.cutoff;
+  data.experiment = &e;
+  data.cutoff = motion.cutoff;
   for (const TorqueRecording& in : motion.recordings) {
     if (has(motion.frozen, in.index)) continue;
     const Recording& r = e.recordings[in.index];
     if (!r.spec.pushes.empty()) continue;  // forces at other points than a link's centre of mass are not predicted here
     LinkRecording out;
-    out.index = in.index, out.train = in.train, out.step = in.step, out.stride = in.stride, out.trim = in.trim;
+    out.index = in.index;
+    out.train = in.train;
+    out.step = in.step;
+    out.stride = in.stride;
+    out.trim = in.trim;
     read_motion(e, motion, in, sensors, known, &out);
     const long rows = in.q.rows();
     out.predicted.resize(rows, predict->size());
@@ -266,7 +280,9 @@ Ratio find_ratio(const LinkData& data, const ReadingGroup& group) {
   double pp = 0.0, pr = 0.0, rr = 0.0;
   for (const LinkRecording& r : data.recordings) {
     const auto p = r.predicted.middleCols(group.first, group.size), y = r.read.middleCols(group.first, group.size);
-    pp += p.squaredNorm(), pr += p.cwiseProduct(y).sum(), rr += y.squaredNorm();
+    pp += p.squaredNorm();
+    pr += p.cwiseProduct(y).sum();
+    rr += y.squaredNorm();
   }
   if (pp <= 0.0 || rr <= 0.0) return {};
   return {pr / pp, pr / std::sqrt(pp * rr)};

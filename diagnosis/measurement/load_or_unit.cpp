@@ -17,7 +17,9 @@ struct Squares {
   double yy = 0.0;
 
   void add(const Eigen::MatrixXd& x, const Eigen::VectorXd& y, double weight) {
-    xx += weight * x.transpose() * x, xy += weight * x.transpose() * y, yy += weight * y.squaredNorm();
+    xx += weight * x.transpose() * x;
+    xy += weight * x.transpose() * y;
+    yy += weight * y.squaredNorm();
   }
 
   // What the best load of at most `most` [kg] leaves.
@@ -39,7 +41,9 @@ UnitRows collect_efforts(const TorqueData& data, int joint) {
   for (const TorqueRecording& r : data.recordings) {
     if (r.train) count += r.use.col(joint).count();
   }
-  rows.tau.resize(count), rows.effort.resize(count), rows.nuisance.resize(count, kNuisance);
+  rows.tau.resize(count);
+  rows.effort.resize(count);
+  rows.nuisance.resize(count, kNuisance);
   long at = 0;
   for (const TorqueRecording& r : data.recordings) {
     if (!r.train) continue;
@@ -47,7 +51,8 @@ UnitRows collect_efforts(const TorqueData& data, int joint) {
     for (long k = 0; k < r.kept(); ++k) {
       if (!r.use(k, joint)) continue;
       const long i = r.full_row(k);
-      rows.tau[at] = r.tau(i, joint), rows.effort[at] = r.effort(i, joint);
+      rows.tau[at] = r.tau(i, joint);
+      rows.effort[at] = r.effort(i, joint);
       rows.nuisance.row(at++) << r.v(i, joint), sign[i], r.a(i, joint), 1.0;
     }
   }

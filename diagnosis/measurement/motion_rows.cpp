@@ -45,14 +45,18 @@ SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recor
     const auto& [r, k] = picked[static_cast<size_t>(i)];
     const long row = r->full_row(k);
     rows.use.row(i) = r->use.row(k).cast<double>();
-    rows.q.row(i) = r->q.row(row), rows.v.row(i) = r->v.row(row), rows.a.row(i) = r->a.row(row),
+    rows.q.row(i) = r->q.row(row);
+    rows.v.row(i) = r->v.row(row);
+    rows.a.row(i) = r->a.row(row);
     rows.effort.row(i) = r->effort.row(row);
   }
   rows.weight.setZero(n);
   if (count < kFewest) return rows;
   for (long j = 0; j < n; ++j) {
     Eigen::MatrixXd nuisance(count, kNuisance);
-    nuisance.col(0) = rows.v.col(j), nuisance.col(2) = rows.a.col(j), nuisance.col(3).setOnes();
+    nuisance.col(0) = rows.v.col(j);
+    nuisance.col(2) = rows.a.col(j);
+    nuisance.col(3).setOnes();
     nuisance.col(1) = (rows.v.col(j).array() / data.slow[static_cast<size_t>(j)]).tanh();
     for (long c = 0; c < kNuisance; ++c) nuisance.col(c).array() *= rows.use.col(j).array();
     rows.basis.push_back(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(nuisance).householderQ() *

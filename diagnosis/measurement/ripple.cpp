@@ -39,7 +39,9 @@ Rest find_rest(const TorqueData& data, int joint) {
   Rest rest;
   if (n < kLeastRows) return rest;
   Eigen::MatrixXd columns(n, 6);
-  rest.q.resize(n), rest.speed.resize(n), rest.torque.resize(n);
+  rest.q.resize(n);
+  rest.speed.resize(n);
+  rest.torque.resize(n);
   long seen = 0, at = 0;
   for (const TorqueRecording& r : data.recordings) {
     const Eigen::VectorXd sign = data.calc_sign(r, joint);
@@ -48,7 +50,9 @@ Rest find_rest(const TorqueData& data, int joint) {
       const long row = r.full_row(k);
       const double v = r.v(row, joint), load = r.tau(row, joint);
       columns.row(at) << v, sign[row], r.a(row, joint), load, std::abs(load) * sign[row], 1.0;
-      rest.q[at] = r.q(row, joint), rest.speed[at] = std::abs(v), rest.torque[at++] = r.missing(k, joint);
+      rest.q[at] = r.q(row, joint);
+      rest.speed[at] = std::abs(v);
+      rest.torque[at++] = r.missing(k, joint);
       rest.recording.push_back(r.index);
     }
   }
@@ -70,9 +74,12 @@ Peak calc_peak(const Rest& rest, double periods, double cutoff) {
   const long rows = rest.q.size();
   for (long k = 0; k < rows; ++k) {
     const double passed = 1.0 / (1.0 + std::pow(rest.speed[k] * periods / cutoff, 4));
-    stretch += std::polar(passed * rest.torque[k], periods * rest.q[k]), n += passed * passed;
+    stretch += std::polar(passed * rest.torque[k], periods * rest.q[k]);
+    n += passed * passed;
     if (k + 1 < rows && k * kFolds / rows == (k + 1) * kFolds / rows) continue;
-    sum += stretch, squares += std::norm(stretch), stretch = 0.0;
+    sum += stretch;
+    squares += std::norm(stretch);
+    stretch = 0.0;
   }
   if (!(n > 0.0) || !(squares > 0.0)) return {};
   return {2.0 * std::norm(sum) / n / rest.torque.squaredNorm(), std::norm(sum) / squares, periods};
@@ -106,7 +113,8 @@ Samples take_samples(const LawRest& log, size_t stride) {
   const size_t rows = (log.position.size() + stride - 1) / stride;
   Samples out{Eigen::VectorXd(static_cast<long>(rows)), Eigen::VectorXd(static_cast<long>(rows)), {}};
   for (size_t k = 0; k < rows; ++k) {
-    out.q[static_cast<long>(k)] = log.position[k * stride], out.torque[static_cast<long>(k)] = log.torque[k * stride];
+    out.q[static_cast<long>(k)] = log.position[k * stride];
+    out.torque[static_cast<long>(k)] = log.torque[k * stride];
     out.recording.push_back(log.recording[k * stride]);
   }
   return out;
@@ -162,7 +170,10 @@ std::optional<LogRipple> find_log_ripple(const TorqueData& data, int joint) {
   double periods = 0.0;
   for (double tried = range.first; tried < range.last; tried += range.step) {
     const Fitted fitted = fit_ripple(thin, tried);
-    if (fitted.share > best.share) best = fitted, periods = tried;
+    if (fitted.share > best.share) {
+      best = fitted;
+      periods = tried;
+    }
   }
   if (best.share < kPart) return std::nullopt;
   LogRipple ripple{periods, fit_ripple(all, periods).amplitude, 0.0};

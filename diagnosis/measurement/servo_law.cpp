@@ -111,7 +111,10 @@ double calc_missed(const ServoLog& log, double delay, bool train) {
   double sum = 0.0, n = 0.0;
   log.walk(delay, train, [&](double law, double effort, double, size_t, double) {
     const double missed = effort - std::clamp(law, -log.laws.effort_limit, log.laws.effort_limit);
-    if (std::isfinite(missed)) sum += missed * missed, n += 1.0;
+    if (std::isfinite(missed)) {
+      sum += missed * missed;
+      n += 1.0;
+    }
   });
   return n > 0.0 ? sum / n : 0.0;
 }
@@ -158,7 +161,10 @@ double find_least(const F& f, double step, double end) {
   double best = f(0.0), at = 0.0;
   for (double d = step; d <= end; d += step) {
     const double m = f(d);
-    if (m < best) best = m, at = d;
+    if (m < best) {
+      best = m;
+      at = d;
+    }
   }
   return at + step * calc_vertex(f(at - step), best, f(at + step));
 }
@@ -175,8 +181,11 @@ ServoPairs list_pairs(const ServoLog& log, double delay) {
   ServoPairs out;
   log.walk(delay, true, [&](double law, double effort, double position, size_t recording, double damping) {
     if (!std::isfinite(law + effort) || std::abs(law) >= log.laws.effort_limit) return;
-    out.law.push_back(law), out.effort.push_back(effort), out.position.push_back(position),
-        out.damping.push_back(damping), out.recording.push_back(recording);
+    out.law.push_back(law);
+    out.effort.push_back(effort);
+    out.position.push_back(position);
+    out.damping.push_back(damping);
+    out.recording.push_back(recording);
   });
   return out;
 }
@@ -250,7 +259,8 @@ double calc_disagreement(const ServoPairs& pairs, double scale) {
     for (size_t k = begin; k < end; ++k) off[static_cast<long>(k - begin)] = pairs.effort[k] - scale * pairs.law[k];
     const double mean = off.mean(), n = static_cast<double>(off.size());
     off.array() -= mean;
-    means.push_back(mean), variances.push_back(calc_correlation_time(off) * off.squaredNorm() / (n * n));
+    means.push_back(mean);
+    variances.push_back(calc_correlation_time(off) * off.squaredNorm() / (n * n));
   }
   if (means.size() < 2) return 0.0;
   return std::sqrt(calc_variance_between(means, variances) / static_cast<double>(means.size()));
@@ -280,15 +290,19 @@ ServoReading read_servo(const ServoLog& log, const ServoDelay& late, double late
   out.slope = slope.value;
   if (!(slope.value > 0.5 && slope.value < 2.0)) return out;
   out.follows = true;
-  if (std::abs(off) > std::max(kTrace, kSignificantInJoint * slope.std))
-    out.scale = slope.value, out.scale_std = std::hypot(slope.std, kAgreement);
+  if (std::abs(off) > std::max(kTrace, kSignificantInJoint * slope.std)) {
+    out.scale = slope.value;
+    out.scale_std = std::hypot(slope.std, kAgreement);
+  }
   // Bias beside the accepted scale. Noise of the law reduces the slope of a plain line, which would look like a bias. A
   // scale that is not significant looks like one, too, where the weight gives the law a mean: the bias beside that
   // scale counts as well.
   const double bias = calc_mean(pairs.effort) - out.scale * calc_mean(pairs.law);
   line.std[1] = std::hypot(line.std[1], calc_disagreement(pairs, out.scale));
-  if (std::min(std::abs(bias), std::abs(offset)) > std::max(kTrace * spread, kSignificantInJoint * line.std[1]))
-    out.bias = bias, out.bias_std = std::hypot(line.std[1], kAgreement * spread);
+  if (std::min(std::abs(bias), std::abs(offset)) > std::max(kTrace * spread, kSignificantInJoint * line.std[1])) {
+    out.bias = bias;
+    out.bias_std = std::hypot(line.std[1], kAgreement * spread);
+  }
   return out;
 }
 
@@ -313,7 +327,8 @@ LawRest list_law_rest(const Experiment& e, int joint, const std::vector<ServoDel
   out.spread = calc_deviation(pairs.effort);
   for (size_t k = 0; k < pairs.law.size(); ++k)
     out.torque.push_back(pairs.effort[k] - line.theta[0] * pairs.law[k] - line.theta[1]);
-  out.position = std::move(pairs.position), out.recording = std::move(pairs.recording);
+  out.position = std::move(pairs.position);
+  out.recording = std::move(pairs.recording);
   return out;
 }
 

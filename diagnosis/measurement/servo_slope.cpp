@@ -16,7 +16,10 @@ constexpr size_t kCells = 24;  // parts of a joint's travel, shorter than half a
 // A series minus its mean over each cell of the position's range; one cell for the overall mean.
 std::vector<double> centre(std::vector<double> x, const std::vector<size_t>& cell) {
   std::vector<double> sum(kCells, 0.0), n(kCells, 0.0);
-  for (size_t k = 0; k < x.size(); ++k) sum[cell[k]] += x[k], n[cell[k]] += 1.0;
+  for (size_t k = 0; k < x.size(); ++k) {
+    sum[cell[k]] += x[k];
+    n[cell[k]] += 1.0;
+  }
   for (size_t k = 0; k < x.size(); ++k) x[k] -= sum[cell[k]] / n[cell[k]];
   return x;
 }
@@ -47,10 +50,12 @@ ServoSlope find_slope(const ServoPairs& pairs, const std::vector<size_t>& all_ce
   std::vector<double> top[2], bottom[2];
   double sums[2] = {0.0, 0.0}, slopes[2];
   for (size_t side = 0; side < 2; ++side) {
-    top[side].assign(kFolds, 0.0), bottom[side].assign(kFolds, 0.0);
+    top[side].assign(kFolds, 0.0);
+    bottom[side].assign(kFolds, 0.0);
     for (size_t k = 0; k < n; ++k) {
       const size_t stretch = k * kFolds / n;
-      top[side][stretch] += around[side][k] * effort[k], bottom[side][stretch] += around[side][k] * law[k];
+      top[side][stretch] += around[side][k] * effort[k];
+      bottom[side][stretch] += around[side][k] * law[k];
     }
     sums[side] = std::accumulate(bottom[side].begin(), bottom[side].end(), 0.0);
     if (!(sums[side] > 0.0)) return {};
@@ -86,7 +91,8 @@ double find_slope_beside_damping(const ServoPairs& pairs) {
   for (size_t k = kLaterSamples; k + kLaterSamples < law.size(); ++k) {
     const size_t before = k - kLaterSamples, after = k + kLaterSamples;
     const Eigen::Vector2d around(law[before] + law[after], damping[before] + damping[after]);
-    of_columns += around * Eigen::RowVector2d(law[k], damping[k]), of_effort += around * effort[k];
+    of_columns += around * Eigen::RowVector2d(law[k], damping[k]);
+    of_effort += around * effort[k];
   }
   const Eigen::FullPivLU<Eigen::Matrix2d> lu(of_columns);
   return lu.isInvertible() ? lu.solve(of_effort)[0] : find_slope(pairs).value;

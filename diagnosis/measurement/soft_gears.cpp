@@ -48,7 +48,9 @@ Vector calc_gear_torque(const TorqueData& data, const TorqueRecording& r, const 
 // Moves the link of a joint back by `angle` [rad], full grid.
 void twist(const TorqueRecording& r, int j, const Vector& angle, JointsMotion* links) {
   const Vector rate = differentiate(angle, r.step);
-  links->q.col(j) -= angle, links->v.col(j) -= rate, links->a.col(j) -= differentiate(rate, r.step);
+  links->q.col(j) -= angle;
+  links->v.col(j) -= rate;
+  links->a.col(j) -= differentiate(rate, r.step);
 }
 
 class Search {
@@ -126,7 +128,8 @@ class Search {
       const Piece& p = pieces[i];
       for (long k = 0; k < p.recording->kept(); ++k) {
         if (!is_used(p, k, joint, soft)) continue;
-        s.drive.row(at) = p.drives[static_cast<size_t>(joint)].row(k), s.left[at] = p.left(k, joint);
+        s.drive.row(at) = p.drives[static_cast<size_t>(joint)].row(k);
+        s.left[at] = p.left(k, joint);
         if (width > 0) s.columns.row(at) = columns[i][static_cast<size_t>(joint)].row(k);
         s.stretch.push_back(static_cast<int>(static_cast<long>(i) * kStretches + kStretches * k / p.recording->kept()));
         ++at;
@@ -144,7 +147,8 @@ class Search {
   Matrix calc_slope(const Piece& p, int j, const Vector& series) const {
     const double size = std::max(1e-300, series.cwiseAbs().maxCoeff()), scale = kRelativeStep / size;
     JointsMotion ahead = p.motion, behind = p.motion;
-    twist(*p.recording, j, -scale * series, &ahead), twist(*p.recording, j, scale * series, &behind);
+    twist(*p.recording, j, -scale * series, &ahead);
+    twist(*p.recording, j, scale * series, &behind);
     return (calc_tau(p, ahead) - calc_tau(p, behind)) / (2.0 * scale);
   }
 
@@ -187,7 +191,8 @@ class Search {
     if (!(x[0] > 0.0)) return std::nullopt;
     SoftGear gear;
     gear.left = calc_rest(total, {0, 1}, x) / total.c;
-    gear.joint = j, gear.give = x[0];
+    gear.joint = j;
+    gear.give = x[0];
     gear.motor = fit_motor(j);
     gear.motor[0] = std::max(0.0, x[1] / x[0]);
     return gear;
@@ -214,7 +219,8 @@ class Search {
       if (!(squares_[static_cast<size_t>(i)] > 0.0)) continue;
       const Stack s = stack(pieces, {}, i, soft);
       const double n = static_cast<double>(s.left.size());
-      left += n * std::log(take_out(s.drive, s.left).squaredNorm() / squares_[static_cast<size_t>(i)]), all += n;
+      left += n * std::log(take_out(s.drive, s.left).squaredNorm() / squares_[static_cast<size_t>(i)]);
+      all += n;
     }
     return std::exp(left / std::max(1.0, all));
   }
@@ -233,12 +239,15 @@ class Search {
       bool better = false;
       for (double part : {1.0, 0.5, 0.25}) {
         SoftGear next = gear;
-        next.give += part * x[0], next.motor += part * x.tail<kOfMotor>();
+        next.give += part * x[0];
+        next.motor += part * x.tail<kOfMotor>();
         if (!(next.give > 0.0)) continue;
         std::vector<Piece> at = move(next);
         next.left = calc_left(at, gear.joint);
         if (!(next.left < gear.left)) continue;
-        better = true, gear = next, pieces = std::move(at);
+        better = true;
+        gear = next;
+        pieces = std::move(at);
         break;
       }
       if (!better || std::abs(x[0]) < kTrace * gear.give) break;
@@ -288,8 +297,11 @@ TorqueData soften(TorqueData data, const SoftGear& gear) {
     const Matrix rigid = calc_efforts(plant, links.q, links.v, links.a);
     twist(r, gear.joint, gear.give * calc_gear_torque(data, r, gear), &links);
     const Matrix more = calc_efforts(plant, links.q, links.v, links.a) - rigid;
-    r.link_q = links.q, r.link_v = links.v, r.link_a = links.a;
-    r.tau += more, r.load += more;
+    r.link_q = links.q;
+    r.link_v = links.v;
+    r.link_a = links.a;
+    r.tau += more;
+    r.load += more;
     r.missing -= keep_rows(r, more);
     for (long j = 0; j < r.use.cols(); ++j) r.use.col(j) = r.use.col(j) && r.use.col(gear.joint);
   }

@@ -40,9 +40,10 @@ std::vector<Eigen::VectorXd> list_carried(const TorqueWork& w, int j) {
 bool is_ground(const std::vector<Eigen::VectorXd>& carried) {
   double n = 0.0, sum = 0.0, flies = 0.0, pulls = 0.0;
   for (const Eigen::VectorXd& c : carried) {
-    n += static_cast<double>(c.size()), sum += c.sum();
-    flies += static_cast<double>((c.array().abs() < kMinority).count()),
-        pulls += static_cast<double>((c.array() < -kMinority).count());
+    n += static_cast<double>(c.size());
+    sum += c.sum();
+    flies += static_cast<double>((c.array().abs() < kMinority).count());
+    pulls += static_cast<double>((c.array() < -kMinority).count());
   }
   return sum > kHalf * n && flies > kMinor * n && pulls < kMinor * n;
 }
@@ -73,9 +74,10 @@ void leave_out_unseen_contact(TorqueWork* w) {
     const std::vector<Eigen::VectorXd> carried = list_carried(*w, j);
     if (carried.empty() || !is_ground(carried)) continue;
     double left = 0.0, all = 0.0;
-    for (size_t r = 0; r < carried.size(); ++r)
-      left += clear_ground(carried[r], w->data.cutoff, &w->data.recordings[r]),
-          all += static_cast<double>(carried[r].size());
+    for (size_t r = 0; r < carried.size(); ++r) {
+      left += clear_ground(carried[r], w->data.cutoff, &w->data.recordings[r]);
+      all += static_cast<double>(carried[r].size());
+    }
     w->data.warnings.push_back("something that pushes and lets go carries what hangs on " + joint.name +
                                ", which has no drive: the robot hops or steps, and no force of its feet was recorded. "
                                "Only free motion is judged, " +

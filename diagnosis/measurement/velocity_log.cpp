@@ -88,10 +88,14 @@ VelocityReading read_columns(const std::vector<Gram>& folds, const Columns& colu
   const Eigen::VectorXd std = calc_covariance(folds, total, columns, theta).diagonal().cwiseMax(0.0).cwiseSqrt();
   const long last = theta.size() - 1;
   // Noise of the rate reduces the slope by at most the relative squared residual.
-  out.scale = theta[0], out.scale_std = std::hypot(std[0], left, kAgreement);
-  out.ratio = out.scale, out.ratio_std = out.scale_std;
-  out.late = -theta[1] / theta[0], out.late_std = std::hypot(std[1] / theta[0], kMinor * sample_time);
-  out.bias = theta[last], out.bias_std = std::hypot(std[last], kAgreement * spread);
+  out.scale = theta[0];
+  out.scale_std = std::hypot(std[0], left, kAgreement);
+  out.ratio = out.scale;
+  out.ratio_std = out.scale_std;
+  out.late = -theta[1] / theta[0];
+  out.late_std = std::hypot(std[1] / theta[0], kMinor * sample_time);
+  out.bias = theta[last];
+  out.bias_std = std::hypot(std[last], kAgreement * spread);
   if (std::abs(out.bias) < std::max(kKnown * spread, kSignificantInJoint * out.bias_std)) out.bias = 0.0;
   out.after = std::sqrt(left) * spread;
   return out;
@@ -114,7 +118,9 @@ VelocityReading read_delayed(const std::vector<Motion>& motions, size_t joint, c
   for (int round = 0; round < kFewRounds || (round < kHalvings && std::abs(step) > kMinor * sample_time); ++round) {
     const std::vector<Gram> folds = round == 0 ? as_logged : add_stretches(motions, joint, late);
     out = read_columns(folds, kAll, sample_time);
-    step = out.late, late += step, out.late = late;
+    step = out.late;
+    late += step;
+    out.late = late;
     if (out.ratio == 0.0 || !(std::abs(late) < kLongest)) return {};
     take_smaller_scale(read_columns(folds, kUndamped, sample_time), &out);
   }
@@ -142,7 +148,8 @@ VelocityReading read_filtered(const std::vector<Motion>& motions, size_t joint, 
       m.columns.col(kLate) = pass_filter(pass_filter(m.columns.col(kLate), m.step, time), m.step, time);
     }
     out = read_columns(add_stretches(filtered, joint, 0.0, kShortestPart * kPart), kUndamped, sample_time);
-    time += out.late, out.late = time;
+    time += out.late;
+    out.late = time;
     if (out.ratio == 0.0 || !(time > kHalf * kLongest)) return {};
   }
   // A filter that runs once a sample holds the rate before it, or the new one: either is half a sample off.

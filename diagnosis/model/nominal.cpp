@@ -13,7 +13,9 @@ JointLaws make_laws(const Experiment& e, const JointSpec& joint) {
   JointLaws laws;
   const ServoGains& gains = get_servo_gains(scenario, joint.name);
   if (joint.actuated && !is_effort_driven(e)) {
-    laws.kp = gains.kp, laws.kd = gains.kd, laws.effort_limit = gains.effort_limit;
+    laws.kp = gains.kp;
+    laws.kd = gains.kd;
+    laws.effort_limit = gains.effort_limit;
   }
   laws.viscous = joint.viscous_friction;
   laws.coulomb = joint.coulomb_friction;

@@ -114,7 +114,8 @@ void compare(const Problem& problem, const Explanations& explanations, double ra
     Residuals difference(best.at.size());
     for (size_t k = 0; k < difference.size(); ++k) difference[k] = slopes.at[k] - best.at[k];
     Comparison& c = candidate->comparisons[i];
-    c.power = rate * dot(difference, difference), c.count = rate * count;
+    c.power = rate * dot(difference, difference);
+    c.count = rate * count;
     c.fisher = rate * make_fisher(slopes);
     c.along.resize(static_cast<long>(slopes.columns.size()));
     for (size_t p = 0; p < slopes.columns.size(); ++p)

@@ -39,7 +39,8 @@ long count_whole(const OpenTerms& terms) {
 // Sums of samples of this length [s] each.
 ConsideredSums sum(const Eigen::MatrixXd& x, const Eigen::VectorXd& effort, const Eigen::VectorXd& rate, double time) {
   ConsideredSums sums = sum_considered(x, effort, rate);
-  sums.xx *= time, sums.moved *= time;
+  sums.xx *= time;
+  sums.moved *= time;
   return sums;
 }
 
@@ -70,7 +71,10 @@ Eigen::VectorXd calc_std(const Eigen::MatrixXd& known) {
 
 void widen(const std::vector<double>& positions, std::pair<double, double>* range) {
   for (double q : positions) {
-    if (std::isfinite(q)) range->first = std::min(range->first, q), range->second = std::max(range->second, q);
+    if (std::isfinite(q)) {
+      range->first = std::min(range->first, q);
+      range->second = std::max(range->second, q);
+    }
   }
 }
 
@@ -87,9 +91,13 @@ ExpectedIntervals::ExpectedIntervals(const Experiment& experiment, const OpenTer
       sums_.push_back({Eigen::MatrixXd::Zero(width, width), Eigen::MatrixXd::Zero(width, 2)});
   }
   nothing_ = {Eigen::MatrixXd::Zero(known_.rows(), known_.cols()), list_seen(e_), sums_};
-  for (ConsideredSums& sums : nothing_.considered) sums.xx.setZero(), sums.moved.setZero();
+  for (ConsideredSums& sums : nothing_.considered) {
+    sums.xx.setZero();
+    sums.moved.setZero();
+  }
   if (terms_.values.empty()) return;
-  before_ = calc_std(known_), now_ = least_ = list_considered(nothing_.considered, 1.0);
+  before_ = calc_std(known_);
+  now_ = least_ = list_considered(nothing_.considered, 1.0);
   masses_ = kNinetyFive * calc_unsure_mass_std(terms.design, terms.best.model, terms.best.fit);
   for (const OpenValue& v : terms.values) {
     const bool own = terms.best.slots.whole.empty() || v.slot < terms.best.slots.whole[0];

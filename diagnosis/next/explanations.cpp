@@ -59,7 +59,10 @@ class Finder {
     for (Explanation& known : out_.list) {
       if (make_set(known.hypothesis) != set) continue;
       known.listed = known.listed || listed;
-      if (lead.cost < known.cost) known.hypothesis = lead.hypothesis, known.cost = lead.cost;
+      if (lead.cost < known.cost) {
+        known.hypothesis = lead.hypothesis;
+        known.cost = lead.cost;
+      }
       return;
     }
     out_.list.push_back({lead.hypothesis, get_label(*problem_.experiment, lead.hypothesis), lead.cost, listed});

@@ -32,7 +32,8 @@ double calc_decision_probability(double left, double needed, double discrepancy)
   for (double x = -kOutlier; x <= kOutlier; x += kPart) {
     const double weight = std::exp(-0.5 * x * x);
     const double grown = left / (discrepancy * discrepancy) * std::exp(x);
-    share += weight * calc_normal_share((grown - needed) / (2.0 * std::sqrt(grown))), total += weight;
+    share += weight * calc_normal_share((grown - needed) / (2.0 * std::sqrt(grown)));
+    total += weight;
   }
   return share / total;
 }

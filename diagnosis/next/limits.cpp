@@ -49,7 +49,10 @@ void take_seen_range(const Experiment& e, size_t joint, JointLimits* limits) {
   for (const Recording& r : e.recordings) {
     const JointColumns& columns = r.joints[joint];
     for (double q : columns.command.empty() ? columns.signal[0] : columns.command) {
-      if (std::isfinite(q)) limits->lower = std::min(limits->lower, q), limits->upper = std::max(limits->upper, q);
+      if (std::isfinite(q)) {
+        limits->lower = std::min(limits->lower, q);
+        limits->upper = std::max(limits->upper, q);
+      }
     }
   }
 }
@@ -102,19 +105,24 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   limits.start = find_start(e, j);
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
     const double margin = kMinor * (joint.upper - joint.lower);
-    limits.widest_lower = joint.lower + margin, limits.widest_upper = joint.upper - margin;
+    limits.widest_lower = joint.lower + margin;
+    limits.widest_upper = joint.upper - margin;
     limits.lower = std::max(limits.widest_lower, limits.start - kReach);
     limits.upper = std::min(limits.widest_upper, limits.start + kReach);
-    limits.hard_lower = joint.lower, limits.hard_upper = joint.upper;
+    limits.hard_lower = joint.lower;
+    limits.hard_upper = joint.upper;
   } else {
     take_seen_range(e, j, &limits);
-    limits.widest_lower = limits.lower, limits.widest_upper = limits.upper;
-    limits.hard_lower = limits.lower - kHardlyMoved, limits.hard_upper = limits.upper + kHardlyMoved;
+    limits.widest_lower = limits.lower;
+    limits.widest_upper = limits.upper;
+    limits.hard_lower = limits.lower - kHardlyMoved;
+    limits.hard_upper = limits.upper + kHardlyMoved;
     remarks->push_back(joint.name +
                        " has no position limits in its URDF: motions stay within what the recordings show, " +
                        number(limits.lower, 3) + " to " + number(limits.upper, 3));
   }
-  limits.lower = std::min(limits.lower, limits.start), limits.upper = std::max(limits.upper, limits.start);
+  limits.lower = std::min(limits.lower, limits.start);
+  limits.upper = std::max(limits.upper, limits.start);
   limits.speed = kUsedShare * joint.velocity_limit;
   if (!std::isfinite(limits.speed) || limits.speed <= 0.0) {
     limits.speed = kUnknownSpeed;
@@ -142,7 +150,7 @@ void tighten(const std::string& what, const std::string& key, double value, Join
   else if (key == "effort" && value > 0.0)
     joint->effort = std::min(joint->effort, value);
   else if (key == "reach" && value >= 0.0) {
-    joint->lower = std::max(joint->widest_lower, joint->start - value),
+    joint->lower = std::max(joint->widest_lower, joint->start - value);
     joint->upper = std::min(joint->widest_upper, joint->start + value);
   } else if (key == "lower")
     joint->lower = std::max(joint->lower, value);
@@ -151,10 +159,14 @@ void tighten(const std::string& what, const std::string& key, double value, Join
   else
     refuse(what);
   // Commands keep a distance from the limits that a joint needs to follow them.
-  if (joint->lower > before_lower)
-    joint->hard_lower = joint->lower, joint->lower += kMinor * (joint->upper - joint->lower);
-  if (joint->upper < before_upper)
-    joint->hard_upper = joint->upper, joint->upper -= kMinor * (joint->upper - joint->lower);
+  if (joint->lower > before_lower) {
+    joint->hard_lower = joint->lower;
+    joint->lower += kMinor * (joint->upper - joint->lower);
+  }
+  if (joint->upper < before_upper) {
+    joint->hard_upper = joint->upper;
+    joint->upper -= kMinor * (joint->upper - joint->lower);
+  }
   // What is stated later, for all joints, widens none of these.
   if (joint->lower > before_lower) joint->widest_lower = joint->lower;
   if (joint->upper < before_upper) joint->widest_upper = joint->upper;

@@ -88,7 +88,9 @@ Curve make_two_speeds(Draw& draw, double seconds) {
     const double length = i % 4 < 2 ? draw.uniform(1.3, 2.0) : draw.uniform(0.35, 0.5),
                  to = side * draw.uniform(0.7, 1.0);
     legs.push_back({t, length, at, to});
-    at = to, side = -side, t += length + draw.uniform(0.1, 0.35);
+    at = to;
+    side = -side;
+    t += length + draw.uniform(0.1, 0.35);
   }
   return follow(legs, true);
 }
@@ -100,7 +102,8 @@ Curve make_targets(Draw& draw, double seconds, double shortest, double longest, 
   while (t < seconds) {
     const double length = draw.uniform(shortest, longest), to = draw.uniform(-1.0, 1.0);
     legs.push_back({t, length, at, to});
-    at = to, t += length + pause * draw.uniform(0.4, 1.0);
+    at = to;
+    t += length + pause * draw.uniform(0.4, 1.0);
   }
   return follow(legs, false);
 }
@@ -211,7 +214,8 @@ Commands make_motion(const MotionPlan& plan, const Limits& limits) {
       for (double& x : q) x = joint.start + (x - joint.start) / excess;
       v = calc_rates(q, plan.period);
     }
-    out.position.push_back(std::move(q)), out.velocity.push_back(std::move(v));
+    out.position.push_back(std::move(q));
+    out.velocity.push_back(std::move(v));
   }
   return out;
 }

@@ -102,7 +102,8 @@ class Finder {
 
   TorqueSide make_side(TorqueModel model, Hypothesis hypothesis) const {
     TorqueSide side{std::move(model), {}, {}, std::move(hypothesis)};
-    side.fit = fit_torque(out_.design, side.model), side.slots = list_slots(out_.design, side.model);
+    side.fit = fit_torque(out_.design, side.model);
+    side.slots = list_slots(out_.design, side.model);
     return side;
   }
 
@@ -185,7 +186,10 @@ class Finder {
     // An effect that the model has already takes over what it can: the rival is the rest.
     TorqueModel model = rest.model;
     Hypothesis hypothesis = rest.hypothesis;
-    if (!has(*found)) insert(*found, &model), hypothesis.push_back(other);
+    if (!has(*found)) {
+      insert(*found, &model);
+      hypothesis.push_back(other);
+    }
     add_question(name, label, truth, make_side(std::move(model), std::move(hypothesis)));
     return true;
   }

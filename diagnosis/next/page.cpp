@@ -26,7 +26,10 @@ const char* get_colour(size_t i) {
 
 struct Range {
   double low = 1e300, high = -1e300;
-  void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+  void add(double v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
   double place(double v) const { return high > low ? (v - low) / (high - low) : 0.5; }
 };
 

@@ -53,7 +53,8 @@ bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan) {
   plan->shares.resize(faulty.size(), 1.0);
   for (size_t j = 0; j < faulty.size(); ++j) {
     if (!faulty[j] || !plan->moves[j] || plan->shares[j] * kMostly < kHalf) continue;
-    plan->shares[j] *= kMostly, any = true;
+    plan->shares[j] *= kMostly;
+    any = true;
   }
   if (!any) plan->size *= kMostly;
   return plan->size >= kMinority;
@@ -67,11 +68,15 @@ std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, co
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
       MotionPlan plan;
-      plan.family = static_cast<Family>(f), plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod,
+      plan.family = static_cast<Family>(f);
+      plan.seed = seed;
+      plan.seconds = seconds;
+      plan.period = kPeriod;
       plan.moves = all;
       plans.push_back(plan);
       if (!apart) continue;
-      plan.moves = concerned, plan.seed += kSeeds;
+      plan.moves = concerned;
+      plan.seed += kSeeds;
       plans.push_back(plan);
     }
   }

@@ -25,10 +25,12 @@ double calc_expected_width(double half_width, const WidthParts& before, const Wi
   double other = half_width * half_width, left = 0.0;
   const auto take = [&](double now, double then, double most) {
     const double part = std::min(other, now * now);
-    other -= part, left += part * (now > 0.0 ? std::min(most, then * then / (now * now)) : 1.0);
+    other -= part;
+    left += part * (now > 0.0 ? std::min(most, then * then / (now * now)) : 1.0);
   };
   take(before.masses, after.masses, 1.0);
-  take(before.noise, after.noise, 1.0), take(before.unseen, after.unseen, 1.0);
+  take(before.noise, after.noise, 1.0);
+  take(before.unseen, after.unseen, 1.0);
   take(before.considered, after.considered, std::numeric_limits<double>::infinity());
   return std::sqrt(other + left);
 }
@@ -44,7 +46,9 @@ double calc_drawback(const MotionPlan& plan, const std::vector<Proposal>& propos
 Proposal begin_proposal(size_t number, const MotionPlan& plan, const Commands& commands, double worth) {
   Proposal p;
   p.file = std::string(is_held_out(number) ? "validate_" : "train_") + std::to_string(number / 2 + 1) + ".csv";
-  p.plan = plan, p.commands = commands, p.worth = worth;
+  p.plan = plan;
+  p.commands = commands;
+  p.worth = worth;
   return p;
 }
 

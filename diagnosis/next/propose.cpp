@@ -227,7 +227,10 @@ class Proposer {
       for (size_t i = 0; i < candidates_.size(); ++i) {
         if (used[i] || !candidates_[i].ok) continue;
         const double worth = calc_worth_of(candidates_[i], gained);
-        if (worth > most) most = worth, best = static_cast<int>(i);
+        if (worth > most) {
+          most = worth;
+          best = static_cast<int>(i);
+        }
       }
       if (best < 0) return;
       used[static_cast<size_t>(best)] = 1;
@@ -278,7 +281,10 @@ class Proposer {
         for (size_t k = first; k < rows; ++k)
           sum += std::pow((other[k * width + s] - readings[0][k * width + s]) * problem_.weights[s], 2);
       }
-      if (sum > most) most = sum, channel = s;
+      if (sum > most) {
+        most = sum;
+        channel = s;
+      }
     }
     overlay.signal =
         e_.signal_name(static_cast<int>(channel / kQuantities), static_cast<Quantity>(channel % kQuantities));

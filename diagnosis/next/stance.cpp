@@ -61,7 +61,10 @@ class StanceProposer {
       return next_;
     }
     for (const std::vector<Family>& families : list_stages()) {
-      if (static_cast<int>(next_.proposals.size()) < options_.count) try_motions(families), choose();
+      if (static_cast<int>(next_.proposals.size()) < options_.count) {
+        try_motions(families);
+        choose();
+      }
     }
     next_.simulated = simulated_;
     if (next_.proposals.empty())
@@ -97,7 +100,8 @@ class StanceProposer {
   void try_motion(MotionPlan plan, StanceCandidate* c) const {
     size_t first = 0;
     for (; plan.size >= kLeastStance; plan.size *= kSmallerStance) {
-      c->plan = plan, c->fault = "a leg does not reach, or a joint would pass its limits";
+      c->plan = plan;
+      c->fault = "a leg does not reach, or a joint would pass its limits";
       c->commands = make_stance_motion(e_, plan, limits_);
       if (c->commands.time.empty()) continue;
       c->fault = play_all(c, &first);
@@ -125,7 +129,9 @@ class StanceProposer {
     const Readings difference = subtract(own, readings_.record(c->runs[0], worlds_.list[0].faults), c->weights);
     Comparison out;
     const long p = static_cast<long>(slopes.size());
-    out.power = dot(difference, difference), out.fisher.resize(p, p), out.along.resize(p);
+    out.power = dot(difference, difference);
+    out.fisher.resize(p, p);
+    out.along.resize(p);
     const auto recorded = std::count_if(c->weights.begin(), c->weights.end(), [](double w) { return w > 0.0; });
     const size_t samples = c->runs[i].readings.size() / readings_.channels();
     out.count = static_cast<double>(samples) * static_cast<double>(recorded);
@@ -142,8 +148,10 @@ class StanceProposer {
   void leave_out_fallen() {
     Commands rest;
     rest.time = {0.0, kPeriod};
-    for (const JointLimits& joint : limits_.joints)
-      rest.position.emplace_back(2, joint.start), rest.velocity.emplace_back(2, 0.0);
+    for (const JointLimits& joint : limits_.joints) {
+      rest.position.emplace_back(2, joint.start);
+      rest.velocity.emplace_back(2, 0.0);
+    }
     const auto falls = [&](const StanceWorld& world) {
       return !run_stance(e_, world.scenario, rest, limits_).fault.empty();
     };
@@ -289,7 +297,10 @@ class StanceProposer {
       double most = -1.0;
       for (StanceCandidate& c : candidates_) {
         const double rank = c.ok ? calc_rank(c, gained_) : -1.0;
-        if (rank > most) most = rank, best = &c;
+        if (rank > most) {
+          most = rank;
+          best = &c;
+        }
       }
       if (!best) return;
       const double worth = calc_worth_of(*best, gained_);
@@ -335,7 +346,8 @@ class StanceProposer {
     }
     const size_t channel = static_cast<size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
     Overlay overlay;
-    overlay.signal = readings_.get_signal(channel), overlay.unit = readings_.get_unit(channel);
+    overlay.signal = readings_.get_signal(channel);
+    overlay.unit = readings_.get_unit(channel);
     overlay.curves.resize(c.runs.size());
     const size_t rows = c.runs[0].readings.size() / readings_.channels();
     for (size_t k = 0; k < rows; ++k) {

@@ -36,7 +36,9 @@ Limits make_body_limits(double size) {
   Limits body;
   for (int i = 0; i < kWays; ++i) {
     JointLimits way;
-    way.lower = -size * kReach[i], way.upper = size * kReach[i], way.speed = kBodySpeed[i / 3];
+    way.lower = -size * kReach[i];
+    way.upper = size * kReach[i];
+    way.speed = kBodySpeed[i / 3];
     body.joints.push_back(way);
   }
   return body;
@@ -59,7 +61,8 @@ Limits make_swing_limits(Limits limits, const std::vector<double>& com_rates, do
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     JointLimits& joint = limits.joints[j];
     const double most = size * std::min(kSwing, kSwungMass / std::max(1e-9, com_rates[j]));
-    joint.lower = std::max(joint.lower, joint.start - most), joint.upper = std::min(joint.upper, joint.start + most);
+    joint.lower = std::max(joint.lower, joint.start - most);
+    joint.upper = std::min(joint.upper, joint.start + most);
   }
   return limits;
 }
@@ -70,7 +73,8 @@ class Legs {
   Legs(const Experiment& e, const Limits& limits) : model_(e.robot.tree, e.scenario.gravity_W), data_(model_) {
     state_ = make_start_state(e.robot, e.scenario);
     for (size_t j = 0; j < limits.joints.size(); ++j) state_.q[static_cast<long>(j)] = limits.joints[j].start;
-    start_ = state_.p_WB, upright_ = state_.R_WB;
+    start_ = state_.p_WB;
+    upright_ = state_.R_WB;
     update_kinematics(model_, state_, &data_);
     for (const std::string& foot : e.scenario.feet) {
       frames_.push_back(e.robot.tree.find_frame(foot));
@@ -84,7 +88,8 @@ class Legs {
     if (targets_.empty() || targets_.size() != frames_.size()) return false;
     const double angle = turned.norm();
     const Vector3d axis = angle > 0.0 ? Vector3d(turned / angle) : Vector3d::UnitZ();
-    state_.p_WB = start_ + moved, state_.R_WB = Eigen::AngleAxisd(angle, axis) * upright_;
+    state_.p_WB = start_ + moved;
+    state_.R_WB = Eigen::AngleAxisd(angle, axis) * upright_;
     for (int i = 0; i < kRounds; ++i) {
       const Eigen::VectorXd error = calc_error();
       if (error.lpNorm<Eigen::Infinity>() < kClose) return true;
@@ -200,7 +205,10 @@ std::vector<MotionPlan> list_stance_plans(const std::vector<Family>& families, s
   for (Family family : families) {
     for (unsigned seed = 1; seed <= (family == Family::kWalk ? kGaits : kSlow); ++seed) {
       MotionPlan plan;
-      plan.family = family, plan.seed = seed, plan.seconds = seconds, plan.period = kPeriod;
+      plan.family = family;
+      plan.seed = seed;
+      plan.seconds = seconds;
+      plan.period = kPeriod;
       plan.moves.assign(joints, 1);
       if (seed == kSlow) plan.quickest = kSlowSines;
       plans.push_back(plan);
@@ -212,7 +220,8 @@ std::vector<MotionPlan> list_stance_plans(const std::vector<Family>& families, s
 Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan, const Limits& limits) {
   MotionPlan body = plan;
   body.family = plan.seed % 2 == 1 ? Family::kMultisine : Family::kPostures;
-  body.moves = find_ways(plan.family), body.size = 1.0;
+  body.moves = find_ways(plan.family);
+  body.size = 1.0;
   const Commands ways = make_motion(body, make_body_limits(plan.size));
   Legs legs(experiment, limits);
   MotionPlan limbs = body;

@@ -34,8 +34,10 @@ Readings StanceReadings::make_weights(const StanceRun& run) const {
   Readings weights(channels(), 0.0);
   for (size_t c = 0; c < weights.size(); ++c) {
     double low = 1e300, high = -1e300;
-    for (size_t k = c; k < run.readings.size(); k += weights.size())
-      low = std::min(low, run.readings[k]), high = std::max(high, run.readings[k]);
+    for (size_t k = c; k < run.readings.size(); k += weights.size()) {
+      low = std::min(low, run.readings[k]);
+      high = std::max(high, run.readings[k]);
+    }
     if (noise_[c] > 0.0 && high > low) weights[c] = 1.0 / std::hypot(noise_[c], kKnown * (high - low));
   }
   return weights;

@@ -31,7 +31,8 @@ class StanceController : public Controller {
 
   JointCommand control(const SensorData& sensors, const Robot& robot) override {
     JointCommand command;
-    command.q = robot.initial_q, command.qd = Eigen::VectorXd::Zero(command.q.size());
+    command.q = robot.initial_q;
+    command.qd = Eigen::VectorXd::Zero(command.q.size());
     const double period = commands_.time[1] - commands_.time[0];
     const double at =
         std::clamp((sensors.time + robot.period - kRest) / period, 0.0, static_cast<double>(commands_.time.size() - 1));
@@ -118,7 +119,9 @@ class Watch {
       look_at_balance(state, trial.time() < kRest, run);
       if (run->fault.empty()) look_at_contacts(trial, run);
     }
-    forces_.clear(), loads_.clear(), steps_ = 0;
+    forces_.clear();
+    loads_.clear();
+    steps_ = 0;
   }
 
   void look_at_joints(const Trial& trial, StanceRun* run) const {
@@ -140,7 +143,10 @@ class Watch {
   void read(const Trial& trial, StanceRun* run) {
     const SensorSample& sample = trial.engine().sensors();
     std::vector<double> now;
-    for (int j : joints_) now.push_back(sample.q[j]), now.push_back(sample.effort[j]);
+    for (int j : joints_) {
+      now.push_back(sample.q[j]);
+      now.push_back(sample.effort[j]);
+    }
     for (const WrenchSample& wrench : sample.wrenches) {
       now.insert(now.end(), wrench.force.data(), wrench.force.data() + 3);
       now.insert(now.end(), wrench.torque.data(), wrench.torque.data() + 3);
@@ -149,7 +155,8 @@ class Watch {
     for (size_t c = 0; c < now.size(); ++c) sums_[c] += now[c];
     if (++summed_ < stretch_) return;
     for (double& sum : sums_) run->readings.push_back(sum / stretch_);
-    sums_.clear(), summed_ = 0;
+    sums_.clear();
+    summed_ = 0;
   }
 
  private:

@@ -179,7 +179,8 @@ class Maker {
     const double least = widths.size() > kMostValues ? widths[kMostValues - 1] : 0.0;
     for (size_t i = 0; i < values.size() && out_.values.size() < kMostValues; ++i) {
       if (values[i].first < least) continue;
-      out_.values.push_back(values[i].second), out_.list[0].moves.push_back(moves[i]);
+      out_.values.push_back(values[i].second);
+      out_.list[0].moves.push_back(moves[i]);
     }
   }
 
@@ -219,8 +220,10 @@ class Maker {
         const auto end = make_world(move(model, i, name, by));
         if (end && alone)
           out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
-        else if (end)
-          together[side] = move(together[side], i, name, by), more = true;
+        else if (end) {
+          together[side] = move(together[side], i, name, by);
+          more = true;
+        }
       }
     });
     for (int side : {0, 1}) {

@@ -52,7 +52,10 @@ class TorqueProposer {
   }
 
   Next run() {
-    if (!terms_.any()) return next_.nothing = "No joint's torque could be judged along the recordings.", next_;
+    if (!terms_.any()) {
+      next_.nothing = "No joint's torque could be judged along the recordings.";
+      return next_;
+    }
     rows_ = std::make_unique<TorqueRows>(terms_);
     describe();
     intervals_ = std::make_unique<ExpectedIntervals>(e_, terms_, *rows_, limits_);
@@ -117,7 +120,9 @@ class TorqueProposer {
     for (size_t k = 0; k < r.size(); ++k) {
       for (size_t j = 0; j < n; ++j) {
         double* x = &(*readings)[(k * n + j) * kQuantities];
-        x[0] = r.joints[j].command[k], x[1] = r.joints[j].command_rate[k], x[2] = efforts[j][k];
+        x[0] = r.joints[j].command[k];
+        x[1] = r.joints[j].command_rate[k];
+        x[2] = efforts[j][k];
       }
     }
     return true;
@@ -168,7 +173,8 @@ class TorqueProposer {
 
   // The largest sizes, from the plan's own, that are safe under the report's model.
   void try_motion(const MotionPlan& plan, Safety* safety, TorqueCandidate* c) const {
-    c->plan = plan, c->ok = false;
+    c->plan = plan;
+    c->ok = false;
     MotionPlan& p = c->plan;
     for (std::vector<char> faulty; faulty.empty() || make_smaller(faulty, &p);) {
       faulty.assign(limits_.joints.size(), 0);
@@ -184,9 +190,10 @@ class TorqueProposer {
       c->comparisons.clear();
       for (const OpenQuestion& q : terms_.questions)
         c->comparisons.push_back(rows_->compare(played.rows, q.truth, q.rival));
-      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher,
+      c->fisher = rows_->compare(played.rows, terms_.best, terms_.best).fisher;
       c->considered = intervals_->sum_along(played.rows);
-      c->ok = true, c->fault.clear();
+      c->ok = true;
+      c->fault.clear();
       return;
     }
   }
@@ -227,8 +234,10 @@ class TorqueProposer {
   Gained add(Gained gained, const TorqueCandidate& c) const {
     if (is_held_out(next_.proposals.size())) return gained;
     gained.fisher += c.fisher;
-    for (size_t i = 0; i < c.considered.size(); ++i)
-      gained.considered[i].xx += c.considered[i].xx, gained.considered[i].moved += c.considered[i].moved;
+    for (size_t i = 0; i < c.considered.size(); ++i) {
+      gained.considered[i].xx += c.considered[i].xx;
+      gained.considered[i].moved += c.considered[i].moved;
+    }
     for (size_t j = 0; j < c.commands.position.size(); ++j) widen(c.commands.position[j], &gained.ranges[j]);
     return gained;
   }
@@ -262,7 +271,8 @@ class TorqueProposer {
       faults[w] = find_fault(played, worlds[w], safety_[static_cast<size_t>(worker)].get(), &leaves[w], &marks[w]);
       if (!faults[w].empty()) faults[w] += worlds[w].label;
     });
-    leave->assign(limits_.joints.size(), 0.0), faulty->assign(limits_.joints.size(), 0);
+    leave->assign(limits_.joints.size(), 0.0);
+    faulty->assign(limits_.joints.size(), 0);
     for (const auto& one : marks) {
       for (size_t j = 0; j < one.size(); ++j) (*faulty)[j] |= one[j];
     }
@@ -292,7 +302,10 @@ class TorqueProposer {
     for (TorqueCandidate& c : candidates_) {
       if (!c.ok || (wants_rich && any_rich && !is_rich(c))) continue;
       const double worth = calc_worth_of(c, gained);
-      if (worth > most) most = worth, best = &c;
+      if (worth > most) {
+        most = worth;
+        best = &c;
+      }
     }
     return best;
   }
@@ -309,7 +322,8 @@ class TorqueProposer {
       play(best->plan, best->commands, &played);
       const std::string fault = find_any_fault(*best, played, &leave, &faulty);
       if (fault.empty()) {
-        best->ok = false, best->fault.clear();
+        best->ok = false;
+        best->fault.clear();
         const Gained before = gained;
         gained = add(gained, *best);
         add_proposal(*best, played, before, gained, leave);
@@ -352,12 +366,16 @@ class TorqueProposer {
     for (size_t i = 0; i < terms_.design.joints.size(); ++i) {
       for (size_t q : largest) {
         const double differs = calc_difference(rows, q, i) * terms_.design.joints[i].weigh_squares();
-        if (differs > most) most = differs, joint = i;
+        if (differs > most) {
+          most = differs;
+          joint = i;
+        }
       }
     }
     Overlay overlay;
     const int j = terms_.design.joints[joint].joint;
-    overlay.signal = e_.signal_name(j, Quantity::kEffort), overlay.unit = get_unit_of(j);
+    overlay.signal = e_.signal_name(j, Quantity::kEffort);
+    overlay.unit = get_unit_of(j);
     std::vector<Eigen::VectorXd> curves{rows_->predict(rows, terms_.best, joint)};
     overlay.labels.push_back(next_.explanations[0]);
     for (size_t q : largest) {

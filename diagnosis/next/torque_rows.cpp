@@ -30,7 +30,10 @@ TorqueRows::TorqueRows(const OpenTerms& terms) : terms_(terms) {
   std::vector<std::set<size_t>> own(design.joints.size());
   std::set<size_t> whole;
   collect(terms.best, &own, &whole);
-  for (const OpenQuestion& q : terms.questions) collect(q.truth, &own, &whole), collect(q.rival, &own, &whole);
+  for (const OpenQuestion& q : terms.questions) {
+    collect(q.truth, &own, &whole);
+    collect(q.rival, &own, &whole);
+  }
   whole_.assign(whole.begin(), whole.end());
   for (size_t i = 0; i < own.size(); ++i) {
     const JointDesign& joint = design.joints[i];
@@ -63,7 +66,8 @@ bool TorqueRows::measure(const Experiment& motion, MotionRows* rows) const {
     long at = 0;
     for (size_t t : own_[i]) {
       const Term& term = joint.terms[t];
-      x.middleCols(at, term.columns()) = calc_joint_columns(data, r, term), at += term.columns();
+      x.middleCols(at, term.columns()) = calc_joint_columns(data, r, term);
+      at += term.columns();
     }
     if (at < x.cols()) x.rightCols(x.cols() - at) = common[static_cast<size_t>(joint.joint)];
     Eigen::VectorXd nominal(r.kept());
@@ -71,7 +75,8 @@ bool TorqueRows::measure(const Experiment& motion, MotionRows* rows) const {
     for (long k = 0; k < r.kept(); ++k) {
       if (!r.use(k, joint.joint)) x.row(k).setZero();
     }
-    rows->x.push_back(std::move(x)), rows->nominal.push_back(std::move(nominal));
+    rows->x.push_back(std::move(x));
+    rows->nominal.push_back(std::move(nominal));
   }
   return true;
 }
@@ -116,7 +121,7 @@ Eigen::VectorXd TorqueRows::calc_range(const MotionRows& rows, const TorqueSide&
 
 Comparison TorqueRows::compare(const MotionRows& rows, const TorqueSide& truth, const TorqueSide& rival) const {
   Comparison out;
-  out.along = Eigen::VectorXd::Zero(rival.slots.size),
+  out.along = Eigen::VectorXd::Zero(rival.slots.size);
   out.fisher = Eigen::MatrixXd::Zero(rival.slots.size, rival.slots.size);
   for (size_t i = 0; i < columns_.size(); ++i) {
     const std::vector<long> slots = list_slots_of(rival, i);

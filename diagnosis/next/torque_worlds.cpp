@@ -32,7 +32,8 @@ Hypothesis move_to_ends(const OpenTerms& terms, double side) {
 
 std::vector<TorqueWorld> list_torque_worlds(const OpenTerms& terms, const std::vector<size_t>& questions) {
   TorqueSide nothing = terms.best;
-  nothing.hypothesis.clear(), nothing.fit.theta.setZero();
+  nothing.hypothesis.clear();
+  nothing.fit.theta.setZero();
   std::vector<TorqueWorld> worlds{{" under the nominal model", nothing, 0.0},
                                   {" under the report's model", terms.best, 0.0}};
   for (const double end : {-1.0, 1.0}) {

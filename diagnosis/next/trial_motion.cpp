@@ -10,11 +10,13 @@ constexpr double kStep = 0.001;  // [s] integration step; its error is far below
 
 Recording make_recording(const Recording& like, const Commands& commands, const std::vector<LoadSpec>& loads) {
   Recording r;
-  r.spec.name = "next", r.spec.loads = loads;
+  r.spec.name = "next";
+  r.spec.loads = loads;
   r.time = commands.time;
   r.joints.resize(like.joints.size());
   for (size_t j = 0; j < r.joints.size(); ++j) {
-    r.joints[j].command = commands.position[j], r.joints[j].command_rate = commands.velocity[j];
+    r.joints[j].command = commands.position[j];
+    r.joints[j].command_rate = commands.velocity[j];
     r.joints[j].signal[0] = commands.position[j];
   }
   return r;
@@ -63,7 +65,8 @@ std::unique_ptr<TrialMotion> make_followed_motion(const Experiment& bare, const 
   motion->experiment.recordings = {make_recording(like, commands, loads)};
   std::vector<JointColumns>& joints = motion->experiment.recordings[0].joints;
   for (size_t j = 0; j < joints.size(); ++j) {
-    joints[j].signal[1] = commands.velocity[j], joints[j].signal[2] = efforts[j];
+    joints[j].signal[1] = commands.velocity[j];
+    joints[j].signal[2] = efforts[j];
   }
   motion->problem = make_problem(motion->experiment, 1);
   return motion;

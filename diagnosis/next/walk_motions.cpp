@@ -32,12 +32,15 @@ constexpr int kMostPairs = 4;          // of steps forward
 WalkSpec make_spec(const Experiment& e, const MotionPlan& plan, double width, bool first_is_left) {
   const Gait& gait = kGaits[1 - plan.seed % 2];
   WalkSpec spec;
-  spec.left_foot = e.scenario.feet[first_is_left ? 0 : 1], spec.right_foot = e.scenario.feet[first_is_left ? 1 : 0];
-  spec.single_support = gait.single_support, spec.double_support = gait.double_support,
+  spec.left_foot = e.scenario.feet[first_is_left ? 0 : 1];
+  spec.right_foot = e.scenario.feet[first_is_left ? 1 : 0];
+  spec.single_support = gait.single_support;
+  spec.double_support = gait.double_support;
   spec.swing_height = kSwingHeight;
   spec.length = plan.size * gait.length;
   spec.zmp_y = kInward;
-  spec.min_width = 0.5 * width, spec.max_width = 1.5 * width;
+  spec.min_width = 0.5 * width;
+  spec.max_width = 1.5 * width;
   return spec;
 }
 
@@ -47,7 +50,8 @@ void list_steps(int pairs, double width, WalkSpec* spec) {
   for (int n = 0; n <= 2 * pairs; ++n) {
     FootstepSpec step;
     step.side = n % 2 == 0 ? "right" : "left";
-    step.x = n < pairs ? spec->length : n < 2 * pairs ? -spec->length : 0.0, step.y = n % 2 == 0 ? -width : width;
+    step.x = n < pairs ? spec->length : n < 2 * pairs ? -spec->length : 0.0;
+    step.y = n % 2 == 0 ? -width : width;
     spec->footsteps.push_back(step);
   }
 }
@@ -76,7 +80,9 @@ class Sag {
   // [rad] by joint, to be added to the commands for these positions.
   Eigen::VectorXd calc(const walking::PatternSample& now, const walking::WholeBody& body, const int links[2],
                        const Eigen::VectorXd& q) {
-    state_.q = q, state_.R_WB = Eigen::Quaterniond(now.R_WB), state_.p_WB = now.com - now.R_WB * body.get_com();
+    state_.q = q;
+    state_.R_WB = Eigen::Quaterniond(now.R_WB);
+    state_.p_WB = now.com - now.R_WB * body.get_com();
     update_kinematics(model_, state_, &data_);
     const bool left = now.support != walking::Support::kRight, right = now.support != walking::Support::kLeft;
     const double weight = body.mass() * model_.gravity_W().norm();

@@ -105,7 +105,10 @@ std::string make_dots(const json& item) {
     const double value = get_number(r, "value");
     for (double v : {value, ci.size() == 2 ? std::clamp(ci[0], value - 3.0 * std::abs(value), value) : value,
                      ci.size() == 2 ? std::clamp(ci[1], value, value + 3.0 * std::abs(value)) : value}) {
-      if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+      if (std::isfinite(v)) {
+        low = std::min(low, v);
+        high = std::max(high, v);
+      }
     }
   }
   if (!(high > low)) return "";

@@ -59,7 +59,9 @@ std::map<std::string, Squares> sum_squares(const json& report, const json& signa
     const double before = get_number(fit, "rms_before"), after = get_number(fit, "rms_after");
     if (!std::isfinite(before + after) || !ends_with(name, suffix) || left_out.count(name) > 0) continue;
     Squares& s = by_unit[is_untold(report, name) ? "(unit of the log)" : get_text(fit, "unit")];
-    s.before += before * before, s.after += after * after, s.n += 1.0;
+    s.before += before * before;
+    s.after += after * after;
+    s.n += 1.0;
   }
   return by_unit;
 }

@@ -91,7 +91,10 @@ std::string describe_values(const std::vector<const json*>& findings) {
     const double value = get_value(*f);
     if (!std::isfinite(value)) continue;
     low = std::min(low, value);
-    if (value > high) high = value, highest = f;
+    if (value > high) {
+      high = value;
+      highest = f;
+    }
   }
   if (!highest) return "";
   const auto [name, parameter] = list_parameters(*highest)[0];
@@ -155,9 +158,10 @@ void add_groups(const json& report, std::vector<std::string>* out) {
   std::string smaller;
   size_t told = 0;
   for (const Group& g : groups) {
-    if (told < kFew || (told < kMostGroups && g.weight >= kDetail * all))
-      out->push_back(make_group_sentence(g)), ++told;
-    else
+    if (told < kFew || (told < kMostGroups && g.weight >= kDetail * all)) {
+      out->push_back(make_group_sentence(g));
+      ++told;
+    } else
       smaller +=
           (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
   }

@@ -46,12 +46,16 @@ struct Frame {
 struct Range {
   double low = std::numeric_limits<double>::infinity(), high = -std::numeric_limits<double>::infinity();
   void add(double v) {
-    if (std::isfinite(v)) low = std::min(low, v), high = std::max(high, v);
+    if (std::isfinite(v)) {
+      low = std::min(low, v);
+      high = std::max(high, v);
+    }
   }
   bool empty() const { return !(low <= high); }
   void pad() {
     const double gap = high > low ? 0.06 * (high - low) : std::max(1e-9, std::abs(high) * 0.1);
-    low -= gap, high += gap;
+    low -= gap;
+    high += gap;
   }
 };
 
@@ -180,7 +184,8 @@ std::string make_map_svg(const json& recording, const json& signals, const char*
     body += make_cells(row, f, y, pitch - 1.5, step);
     y += pitch;
   }
-  f.top = first, f.height = y - first;
+  f.top = first;
+  f.height = y - first;
   for (double t : make_ticks(f.x0, f.x1, 10)) {
     body += make_line(f.x(t), first, f.x(t), y, "grid") +
             make_text(f.x(t), y + 14, format_number(t), "text-anchor='middle'");
@@ -246,12 +251,15 @@ std::string make_cloud_svg(const json& cloud) {
   Range x, y;
   for (const char* key : {"before", "after", "curve"}) {
     for (const json& p : get_list(cloud, key)) {
-      if (p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number())
-        x.add(p[0].get<double>()), y.add(p[1].get<double>());
+      if (p.is_array() && p.size() == 2 && p[0].is_number() && p[1].is_number()) {
+        x.add(p[0].get<double>());
+        y.add(p[1].get<double>());
+      }
     }
   }
   if (x.empty()) return "";
-  x.pad(), y.pad();
+  x.pad();
+  y.pad();
   const Frame f{64, 24, 400, 190, x.low, x.high, y.low, y.high};
   std::string out =
       open_svg(480, 252, get_text(cloud, "title")) + make_axes(f, get_text(cloud, "x"), get_text(cloud, "y"));
@@ -260,9 +268,10 @@ std::string make_cloud_svg(const json& cloud) {
     for (const json& p : get_list(cloud, key)) {
       if (!p.is_array() || p.size() != 2 || !p[0].is_number() || !p[1].is_number()) continue;
       const double px = p[0].get<double>(), py = p[1].get<double>();
-      if (key[0] == 'c')
-        cx.push_back(px), cy.push_back(py);
-      else
+      if (key[0] == 'c') {
+        cx.push_back(px);
+        cy.push_back(py);
+      } else
         out +=
             "<circle class='dot " + std::string(key) + "' cx='" + at(f.x(px)) + "' cy='" + at(f.y(py)) + "' r='1.6'/>";
     }

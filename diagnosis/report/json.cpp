@@ -24,7 +24,8 @@ std::vector<Estimate> list_estimates(const Experiment& e, const Effect& effect, 
     }
     if (vectors.empty() || vectors.back().name != infos[i].name)
       vectors.push_back({infos[i].name, infos[i].unit, {}, {}, true});
-    vectors.back().value.push_back(effect.p[i]), vectors.back().std.push_back(deviation);
+    vectors.back().value.push_back(effect.p[i]);
+    vectors.back().std.push_back(deviation);
   }
   list.insert(list.end(), vectors.begin(), vectors.end());
   return list;

@@ -57,13 +57,18 @@ std::string find_regime(const Problem& problem, int r, size_t c, const std::vect
     const double v = std::abs(joint.qd[k]) / fastest, load = u.empty() ? 0.0 : std::abs(u[k]) / hardest;
     const int regime = v < 0.06 ? 1 : load > 0.75 ? 2 : v > 0.75 ? 3 : 0;
     const double x = residuals[k * width + c];
-    sum[regime] += x * x, count[regime] += 1.0;
+    sum[regime] += x * x;
+    count[regime] += 1.0;
   }
   int best = 0;
   double highest = 0.0, all = 0.0, n = 0.0;
   for (int i = 0; i < 4; ++i) {
-    all += sum[i], n += count[i];
-    if (count[i] >= 20.0 && sum[i] / count[i] > highest) highest = sum[i] / count[i], best = i;
+    all += sum[i];
+    n += count[i];
+    if (count[i] >= 20.0 && sum[i] / count[i] > highest) {
+      highest = sum[i] / count[i];
+      best = i;
+    }
   }
   return best != 0 && highest < 1.5 * all / std::max(1.0, n) ? "motion" : names[best];
 }
@@ -196,9 +201,11 @@ std::vector<Finding> list_findings(const Problem& problem, const Outcome& outcom
     f.share = f.weight = std::clamp(shares[i], 0.0, 1.0);
     f.probability = std::min(kSurest, outcome.chosen.probability * (outcome.explained ? 1.0 : 0.8));
     f.statement = make_statement(problem, outcome, effect, std);
-    f.alternatives = list_alternatives(problem, outcome, effect), f.also_fitted = list_also_fitted(effect);
+    f.alternatives = list_alternatives(problem, outcome, effect);
+    f.also_fitted = list_also_fitted(effect);
     if (!outcome.as_set) continue;
-    f.grade = Grade::kAmbiguous, f.statement += " What is left has another cause, so it is not supported.";
+    f.grade = Grade::kAmbiguous;
+    f.statement += " What is left has another cause, so it is not supported.";
   }
   return list;
 }
@@ -325,7 +332,8 @@ Reports make_reports(const Problem& problem, const Outcome& outcome) {
 Reports make_empty_reports(const Problem& problem, const std::string& reason) {
   const Experiment& e = *problem.experiment;
   Evidence evidence;
-  evidence.summary = "The recordings could not be judged: " + reason + ".", evidence.method = "none",
+  evidence.summary = "The recordings could not be judged: " + reason + ".";
+  evidence.method = "none";
   evidence.warnings = e.warnings;
   Reports reports;
   reports.report = make_report(evidence);

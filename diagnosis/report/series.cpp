@@ -20,8 +20,9 @@ Json make_map(const Problem& problem, int r, const std::vector<double>& before, 
     std::vector<double> a(bins, 0.0), b(bins, 0.0), n(bins, 0.0);
     for (size_t k = 0; k < recording.size(); ++k) {
       const size_t bin = std::min(bins - 1, static_cast<size_t>((recording.time[k] - recording.time[0]) / step));
-      a[bin] += before[k * width + c] * before[k * width + c], b[bin] += after[k * width + c] * after[k * width + c],
-          n[bin] += 1.0;
+      a[bin] += before[k * width + c] * before[k * width + c];
+      b[bin] += after[k * width + c] * after[k * width + c];
+      n[bin] += 1.0;
     }
     Json ja = Json::array(), jb = Json::array();
     for (size_t i = 0; i < bins; ++i) {
@@ -50,7 +51,8 @@ Json make_traces(const Problem& problem, int r, const Outcome& outcome, const st
     for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; k < recording.size(); k += skip) {
       if (!std::isfinite(column[k])) continue;
       const double weight = get_weight(problem, static_cast<size_t>(r), k, c);
-      time.push_back(round_to(recording.time[k], 6)), recorded.push_back(round_to(column[k], 6));
+      time.push_back(round_to(recording.time[k], 6));
+      recorded.push_back(round_to(column[k], 6));
       jb.push_back(round_to(column[k] - before[k * width + c] / weight, 6));
       ja.push_back(round_to(column[k] - after[k * width + c] / weight, 6));
     }
@@ -114,7 +116,8 @@ Json make_series(const Problem& problem, const Outcome& outcome, const Trial& af
     }
     recordings.push_back(entry);
   }
-  series["signals"] = signals, series["recordings"] = recordings;
+  series["signals"] = signals;
+  series["recordings"] = recordings;
   series["rivals"] = make_rivals(problem, outcome);
   series["notes"] = e.warnings;
   return series;

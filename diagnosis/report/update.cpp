@@ -188,7 +188,8 @@ std::string make_servos(const nlohmann::json& findings) {
   for (const nlohmann::json& f : findings) {
     if (f.at("effect") != "joint_servo") continue;
     const nlohmann::json& p = f.at("parameters");
-    kp.push_back(p.at("kp").at("value").get<double>()), kd.push_back(p.at("kd").at("value").get<double>());
+    kp.push_back(p.at("kp").at("value").get<double>());
+    kd.push_back(p.at("kd").at("value").get<double>());
     joints += "    " + f.at("where").at("joint").get<std::string>() + ": {kp: " + number(kp.back(), 6) +
               ", kd: " + number(kd.back(), 6) + "}\n";
   }

@@ -44,14 +44,18 @@ std::vector<Activity> measure_activity(const Problem& problem) {
       for (long j = 0; j < n; ++j) {
         const SmoothJoint& joint = joints[static_cast<size_t>(j)];
         const size_t at = static_cast<size_t>(k) * kThin;
-        q(k, j) = joint.q[at], qd(k, j) = joint.qd[at], qdd(k, j) = joint.qdd[at];
+        q(k, j) = joint.q[at];
+        qd(k, j) = joint.qd[at];
+        qdd(k, j) = joint.qdd[at];
       }
     }
     const Eigen::MatrixXd effort = calc_efforts(plant, q, qd, qdd);
     for (long j = 0; j < n; ++j) {
       Activity& a = list[static_cast<size_t>(j)];
-      a.effort += effort.col(j).squaredNorm(), a.position += q.col(j).squaredNorm();
-      a.rate += qd.col(j).squaredNorm(), a.acceleration += qdd.col(j).squaredNorm();
+      a.effort += effort.col(j).squaredNorm();
+      a.position += q.col(j).squaredNorm();
+      a.rate += qd.col(j).squaredNorm();
+      a.acceleration += qdd.col(j).squaredNorm();
     }
     count += static_cast<double>(rows);
   }

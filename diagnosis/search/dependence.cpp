@@ -44,7 +44,8 @@ std::vector<Regressor> list_quantities(const Experiment& e, int j) {
 
 Observed observe(const MissingEffort& m, int j) {
   Observed o;
-  o.time = m.time, o.y = average(m, j);
+  o.time = m.time;
+  o.y = average(m, j);
   o.x.resize(6);
   double swing = 0.0;
   for (long k = 0; k < m.q.rows(); ++k) {

@@ -123,7 +123,10 @@ Explorer::Local Explorer::fit_local(Problem& p, const Lead& parent, const Effect
     all.back() = option;
     const FitResult one = fit(p, all, p.train, options);
     const double left = !one.ok ? 1e300 : moves_link(start) ? calc_left(p, one) : one.train.chi2;
-    if (left < least) least = left, result = one;
+    if (left < least) {
+      least = left;
+      result = one;
+    }
   }
   if (result.ok) {
     Hypothesis again = result.hypothesis;

@@ -152,7 +152,8 @@ class Fitter {
     if (!total.ok) return total;
     for (size_t r = 0; r < n; ++r) {
       const Normal one = make_normal(residuals_[r], moved[r], deltas, blocks);
-      total.A += one.A, total.b += one.b;
+      total.A += one.A;
+      total.b += one.b;
       total.blocks.insert(total.blocks.end(), one.blocks.begin(), one.blocks.end());
     }
     return total;
@@ -215,8 +216,10 @@ class Fitter {
     Eigen::VectorXd pull = -A * w;
     for (long i = 0; i < p; ++i) {
       if (parameters_[static_cast<size_t>(i)].effect != effect) continue;
-      others.row(i).setZero(), others.col(i).setZero();
-      others(i, i) = 1.0, pull[i] = 0.0;
+      others.row(i).setZero();
+      others.col(i).setZero();
+      others(i, i) = 1.0;
+      pull[i] = 0.0;
     }
     w += others.ldlt().solve(pull);
     const double information = w.dot(A * w), variance = std::max(inflate * information, w.dot(B * w));
@@ -272,7 +275,10 @@ Score calc_score(const CalcResiduals& calc, int jobs, const Hypothesis& hypothes
   Score score;
   score.ok = std::all_of(ok.begin(), ok.end(), [](char c) { return c != 0; });
   for (const Residuals& one : residuals) {
-    for (double r : one) score.chi2 += r * r, score.count += r != 0.0 ? 1.0 : 0.0;
+    for (double r : one) {
+      score.chi2 += r * r;
+      score.count += r != 0.0 ? 1.0 : 0.0;
+    }
   }
   return score;
 }

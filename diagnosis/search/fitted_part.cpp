@@ -18,7 +18,8 @@ FittedPart::FittedPart(const Problem& problem, const Problem& whole) : given_(pr
   recordings.insert(recordings.end(), problem.validate.begin(), problem.validate.end());
   experiment_ = make_screened(*problem.experiment, kFitted, recordings);
   part_ = make_problem(*experiment_, problem.jobs);
-  part_.options = problem.options, part_.most_work = problem.most_work;
+  part_.options = problem.options;
+  part_.most_work = problem.most_work;
   whole_part_ = part_;
   split_subtrees(&whole_part_);
 }

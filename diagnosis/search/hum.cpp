@@ -29,7 +29,10 @@ Readings read_joint(const Recording& recording, const JointColumns& joint, doubl
   for (size_t k = 0; k < recording.size(); ++k) {
     const double v = joint.signal[1][k], u = joint.signal[2][k];
     if (!std::isfinite(v) || !std::isfinite(u)) continue;
-    n += 1.0, sum += v, squares += v * v, limited += std::abs(u) > (1.0 - kKnown) * limit ? 1.0 : 0.0;
+    n += 1.0;
+    sum += v;
+    squares += v * v;
+    limited += std::abs(u) > (1.0 - kKnown) * limit ? 1.0 : 0.0;
   }
   if (n == 0.0) return {};
   const double mean = sum / n, spread = std::sqrt(std::max(1e-300, squares / n - mean * mean));
@@ -40,7 +43,10 @@ Readings read_joint(const Recording& recording, const JointColumns& joint, doubl
 double calc_mean(const std::vector<double>& series) {
   double n = 0.0, sum = 0.0;
   for (double x : series) {
-    if (std::isfinite(x)) n += 1.0, sum += x;
+    if (std::isfinite(x)) {
+      n += 1.0;
+      sum += x;
+    }
   }
   return sum / n;
 }

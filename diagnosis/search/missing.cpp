@@ -51,7 +51,9 @@ class Builder {
       const long row = static_cast<long>(i);
       for (int j = 0; j < n_; ++j) {
         const JointPath& p = path[static_cast<size_t>(j)];
-        g->q(row, j) = p.q[k], g->qd(row, j) = p.qd[k], g->qdd(row, j) = p.qdd[k];
+        g->q(row, j) = p.q[k];
+        g->qd(row, j) = p.qd[k];
+        g->qdd(row, j) = p.qdd[k];
       }
     }
   }
@@ -70,14 +72,25 @@ class Builder {
       smooth_series(recording.time, columns.command, std::max(2, joint.half_window / 2), nullptr, &c, &cd);
     }
     out_.has_effort.resize(static_cast<size_t>(n_), 1);
-    if (effort.empty()) effort = servo, out_.has_effort[static_cast<size_t>(j)] = 0;
+    if (effort.empty()) {
+      effort = servo;
+      out_.has_effort[static_cast<size_t>(j)] = 0;
+    }
     smooth_series(recording.time, effort, std::max(4, joint.half_window), nullptr, &u1, &u2);
     for (size_t i = 0; i < g->samples.size(); ++i) {
       const size_t k = g->samples[i];
       const long row = static_cast<long>(i);
-      g->q(row, j) = joint.q[k], g->qd(row, j) = joint.qd[k], g->qdd(row, j) = joint.qdd[k];
-      g->u(row, j) = effort[k], g->u1(row, j) = u1[k], g->u2(row, j) = u2[k], g->servo(row, j) = servo[k];
-      if (!c.empty()) g->c(row, j) = c[k], g->cd(row, j) = cd[k];
+      g->q(row, j) = joint.q[k];
+      g->qd(row, j) = joint.qd[k];
+      g->qdd(row, j) = joint.qdd[k];
+      g->u(row, j) = effort[k];
+      g->u1(row, j) = u1[k];
+      g->u2(row, j) = u2[k];
+      g->servo(row, j) = servo[k];
+      if (!c.empty()) {
+        g->c(row, j) = c[k];
+        g->cd(row, j) = cd[k];
+      }
     }
   }
 
@@ -104,7 +117,8 @@ class Builder {
       for (long k = 0; k < g.q.rows(); k += 20) {
         state.q = g.q.row(k);
         update_kinematics(*plant_.model, state, &data);
-        M2 += update_mass_matrix(*plant_.model, &data).cwiseAbs2(), n += 1.0;
+        M2 += update_mass_matrix(*plant_.model, &data).cwiseAbs2();
+        n += 1.0;
       }
     }
     M2 /= std::max(1.0, n);
@@ -165,7 +179,9 @@ MissingEffort calc_missing_effort(const Problem& problem, const Hypothesis& base
   const Grid& g = rows.grids[0];
   MissingEffort m;
   for (size_t k : g.samples) m.time.push_back(e.recordings[static_cast<size_t>(recording)].time[k]);
-  m.q = g.q, m.qd = g.qd, m.u = g.u;
+  m.q = g.q;
+  m.qd = g.qd;
+  m.u = g.u;
   for (int j = 0; j < e.num_joints(); ++j) {
     if (!e.robot.tree.joint(j).actuated) m.u.col(j).setZero();
   }

@@ -14,7 +14,8 @@ void walk(const Problem& problem, size_t effect, size_t index, double factor, Hy
     if (value < info.low || value > info.high) return;
     const Score score = calc_score(problem, trial, problem.train);
     if (!score.ok || score.chi2 >= *lowest) return;
-    *lowest = score.chi2, *best = trial;
+    *lowest = score.chi2;
+    *best = trial;
   }
 }
 

@@ -30,10 +30,12 @@ void widen(size_t recordings, Trial* trial) {
 // Takes the next best explanation if the chosen one is not significant.
 void take_next(Trials* trials, Outcome* outcome) {
   const EffectSet worthless = make_set(outcome->chosen.hypothesis);
-  outcome->chosen = trials->nominal(), outcome->explained = false;
+  outcome->chosen = trials->nominal();
+  outcome->explained = false;
   for (const Trial* t : trials->sort()) {
     if (t->hypothesis.empty() || make_set(t->hypothesis) == worthless || !is_explained(*t, trials->nominal())) continue;
-    outcome->chosen = *t, outcome->explained = true;
+    outcome->chosen = *t;
+    outcome->explained = true;
     outcome->chosen.probability = 0.5;  // it fits worse than the removed one
     trials->finish(&outcome->chosen);
     return;

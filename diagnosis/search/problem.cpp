@@ -23,10 +23,15 @@ double Score::worst() const {
 }
 
 void Score::add(const Score& other) {
-  chi2 += other.chi2, count += other.count;
-  if (signal_chi2.empty()) signal_chi2.assign(other.signal_chi2.size(), 0.0), signal_count = signal_chi2;
+  chi2 += other.chi2;
+  count += other.count;
+  if (signal_chi2.empty()) {
+    signal_chi2.assign(other.signal_chi2.size(), 0.0);
+    signal_count = signal_chi2;
+  }
   for (size_t i = 0; i < other.signal_chi2.size(); ++i) {
-    signal_chi2[i] += other.signal_chi2[i], signal_count[i] += other.signal_count[i];
+    signal_chi2[i] += other.signal_chi2[i];
+    signal_count[i] += other.signal_count[i];
   }
   ok = ok && other.ok;
 }
@@ -81,7 +86,10 @@ RobotPath make_path(const Problem& problem, const Plant& plant, int recording) {
     if (!simulate_joint(plant, data, problem.smooth[r], path, static_cast<int>(j), problem.options, &readings, &moved))
       continue;
     links[j] = moved[j];
-    for (size_t k = 0; k < problem.smooth[r].start; ++k) links[j].q[k] = path[j].q[k], links[j].qd[k] = path[j].qd[k];
+    for (size_t k = 0; k < problem.smooth[r].start; ++k) {
+      links[j].q[k] = path[j].q[k];
+      links[j].qd[k] = path[j].qd[k];
+    }
     smooth_series(data.time, links[j].qd, kLinkWindow, nullptr, &links[j].qdd, nullptr);
     elastic = true;
   }
@@ -179,7 +187,8 @@ Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std
   const size_t width = problem.weights.size(), first = first_channel(problem), channels = count_channels(problem);
   parallel_for(problem.jobs, static_cast<int>(recordings.size()), [&](int i) {
     Score& score = scores[static_cast<size_t>(i)];
-    score.signal_chi2.assign(width, 0.0), score.signal_count.assign(width, 0.0);
+    score.signal_chi2.assign(width, 0.0);
+    score.signal_count.assign(width, 0.0);
     const int r = recordings[static_cast<size_t>(i)];
     std::vector<double> own, &residuals = all ? (*all)[static_cast<size_t>(i)] : own;
     score.ok = calc_residuals(problem, hypothesis, r, &residuals);
@@ -193,7 +202,8 @@ Score calc_score(const Problem& problem, const Hypothesis& hypothesis, const std
         chi2 += residuals[k * channels + c] * residuals[k * channels + c];
         count += std::isfinite(column[k]) ? 1.0 : 0.0;
       }
-      score.chi2 += chi2, score.count += count;
+      score.chi2 += chi2;
+      score.count += count;
     }
   });
   Score total;

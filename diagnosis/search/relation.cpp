@@ -48,7 +48,8 @@ class Table {
     for (const Observed& o : train) {
       for (size_t k = 0; k < o.y.size(); ++k) {
         const Eigen::Vector3d row = make_row(get_beside(o, k));
-        A[find(o, k)] += row * row.transpose(), b[find(o, k)] += row * o.y[k];
+        A[find(o, k)] += row * row.transpose();
+        b[find(o, k)] += row * o.y[k];
       }
     }
     for (size_t cell = 0; cell < A.size(); ++cell) {
@@ -107,7 +108,8 @@ double judge_oscillation(const std::vector<Observed>& recordings, double frequen
     for (size_t k = 0; k < o.y.size(); ++k) {
       const double scale = factor < 0 ? 1.0 : o.x[static_cast<size_t>(factor)][k], w = 2.0 * M_PI * frequency;
       const Eigen::Vector2d row(scale * std::cos(w * o.time[k]), scale * std::sin(w * o.time[k]));
-      A += row * row.transpose(), b += row * o.y[k];
+      A += row * row.transpose();
+      b += row * o.y[k];
     }
     taken += b.dot(A.ldlt().solve(b));
   }
@@ -134,7 +136,10 @@ std::string describe_range(const Curve& curve, const std::string& unit) {
   for (double y : curve.y) height = std::max(height, std::abs(y - middle));
   size_t first = curve.y.size(), last = 0;
   for (size_t i = 0; i < curve.y.size(); ++i) {
-    if (std::abs(curve.y[i] - middle) > kPart * height) first = std::min(first, i), last = i;
+    if (std::abs(curve.y[i] - middle) > kPart * height) {
+      first = std::min(first, i);
+      last = i;
+    }
   }
   if (first > last || curve.x[last] - curve.x[first] > kHalf * (curve.x.back() - curve.x.front())) return "";
   if (last + 1 == curve.x.size()) return format(" above %.3g ", curve.x[first]) + unit;
@@ -153,9 +158,15 @@ std::string describe_power(const Curve& curve) {
   }
   if (points.size() < 6) return "";
   double mx = 0.0, my = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
-  for (const auto& p : points) mx += p.first / points.size(), my += p.second / points.size();
-  for (const auto& p : points)
-    xx += std::pow(p.first - mx, 2), xy += (p.first - mx) * (p.second - my), yy += std::pow(p.second - my, 2);
+  for (const auto& p : points) {
+    mx += p.first / points.size();
+    my += p.second / points.size();
+  }
+  for (const auto& p : points) {
+    xx += std::pow(p.first - mx, 2);
+    xy += (p.first - mx) * (p.second - my);
+    yy += std::pow(p.second - my, 2);
+  }
   if (xy * xy < kNearlyAll * xx * yy) return "";
   return format(", about as its power %.2g", xy / xx);
 }
@@ -192,7 +203,8 @@ class Finder {
     Relation two = find_pair();
     if (driven.share > two.share) {
       two = {driven.share, {}, ""};
-      add(load, "", &two), add(time, describe(driven), &two);
+      add(load, "", &two);
+      add(time, describe(driven), &two);
     }
     // A second quantity must leave less than the first one leaves, and explain more of the whole.
     const bool second = 1.0 - two.share < kLargely * (1.0 - one.share) && two.share > one.share + kMinor;
@@ -266,7 +278,11 @@ class Finder {
         if (!is_pair(i, j)) continue;
         for (int fine : {kCoarse, kFine}) {
           const double share = Table(train_, i, fine, j).judge(test_);
-          if (share > best.share) best.share = share, first = i, second = j;
+          if (share > best.share) {
+            best.share = share;
+            first = i;
+            second = j;
+          }
         }
       }
     }

@@ -20,7 +20,9 @@ Regression solve_columns(const Signatures& s, const std::vector<int>& columns) {
 Screening screen(const Problem& problem, const Hypothesis& base, const Paths* paths) {
   const Signatures s = calc_signatures(problem, base, paths);
   Screening screening;
-  screening.chi2 = s.chi2, screening.count = s.count, screening.joint_chi2 = s.joint_chi2;
+  screening.chi2 = s.chi2;
+  screening.count = s.count;
+  screening.joint_chi2 = s.joint_chi2;
   std::map<std::pair<EffectId, Place>, Candidate> best;
   for (const Shape& shape : s.shapes) {
     const Regression solution = solve_columns(s, shape.columns);
@@ -28,7 +30,8 @@ Screening screen(const Problem& problem, const Hypothesis& base, const Paths* pa
     Candidate candidate;
     candidate.start = {shape.id, shape.place, {}};
     if (!shape.make_start(x, &candidate.start.p)) continue;
-    candidate.gain = solution.gain, candidate.columns = shape.columns;
+    candidate.gain = solution.gain;
+    candidate.columns = shape.columns;
     Candidate& slot = best[{shape.id, shape.place}];
     if (slot.start.p.empty() || candidate.gain > slot.gain) slot = candidate;
   }

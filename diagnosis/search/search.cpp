@@ -153,7 +153,10 @@ class Search {
   bool deepen() {
     bool grown = false;
     trials_.polish_best();
-    while (look_closer()) grown = true, trials_.polish_best();
+    while (look_closer()) {
+      grown = true;
+      trials_.polish_best();
+    }
     exchange();
     return grown;
   }
@@ -355,7 +358,10 @@ class Search {
     Trial trial;
     trial.hypothesis = lead.hypothesis;
     double held = 0.0, worst = 0.0;
-    for (double chi2 : lead.held) held += chi2, worst = std::max(worst, chi2);
+    for (double chi2 : lead.held) {
+      held += chi2;
+      worst = std::max(worst, chi2);
+    }
     const double count = std::max(1.0, nominal_.validate.count);
     trial.rms = std::sqrt(held / count);
     trial.worst = std::sqrt(worst / count * static_cast<double>(lead.held.size()));

@@ -83,7 +83,9 @@ class Builder {
       delta(g, &d, &d1, &d2);
       Eigen::MatrixXd q = g.q, qd = g.qd, qdd = g.qdd;
       const double eps = 1e-4 / std::max(1e-12, d.cwiseAbs().maxCoeff());
-      q.col(j) -= eps * d, qd.col(j) -= eps * d1, qdd.col(j) -= eps * d2;
+      q.col(j) -= eps * d;
+      qd.col(j) -= eps * d1;
+      qdd.col(j) -= eps * d2;
       efforts.push_back((calc_efforts(held_[i], q, qd, qdd) - g.bare) / eps);
     }
     return add_column(efforts);
@@ -112,7 +114,9 @@ class Builder {
       if (!row.felt_elsewhere) continue;
       add_single(row, at_joint(j),
                  add_motion_change(j, [](const Grid&, Eigen::VectorXd* d, Eigen::VectorXd* d1, Eigen::VectorXd* d2) {
-                   d->setOnes(), d1->setZero(), d2->setZero();
+                   d->setOnes();
+                   d1->setZero();
+                   d2->setZero();
                  }));
     }
   }
@@ -182,7 +186,9 @@ class Builder {
             double now[3];
             for (long k = 0; k < g.u.rows(); ++k) {
               give.calc_give(g.u(k, j), g.u1(k, j), g.u2(k, j), most, now);
-              (*d)[k] = now[0], (*d1)[k] = now[1], (*d2)[k] = now[2];
+              (*d)[k] = now[0];
+              (*d1)[k] = now[1];
+              (*d2)[k] = now[2];
             }
           });
       const size_t size = row.parameters.size();
@@ -198,8 +204,10 @@ class Builder {
   // Best wave numbers [1/rad] of ripples in the missing effort, at most four.
   std::vector<std::vector<double>> find_periods(int j) const {
     double low = 1e300, high = -1e300;
-    for (const Grid& g : grids_)
-      low = std::min(low, g.q.col(j).minCoeff()), high = std::max(high, g.q.col(j).maxCoeff());
+    for (const Grid& g : grids_) {
+      low = std::min(low, g.q.col(j).minCoeff());
+      high = std::max(high, g.q.col(j).maxCoeff());
+    }
     const double range = high - low;
     if (range < 0.05) return {};
     std::vector<std::pair<double, double>> found;
@@ -210,11 +218,20 @@ class Builder {
         for (long k = 0; k < g.q.rows(); ++k, ++row) {
           const double r = residual_[row * 2 * n_ + j], x = std::sin(periods * g.q(k, j)),
                        y = std::cos(periods * g.q(k, j));
-          ss += x * x, sc += x * y, cc += y * y, s += x, c += y, n += 1, r0 += r, rs += r * x, rc += r * y;
+          ss += x * x;
+          sc += x * y;
+          cc += y * y;
+          s += x;
+          c += y;
+          n += 1;
+          r0 += r;
+          rs += r * x;
+          rc += r * y;
         }
       }
       const double mean = r0 / n;
-      rs -= mean * s, rc -= mean * c;
+      rs -= mean * s;
+      rc -= mean * c;
       const double det = ss * cc - sc * sc;
       if (det > 1e-9) found.push_back({(cc * rs * rs - 2.0 * sc * rs * rc + ss * rc * rc) / det, periods});
     }

@@ -43,7 +43,9 @@ class Estimator {
       if (!calc(next, &moved)) break;
       const double next_cost = calc_cost(next, moved);
       if (!(next_cost < cost)) break;
-      state = std::move(next), residuals = std::move(moved), cost = next_cost;
+      state = std::move(next);
+      residuals = std::move(moved);
+      cost = next_cost;
     }
     return state;
   }
@@ -100,7 +102,8 @@ class Estimator {
     for (long i = 0; i < p; ++i) {
       const Slot& slot = slots_[static_cast<size_t>(i)];
       const double weight = 1.0 / (slot.spread * slot.spread);
-      A(i, i) += weight, b[i] += weight * (state.*slot.member)[slot.joint];
+      A(i, i) += weight;
+      b[i] += weight * (state.*slot.member)[slot.joint];
     }
     const Eigen::VectorXd change = A.ldlt().solve(-b);
     StartState next = state;

@@ -198,7 +198,8 @@ void add_rate_faults(Problem& problem, const Lead& lead, std::vector<Effect>* li
         for (size_t i = 0; i < rows.size(); ++i) {
           const ReadingChange& c = rows[i]->change;
           const double column = c.constant + c.of_reading * (reading[k] - left) + c.of_rate * smooth.qdd[k];
-          gram[i] += column * column, projection[i] += column * left;
+          gram[i] += column * column;
+          projection[i] += column * left;
         }
       }
     }

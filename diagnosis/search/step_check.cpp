@@ -26,7 +26,8 @@ double find_limited(const Problem& problem, const Plant& plant, int joint) {
                             &readings))
       continue;
     for (size_t k = problem.smooth[i].judged; k < recording.size(); ++k) {
-      limited += std::abs(readings[k * width + at]) > 0.999 * laws.effort_limit ? 1.0 : 0.0, all += 1.0;
+      limited += std::abs(readings[k * width + at]) > 0.999 * laws.effort_limit ? 1.0 : 0.0;
+      all += 1.0;
     }
   }
   return limited / std::max(1.0, all);
@@ -46,14 +47,18 @@ std::vector<SuspectJoint> find_suspect_joints(const Problem& problem) {
     for (int r : problem.train) {
       const std::vector<double>& error = errors[static_cast<size_t>(r)];
       for (size_t k = problem.smooth[static_cast<size_t>(r)].judged; (k + 1) * width <= error.size(); ++k) {
-        sum += std::pow(error[k * width + c] * problem.weights[c], 2), count += 1.0;
+        sum += std::pow(error[k * width + c] * problem.weights[c], 2);
+        count += 1.0;
       }
     }
     const double change = std::sqrt(sum / std::max(1.0, count)), left = score.rms(c);
     if (left <= 0.0 || change < kUnlikely || change < kMuch * left) continue;
     const int joint = static_cast<int>(c) / kQuantities;
     if (!found.empty() && found.back().joint == joint) {
-      if (change > found.back().change) found.back().change = change, found.back().left = left;
+      if (change > found.back().change) {
+        found.back().change = change;
+        found.back().left = left;
+      }
     } else {
       found.push_back({joint, change, left, find_limited(problem, plant, joint) > kDetail});
     }

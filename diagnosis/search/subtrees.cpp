@@ -53,22 +53,28 @@ std::vector<T> pick(const std::vector<T>& all, const std::vector<int>& which) {
 Subtree make_subtree(const Problem& problem, const std::vector<int>& joints) {
   const Experiment& whole = *problem.experiment;
   auto experiment = std::make_shared<Experiment>();
-  experiment->path = whole.path, experiment->folder = whole.folder;
-  experiment->scenario = whole.scenario, experiment->keys = whole.keys;
+  experiment->path = whole.path;
+  experiment->folder = whole.folder;
+  experiment->scenario = whole.scenario;
+  experiment->keys = whole.keys;
   experiment->robot.tree = make_tree(whole.robot.tree, joints);
   experiment->sample_time = whole.sample_time;
   experiment->joint_noise = pick(whole.joint_noise, joints);
   for (const Recording& recording : whole.recordings) {
     Recording own;
-    own.spec = recording.spec, own.time = recording.time;
+    own.spec = recording.spec;
+    own.time = recording.time;
     own.joints = pick(recording.joints, joints);
     experiment->recordings.push_back(std::move(own));
   }
   Subtree subtree;
   subtree.joints = joints;
   Problem& own = subtree.problem;
-  own.options = problem.options, own.jobs = problem.jobs, own.most_work = problem.most_work;
-  own.train = problem.train, own.validate = problem.validate;
+  own.options = problem.options;
+  own.jobs = problem.jobs;
+  own.most_work = problem.most_work;
+  own.train = problem.train;
+  own.validate = problem.validate;
   for (const SmoothRecording& smooth : problem.smooth) {
     own.smooth.push_back({smooth.start, smooth.judged, pick(smooth.joints, joints), pick(smooth.effort, joints)});
   }
@@ -84,14 +90,18 @@ Subtree make_subtree(const Problem& problem, const std::vector<int>& joints) {
 
 Score join_scores(const Problem& problem, const std::vector<const Score*>& parts) {
   Score whole;
-  whole.signal_chi2.assign(problem.weights.size(), 0.0), whole.signal_count = whole.signal_chi2;
+  whole.signal_chi2.assign(problem.weights.size(), 0.0);
+  whole.signal_count = whole.signal_chi2;
   for (size_t l = 0; l < parts.size(); ++l) {
     const Score& part = *parts[l];
-    whole.chi2 += part.chi2, whole.count += part.count, whole.ok = whole.ok && part.ok;
+    whole.chi2 += part.chi2;
+    whole.count += part.count;
+    whole.ok = whole.ok && part.ok;
     for (size_t c = 0; c < part.signal_chi2.size(); ++c) {
       const size_t joint = static_cast<size_t>(problem.subtrees[l].joints[c / kQuantities]);
       const size_t at = joint * kQuantities + c % kQuantities;
-      whole.signal_chi2[at] = part.signal_chi2[c], whole.signal_count[at] = part.signal_count[c];
+      whole.signal_chi2[at] = part.signal_chi2[c];
+      whole.signal_count[at] = part.signal_count[c];
     }
   }
   return whole;
@@ -100,7 +110,8 @@ Score join_scores(const Problem& problem, const std::vector<const Score*>& parts
 // Joins one trial per subtree to one of the whole robot. Clocks are common to all subtrees, so they count once.
 Trial join_trials(const Problem& problem, const std::vector<const Trial*>& parts) {
   Trial whole;
-  whole.probability = 1.0, whole.refined = true;
+  whole.probability = 1.0;
+  whole.refined = true;
   bool skewed = false;
   std::vector<const Score*> train, validate;
   for (size_t l = 0; l < parts.size(); ++l) {
@@ -115,17 +126,21 @@ Trial join_trials(const Problem& problem, const std::vector<const Trial*>& parts
     whole.timing.insert(whole.timing.end(), timing.begin(), timing.end());
     if (!part.hypothesis.empty()) whole.probability *= part.probability;
     whole.refined = whole.refined && part.refined;
-    train.push_back(&part.train), validate.push_back(&part.validate);
+    train.push_back(&part.train);
+    validate.push_back(&part.validate);
   }
-  whole.train = join_scores(problem, train), whole.validate = join_scores(problem, validate);
-  whole.rms = whole.validate.rms(), whole.worst = whole.validate.worst();
+  whole.train = join_scores(problem, train);
+  whole.validate = join_scores(problem, validate);
+  whole.rms = whole.validate.rms();
+  whole.worst = whole.validate.worst();
   return whole;
 }
 
 void keep_parts(const std::vector<const Trial*>& parts, Trial* whole) {
   for (const Trial* part : parts) {
     Trial start;
-    start.starts = part->starts, start.step_errors = part->step_errors;
+    start.starts = part->starts;
+    start.step_errors = part->step_errors;
     whole->subtrees.push_back(std::move(start));
   }
 }
@@ -154,8 +169,11 @@ void add_rivals(const Problem& problem, const Trial& model, size_t subtree, cons
     Trial listed;
     listed.hypothesis = map_to_robot(rival.hypothesis, problem.subtrees[subtree]);
     listed.rms = std::sqrt((rest + rival.rms * rival.rms * model.validate.count) / count);
-    listed.worst = rival.worst, listed.refined = rival.refined, listed.probability = rival.probability;
-    listed.std = rival.std, listed.distance = rival.distance;
+    listed.worst = rival.worst;
+    listed.refined = rival.refined;
+    listed.probability = rival.probability;
+    listed.std = rival.std;
+    listed.distance = rival.distance;
     whole->rivals.push_back(std::move(listed));
   }
   for (Trial other : own.indistinguishable) {
@@ -169,16 +187,20 @@ Outcome join_outcomes(const Problem& problem, const std::vector<Outcome>& subtre
   std::vector<const Trial*> nominals, models;
   whole.explained = true;
   for (const Outcome& subtree : subtrees) {
-    nominals.push_back(&subtree.nominal), models.push_back(&get_model(subtree));
-    whole.mismatch = whole.mismatch || subtree.mismatch, whole.spent = whole.spent || subtree.spent;
+    nominals.push_back(&subtree.nominal);
+    models.push_back(&get_model(subtree));
+    whole.mismatch = whole.mismatch || subtree.mismatch;
+    whole.spent = whole.spent || subtree.spent;
     whole.explained = whole.explained && (subtree.explained || !subtree.mismatch);
   }
   whole.explained = whole.explained && whole.mismatch;
   whole.best = join_best(problem, subtrees);
-  whole.nominal = join_trials(problem, nominals), whole.chosen = join_trials(problem, models);
+  whole.nominal = join_trials(problem, nominals);
+  whole.chosen = join_trials(problem, models);
   if (!whole.chosen.hypothesis.empty()) whole.rivals.push_back(whole.chosen);
   whole.partly = !whole.explained && !whole.chosen.hypothesis.empty();
-  keep_parts(nominals, &whole.nominal), keep_parts(models, &whole.chosen);
+  keep_parts(nominals, &whole.nominal);
+  keep_parts(models, &whole.chosen);
   for (size_t l = 0; l < subtrees.size(); ++l) {
     if (subtrees[l].mismatch) add_rivals(problem, *models[l], l, subtrees[l], &whole);
   }
@@ -267,7 +289,8 @@ Outcome search_subtrees(const Problem& problem, const Progress& progress) {
 
 Problem start_as(const Problem& problem, const Trial& trial) {
   Problem own = problem;
-  own.starts = trial.starts, own.step_errors = trial.step_errors;
+  own.starts = trial.starts;
+  own.step_errors = trial.step_errors;
   for (size_t l = 0; l < std::min(own.subtrees.size(), trial.subtrees.size()); ++l) {
     own.subtrees[l].problem.starts = trial.subtrees[l].starts;
     own.subtrees[l].problem.step_errors = trial.subtrees[l].step_errors;

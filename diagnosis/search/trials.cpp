@@ -68,7 +68,8 @@ void Trials::add(const Hypothesis& start) {
 Trial Trials::fit_aside(const Hypothesis& start) { return judge(start, refine(start)); }
 
 const Problem& Trials::take_up(const Trial& trial) {
-  problem_.starts = trial.starts, problem_.step_errors = trial.step_errors;
+  problem_.starts = trial.starts;
+  problem_.step_errors = trial.step_errors;
   return problem_;
 }
 
@@ -140,7 +141,8 @@ Trial Trials::judge(const Hypothesis& hypothesis, const FitResult& result) const
   trial.timing.assign(timing, trial.hypothesis.end());
   trial.hypothesis.erase(timing, trial.hypothesis.end());
   trial.train = result.train;
-  trial.starts = problem_.starts, trial.step_errors = problem_.step_errors;
+  trial.starts = problem_.starts;
+  trial.step_errors = problem_.step_errors;
   trial.validate = calc_score(problem_, trial.full(), held_out_);
   if (!trial.validate.ok) return trial;
   trial.rms = trial.validate.rms();
@@ -169,7 +171,8 @@ void Trials::add_intervals(Trial* trial) {
   options.max_iterations = 0;
   options.intervals = true;
   const FitResult result = fit(take_up(*trial), trial->full(), problem_.train, options);
-  trial->std = result.std, trial->distance = result.distance;
+  trial->std = result.std;
+  trial->distance = result.distance;
 }
 
 // Fits start states, pre-sliding displacements and parameters in turn, then computes the intervals.
@@ -191,7 +194,8 @@ void Trials::polish(Trial* trial) {
   Trial better = judge(trial->hypothesis, result);
   if (better.rms > 1.02 * trial->rms) return;
   progress_("  finished: " + get_label(*problem_.experiment, trial->hypothesis) + describe(better));
-  better.std = result.std, better.distance = result.distance;
+  better.std = result.std;
+  better.distance = result.distance;
   better.probability = trial->probability;
   *trial = better;
 }

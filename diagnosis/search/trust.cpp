@@ -40,7 +40,10 @@ std::vector<char> find_loose(const JointLaws& law, const Recording& recording, c
 double calc_rms(const std::vector<double>& values, const std::vector<char>& where) {
   double sum = 0.0, count = 0.0;
   for (size_t k = 0; k < values.size(); ++k) {
-    if (where[k]) sum += values[k] * values[k], count += 1.0;
+    if (where[k]) {
+      sum += values[k] * values[k];
+      count += 1.0;
+    }
   }
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;
 }

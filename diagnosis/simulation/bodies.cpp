@@ -20,7 +20,10 @@ class Dynamics {
         zero_(Eigen::VectorXd::Zero(plant.model->num_joints())) {}
 
   void move(const double* q, const double* qd) {
-    for (long j = 0; j < zero_.size(); ++j) state_.q[j] = q[j], state_.qd[j] = qd[j];
+    for (long j = 0; j < zero_.size(); ++j) {
+      state_.q[j] = q[j];
+      state_.qd[j] = qd[j];
+    }
     update_kinematics(*plant_.model, state_, &data_);
     wrenches_ = calc_wrenches(plant_.forces, *plant_.model, data_);
   }
@@ -66,7 +69,9 @@ class RobotBodies : public Bodies {
     Eigen::VectorXd q(n), qd(n), qdd(n);
     for (long j = 0; j < n; ++j) {
       const SmoothJoint& joint = smooth_.joints[static_cast<size_t>(j)];
-      q[j] = joint.q[k] - plant_.laws[static_cast<size_t>(j)].joint_offset, qd[j] = joint.qd[k], qdd[j] = joint.qdd[k];
+      q[j] = joint.q[k] - plant_.laws[static_cast<size_t>(j)].joint_offset;
+      qd[j] = joint.qd[k];
+      qdd[j] = joint.qdd[k];
     }
     dynamics_.move(q.data(), qd.data());
     dynamics_.calc_effort(qdd, &bias_);
@@ -109,10 +114,14 @@ class ElasticLinks {
     std::vector<double> k, d;
     for (size_t j = 0; j < plant.laws.size(); ++j) {
       const JointLaws& laws = plant.laws[j];
-      if (swings(laws)) at_.push_back(static_cast<long>(j)), k.push_back(laws.stiffness), d.push_back(laws.damping);
+      if (swings(laws)) {
+        at_.push_back(static_cast<long>(j));
+        k.push_back(laws.stiffness);
+        d.push_back(laws.damping);
+      }
     }
     const auto n = static_cast<long>(at_.size());
-    K_ = Eigen::Map<const Eigen::VectorXd>(k.data(), n).asDiagonal(),
+    K_ = Eigen::Map<const Eigen::VectorXd>(k.data(), n).asDiagonal();
     D_ = Eigen::Map<const Eigen::VectorXd>(d.data(), n).asDiagonal();
   }
 
@@ -165,14 +174,16 @@ class ElasticLinks {
     const Eigen::VectorXd q0 = pick(q_), v0 = pick(v_), h0 = h_;
     const Eigen::VectorXd drive_q = 0.5 * (pick(drives_.q.row(k - 1)) + pick(drives_.q.row(k))),
                           drive_v = 0.5 * (pick(drives_.v.row(k - 1)) + pick(drives_.v.row(k)));
-    q_ = drives_.q.row(k), v_ = drives_.v.row(k);
+    q_ = drives_.q.row(k);
+    v_ = drives_.v.row(k);
     for (bool corrected : {false, true}) {  // by the load at the end of the step
       const Eigen::VectorXd load = corrected ? Eigen::VectorXd(0.5 * (h0 + h_)) : h0;
       const Eigen::MatrixXd A = M_ / step_ + 0.5 * D_ + 0.25 * step_ * K_;
       const Eigen::VectorXd b =
           M_ * v0 / step_ + K_ * (drive_q - q0 - 0.25 * step_ * v0) + D_ * (drive_v - 0.5 * v0) - load;
       const Eigen::VectorXd v1 = A.ldlt().solve(b);
-      put(q0 + 0.5 * step_ * (v0 + v1), &q_), put(v1, &v_);
+      put(q0 + 0.5 * step_ * (v0 + v1), &q_);
+      put(v1, &v_);
       if (!corrected) evaluate(k);
     }
   }
@@ -181,7 +192,9 @@ class ElasticLinks {
     const Eigen::VectorXd q = pick(q_), v = pick(v_);
     Eigen::VectorXd a = drives_.a.row(k);
     put(M_.ldlt().solve(K_ * (pick(drives_.q.row(k)) - q) + D_ * (pick(drives_.v.row(k)) - v) - h_), &a);
-    out_.q.row(k) = q_, out_.v.row(k) = v_, out_.a.row(k) = a;
+    out_.q.row(k) = q_;
+    out_.v.row(k) = v_;
+    out_.a.row(k) = a;
   }
 
   Dynamics dynamics_;
@@ -200,9 +213,13 @@ void fill_motion(const Plant& plant, const SmoothRecording& smooth, const std::v
   for (size_t j = 0; j < smooth.joints.size(); ++j) {
     JointPath& p = (*path)[j];
     if (j < links.size() && !links[j].q.empty()) {
-      p.q = links[j].q, p.qd = links[j].qd, p.qdd = links[j].qdd;
+      p.q = links[j].q;
+      p.qd = links[j].qd;
+      p.qdd = links[j].qdd;
     } else {
-      p.q = smooth.joints[j].q, p.qd = smooth.joints[j].qd, p.qdd = smooth.joints[j].qdd;
+      p.q = smooth.joints[j].q;
+      p.qd = smooth.joints[j].qd;
+      p.qdd = smooth.joints[j].qdd;
       for (double& q : p.q) q -= plant.laws[j].joint_offset;
     }
     for (std::vector<double>* v : {&p.inertia, &p.load, &p.stiffness, &p.damping}) v->assign(p.q.size(), 0.0);
@@ -218,7 +235,11 @@ void fill_slopes(Dynamics* dynamics, RobotPath* path) {
   const size_t n = path->size(), rows = (*path)[0].q.size();
   Eigen::VectorXd q(n), qd(n), qdd(n), tau(n), moved(n);
   for (size_t k = 0; k < rows; k += kSlopeStride) {
-    for (size_t j = 0; j < n; ++j) q[j] = (*path)[j].q[k], qd[j] = (*path)[j].qd[k], qdd[j] = (*path)[j].qdd[k];
+    for (size_t j = 0; j < n; ++j) {
+      q[j] = (*path)[j].q[k];
+      qd[j] = (*path)[j].qd[k];
+      qdd[j] = (*path)[j].qdd[k];
+    }
     dynamics->move(q.data(), qd.data());
     dynamics->calc_effort(qdd, &tau);
     for (size_t j = 0; j < n; ++j) {
@@ -226,7 +247,8 @@ void fill_slopes(Dynamics* dynamics, RobotPath* path) {
       dynamics->move(q.data(), qd.data());
       dynamics->calc_effort(qdd, &moved);
       (*path)[j].stiffness[k] = (moved[j] - tau[j]) / kMove;
-      q[j] -= kMove, qd[j] += kMoveRate;
+      q[j] -= kMove;
+      qd[j] += kMoveRate;
       dynamics->move(q.data(), qd.data());
       dynamics->calc_effort(qdd, &moved);
       (*path)[j].damping[k] = (moved[j] - tau[j]) / kMoveRate;
@@ -265,7 +287,9 @@ Eigen::MatrixXd calc_efforts(const Plant& plant, const Eigen::MatrixXd& q, const
   Eigen::VectorXd position, rate, acceleration, tau(q.cols());
   Eigen::MatrixXd efforts(q.rows(), q.cols());
   for (long k = 0; k < q.rows(); ++k) {
-    position = q.row(k), rate = qd.row(k), acceleration = qdd.row(k);
+    position = q.row(k);
+    rate = qd.row(k);
+    acceleration = qdd.row(k);
     dynamics.move(position.data(), rate.data());
     dynamics.calc_effort(acceleration, &tau);
     efforts.row(k) = tau;
@@ -294,7 +318,11 @@ RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const Rob
   const size_t n = path.size(), rows = path[0].q.size();
   Eigen::VectorXd q(n), qd(n), qdd(n), tau(n);
   for (size_t k = 0; k < rows; ++k) {
-    for (size_t j = 0; j < n; ++j) q[j] = path[j].q[k], qd[j] = path[j].qd[k], qdd[j] = path[j].qdd[k];
+    for (size_t j = 0; j < n; ++j) {
+      q[j] = path[j].q[k];
+      qd[j] = path[j].qd[k];
+      qdd[j] = path[j].qdd[k];
+    }
     dynamics.move(q.data(), qd.data());
     dynamics.calc_effort(qdd, &tau);
     const Eigen::MatrixXd& M = dynamics.mass();
@@ -307,7 +335,10 @@ RobotPath calc_path(const Plant& plant, const SmoothRecording& smooth, const Rob
   if (!slopes) {
     fill_slopes(&dynamics, &path);
   } else {
-    for (size_t j = 0; j < n; ++j) path[j].stiffness = (*slopes)[j].stiffness, path[j].damping = (*slopes)[j].damping;
+    for (size_t j = 0; j < n; ++j) {
+      path[j].stiffness = (*slopes)[j].stiffness;
+      path[j].damping = (*slopes)[j].damping;
+    }
   }
   return path;
 }

@@ -35,7 +35,8 @@ Rollout::Rollout(const Plant& plant, const Recording& recording, const SmoothRec
     by_joint->assign(n, 0.0);
   }
   within_.assign(n, 0);
-  A_.assign(size * size, 0.0), M_.assign(size * size, 0.0);
+  A_.assign(size * size, 0.0);
+  M_.assign(size * size, 0.0);
   mass_.assign(n * n, 0.0);
   choose_follow_gains();
 }
@@ -87,8 +88,14 @@ void Rollout::begin(size_t k) {
 void Rollout::correct(const StartState& start) {
   for (int j = 0; j < n_; ++j) {
     const size_t i = index(j), m = static_cast<size_t>(motor_[j]);
-    if (!start.q.empty()) x_.q[m] += start.q[i], x_.v[m] += start.v[i];
-    if (motor_[j] != j && !start.link_q.empty()) x_.q[j] += start.link_q[i], x_.v[j] += start.link_v[i];
+    if (!start.q.empty()) {
+      x_.q[m] += start.q[i];
+      x_.v[m] += start.v[i];
+    }
+    if (motor_[j] != j && !start.link_q.empty()) {
+      x_.q[j] += start.link_q[i];
+      x_.v[j] += start.link_v[i];
+    }
     if (!start.bristles.empty()) x_.b[j] += start.bristles[i] * laws(j).presliding;
     if (!start.memory.empty()) x_.z[j] = std::min(1.0, std::max(-1.0, start.memory[i]));
     limit_bristles(j);
@@ -114,7 +121,8 @@ void Rollout::start_transmissions(size_t k) {
   bodies_.calc_efforts(k, tau.data());
   for (int j = 0; j < n_; ++j) {
     if (!laws(j).elastic) continue;
-    x_.q[motor_[j]] = x_.q[j], x_.v[motor_[j]] = x_.v[j];
+    x_.q[motor_[j]] = x_.q[j];
+    x_.v[motor_[j]] = x_.v[j];
     x_.q[j] -= tau[j] / laws(j).stiffness + (tau[j] > 0.0 ? 0.5 : -0.5) * laws(j).gap;
   }
 }
@@ -129,14 +137,16 @@ void Rollout::write(size_t k, std::vector<double>* readings) {
     out[2] = calc_drive(j, recording_.time[k], x_);
     if (!links_) continue;
     LinkMotion& link = (*links_)[index(j)];
-    link.q[k] = x_.q[j], link.qd[k] = x_.v[j];
+    link.q[k] = x_.q[j];
+    link.qd[k] = x_.v[j];
   }
 }
 
 void Rollout::prepare_links(size_t rows) {
   links_->resize(plant_.laws.size());
   for (int j = 0; j < n_; ++j) {
-    (*links_)[index(j)].q.assign(rows, 0.0), (*links_)[index(j)].qd.assign(rows, 0.0);
+    (*links_)[index(j)].q.assign(rows, 0.0);
+    (*links_)[index(j)].qd.assign(rows, 0.0);
   }
 }
 

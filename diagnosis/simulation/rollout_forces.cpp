@@ -8,7 +8,9 @@
 namespace hrp::diagnosis {
 
 void Rollout::choose_follow_gains() {
-  follow_k_.assign(static_cast<size_t>(n_), 0.0), follow_d_ = follow_k_, free_.assign(static_cast<size_t>(n_), 0);
+  follow_k_.assign(static_cast<size_t>(n_), 0.0);
+  follow_d_ = follow_k_;
+  free_.assign(static_cast<size_t>(n_), 0);
   std::vector<double> q(static_cast<size_t>(n_)), zero(static_cast<size_t>(n_), 0.0);
   for (int j = 0; j < n_; ++j) q[j] = smooth_.joints[index(j)].q[smooth_.start];
   bodies_.evaluate(recording_.time[smooth_.start], smooth_.start, q.data(), zero.data(), mass_.data(), bias_.data());
@@ -23,7 +25,8 @@ void Rollout::follow(int j, double t, double q, double v) {
   const Moment at = find_moment(recording_.time, t, near_);
   const int m = motor_[j];
   f_[m] += follow_k_[j] * (at.of(joint.q) - q) + follow_d_[j] * (at.of(joint.qd) - v);
-  K_[m] += follow_k_[j], D_[m] += follow_d_[j];
+  K_[m] += follow_k_[j];
+  D_[m] += follow_d_[j];
 }
 
 double Rollout::calc_drive(int j, double t, const RolloutState& x) {
@@ -48,7 +51,8 @@ double Rollout::calc_drive(int j, double t, const RolloutState& x) {
   const double u = calc_servo_effort(law, position - x.q[m] - law.joint_offset, rate - x.v[m], 0.0);
   if (std::abs(u) > law.effort_limit && !within_[j]) free_[j] = 1;
   if (free_[j]) return u > 0.0 ? law.effort_limit : -law.effort_limit;
-  K_[m] = law.kp, D_[m] = law.kd;
+  K_[m] = law.kp;
+  D_[m] = law.kd;
   return u;
 }
 
@@ -67,14 +71,17 @@ void Rollout::add_gear(int j, double drive, double bend) {
   gear_[j] =
       calc_holding_level(laws(j), drive, bend) / std::max(1e-300, std::abs(drive)) * std::min(1.0, std::abs(bend));
   f_[m] += gear_[j] * drive;
-  K_[m] *= 1.0 + gear_[j], D_[m] *= 1.0 + gear_[j];
+  K_[m] *= 1.0 + gear_[j];
+  D_[m] *= 1.0 + gear_[j];
 }
 
 double Rollout::calc_dry_friction(int j, double h, double v, double load, double b, double* slope) {
   const double d = laws(j).presliding, speed = std::abs(v), k = calc_level(j, speed, load, b) / d;
   const double slip = speed / d, bend = 1.0 - (v > 0.0 ? b : -b) / d, c = kGamma * h;
   fb_[j] = v - slip * b;
-  bristle_k_[j] = k, bristle_a_[j] = 1.0 / (1.0 + c * slip), bristle_slip_[j] = bend;
+  bristle_k_[j] = k;
+  bristle_a_[j] = 1.0 / (1.0 + c * slip);
+  bristle_slip_[j] = bend;
   *slope += c * k * std::max(0.0, bend) * bristle_a_[j];
   return -k * b;
 }
@@ -87,8 +94,10 @@ double Rollout::lag_effort(int j, double h, double u, const RolloutState& x) {
   const double w = kGamma * h / lag;
   fu_[j] = (u - x.u[j]) / lag;
   lag_factor_[j] = 1.0 / (1.0 + w);
-  lag_k_[j] = K_[m] * w, lag_d_[j] = D_[m] * w;
-  K_[m] *= w / (1.0 + w), D_[m] *= w / (1.0 + w);
+  lag_k_[j] = K_[m] * w;
+  lag_d_[j] = D_[m] * w;
+  K_[m] *= w / (1.0 + w);
+  D_[m] *= w / (1.0 + w);
   return x.u[j];
 }
 
@@ -107,7 +116,8 @@ void Rollout::calc_joint_forces(int j, double t, double h, const RolloutState& x
   const TorqueSlope slope = calc_given_slope(law, u, x.v[m]);
   u = calc_given_torque(law, u, x.v[m]);
   if (slope.over_effort == 0.0) free_[j] = 1;
-  K_[m] *= slope.over_effort, D_[m] = D_[m] * slope.over_effort - std::min(0.0, slope.over_v);
+  K_[m] *= slope.over_effort;
+  D_[m] = D_[m] * slope.over_effort - std::min(0.0, slope.over_v);
   const double drive = u + calc_friction(j, x.q[m], x.v[m], &D_[m]);
   f_[m] += drive;
   if (law.backdriven > 0.0) add_gear(j, drive, x.b[j] / law.presliding);
@@ -129,13 +139,20 @@ void Rollout::calc_transmission(int j, const RolloutState& x) {
   const bool open = law.gap > 0.0 && twist == 0.0;
   const double k = open ? 0.0 : law.stiffness, d = open ? 0.0 : law.damping;
   const double effort = k * twist + d * (x.v[m] - x.v[j]);
-  f_[j] += effort, f_[m] -= effort;
-  K_[j] += k, K_[m] += k, D_[j] += d, D_[m] += d;
-  couple_k_[m] = -k, couple_d_[m] = -d;
+  f_[j] += effort;
+  f_[m] -= effort;
+  K_[j] += k;
+  K_[m] += k;
+  D_[j] += d;
+  D_[m] += d;
+  couple_k_[m] = -k;
+  couple_d_[m] = -d;
 }
 
 void Rollout::evaluate(double t, double h, const RolloutState& x) {
-  std::fill(f_.begin(), f_.end(), 0.0), std::fill(K_.begin(), K_.end(), 0.0), std::fill(D_.begin(), D_.end(), 0.0);
+  std::fill(f_.begin(), f_.end(), 0.0);
+  std::fill(K_.begin(), K_.end(), 0.0);
+  std::fill(D_.begin(), D_.end(), 0.0);
   for (int j = 0; j < n_; ++j) calc_joint_forces(j, t, h, x);
   bodies_.evaluate(t, near_, x.q.data(), x.v.data(), mass_.data(), bias_.data());
   for (int j = 0; j < n_; ++j) f_[j] -= bias_[j];

@@ -81,7 +81,8 @@ bool Rollout::step_within_limits(double t, double h) {
     bool lasts = false;
     for (int j = 0; j < n_; ++j) {
       if (within_[j] && std::abs(calc_drive(j, t + h, x_)) > laws(j).effort_limit) {
-        lasts = true, within_[j] = 0;
+        lasts = true;
+        within_[j] = 0;
       }
     }
     if (!lasts) return clear_within();
@@ -114,8 +115,14 @@ bool Rollout::run_first_stage(double h) {
     k1b_[j] = finish_bristles(j, c, k1v_.data());
     predicted_.b[j] = x_.b[j] + h * k1b_[j];
   }
-  for (int i = 0; i < N_; ++i) predicted_.q[i] = x_.q[i] + h * k1q_[i], predicted_.v[i] = x_.v[i] + h * k1v_[i];
-  for (int j = 0; j < n_; ++j) predicted_.u[j] = x_.u[j] + h * k1u_[j], predicted_.z[j] = x_.z[j] + h * k1z_[j];
+  for (int i = 0; i < N_; ++i) {
+    predicted_.q[i] = x_.q[i] + h * k1q_[i];
+    predicted_.v[i] = x_.v[i] + h * k1v_[i];
+  }
+  for (int j = 0; j < n_; ++j) {
+    predicted_.u[j] = x_.u[j] + h * k1u_[j];
+    predicted_.z[j] = x_.z[j] + h * k1z_[j];
+  }
   return true;
 }
 
@@ -128,7 +135,11 @@ bool Rollout::run_second_stage(double h) {
     rhs_[i] = s;
     predicted_.v[i] -= 2.0 * k1q_[i];  // right-hand side of the position rows
   }
-  for (int j = 0; j < n_; ++j) fu_[j] -= 2.0 * k1u_[j], fz_[j] -= 2.0 * k1z_[j], fb_[j] -= 2.0 * k1b_[j];
+  for (int j = 0; j < n_; ++j) {
+    fu_[j] -= 2.0 * k1u_[j];
+    fz_[j] -= 2.0 * k1z_[j];
+    fb_[j] -= 2.0 * k1b_[j];
+  }
   if (!start_stage(c, predicted_.v, &k2v_)) return false;
   for (int i = 0; i < N_; ++i) k2q_[i] = predicted_.v[i] + c * k2v_[i];
   for (int j = 0; j < n_; ++j) {
@@ -171,7 +182,8 @@ void Rollout::add_lag(double c, const double* fu) {
 
 void Rollout::finish_memory(int j, double fu, double fz, const double* kq, const double* kv, double* ku,
                             double* kz) const {
-  *ku = 0.0, *kz = 0.0;
+  *ku = 0.0;
+  *kz = 0.0;
   if (lag_factor_[j] > 0.0) {
     const int m = motor_[j];
     *ku = lag_factor_[j] * (fu - (lag_k_[j] * kq[m] + lag_d_[j] * kv[m]));

@@ -52,7 +52,8 @@ Recording cut(const Recording& in, const Window& w) {
   for (const JointColumns& joint : in.joints) {
     JointColumns own;
     for (size_t q = 0; q < kQuantities; ++q) own.signal[q] = cut(joint.signal[q], w);
-    own.command = cut(joint.command, w), own.command_rate = cut(joint.command_rate, w);
+    own.command = cut(joint.command, w);
+    own.command_rate = cut(joint.command_rate, w);
     out.joints.push_back(std::move(own));
   }
   return out;
@@ -62,7 +63,9 @@ SmoothRecording cut(const SmoothRecording& in, const Window& w) {
   SmoothRecording out;
   for (const SmoothJoint& joint : in.joints) {
     SmoothJoint own = joint;
-    own.q = cut(joint.q, w), own.qd = cut(joint.qd, w), own.qdd = cut(joint.qdd, w);
+    own.q = cut(joint.q, w);
+    own.qd = cut(joint.qd, w);
+    own.qdd = cut(joint.qdd, w);
     out.joints.push_back(std::move(own));
   }
   for (const std::vector<double>& effort : in.effort) out.effort.push_back(cut(effort, w));
@@ -90,7 +93,8 @@ void add_window(const Plant& plant, const Experiment& e, const SmoothRecording& 
       if (!std::isfinite(q[k])) continue;
       const double error =
           ok ? std::min(2.0 * M_PI, std::abs(q[k] - readings[k * width + j * kQuantities])) : 2.0 * M_PI;
-      sums->square[j] += error * error, sums->count[j] += 1.0;
+      sums->square[j] += error * error;
+      sums->count[j] += 1.0;
     }
   }
 }
@@ -111,14 +115,18 @@ WindowErrors calc_window_errors(const Plant& plant, const Experiment& e, const s
   parallel_for(jobs, static_cast<int>(windows.size()), [&](int i) {
     const Window& w = windows[static_cast<size_t>(i)];
     Sums& sums = parts[static_cast<size_t>(i)];
-    sums.square.assign(n, 0.0), sums.count.assign(n, 0.0);
+    sums.square.assign(n, 0.0);
+    sums.count.assign(n, 0.0);
     add_window(held.at(w.recording), e, smooth[static_cast<size_t>(w.recording)], w, &sums);
   });
   WindowErrors out;
   std::vector<double> square(n, 0.0), count(n, 0.0);
   for (const Sums& s : parts) {  // in order, so that sums are reproducible to the bit
     out.windows += s.finite;
-    for (size_t j = 0; j < n; ++j) square[j] += s.square[j], count[j] += s.count[j];
+    for (size_t j = 0; j < n; ++j) {
+      square[j] += s.square[j];
+      count[j] += s.count[j];
+    }
   }
   for (size_t j = 0; j < n; ++j) out.rms.push_back(count[j] > 0.0 ? std::sqrt(square[j] / count[j]) : std::nan(""));
   return out;

@@ -66,7 +66,10 @@ void StandSearcher::weigh_alternatives() {
     std::vector<Effect> unfitted;
     for (const Effect& e : out_.indistinguishable[i]) {
       fits.push_back(fit_instead(i, e));
-      if (fits.back().score >= 1e299) fits.pop_back(), unfitted.push_back(e);
+      if (fits.back().score >= 1e299) {
+        fits.pop_back();
+        unfitted.push_back(e);
+      }
     }
     out_.indistinguishable[i] = unfitted;
     for (const StandFit& fit : fits) {

@@ -36,7 +36,8 @@ class AttitudeFinder {
   // encoders.
   void place(size_t k, Matrix3d* R_BI, Vector3d* foot_I) {
     for (int j = 0; j < model_.num_joints(); ++j) state_.q(j) = r_.position[static_cast<size_t>(j)].value[k];
-    state_.R_WB.setIdentity(), state_.p_WB.setZero();
+    state_.R_WB.setIdentity();
+    state_.p_WB.setZero();
     update_kinematics(model_, state_, &data_);
     const Transform X = get_pose(data_, p_.imu_link);
     *R_BI = X.R * p_.R_LI;
@@ -94,7 +95,8 @@ class AttitudeFinder {
     std::vector<double> drift[2];
     for (size_t k = 0; k < count(); ++k) {
       const Vector3d off = (attitude_[k] * down[k]).cross(-Vector3d::UnitZ());
-      drift[0].push_back(off.x()), drift[1].push_back(off.y());
+      drift[0].push_back(off.x());
+      drift[1].push_back(off.y());
     }
     const double step = (r_.time.back() - r_.time.front()) / static_cast<double>(count() - 1);
     const int half = std::min(static_cast<int>(count() / 3), static_cast<int>(kDrift / step));

@@ -51,7 +51,8 @@ StandFit StandSearcher::finish(const StandFit& so_far, const Hypothesis& hypothe
       if (get_row(e).slides) own(i, i) = std::pow(slip_spread_ / 2, 2);
       if (get_row(e).tilts_feet) own(i, i) += n == 1 ? give_.squaredNorm() : give_(i) * give_(i);
     }
-    fit.covariance.push_back(own), fit.std.push_back(own.diagonal().cwiseMax(0).cwiseSqrt());
+    fit.covariance.push_back(own);
+    fit.std.push_back(own.diagonal().cwiseMax(0).cwiseSqrt());
     at += n;
   }
   return fit;
@@ -59,7 +60,8 @@ StandFit StandSearcher::finish(const StandFit& so_far, const Hypothesis& hypothe
 
 StandFit StandSearcher::judge_again(const StandFit& fit) const {
   StandFit out = judge(fit.hypothesis);
-  out.std = fit.std, out.covariance = fit.covariance;
+  out.std = fit.std;
+  out.covariance = fit.covariance;
   return out;
 }
 

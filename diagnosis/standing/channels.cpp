@@ -43,7 +43,11 @@ class Calculator : StandMotion {
       const auto row = out_.begin() + static_cast<long>(s * channels_);
       if (!known_samples_[s]) std::fill(row, row + static_cast<long>(channels_), 0.0);
     }
-    if (base) base->residuals = out_, base->flat = flat_, base->ratios = ratios_;
+    if (base) {
+      base->residuals = out_;
+      base->flat = flat_;
+      base->ratios = ratios_;
+    }
     return std::move(out_);
   }
 
@@ -121,7 +125,9 @@ class Calculator : StandMotion {
     places_.push_back(get_pose(data_, p_.imu_link) * p_.p_LI - points[0]);
     if (p_.base_pose) add_vector(find_standing_point(k));
     for (size_t foot = 1; foot < p_.feet.size(); ++foot) add_vector(points[foot] - points[0]);
-    flat_.push_back(all_flat), slips_.push_back(slips), ratios_.push_back(worst);
+    flat_.push_back(all_flat);
+    slips_.push_back(slips);
+    ratios_.push_back(worst);
   }
 
   // Position of the first foot in the world, from the recorded pose of the base.
@@ -151,7 +157,9 @@ class Calculator : StandMotion {
 
   void add_sample(size_t k) {
     known_samples_.push_back(known_);
-    attitudes_.emplace_back(R_WI_), rates_.push_back(w_), turns_.push_back(dw_);
+    attitudes_.emplace_back(R_WI_);
+    rates_.push_back(w_);
+    turns_.push_back(dw_);
     add_feet(k);
     calc_inverse_dynamics(model_, vdot_, &wrenches_, &data_, &tau_);
     for (int i = 0; i < 6; ++i) out_.push_back(tau_(i));
@@ -193,7 +201,10 @@ class Calculator : StandMotion {
     for (size_t c = first; c < first + count_places(p_); ++c) {
       std::vector<double> sum(count, 0.0), flat(count, 0.0);
       for (size_t k = 0; k < n; ++k) {
-        if (flat_[k]) sum[stretch[k]] += out_[k * channels_ + c], ++flat[stretch[k]];
+        if (flat_[k]) {
+          sum[stretch[k]] += out_[k * channels_ + c];
+          ++flat[stretch[k]];
+        }
       }
       for (size_t k = 0; k < n; ++k) {
         double& place = out_[k * channels_ + c];
@@ -260,7 +271,8 @@ class Calculator : StandMotion {
     for (size_t k = begin; k < end; ++k) {
       const double angle = 2 * M_PI * (static_cast<double>(k - begin) + 0.5) / n;
       const double w = 1 - std::cos(angle), second = std::pow(2 * M_PI / span, 2) * std::cos(angle);
-      sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k], weight += w;
+      sum += w * (attitudes_[k] * gravity_[k]) - second * places_[k];
+      weight += w;
     }
     sum = attitudes_[(begin + end) / 2].conjugate() * sum;  // summed in world axes, reported in the sensor's axes
     const size_t row = r_.samples.size() / 2;
@@ -327,7 +339,10 @@ void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, E
   const auto look = [&](double gap, double slack) {
     for (size_t r = 0; r < problem.recordings.size(); ++r) {
       const PlacedLink link = place_link(problem, hypothesis, r, PlayOffsets(problem.effort.size()), joint, gap, slack);
-      for (double offset : link.offsets) low = std::min(low, offset), high = std::max(high, offset);
+      for (double offset : link.offsets) {
+        low = std::min(low, offset);
+        high = std::max(high, offset);
+      }
       held_low += std::count(link.sides.begin(), link.sides.end(), -1);
       held_high += std::count(link.sides.begin(), link.sides.end(), 1);
     }
@@ -336,7 +351,9 @@ void find_seen_play(const StandProblem& problem, const Hypothesis& hypothesis, E
   constexpr long kEnough = 10;  // samples
   const bool at_low = held_low > kEnough, at_high = held_high > kEnough;
   if (!at_low && !at_high) {
-    backlash->p[0] = kMostPlay, low = kMostPlay, high = -kMostPlay;
+    backlash->p[0] = kMostPlay;
+    low = kMostPlay;
+    high = -kMostPlay;
     look(kMostPlay, 1e300);
   }
   backlash->p[3] = at_low && at_high ? 0 : high - low;

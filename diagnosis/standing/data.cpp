@@ -58,7 +58,8 @@ bool read_feet(const Recording& recording, const Smoother& smoother, const Stand
     SmoothSeries axes[6];
     if (!read_vector(recording, smoother, "/wrench/" + foot.sensor + "/force", "xyz", axes) ||
         !read_vector(recording, smoother, "/wrench/" + foot.sensor + "/torque", "xyz", axes + 3)) {
-      return *why = out->file + ": /wrench/" + foot.sensor + " lacks columns", false;
+      *why = out->file + ": /wrench/" + foot.sensor + " lacks columns";
+      return false;
     }
     for (SmoothSeries& s : axes) out->wrench.push_back(std::move(s));
   }
@@ -120,7 +121,10 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
   out->file = recording.spec.name;
   out->train = recording.spec.train;
   out->time = recording.time;
-  if (recording.size() < 40) return *why = out->file + " is too short", false;
+  if (recording.size() < 40) {
+    *why = out->file + " is too short";
+    return false;
+  }
   const double step = recording.duration() / static_cast<double>(recording.size() - 1);
   const int half = std::max(3, static_cast<int>(std::lround(kWindow / step)));
   const Smoother smoother(recording.time, static_cast<int>(std::ceil(smoothing.wider * half)), smoothing.parity);
@@ -130,7 +134,8 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
   const std::string imu = "/imu/" + problem.imu;
   if (!read_vector(recording, smoother, imu + "/angular_velocity", "xyz", out->gyro) ||
       !read_vector(recording, smoother, imu + "/linear_acceleration", "xyz", out->accelerometer)) {
-    return *why = out->file + ": " + imu + " lacks columns", false;
+    *why = out->file + ": " + imu + " lacks columns";
+    return false;
   }
   if (!read_quaternion(recording, smoother, imu + "/orientation", out->attitude)) out->attitude[0] = {};
   if (!read_vector(recording, smoother, "/base/pose/position", "xyz", out->base_position) ||
@@ -142,7 +147,10 @@ bool read_recording(const Experiment& e, const Recording& recording, Smoothing s
   choose_samples(recording, problem, out);
   // Half-sampled and wide smoothings may have few samples: they are only used where the usual smoothing has samples.
   const bool usual = smoothing.parity == Parity::kAll && smoothing.wider == 1;
-  if (usual && out->samples.size() <= 20) return *why = out->file + " is too short", false;
+  if (usual && out->samples.size() <= 20) {
+    *why = out->file + " is too short";
+    return false;
+  }
   return true;
 }
 
@@ -187,10 +195,12 @@ bool find_feet(const Experiment& e, StandProblem* problem) {
       continue;
     }
     LinkInertia& inertia = problem->tree.links[static_cast<size_t>(foot.link)].inertia;
-    foot.mass = inertia.mass, foot.com = inertia.p_LLcm_L;
+    foot.mass = inertia.mass;
+    foot.com = inertia.p_LLcm_L;
     problem->feet.push_back(foot);
     inertia = LinkInertia{};
-    inertia.mass = 1e-9, inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+    inertia.mass = 1e-9;
+    inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
   }
   return !problem->feet.empty();
 }
@@ -203,12 +213,16 @@ bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) 
     bool effort = true, command = e.scenario.drive != "motion", velocity = true;
     for (const StandRecording& r : problem->recordings) {
       if (r.position[i].value.empty()) {
-        return *why = "joint " + e.robot.tree.joint(j).name + " has no position", false;
+        *why = "joint " + e.robot.tree.joint(j).name + " has no position";
+        return false;
       }
-      effort = effort && !r.effort[i].value.empty(), command = command && !r.command[i].value.empty();
+      effort = effort && !r.effort[i].value.empty();
+      command = command && !r.command[i].value.empty();
       velocity = velocity && !r.velocity[i].value.empty();
     }
-    problem->effort.push_back(effort), problem->command.push_back(command), problem->velocity.push_back(velocity);
+    problem->effort.push_back(effort);
+    problem->command.push_back(command);
+    problem->velocity.push_back(velocity);
   }
   problem->base_pose = true;
   for (const StandRecording& r : problem->recordings) {
@@ -223,17 +237,32 @@ bool find_columns(const Experiment& e, StandProblem* problem, std::string* why) 
 bool make_stand_problem(const Experiment& e, Smoothing smoothing, StandProblem* problem, std::string* why) {
   problem->experiment = &e;
   NominalRobot nominal = make_nominal(e);
-  problem->tree = std::move(nominal.tree), problem->laws = std::move(nominal.laws);
+  problem->tree = std::move(nominal.tree);
+  problem->laws = std::move(nominal.laws);
   problem->force_W = std::move(nominal.force_W);
-  if (!e.scenario.floating_base) return *why = "the base is fixed", false;
-  if (e.scenario.sensors.imus.empty()) return *why = "no IMU", false;
+  if (!e.scenario.floating_base) {
+    *why = "the base is fixed";
+    return false;
+  }
+  if (e.scenario.sensors.imus.empty()) {
+    *why = "no IMU";
+    return false;
+  }
   const ImuSpec& imu = e.scenario.sensors.imus[0];
   problem->imu = imu.name;
   const int frame = e.robot.tree.find_frame(imu.link);
-  if (frame < 0) return *why = "the IMU's link is not of the robot", false;
+  if (frame < 0) {
+    *why = "the IMU's link is not of the robot";
+    return false;
+  }
   const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
-  problem->imu_link = f.link, problem->R_LI = f.X_LF.R, problem->p_LI = f.X_LF * imu.p_LS;
-  if (!find_feet(e, problem)) return *why = "not every foot has a force sensor at its own link", false;
+  problem->imu_link = f.link;
+  problem->R_LI = f.X_LF.R;
+  problem->p_LI = f.X_LF * imu.p_LS;
+  if (!find_feet(e, problem)) {
+    *why = "not every foot has a force sensor at its own link";
+    return false;
+  }
   for (const Recording& recording : e.recordings) {
     StandRecording out;
     if (!read_recording(e, recording, smoothing, *problem, &out, why)) return false;

@@ -50,7 +50,8 @@ Observed observe(const StandProblem& p, const Channel& channel, size_t index, si
         if (other != j) x.push_back(recording.position[static_cast<size_t>(other)].value[k]);
       }
     }
-    out.time.push_back(x[1]), out.y.push_back(y);
+    out.time.push_back(x[1]);
+    out.y.push_back(y);
     for (size_t i = 0; i < x.size(); ++i) out.x[i].push_back(x[i]);
   }
   return out;
@@ -183,7 +184,9 @@ bool are_equal(const Evaluation& evaluation, size_t channels, size_t a, size_t b
   for (const StandBase& base : evaluation) {
     for (size_t k = 0; k < base.residuals.size(); k += channels) {
       const double x = base.residuals[k + a], y = sense * base.residuals[k + b];
-      apart += (x - y) * (x - y), one += x * x, other += y * y;
+      apart += (x - y) * (x - y);
+      one += x * x;
+      other += y * y;
     }
   }
   return apart < 0.3 * std::min(one, other);  // noise counts twice in the difference

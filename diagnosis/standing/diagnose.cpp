@@ -18,7 +18,8 @@ bool diagnose_standing(const Problem& problem, const std::function<void(const st
     // Samples of both halves are multiplied with each other, so all halves keep the same ones.
     for (size_t r = 0; r < stand.recordings.size(); ++r) {
       half->recordings[r].samples = stand.recordings[r].samples;
-      half->recordings[r].window = stand.recordings[r].window, half->recordings[r].step = stand.recordings[r].step;
+      half->recordings[r].window = stand.recordings[r].window;
+      half->recordings[r].step = stand.recordings[r].step;
     }
   }
   choose_laws(&stands);

@@ -116,7 +116,8 @@ void take_out_memory(const Drives& drives, const StandRecording& r, size_t joint
   double a = 0, b = 0;
   for (size_t s = 0; s < r.samples.size(); ++s) {
     const double change = drives.find_memory(joint, static_cast<size_t>(r.samples[s]));
-    a += change * change, b -= change * (*rows)[s * stride + first];
+    a += change * change;
+    b -= change * (*rows)[s * stride + first];
   }
   if (a == 0) return;
   const double share = std::clamp(b / a, -2.0, 2.0);  // in units of half a yield angle

@@ -35,23 +35,32 @@ Vector3d get3(const std::vector<double>& p) { return {p[0], p[1], p[2]}; }
 
 void apply_stribeck(const std::vector<double>& p, const StandTarget& at) {
   JointLaws& laws = at.joint->laws;
-  laws.coulomb += p[0], at.joint->excess += p[1], laws.stribeck_velocity = p[2], laws.viscous += p[3];
+  laws.coulomb += p[0];
+  at.joint->excess += p[1];
+  laws.stribeck_velocity = p[2];
+  laws.viscous += p[3];
 }
 
 void apply_spring(const std::vector<double>& p, const StandTarget& at) {
-  at.joint->laws.spring_stiffness += p[0], at.joint->moment += p[1];
+  at.joint->laws.spring_stiffness += p[0];
+  at.joint->moment += p[1];
 }
 
 void apply_cogging(const std::vector<double>& p, const StandTarget& at) {
-  at.joint->cogging_sin = p[0], at.joint->cogging_cos = p[1], at.joint->laws.cogging_periods = p[2];
+  at.joint->cogging_sin = p[0];
+  at.joint->cogging_cos = p[1];
+  at.joint->laws.cogging_periods = p[2];
 }
 
 void apply_elasticity(const std::vector<double>& p, const StandTarget& at) {
-  at.joint->compliance += p[0], at.joint->laws.motor_inertia += p[1];
+  at.joint->compliance += p[0];
+  at.joint->laws.motor_inertia += p[1];
 }
 
 void apply_backlash(const std::vector<double>& p, const StandTarget& at) {
-  at.joint->laws.gap = p[0], at.joint->laws.motor_inertia += p[1], at.joint->compliance += p[2];
+  at.joint->laws.gap = p[0];
+  at.joint->laws.motor_inertia += p[1];
+  at.joint->compliance += p[2];
 }
 
 void apply_mass(const std::vector<double>& p, const StandTarget& at) {
@@ -77,9 +86,12 @@ void apply_soles(const std::vector<double>& all, const StandTarget& at) {
     FootTerms& foot = (*at.feet)[f];
     foot.soft = true;
     for (int a = 0; a < 2; ++a) {
-      foot.inverse_k[a] = p[2 * a], foot.c_over_k[a] = p[2 * a + 1], foot.moment[a] = p[8 + a];
+      foot.inverse_k[a] = p[2 * a];
+      foot.c_over_k[a] = p[2 * a + 1];
+      foot.moment[a] = p[8 + a];
     }
-    foot.inverse_kz = p[4], foot.shift = {p[5], p[6], p[7]};
+    foot.inverse_kz = p[4];
+    foot.shift = {p[5], p[6], p[7]};
     if (kHard) foot.hardening = p[kFootParameters];
   }
 }
@@ -89,12 +101,14 @@ void apply_soles(const std::vector<double>& all, const StandTarget& at) {
 using Values = std::vector<double>;
 
 void tell_stribeck(Values* p, Eigen::VectorXd* std) {
-  (*p)[1] += (*p)[0], (*std)(1) = std::hypot((*std)(0), (*std)(1));
+  (*p)[1] += (*p)[0];
+  (*std)(1) = std::hypot((*std)(0), (*std)(1));
 }
 
 void tell_spring(Values* p, Eigen::VectorXd* std) {
   const double k = (*p)[0], rest = -(*p)[1] / k;
-  (*p)[1] = rest, (*std)(1) = std::hypot((*std)(1), rest * (*std)(0)) / k;
+  (*p)[1] = rest;
+  (*std)(1) = std::hypot((*std)(1), rest * (*std)(0)) / k;
 }
 
 void tell_cogging(Values* p, Eigen::VectorXd* std) {
@@ -115,7 +129,8 @@ void tell_backlash(Values* p, Eigen::VectorXd*) { *p = {(*p)[3] > 0 ? (*p)[3] : 
 void tell_payload(Values* p, Eigen::VectorXd* std) {
   for (size_t i = 1; i < 4; ++i) {  // written as mass x com
     const long at = static_cast<long>(i);
-    (*p)[i] /= (*p)[0], (*std)(at) = std::hypot((*std)(at), (*p)[i] * (*std)(0)) / (*p)[0];
+    (*p)[i] /= (*p)[0];
+    (*std)(at) = std::hypot((*std)(at), (*p)[i] * (*std)(0)) / (*p)[0];
   }
 }
 
@@ -156,7 +171,8 @@ StandRow make_coulomb() {
 
 StandRow make_stribeck() {
   StandRow row = make_drive_row(EffectId::kStribeck, {0, 0, 0.1, 0}, {0.1, 0.1, 1e-3, 0.1});
-  row.apply = &apply_stribeck, row.to_table = &tell_stribeck;
+  row.apply = &apply_stribeck;
+  row.to_table = &tell_stribeck;
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[1] > 0 && e.p[2] > 0.005 && e.p[2] < 1; };
   row.keep = [](std::vector<double>* p) { (*p)[2] = std::clamp((*p)[2], 0.01, 0.5); };  // [rad/s]
   row.list_starts = [](const StandProblem&, const StandHints&, size_t) {
@@ -182,20 +198,26 @@ StandRow make_hysteresis() {
 
 StandRow make_spring() {
   StandRow row = make_drive_row(EffectId::kSpring, {0, 0}, {1, 0.1});
-  row.apply = &apply_spring, row.to_table = &tell_spring, row.follows_position = true;
+  row.apply = &apply_spring;
+  row.to_table = &tell_spring;
+  row.follows_position = true;
   return row;
 }
 
 StandRow make_cogging() {
   StandRow row = make_drive_row(EffectId::kCogging, {0, 0, 1}, {0.1, 0.1, 0.01});
-  row.apply = &apply_cogging, row.to_table = &tell_cogging, row.positive = false, row.all_count = true;
+  row.apply = &apply_cogging;
+  row.to_table = &tell_cogging;
+  row.positive = false;
+  row.all_count = true;
   row.list_starts = [](const StandProblem&, const StandHints& hints, size_t j) { return list_at(2, hints.ripples[j]); };
   return row;
 }
 
 StandRow make_saturation() {
   StandRow row = make_drive_row(EffectId::kSaturation, {1e300}, {0.01});
-  row.positive = false, row.away = true;
+  row.positive = false;
+  row.away = true;
   // If a drive gives less than the noise, nothing tells what limits it.
   row.is_sensible = [](const StandProblem& problem, const Effect& e) {
     return e.p[0] > kAboveNoise * find_noise(problem, e.place.index);
@@ -208,15 +230,20 @@ void keep_rotor(std::vector<double>* p) { (*p)[1] = std::max((*p)[1], 0.0); }  /
 
 StandRow make_elasticity() {
   StandRow row = make_row(EffectId::kElasticity, {0, 0}, {1e-6, 0.01}, true);
-  row.apply = &apply_elasticity, row.to_table = &tell_elasticity, row.keep = &keep_rotor;
+  row.apply = &apply_elasticity;
+  row.to_table = &tell_elasticity;
+  row.keep = &keep_rotor;
   row.noisy = row.bends_leg = true;
   return row;
 }
 
 StandRow make_backlash() {
   StandRow row = make_row(EffectId::kBacklash, {0, 0, 0, 0}, {1e-3, 0.01, 1e-6, 0}, true);
-  row.apply = &apply_backlash, row.to_table = &tell_backlash, row.keep = &keep_rotor;
-  row.away = row.loose = true, row.refined = 1;
+  row.apply = &apply_backlash;
+  row.to_table = &tell_backlash;
+  row.keep = &keep_rotor;
+  row.away = row.loose = true;
+  row.refined = 1;
   // A smaller gap is below the resolution of encoders.
   row.is_sensible = [](const StandProblem&, const Effect& e) { return e.p[0] > 1e-4; };
   // [rad/(N m)] The compliance of the teeth is below that of the servo, as it would oscillate otherwise.
@@ -242,7 +269,9 @@ StandRow make_joint_offset() {
 
 StandRow make_payload() {
   StandRow row = make_row(EffectId::kPayload, {0, 0, 0, 0}, {0.1, 0.01, 0.01, 0.01}, true);
-  row.apply = &apply_payload, row.to_table = &tell_payload, row.noisy = true;
+  row.apply = &apply_payload;
+  row.to_table = &tell_payload;
+  row.noisy = true;
   // It hangs on the robot.
   row.is_sensible = [](const StandProblem& problem, const Effect& e) {
     const Vector3d moment(e.p[1], e.p[2], e.p[3]);
@@ -253,7 +282,8 @@ StandRow make_payload() {
 
 StandRow make_mass_error() {
   StandRow row = make_row(EffectId::kMassError, {1}, {0.01});
-  row.apply = &apply_mass, row.noisy = row.all_count = true;
+  row.apply = &apply_mass;
+  row.noisy = row.all_count = true;
   return row;
 }
 
@@ -305,11 +335,15 @@ std::vector<Effect> list_hard_soles(const StandProblem& problem, const Effect& e
 std::vector<StandRow> make_sole_rows() {
   const std::vector<double> step{1e-5, 1e-5, 1e-5, 1e-5, 1e-8, 1e-3, 1e-3, 1e-3, 0.01, 0.01};
   StandRow soft = make_row(EffectId::kFootCompliance, std::vector<double>(kFootParameters, 0), step);
-  soft.apply = &apply_soles<false>, soft.noisy = true, soft.find_prior = &find_sole_prior;
+  soft.apply = &apply_soles<false>;
+  soft.noisy = true;
+  soft.find_prior = &find_sole_prior;
   StandRow hard = soft;
   soft.list_richer = &list_hard_soles;
-  hard.id = EffectId::kFootHardening, hard.apply = &apply_soles<true>;
-  hard.neutral.push_back(0), hard.step.push_back(10);
+  hard.id = EffectId::kFootHardening;
+  hard.apply = &apply_soles<true>;
+  hard.neutral.push_back(0);
+  hard.step.push_back(10);
   return {soft, hard};
 }
 
@@ -328,7 +362,10 @@ std::vector<StandRow> make_ground_rows() {
 
 StandRow make_row(EffectId id, std::vector<double> neutral, std::vector<double> step, bool positive) {
   StandRow row;
-  row.id = id, row.neutral = std::move(neutral), row.step = std::move(step), row.positive = positive;
+  row.id = id;
+  row.neutral = std::move(neutral);
+  row.step = std::move(step);
+  row.positive = positive;
   return row;
 }
 
@@ -344,7 +381,9 @@ std::vector<StandRow> make_rows() {
   StandRow gain = make_drive_row(get_effect_of(PlaceKind::kJoint, EffectFamily::kGain).id, {1}, {0.01});
   StandRow late = make_drive_row(EffectId::kDelay, {0}, {1e-3}), lag = make_drive_row(EffectId::kLag, {0}, {1e-3});
   viscous.noisy = rotor.noisy = gain.noisy = lag.noisy = true;
-  gain.positive = false, late.by_command = true, rotor.of_transmission = true;
+  gain.positive = false;
+  late.by_command = true;
+  rotor.of_transmission = true;
   std::vector<StandRow> rows{viscous,
                              make_coulomb(),
                              make_stribeck(),

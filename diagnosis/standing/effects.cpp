@@ -26,12 +26,14 @@ class Lister {
 
   std::vector<Effect> run() {
     for (int j = 0; j < p_.tree.num_joints(); ++j) {
-      add_all(PlaceKind::kJoint, j), add_readings(j, &is_joint_sensor);
+      add_all(PlaceKind::kJoint, j);
+      add_readings(j, &is_joint_sensor);
     }
     for (size_t link = 0; link < p_.tree.links.size(); ++link) {
       if (p_.tree.links[link].inertia.mass >= 1e-6) add_all(PlaceKind::kLink, static_cast<int>(link));
     }
-    add_all(PlaceKind::kFoot, 0), add_all(PlaceKind::kGround, 0);
+    add_all(PlaceKind::kFoot, 0);
+    add_all(PlaceKind::kGround, 0);
     for (size_t foot = 0; foot < p_.feet.size(); ++foot) add_readings(static_cast<int>(foot), &is_wrench);
     add_readings(0, &is_imu);
     return std::move(list_);

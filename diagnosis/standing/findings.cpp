@@ -103,7 +103,8 @@ std::vector<Estimate> make_parameters(const StandProblem& p, const Effect& e, co
   }
   if (row.loose && e.p[3] > 0) {  // bounds for any gap in which the link can move as observed
     const double rest = std::max(0.0, kMostPlay - e.p[3]);
-    out[0].std = {rest / std::sqrt(12)}, out[0].ends = {{0.95 * e.p[3], e.p[3] + rest}};
+    out[0].std = {rest / std::sqrt(12)};
+    out[0].ends = {{0.95 * e.p[3], e.p[3] + rest}};
   }
   return out;
 }

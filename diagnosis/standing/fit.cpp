@@ -49,7 +49,8 @@ Normal gather(const StandProblem& problem, const FitSelection& selection, const 
         score += 0.5 * selection.weight[c] * (a * y.base[r].residuals[at] + b * x.base[r].residuals[at]);
       }
       if ((k + 1) % stretch == 0 || k + 1 == rows) {
-        normal.b += score, normal.B += score * score.transpose();
+        normal.b += score;
+        normal.B += score * score.transpose();
         score.setZero();
       }
     }
@@ -65,7 +66,8 @@ void add_priors(const StandProblem& problem, const Hypothesis& hypothesis, Norma
       const double prior = find_prior(problem, e, i);
       if (prior == 0) continue;
       const double precision = 1 / (prior * prior);
-      normal->A(at, at) += precision, normal->B(at, at) += precision;
+      normal->A(at, at) += precision;
+      normal->B(at, at) += precision;
       normal->b(at) += precision * (e.p[i] - neutral[i % neutral.size()]);
     }
   }
@@ -274,7 +276,8 @@ bool polish(const StandProblems& problems, const FitSelection& selection, int it
     if (i == iterations) break;
     const double cost = calc_cost(problems.all, selection, h, even, odd);
     h = take_step(h, step.delta, cost, [&](const Hypothesis& moved) {
-      even = evaluate(problems.even, moved), odd = evaluate(problems.odd, moved);
+      even = evaluate(problems.even, moved);
+      odd = evaluate(problems.odd, moved);
       return calc_cost(problems.all, selection, moved, even, odd);
     });
     if (!are_sensible(problems.all, h)) return false;

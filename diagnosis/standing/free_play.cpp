@@ -98,7 +98,10 @@ std::vector<double> place_within_play(const PlayRows& rows, const std::vector<do
   for (long c = places; c < size; ++c) at.row(c).array() -= at.row(c).mean();
   std::vector<double> offset(n);
   std::vector<char> fixed(n);
-  for (size_t k = 0; k < n; ++k) offset[k] = 0.5 * gap * sides[k], fixed[k] = sides[k] != 0;
+  for (size_t k = 0; k < n; ++k) {
+    offset[k] = 0.5 * gap * sides[k];
+    fixed[k] = sides[k] != 0;
+  }
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(size);
   // Finds which samples are at an end of the gap.
   for (int round = 0; round < kFewRounds; ++round) {

@@ -43,14 +43,17 @@ DriveRows collect(const StandProblem& p, const Evaluation& evaluation, size_t jo
   }
   const auto n = static_cast<long>(rows.size());
   if (rows.size() < kLeastServoSamples) return out;
-  out.smooth.resize(n, 5), out.missing.resize(n);
+  out.smooth.resize(n, 5);
+  out.missing.resize(n);
   for (long i = 0; i < n; ++i) {
     const auto& [q, v, a, e] = rows[static_cast<size_t>(i)];
     out.smooth.row(i) << 1, q, v, v > 0 ? 1 : -1, a;
-    out.missing(i) = e, out.position.push_back(q);
+    out.missing(i) = e;
+    out.position.push_back(q);
   }
   const auto [low, high] = std::minmax_element(out.position.begin(), out.position.end());
-  out.range = *high - *low, out.step = half * find_median(std::move(speed));
+  out.range = *high - *low;
+  out.step = half * find_median(std::move(speed));
   return out;
 }
 
@@ -80,7 +83,8 @@ std::vector<double> find_joint_ripples(const DriveRows& rows) {
   for (double p = 2 * M_PI / rows.range; p <= most + step; p += step) {
     const double next = p <= most ? calc_power(rows, Q, left, p) : 0;
     if (here > before && here >= next) peaks.emplace_back(-here, p - step);
-    before = here, here = next;
+    before = here;
+    here = next;
   }
   std::sort(peaks.begin(), peaks.end());
   std::vector<double> out;

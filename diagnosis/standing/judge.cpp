@@ -92,7 +92,10 @@ std::vector<double> StandJudge::find_noise(const Evaluation& even, const Evaluat
     for (size_t r = 0; r < even.size(); ++r) {
       for (size_t k = c; k < even[r].residuals.size(); k += channels_.size()) {
         const double a = even[r].residuals[k], b = odd[r].residuals[k];
-        if (a != 0 && b != 0) sum += 0.25 * (a - b) * (a - b), ++count;
+        if (a != 0 && b != 0) {
+          sum += 0.25 * (a - b) * (a - b);
+          ++count;
+        }
       }
     }
     out.push_back(count > 0 ? sum / count : 0);
@@ -109,7 +112,8 @@ std::vector<double> StandJudge::find_smoothed_away(const std::array<Evaluation, 
     const auto get = [&](size_t half, size_t k) { return halves[half][r].residuals[k]; };
     for (size_t k = 0; k < halves[0][r].residuals.size(); ++k) {
       if (get(0, k) == 0 || get(1, k) == 0 || get(2, k) == 0 || get(3, k) == 0) continue;
-      sum[k % channels_.size()] += (get(2, k) - get(0, k)) * (get(3, k) - get(1, k)), ++count[k % channels_.size()];
+      sum[k % channels_.size()] += (get(2, k) - get(0, k)) * (get(3, k) - get(1, k));
+      ++count[k % channels_.size()];
     }
   }
   for (size_t c = 0; c < sum.size(); ++c) {
@@ -155,7 +159,9 @@ double StandJudge::find_memory(size_t c, size_t later, const Evaluation& even, c
       const double b[] = {even[r].residuals[second], odd[r].residuals[second]};
       if (samples[k + later] - samples[k] != apart || a[0] == 0 || a[1] == 0 || b[0] == 0 || b[1] == 0) continue;
       const double product = 0.5 * (a[0] * b[1] + a[1] * b[0]) / (sigma_[c] * sigma_[c]);
-      sum += product, squares += product * product, ++count;
+      sum += product;
+      squares += product * product;
+      ++count;
     }
   }
   return std::abs(sum) > kNoChance * std::sqrt(squares) ? sum / count : 0;
@@ -251,9 +257,12 @@ void fill_noise(StandProblems* p) {
   const Evaluation nominal = evaluate(p->all, {});
   StandJudge judge(p->all);
   judge.update_sigma(nominal, {});
-  p->all.slack = find_slack(p->all, nominal), p->all.noise = judge.sigma();
-  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd})
-    half->slack = p->all.slack, half->noise = p->all.noise;
+  p->all.slack = find_slack(p->all, nominal);
+  p->all.noise = judge.sigma();
+  for (StandProblem* half : {&p->even, &p->odd, &p->wide_even, &p->wide_odd}) {
+    half->slack = p->all.slack;
+    half->noise = p->all.noise;
+  }
 }
 
 void choose_laws(StandProblems* problems) {
@@ -288,7 +297,8 @@ StandProblem make_coarse(StandProblem problem) {
   for (StandRecording& r : problem.recordings) {
     std::vector<int> few;
     for (size_t s = kThin / 2; s < r.samples.size(); s += kThin) few.push_back(r.samples[s]);
-    r.samples = few, r.step *= static_cast<int>(kThin);
+    r.samples = few;
+    r.step *= static_cast<int>(kThin);
   }
   return problem;
 }

@@ -45,7 +45,8 @@ void StandMotion::read_imu(size_t k) {
   const Matrix3d R_attitude = make_rotation_from_rpy(imu.attitude.misalignment);
   const Matrix3d R_gyro = make_rotation_from_rpy(imu.gyro.misalignment);
   const double gyro_scale = imu.gyro.scale.x(), accelerometer_scale = imu.accelerometer.scale.x();
-  w_ = R_gyro * Vector3d((w - imu.gyro.bias) / gyro_scale), dw_ = R_gyro * Vector3d(dw / gyro_scale);
+  w_ = R_gyro * Vector3d((w - imu.gyro.bias) / gyro_scale);
+  dw_ = R_gyro * Vector3d(dw / gyro_scale);
   f_ = make_rotation_from_rpy(imu.accelerometer.misalignment) *
        Vector3d((f - imu.accelerometer.bias) / accelerometer_scale);
   R_WI_ = attitude.toRotationMatrix() * R_attitude.transpose();
@@ -60,12 +61,15 @@ void StandMotion::read_joints(size_t k, size_t sample) {
     double q = position.value[k], v = position.rate[k], a = position.second[k];
     if (terms.position.delay != 0) {
       const double t = r_.time[k] + terms.position.delay;
-      q = interpolate(r_.time, position.value, t, k), v = interpolate(r_.time, position.rate, t, k);
+      q = interpolate(r_.time, position.value, t, k);
+      v = interpolate(r_.time, position.rate, t, k);
       a = interpolate(r_.time, position.second, t, k);
     }
     const double scale = terms.position.scale.x();
     DriveState& s = joints_[i];
-    s.encoder = (q - terms.position.bias.x()) / scale, s.velocity = v / scale, s.acceleration = a / scale;
+    s.encoder = (q - terms.position.bias.x()) / scale;
+    s.velocity = v / scale;
+    s.acceleration = a / scale;
     double bent = 0, bent_rate = 0, bent_second = 0;
     if (!offsets_[i].empty()) bent = offsets_[i][sample];
     if (terms.compliance != 0 && p_.is_driven(i)) {
@@ -75,7 +79,8 @@ void StandMotion::read_joints(size_t k, size_t sample) {
       if (p_.effort[i]) bent_second = terms.compliance * r_.effort[i].second[k];
     }
     s.link = s.encoder - terms.laws.joint_offset - bent;
-    state_.q(j) = s.link, state_.qd(j) = s.velocity - bent_rate;
+    state_.q(j) = s.link;
+    state_.qd(j) = s.velocity - bent_rate;
     vdot_(6 + j) = s.acceleration - bent_second;
   }
 }
@@ -91,7 +96,9 @@ void StandMotion::read_motion(size_t sample) {
 
 // Attitude, angular velocity and accelerations of the base, from an IMU at any link.
 void StandMotion::find_base_motion() {
-  state_.R_WB.setIdentity(), state_.p_WB.setZero(), state_.V_WB.setZero();
+  state_.R_WB.setIdentity();
+  state_.p_WB.setZero();
+  state_.V_WB.setZero();
   update_kinematics(model_, state_, &data_);
   const Matrix3d R_BI = get_pose(data_, p_.imu_link).R * p_.R_LI;
   const Vector3d w_BL = get_velocity(data_, p_.imu_link).head<3>();

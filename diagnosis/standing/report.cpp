@@ -144,7 +144,8 @@ double calc_fit(const StandProblem& p, const StandOutcome& o, const Evaluation& 
     const std::vector<double>& flat = evaluation[r].residuals;
     for (size_t k = 0; k < flat.size(); ++k) {
       const double z = flat[k] / o.sigma[k % o.channels.size()];
-      sum += z * z, count += flat[k] != 0;
+      sum += z * z;
+      count += flat[k] != 0;
     }
   }
   return count > 0 ? std::sqrt(sum / count) : 0;
@@ -160,10 +161,16 @@ double calc_spread(const StandProblem& p, const std::string& signal, bool held) 
     const auto add = [&](const std::vector<double>& column) {
       double mean = 0, n = 0;
       for (double v : column) {
-        if (std::isfinite(v)) mean += v, ++n;
+        if (std::isfinite(v)) {
+          mean += v;
+          ++n;
+        }
       }
       for (double v : column) {
-        if (std::isfinite(v)) sum += std::pow(v - mean / n, 2), ++count;
+        if (std::isfinite(v)) {
+          sum += std::pow(v - mean / n, 2);
+          ++count;
+        }
       }
     };
     for (const auto& [name, column] : recording.other) {
@@ -219,7 +226,8 @@ void add_mismatch(const StandProblem& p, const StandOutcome& o, std::vector<Mism
       for (size_t s = 0; s < recording.samples.size(); ++s) {
         const double z = nominal[r].residuals[s * o.channels.size() + c] / o.sigma[c];
         const double t = recording.time[static_cast<size_t>(recording.samples[s])];
-        sum += z * z, ++count;
+        sum += z * z;
+        ++count;
         if (std::abs(z) < 4) continue;
         if (begin < 0 || t > end + 0.15) {
           if (begin >= 0) intervals.emplace_back(begin, end);

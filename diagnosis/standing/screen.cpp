@@ -42,7 +42,8 @@ StandTrial StandSearcher::screen(const StandFit& so_far, const Effect& candidate
     }
   }
   if (!are_sensible(p_, h)) {
-    trial.fit.hypothesis = h, trial.fit.score = 1e300;
+    trial.fit.hypothesis = h;
+    trial.fit.score = 1e300;
     return trial;
   }
   trial.fit = judge_.judge(h, predicted, row.noisy ? find_noise_of(h, all) : std::vector<double>{});

@@ -17,8 +17,10 @@ StandOutcome StandSearcher::run() {
   update_noise({});
   out_.nominal = out_.chosen = judge({});
   if (!find_slip_ratio(p_, &hints_.slip_ratio, &slip_spread_)) hints_.slip_ratio = 0;
-  hints_.ripples.resize(p_.effort.size()), hints_.play.resize(p_.effort.size());
-  give_ = find_tilting(p_), significant_ = find_deviations(kSignificantInRobot);
+  hints_.ripples.resize(p_.effort.size());
+  hints_.play.resize(p_.effort.size());
+  give_ = find_tilting(p_);
+  significant_ = find_deviations(kSignificantInRobot);
   extend();
   start_with_runner_up();
   if (out_.mismatch && !out_.explained) start_with_soles();
@@ -73,7 +75,10 @@ void StandSearcher::start_with_soles() {
     out_.rounds.assign(1, {});
     extend();
     const bool more = out_.chosen.hypothesis.size() > 1;
-    if (!more || !out_.explained || !are_sensible(p_, out_.chosen.hypothesis)) out_ = before, judge_ = judge_before;
+    if (!more || !out_.explained || !are_sensible(p_, out_.chosen.hypothesis)) {
+      out_ = before;
+      judge_ = judge_before;
+    }
   }
 }
 
@@ -102,7 +107,10 @@ void StandSearcher::start_with_runner_up() {
   const bool better =
       (out_.explained || !before.explained) && price(out_.chosen) < price(judge(before.chosen.hypothesis));
   const bool sound = !list_undone(before.chosen.hypothesis).empty() && list_undone(out_.chosen.hypothesis).empty();
-  if (!better && !sound) out_ = before, judge_ = judge_before;
+  if (!better && !sound) {
+    out_ = before;
+    judge_ = judge_before;
+  }
 }
 
 bool StandSearcher::is_explained() const {
@@ -188,8 +196,10 @@ bool StandSearcher::add_effect() {
     }
     progress_(text);
   }
-  if (out_.chosen.hypothesis.empty())
-    first_round_ = trials, out_.rounds.push_back(trials);  // reported even if nothing is accepted
+  if (out_.chosen.hypothesis.empty()) {
+    first_round_ = trials;
+    out_.rounds.push_back(trials);  // reported even if nothing is accepted
+  }
   if (gain < std::max(kGain, kKnown * out_.chosen.mismatch)) return false;
   // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
   const bool slips = get_row(best.fit.hypothesis.back()).slides;

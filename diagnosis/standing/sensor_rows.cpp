@@ -23,7 +23,8 @@ double find_stamping(const StandProblem& problem) {
 
 StandRow make_sensor_row(EffectId id, Reading reading, std::vector<double> neutral, double step) {
   StandRow row = make_row(id, neutral, std::vector<double>(neutral.size(), step));
-  row.reading = reading, row.all_count = true;
+  row.reading = reading;
+  row.all_count = true;
   row.at_drive = reading == Reading::kEffort || reading == Reading::kVelocity;
   return row;
 }
@@ -57,7 +58,8 @@ void add_sensor_rows(std::vector<StandRow>* rows) {
     const bool one = group == &of_joint;
     for (Reading reading : *group) {
       rows->push_back(make_sensor_row(get_late_reading().id, reading, {0}, 1e-2));
-      rows->back().positive = true, rows->back().refined = one ? 0 : 2;
+      rows->back().positive = true;
+      rows->back().refined = one ? 0 : 2;
       if (one) rows->back().is_sensible = &is_late;
       if (!one)
         rows->push_back(make_sensor_row(get_effect_of(PlaceKind::kSensor, EffectFamily::kSensorGeometry).id, reading,

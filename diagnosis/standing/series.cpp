@@ -19,7 +19,8 @@ Json make_map_row(const StandRecording& rec, const std::vector<double>& residual
   for (size_t s = 0; s < rec.samples.size(); ++s) {
     const double t = rec.time[static_cast<size_t>(rec.samples[s])], z = residuals[s * channels + c] / sigma;
     const auto bin = static_cast<size_t>(std::min(kMapBins - 1.0, (t - start) / (end - start) * kMapBins));
-    sum[bin] += z * z, ++n[bin];
+    sum[bin] += z * z;
+    ++n[bin];
   }
   Json out = Json::array();
   for (size_t i = 0; i < sum.size(); ++i) out.push_back(n[i] > 0 ? Json(std::sqrt(sum[i] / n[i])) : Json());
@@ -30,8 +31,10 @@ Json make_trace(const StandRecording& rec, const std::vector<double>& before, co
                 size_t channels, size_t c) {
   Json time = Json::array(), zero = Json::array(), b = Json::array(), a = Json::array();
   for (size_t s = 0; s < rec.samples.size(); ++s) {
-    time.push_back(rec.time[static_cast<size_t>(rec.samples[s])]), zero.push_back(0.0);
-    b.push_back(before[s * channels + c]), a.push_back(after[s * channels + c]);
+    time.push_back(rec.time[static_cast<size_t>(rec.samples[s])]);
+    zero.push_back(0.0);
+    b.push_back(before[s * channels + c]);
+    a.push_back(after[s * channels + c]);
   }
   return {{"signal", c}, {"time", time}, {"recorded", zero}, {"before", b}, {"after", a}};
 }

@@ -49,7 +49,9 @@ std::vector<Vector3d> list_points(const std::vector<const CollisionShape*>& shap
 }
 
 void set_ball(const Vector3d& center, double radius, StandFoot* foot) {
-  foot->kind = SoleKind::kBall, foot->radius = radius, foot->bush = center;
+  foot->kind = SoleKind::kBall;
+  foot->radius = radius;
+  foot->bush = center;
 }
 
 }  // namespace
@@ -78,7 +80,8 @@ void read_sole(const RobotDescription& robot, StandFoot* foot) {
     for (const Vector3d& p : points) width = std::max(width, (p - center).head<2>().norm());
     return set_ball(center + Vector3d(0, 0, width), width, foot);
   }
-  foot->sole = center, foot->size = size;
+  foot->sole = center;
+  foot->size = size;
   const bool one_box = shapes.size() == 1 && shapes[0]->kind == ShapeKind::kBox;
   foot->bush.z() = one_box ? shapes[0]->X_LG.p.z() : lowest + kAbove;
 }

@@ -57,8 +57,15 @@ void Terms::add(const Effect& e) {
   const auto place = static_cast<size_t>(e.place.index);
   StandTarget own;
   EffectTarget target;
-  if (is_joint(e)) own.joint = &joints[place], target.joint = &own.joint->laws;
-  if (is_link(e)) own.link = &tree.links[place].inertia, target.link = {own.link}, target.force_W = &force_W[place];
+  if (is_joint(e)) {
+    own.joint = &joints[place];
+    target.joint = &own.joint->laws;
+  }
+  if (is_link(e)) {
+    own.link = &tree.links[place].inertia;
+    target.link = {own.link};
+    target.force_W = &force_W[place];
+  }
   if (is_foot(e)) own.feet = &feet;
   target.ground = &ground;
   if (get_row(e).apply) return get_row(e).apply(e.p, own);

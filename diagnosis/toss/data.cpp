@@ -30,7 +30,8 @@ bool read_three(const Recording& recording, const std::string& base, std::vector
 }
 
 bool read_toss(const Recording& recording, Toss* toss) {
-  toss->file = recording.spec.name, toss->train = recording.spec.train;
+  toss->file = recording.spec.name;
+  toss->train = recording.spec.train;
   std::vector<double> p[3], q[3], v[3], w[3];
   const auto real = recording.other.find("/base/pose/orientation/w");
   if (!read_three(recording, "/base/pose/position", p) || !read_three(recording, "/base/pose/orientation", q))
@@ -43,7 +44,9 @@ bool read_toss(const Recording& recording, Toss* toss) {
     const Vector3d at(p[0][k], p[1][k], p[2][k]);
     if (!at.allFinite() || !R.coeffs().allFinite() || R.norm() < 0.5) continue;
     R.normalize();
-    toss->time.push_back(recording.time[k]), toss->p.push_back(at), toss->R.push_back(R);
+    toss->time.push_back(recording.time[k]);
+    toss->p.push_back(at);
+    toss->R.push_back(R);
     if (linear) toss->v.emplace_back(v[0][k], v[1][k], v[2][k]);
     if (angular) toss->w.emplace_back(w[0][k], w[1][k], w[2][k]);
   }
@@ -63,7 +66,7 @@ void calc_roughness(const Toss& toss, const Window& window, double* p, double* R
   }
   const Eigen::MatrixXd N = A.transpose() * A, x = N.ldlt().solve(A.transpose() * y), left = y - A * x;
   const double degrees = static_cast<double>(3 * (n - 4));
-  *p = std::sqrt(left.leftCols<3>().squaredNorm() / degrees),
+  *p = std::sqrt(left.leftCols<3>().squaredNorm() / degrees);
   *R = std::sqrt(left.rightCols<3>().squaredNorm() / degrees);
 }
 
@@ -71,17 +74,23 @@ void calc_roughness(const Toss& toss, const Window& window, double* p, double* R
 void find_noise(const Experiment& e, TossProblem* problem) {
   std::vector<double> p, R;
   for (const Window& window : problem->windows) {
-    p.push_back(0.0), R.push_back(0.0);
+    p.push_back(0.0);
+    R.push_back(0.0);
     calc_roughness(problem->tosses[window.toss], window, &p.back(), &R.back());
   }
-  problem->sigma_p = find_median(p), problem->sigma_R = find_median(R);
+  problem->sigma_p = find_median(p);
+  problem->sigma_R = find_median(R);
   double stated = 0.0;
   for (const char* axis : {"/x", "/y", "/z"}) {
     const auto at = e.other_noise.find(std::string("/base/pose/position") + axis);
     if (at != e.other_noise.end() && at->second.stated) stated = std::max(stated, at->second.sigma);
   }
-  if (stated > 0.0) problem->sigma_p = stated, problem->stated = true;
-  problem->sigma_p = std::max(problem->sigma_p, 1e-6), problem->sigma_R = std::max(problem->sigma_R, 1e-5);
+  if (stated > 0.0) {
+    problem->sigma_p = stated;
+    problem->stated = true;
+  }
+  problem->sigma_p = std::max(problem->sigma_p, 1e-6);
+  problem->sigma_R = std::max(problem->sigma_R, 1e-5);
 }
 
 // Plane through the lowest points of a body at rest, as the tracker measures it: height [m] above the model's ground
@@ -100,14 +109,19 @@ RestPlane find_rest_plane(const TossProblem& problem, const Toss& toss) {
   // A face that lies flat is tilted by the tracker's error only, so points within a tenth of the body's size belong to
   // it.
   double size = 0.0, lowest = 1e300;
-  for (const Vector3d& p : points) size = std::max(size, (p - X.p).norm()), lowest = std::min(lowest, p.z());
+  for (const Vector3d& p : points) {
+    size = std::max(size, (p - X.p).norm());
+    lowest = std::min(lowest, p.z());
+  }
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Vector3d b = Vector3d::Zero();
   int count = 0;
   for (const Vector3d& p : points) {
     if (p.z() > lowest + 0.1 * size) continue;
     const Vector3d row(1.0, p.x() - X.p.x(), p.y() - X.p.y());
-    A += row * row.transpose(), b += row * p.z(), ++count;
+    A += row * row.transpose();
+    b += row * p.z();
+    ++count;
   }
   if (count < 3 || A.determinant() < 1e-3 * std::pow(size, 4)) return out;
   const Vector3d x = A.ldlt().solve(b);
@@ -122,9 +136,13 @@ void find_slow_errors(TossProblem* problem) {
   std::vector<RestPlane> planes;
   for (const Toss& toss : problem->tosses) {
     const RestPlane plane = find_rest_plane(*problem, toss);
-    if (plane.ok) planes.push_back(plane), problem->rest_heights.push_back(plane.height);
+    if (plane.ok) {
+      planes.push_back(plane);
+      problem->rest_heights.push_back(plane.height);
+    }
   }
-  problem->slow_p = problem->sigma_p, problem->slow_R = problem->sigma_R;
+  problem->slow_p = problem->sigma_p;
+  problem->slow_R = problem->sigma_R;
   if (planes.size() < 4) return;
   const auto spread = [&](double RestPlane::*field) {
     std::vector<double> values;
@@ -249,7 +267,8 @@ LocalMotion calc_local_motion(const TossProblem& problem, const Toss& toss, size
   }
   const Eigen::MatrixXd N = A.transpose() * A, x = N.ldlt().solve(A.transpose() * y);
   LocalMotion out;
-  out.v = problem.sigma_p * x.block<1, 3>(1, 0).transpose(), out.a = problem.sigma_p * x.block<1, 3>(2, 0).transpose();
+  out.v = problem.sigma_p * x.block<1, 3>(1, 0).transpose();
+  out.a = problem.sigma_p * x.block<1, 3>(2, 0).transpose();
   out.w = problem.sigma_R * x.block<1, 3>(1, 3).transpose(),
   out.alpha = problem.sigma_R * x.block<1, 3>(2, 3).transpose();
   out.misfit = n > 3 ? std::sqrt((y - A * x).squaredNorm() / static_cast<double>(6 * (n - 3))) : 0.0;
@@ -258,28 +277,48 @@ LocalMotion calc_local_motion(const TossProblem& problem, const Toss& toss, size
 
 bool make_toss_problem(const Experiment& e, TossProblem* problem, std::string* why) {
   problem->experiment = &e;
-  if (!e.scenario.floating_base) return *why = "the base is fixed", false;
-  if (e.num_joints() > 0) return *why = "the body has joints", false;
-  if (!e.scenario.ground.present) return *why = "there is no ground", false;
+  if (!e.scenario.floating_base) {
+    *why = "the base is fixed";
+    return false;
+  }
+  if (e.num_joints() > 0) {
+    *why = "the body has joints";
+    return false;
+  }
+  if (!e.scenario.ground.present) {
+    *why = "there is no ground";
+    return false;
+  }
   problem->soles = make_soles(e.robot);
   for (const Recording& recording : e.recordings) {
     Toss toss;
-    if (!read_toss(recording, &toss))
-      return *why = recording.spec.name + " has no pose of the base (/base/pose/...)", false;
+    if (!read_toss(recording, &toss)) {
+      *why = recording.spec.name + " has no pose of the base (/base/pose/...)";
+      return false;
+    }
     problem->tosses.push_back(std::move(toss));
   }
-  if (problem->soles.empty()) return *why = "no link that may touch the ground (`feet`) has a shape", false;
+  if (problem->soles.empty()) {
+    *why = "no link that may touch the ground (`feet`) has a shape";
+    return false;
+  }
   World& w = problem->nominal;
-  w.body = make_nominal(e).tree, w.ground = e.scenario.ground, w.gravity_W = e.scenario.gravity_W;
+  w.body = make_nominal(e).tree;
+  w.ground = e.scenario.ground;
+  w.gravity_W = e.scenario.gravity_W;
   w.restitution = e.scenario.contact.restitution;
   problem->windows = cut_windows(*problem);
-  if (problem->windows.empty()) return *why = "no stretch is long enough", false;
+  if (problem->windows.empty()) {
+    *why = "no stretch is long enough";
+    return false;
+  }
   note_unused(problem);
   find_noise(e, problem);
   drop_rest(problem);
   find_slow_errors(problem);
   judge_twist(problem);
-  problem->fall = measure_fall(*problem), problem->inertia = measure_inertia(*problem),
+  problem->fall = measure_fall(*problem);
+  problem->inertia = measure_inertia(*problem);
   problem->rest_height = measure_rest_height(*problem);
   return true;
 }

@@ -43,7 +43,8 @@ TossRow make_friction() {
   // Sticking contacts do not depend on friction, so a slope may be zero. Tries less and more.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none, none};
-    out[0].p[0] *= 0.5, out[1].p[0] *= 1.5;
+    out[0].p[0] *= 0.5;
+    out[1].p[0] *= 1.5;
     return out;
   };
   return row;
@@ -70,7 +71,8 @@ TossRow make_slope() {
 
 TossRow make_payload() {
   TossRow row = make_row(EffectId::kPayload, kBody, {0, 4, 1e-3, -1, 1});
-  row.parameters[0].low = 0, row.parameters[0].high = 1e3;
+  row.parameters[0].low = 0;
+  row.parameters[0].high = 1e3;
   row.inside = EffectId::kComError;
   // Starts with a tenth of the body's mass, at the place that gives the fitted offset of the centre of mass.
   row.list_starts = [](const TossProblem& problem, const Hypothesis& found, const Effect& none) {
@@ -92,7 +94,8 @@ TossRow make_inertia() {
   // Another inertia may lead to other contacts in a window, so a small step may show nothing.
   row.list_starts = [](const TossProblem&, const Hypothesis&, const Effect& none) {
     Hypothesis out{none, none, none};
-    out[1].p[0] *= 0.8, out[2].p[0] *= 1.25;
+    out[1].p[0] *= 0.8;
+    out[2].p[0] *= 1.25;
     return out;
   };
   return row;
@@ -117,7 +120,8 @@ TossRow make_skew() {
   row.get_measured = [](const TossProblem& problem) {
     std::optional<Measured> skew = problem.fall;
     if (!skew) return skew;
-    skew->value = std::sqrt(skew->value), skew->std *= 0.5 / skew->value;
+    skew->value = std::sqrt(skew->value);
+    skew->std *= 0.5 / skew->value;
     skew->value -= 1.0;
     return skew;
   };
@@ -192,7 +196,9 @@ TossModel make_toss_model(const TossProblem& problem, const Hypothesis& hypothes
   contact.restitution = world.restitution;
   EffectTarget target;
   target.link = {&world.body.links[0].inertia};
-  target.ground = &world.ground, target.contact = &contact, target.drag = &world.drag;
+  target.ground = &world.ground;
+  target.contact = &contact;
+  target.drag = &world.drag;
   for (const Effect& e : hypothesis) {
     const std::vector<double> values = list_values(e);
     for (SensorErrors* sensor : {&position, &attitude}) {

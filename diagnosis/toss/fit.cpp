@@ -22,19 +22,24 @@ double calc_typical(const TossProblem& problem, const TossFit& fit, bool train) 
   std::sort(windows.begin(), windows.end());
   if (windows.size() >= 10) windows.resize(windows.size() - (windows.size() + 19) / 20);
   double chi2 = 0.0, degrees = 0.0;
-  for (const auto& [misfit, n] : windows) chi2 += n * misfit, degrees += n;
+  for (const auto& [misfit, n] : windows) {
+    chi2 += n * misfit;
+    degrees += n;
+  }
   return degrees > 0.0 ? std::sqrt(chi2 / degrees) : 0.0;
 }
 
 void summarise(const TossProblem& problem, TossFit* fit) {
-  fit->typical_train = calc_typical(problem, *fit, true), fit->typical_validate = calc_typical(problem, *fit, false);
+  fit->typical_train = calc_typical(problem, *fit, true);
+  fit->typical_validate = calc_typical(problem, *fit, false);
   double chi2[2] = {0, 0}, degrees[2] = {0, 0};
   fit->cost.assign(problem.tosses.size(), 0.0);
   for (size_t i = 0; i < problem.windows.size(); ++i) {
     const Window& w = problem.windows[i];
     const bool train = problem.tosses[w.toss].train;
     const double n = calc_degrees(w);
-    chi2[train] += n * fit->misfit[i], degrees[train] += n;
+    chi2[train] += n * fit->misfit[i];
+    degrees[train] += n;
     fit->cost[w.toss] += calc_cost(fit->misfit[i], n);
   }
   fit->train = degrees[1] > 0 ? std::sqrt(chi2[1] / degrees[1]) : 0.0;
@@ -60,7 +65,10 @@ void continue_windows(const TossProblem& problem, int jobs, TossFit* fit) {
     if (!Predictor(problem, fit->hypothesis, bridge).run_on(&start)) return;
     Predictor predictor(problem, fit->hypothesis, here);
     const WindowFit again = fit_window(problem, &predictor, here, start, 5);
-    if (again.ok && again.misfit < misfit[k]) fit->starts[k] = again.start, fit->misfit[k] = again.misfit;
+    if (again.ok && again.misfit < misfit[k]) {
+      fit->starts[k] = again.start;
+      fit->misfit[k] = again.misfit;
+    }
   });
 }
 
@@ -116,7 +124,8 @@ bool add_window(const TossProblem& problem, const TossFit& fit, size_t index, co
   const Eigen::MatrixXd clean = J + w.J * out->follow;
   const Eigen::VectorXd r = w.residuals - w.J * factor.solve(w.J.transpose() * w.residuals);
   const double weight = 1.0 / (1.0 + fit.misfit[index] / 4.0);
-  out->A = weight * clean.transpose() * clean, out->b = weight * clean.transpose() * r;
+  out->A = weight * clean.transpose() * clean;
+  out->b = weight * clean.transpose() * r;
   return out->A.allFinite() && out->b.allFinite() && out->follow.allFinite();
 }
 
@@ -133,14 +142,18 @@ Normal make_normal(const TossProblem& problem, const TossFit& fit, const Paramet
   });
   Normal out;
   out.by_toss.resize(problem.tosses.size());
-  out.A.setZero(n, n), out.b.setZero(n), out.scores.setZero(n, static_cast<long>(problem.tosses.size()));
+  out.A.setZero(n, n);
+  out.b.setZero(n);
+  out.scores.setZero(n, static_cast<long>(problem.tosses.size()));
   for (size_t k = 0; k < count; ++k) {
     out.follow.push_back(parts[k].follow);
     const size_t toss = problem.windows[k].toss;
     if (!use[toss]) continue;
     Eigen::MatrixXd& own = out.by_toss[toss];
     if (own.size() == 0) own.setZero(n, n);
-    own += parts[k].A, out.A += parts[k].A, out.b += parts[k].b;
+    own += parts[k].A;
+    out.A += parts[k].A;
+    out.b += parts[k].b;
     out.scores.col(static_cast<long>(toss)) += parts[k].b;
   }
   return out;
@@ -180,7 +193,12 @@ double calc_spread(const Normal& normal, const Eigen::VectorXd& along) {
   double count = 0.0, w1 = 0.0, w2 = 0.0, mean = 0.0, scatter = 0.0;
   const double least = 0.05 * most;
   for (const auto& [w, score] : tosses) {
-    if (w > least) count += 1.0, w1 += w, w2 += w * w, mean -= score;
+    if (w > least) {
+      count += 1.0;
+      w1 += w;
+      w2 += w * w;
+      mean -= score;
+    }
   }
   if (count < 3.0) return 0.0;
   mean /= w1;
@@ -227,11 +245,13 @@ TossFit fit_starts(const TossProblem& problem, const Hypothesis& hypothesis, con
   TossFit fit;
   fit.hypothesis = hypothesis;
   const size_t count = problem.windows.size();
-  fit.starts.resize(count), fit.misfit.assign(count, kFailed);
+  fit.starts.resize(count);
+  fit.misfit.assign(count, kFailed);
   parallel_for(jobs, static_cast<int>(count), [&](int i) {
     const auto k = static_cast<size_t>(i);
     const WindowFit w = fit_window_afresh(problem, hypothesis, problem.windows[k], warm ? &warm->starts[k] : nullptr);
-    fit.starts[k] = w.start, fit.misfit[k] = std::min(w.misfit, kFailed);
+    fit.starts[k] = w.start;
+    fit.misfit[k] = std::min(w.misfit, kFailed);
   });
   continue_windows(problem, jobs, &fit);
   summarise(problem, &fit);
@@ -280,9 +300,10 @@ TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossF
       const TossFit moved = move_fit(fit, normal, parameters, step);
       const TossFit next = fit_starts(problem, moved.hypothesis, &moved, options.jobs);
       better = sum_cost(next, use) < before;
-      if (better)
-        fit = next, lambda = std::max(1e-6, 0.1 * lambda);
-      else
+      if (better) {
+        fit = next;
+        lambda = std::max(1e-6, 0.1 * lambda);
+      } else
         lambda = 10.0 * std::max(lambda, 1e-3);
     }
     if (!better || before - sum_cost(fit, use) < 1e-4 * before) break;

@@ -98,7 +98,8 @@ double calc_score(const TossProblem& problem, const Left& left, int role, int to
     for (size_t i = 0; i < left.by_toss[t].size(); ++i) {
       const double r = left.by_toss[t][i];
       if (!std::isfinite(r) || (signal >= 0 && static_cast<int>(i % 6) != signal)) continue;
-      sum += r * r, count += 1.0;
+      sum += r * r;
+      count += 1.0;
     }
   }
   return count > 0.0 ? std::sqrt(sum / count) : 0.0;
@@ -124,7 +125,10 @@ std::vector<Mismatch> list_mismatches(const TossProblem& problem, const TossOutc
       double sum = 0.0;
       for (size_t k = w.first; k < w.first + w.count; ++k)
         sum += std::pow(before.by_toss[w.toss][6 * k + static_cast<size_t>(s)], 2);
-      if (sum > worst) worst = sum, signal = s;
+      if (sum > worst) {
+        worst = sum;
+        signal = s;
+      }
     }
     list.push_back({kSignals[signal],
                     t.file,
@@ -179,8 +183,10 @@ std::vector<Finding> list_findings(const TossProblem& problem, const TossOutcome
   }
   const double each =
       calc_explained(fit) / static_cast<double>(list.size() + outcome.doubted.size());  // nothing tells theirs
-  for (const TossTrial& trial : outcome.doubted)
-    list.push_back(make_doubted(problem, trial)), list.back().share = list.back().weight = each;
+  for (const TossTrial& trial : outcome.doubted) {
+    list.push_back(make_doubted(problem, trial));
+    list.back().share = list.back().weight = each;
+  }
   return list;
 }
 
@@ -197,7 +203,8 @@ std::vector<Unexplained> list_unexplained(const TossProblem& problem, const Toss
   double sum[3] = {0, 0, 0}, count[3] = {0, 0, 0};
   for (size_t i = 0; i < problem.windows.size(); ++i) {
     const auto g = static_cast<size_t>(after.worst[i]);
-    sum[g] += outcome.chosen.misfit[i], count[g] += 1.0;
+    sum[g] += outcome.chosen.misfit[i];
+    count[g] += 1.0;
   }
   std::string text = "What is left, in units of the noise:";
   size_t worst = 0;
@@ -238,7 +245,9 @@ std::vector<SignalFit> list_fits(const TossProblem& problem, const Left& before,
     for (const Toss& t : problem.tosses) {
       for (size_t k = 0; k < t.p.size(); ++k) {
         const double v = s < 3 ? t.p[k][static_cast<long>(s)] : calc_turn(t.R[0], t.R[k])[static_cast<long>(s) - 3];
-        mean += v, square += v * v, count += 1.0;
+        mean += v;
+        square += v * v;
+        count += 1.0;
       }
     }
     const double spread = std::sqrt(std::max(1e-18, square / count - mean * mean / (count * count)));
@@ -255,8 +264,10 @@ Json make_trace(const Toss& t, const std::vector<double>& before, const std::vec
   for (size_t k = 0; k < t.p.size(); ++k) {
     const double value = s < 3 ? t.p[k][static_cast<long>(s)] : calc_turn(t.R[0], t.R[k])[static_cast<long>(s) - 3];
     if (!std::isfinite(before[6 * k + s]) || !std::isfinite(after[6 * k + s])) continue;
-    time.push_back(t.time[k]), recorded.push_back(value);
-    jb.push_back(value - noise * before[6 * k + s]), ja.push_back(value - noise * after[6 * k + s]);
+    time.push_back(t.time[k]);
+    recorded.push_back(value);
+    jb.push_back(value - noise * before[6 * k + s]);
+    ja.push_back(value - noise * after[6 * k + s]);
   }
   return {{"signal", s}, {"time", time}, {"recorded", recorded}, {"before", jb}, {"after", ja}};
 }

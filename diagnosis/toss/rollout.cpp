@@ -40,11 +40,17 @@ class Stepper {
         free_(6) {
     plane_.offset += kBand;
     const LinkInertia& inertia = world.body.links[0].inertia;
-    com_ = inertia.p_LLcm_L, I_ = inertia.I_LLcm_L, I_inverse_ = I_.inverse();
+    com_ = inertia.p_LLcm_L;
+    I_ = inertia.I_LLcm_L;
+    I_inverse_ = I_.inverse();
     pairs_.resize(1);
   }
 
-  void start(const BodyState& s) { state_.R_WB = s.R_WB, state_.p_WB = s.p_WB, state_.V_WB << s.w_WB, s.v_WB; }
+  void start(const BodyState& s) {
+    state_.R_WB = s.R_WB;
+    state_.p_WB = s.p_WB;
+    state_.V_WB << s.w_WB, s.v_WB;
+  }
   BodyState get() const { return {state_.R_WB, state_.p_WB, state_.V_WB.head<3>(), state_.V_WB.tail<3>()}; }
 
   // Advances by dt [s]; returns false if the state does not stay finite.
@@ -80,13 +86,19 @@ class Stepper {
   }
 
   bool find_contacts(ContactPair* pair) {
-    pair->points.clear(), touches_.clear();
-    pair->body_a = 0, pair->body_b = kGround, pair->friction = world_.ground.friction;
+    pair->points.clear();
+    touches_.clear();
+    pair->body_a = 0;
+    pair->body_b = kGround;
+    pair->friction = world_.ground.friction;
     visit_points(state_, [&](int index, const Vector3d& p, double depth) {
       if (depth < 0.0) return;
       ContactPoint point;
-      point.p_WC = p, point.n_BA_W = plane_.n_W, point.depth = depth;
-      pair->points.push_back(point), touches_.push_back(index);
+      point.p_WC = p;
+      point.n_BA_W = plane_.n_W;
+      point.depth = depth;
+      pair->points.push_back(point);
+      touches_.push_back(index);
     });
     return !pair->points.empty();
   }

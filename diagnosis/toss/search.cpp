@@ -39,7 +39,9 @@ double calc_sureness(const TossProblem& problem, const TossFit& before, const To
   for (size_t t = 0; t < problem.tosses.size(); ++t) {
     if (!problem.tosses[t].train || before.cost[t] <= 0.0) continue;
     const double d = before.cost[t] - after.cost[t];
-    n += 1.0, sum += d, square += d * d;
+    n += 1.0;
+    sum += d;
+    square += d * d;
   }
   if (n < 3.0) return sum > 0.0 ? kSignificantInTosses : 0.0;  // too few tosses; the other tests decide
   const double variance = std::max(1e-12, (square - sum * sum / n) / (n - 1.0));
@@ -70,7 +72,8 @@ class Search {
 
   TossFitOptions options(int rounds) const {
     TossFitOptions o;
-    o.jobs = jobs_, o.rounds = rounds;
+    o.jobs = jobs_;
+    o.rounds = rounds;
     return o;
   }
 
@@ -87,7 +90,10 @@ class Search {
       const TossFit fit =
           fit_tosses(problem_, fit_starts(problem_, hypothesis, &out_.chosen, jobs_), options(kTrialRounds));
       const double gain = out_.chosen.train_cost - fit.train_cost;
-      if (best.fit.hypothesis.empty() || gain > best.gain) best.fit = fit, best.gain = gain;
+      if (best.fit.hypothesis.empty() || gain > best.gain) {
+        best.fit = fit;
+        best.gain = gain;
+      }
     }
     best.sureness = calc_sureness(problem_, out_.chosen, best.fit);
     return best;
@@ -158,7 +164,8 @@ class Search {
       calc_window_residuals(problem_, out_.chosen.hypothesis, w, out_.chosen.starts[i], &regimes);
       if (std::any_of(regimes.begin(), regimes.end(), [](Regime g) { return g != Regime::kFlight; })) continue;
       const double n = 6.0 * static_cast<double>(w.count);
-      gain += calc_cost(out_.chosen.misfit[i], n) - calc_cost(trial.fit.misfit[i], n), count += 1.0;
+      gain += calc_cost(out_.chosen.misfit[i], n) - calc_cost(trial.fit.misfit[i], n);
+      count += 1.0;
     }
     return count == 0.0 || gain > -kLeastGain;
   }
@@ -201,9 +208,10 @@ class Search {
       trial->why = "its value differs from toss to toss";
     else if (!is_consistent(*trial))
       trial->why = "halves of the tosses ask for different values";
-    else if (get_toss_row(trial->added).refused && !is_measured(*trial))
-      trial->doubted = true, trial->why = get_toss_row(trial->added).refused;
-    else
+    else if (get_toss_row(trial->added).refused && !is_measured(*trial)) {
+      trial->doubted = true;
+      trial->why = get_toss_row(trial->added).refused;
+    } else
       trial->accepted = true;
   }
 
@@ -213,7 +221,8 @@ class Search {
     for (const TossRow& row : list_toss_rows()) {
       if (!row.refused || out_.chosen.hypothesis.empty() || has_effect(out_.chosen.hypothesis, row.id)) continue;
       TossTrial trial = try_effect(row.id);
-      complete(&trial, kRounds), examine(&trial);
+      complete(&trial, kRounds);
+      examine(&trial);
       if (trial.doubted)
         say(std::string("perhaps ") + get_effect(row.id).name + ": " + std::to_string(judge(problem_, trial.fit)));
       if (trial.doubted) out_.doubted.push_back(std::move(trial));
@@ -275,14 +284,18 @@ class Search {
     sort_by_gain(&round);
     bool found = false;
     for (TossTrial& trial : round) {
-      if (!found)
-        complete(&trial, kRounds), examine(&trial);
-      else
+      if (!found) {
+        complete(&trial, kRounds);
+        examine(&trial);
+      } else
         trial.why = "another effect takes away more";
       found = found || trial.accepted;
     }
     for (TossTrial& trial : round) {
-      if (trial.accepted) out_.shares[trial.added] = calc_share(trial.fit), out_.chosen = trial.fit;
+      if (trial.accepted) {
+        out_.shares[trial.added] = calc_share(trial.fit);
+        out_.chosen = trial.fit;
+      }
       out_.trials.push_back(std::move(trial));
     }
     return found && judge(problem_, out_.chosen) > 1.0;
@@ -322,11 +335,14 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
              TossOutcome* outcome) {
   if (others.windows.empty() || outcome->chosen.hypothesis.empty()) return;
   TossFitOptions options;
-  options.jobs = jobs, options.rounds = kRounds;
+  options.jobs = jobs;
+  options.rounds = kRounds;
   const TossFit& found = outcome->chosen;
   const TossFit again = fit_tosses(others, fit_starts(others, found.hypothesis, nullptr, jobs), options);
   TossFit kept = found;
-  kept.hypothesis.clear(), kept.std.clear(), kept.spread.clear();
+  kept.hypothesis.clear();
+  kept.std.clear();
+  kept.spread.clear();
   for (size_t e = 0; e < found.hypothesis.size(); ++e) {
     const Effect neutral = make_neutral(problem, found.hypothesis[e].id);
     std::vector<double> std = found.std[e];
@@ -342,7 +358,9 @@ void confirm(const TossProblem& problem, const TossProblem& others, int jobs, co
     const std::string& name = get_effect(found.hypothesis[e].id).name;
     if (progress) progress(std::string("other tosses ") + (same ? "confirm " : "do not confirm ") + name);
     if (!same) continue;
-    kept.hypothesis.push_back(found.hypothesis[e]), kept.std.push_back(std), kept.spread.push_back(found.spread[e]);
+    kept.hypothesis.push_back(found.hypothesis[e]);
+    kept.std.push_back(std);
+    kept.spread.push_back(found.spread[e]);
   }
   if (kept.hypothesis.size() < found.hypothesis.size()) {
     const std::vector<std::vector<double>> std = kept.std;

@@ -50,7 +50,8 @@ Body fly_on(const TossProblem& problem, const Toss& toss, const Stretch& stretch
   const Vector3d p_BBcm_W = R * problem.nominal.body.links[0].inertia.p_LLcm_L;
   body.X_WB = {R, toss.p[stretch.at] + dt * m.v + 0.5 * dt * dt * m.a};
   body.w_WB = m.w + dt * m.alpha;
-  body.p_WBcm = body.X_WB.p + p_BBcm_W, body.v_WBcm = m.v + dt * m.a + body.w_WB.cross(p_BBcm_W);
+  body.p_WBcm = body.X_WB.p + p_BBcm_W;
+  body.v_WBcm = m.v + dt * m.a + body.w_WB.cross(p_BBcm_W);
   return body;
 }
 
@@ -90,7 +91,8 @@ std::optional<Strike> find_strike(const TossProblem& problem, size_t toss, const
   Strike strike;
   strike.toss = toss;
   strike.p_BcmC_W = list_lowest_points(problem, a.X_WB)[*point] - a.p_WBcm;
-  strike.dv_WBcm = b.v_WBcm - a.v_WBcm, strike.dw_WB = b.w_WB - a.w_WB;
+  strike.dv_WBcm = b.v_WBcm - a.v_WBcm;
+  strike.dw_WB = b.w_WB - a.w_WB;
   strike.I_BBcm_W = a.X_WB.R * problem.nominal.body.links[0].inertia.I_LLcm_L * a.X_WB.R.transpose();
   if (strike.dv_WBcm.dot(-problem.nominal.gravity_W.normalized()) < kImpactSpeed) return std::nullopt;
   return strike;
@@ -110,7 +112,10 @@ std::vector<Strike> find_strikes(const TossProblem& problem) {
         const Stretch after = look_at(problem, toss, begin, begin);
         if (after.flies) strike = find_strike(problem, i, before, after);
       }
-      if (strike) strikes.push_back(*strike), end += kFlight - 1;
+      if (strike) {
+        strikes.push_back(*strike);
+        end += kFlight - 1;
+      }
     }
   }
   return strikes;
@@ -126,7 +131,8 @@ std::optional<Measured> measure_fall(const TossProblem& problem) {
     for (size_t n = 2 * kFlight; n <= toss.p.size(); ++n) {
       const LocalMotion m = calc_local_motion(problem, toss, 0, n, 0);
       if (m.misfit > kOutlier || (m.a - problem.nominal.gravity_W).norm() > kMinority * g) break;
-      count = n, fall = m;
+      count = n;
+      fall = m;
     }
     if (count > 0) values.push_back(fall.a.dot(problem.nominal.gravity_W) / (g * g));
   }

@@ -24,7 +24,9 @@ WindowStart move_start(const WindowStart& s, const VectorS& d) {
   out.ground += d.tail<3>();
   out.R_WB = make_turn(d.head<3>()) * s.R_WB;
   out.R_WB.normalize();
-  out.p_WB += d.segment<3>(3), out.w_WB += d.segment<3>(6), out.v_WB += d.segment<3>(9);
+  out.p_WB += d.segment<3>(3);
+  out.w_WB += d.segment<3>(6);
+  out.v_WB += d.segment<3>(9);
   return out;
 }
 
@@ -40,7 +42,9 @@ Predictor::Predictor(const TossProblem& problem, const Hypothesis& hypothesis, c
 
 bool Predictor::run(const WindowStart& start, Eigen::VectorXd* residuals, std::vector<Regime>* regimes) {
   World world = model_.world;
-  world.ground.height += start.ground[0], world.ground.roll += start.ground[1], world.ground.pitch += start.ground[2];
+  world.ground.height += start.ground[0];
+  world.ground.roll += start.ground[1];
+  world.ground.pitch += start.ground[2];
   if (!roll_out(world, problem_.soles, start, time_, &states_, regimes)) return false;
   const PoseSensor& s = model_.sensor;
   residuals->resize(static_cast<long>(6 * window_.count) + kPrior);
@@ -73,7 +77,8 @@ WindowStart Predictor::guess(size_t samples) const {
   WindowStart x;
   x.R_WB = toss_.R[first] * Eigen::Quaterniond(Matrix3d(s.R.transpose()));
   x.p_WB = (toss_.p[first] - s.bias) / s.scale;
-  x.w_WB = m.w / (1.0 + s.skew), x.v_WB = m.v / (s.scale * (1.0 + s.skew));
+  x.w_WB = m.w / (1.0 + s.skew);
+  x.v_WB = m.v / (s.scale * (1.0 + s.skew));
   return x;
 }
 
@@ -105,7 +110,9 @@ WindowFit fit_window(const TossProblem& problem, Predictor* predictor, const Win
       const WindowStart next = move_start(fit.start, -damped.ldlt().solve(b));
       Eigen::VectorXd residuals;
       if (predictor->run(next, &residuals) && residuals.squaredNorm() < chi2) {
-        fit.start = next, fit.residuals = residuals, chi2 = residuals.squaredNorm();
+        fit.start = next;
+        fit.residuals = residuals;
+        chi2 = residuals.squaredNorm();
         lambda = std::max(1e-6, 0.1 * lambda);
         break;
       }

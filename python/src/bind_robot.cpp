@@ -359,7 +359,11 @@ void bind_robot(py::module_& m) {
       "Generalised velocity v (nv,) = [w_WB; v_WB; qd]: base first, world axes; a fixed base has only qd. Generalised "
       "force\n"
       "(nv,) = [moment about the base's origin; force; efforts]. Spatial vectors have the angular part first.");
-  bind_description(robot), bind_kinematics(robot), bind_dynamics(robot), bind_balance(robot), bind_velocities(robot);
+  bind_description(robot);
+  bind_kinematics(robot);
+  bind_dynamics(robot);
+  bind_balance(robot);
+  bind_velocities(robot);
   m.def(
       "load_robot",
       [](const std::string& urdf, bool floating_base, const py::object& gravity) {

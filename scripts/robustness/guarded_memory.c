@@ -95,9 +95,10 @@ static void* reserve(size_t size, int access) {
 /* A free slot of this class, or 0. The lock is taken. */
 static uint32_t take_slot(uint32_t class) {
   const uint32_t pages = 1u << class, id = free_slot[class];
-  if (arena == NULL)
-    slot_of_page = reserve(ARENA / kPage * sizeof *slot_of_page, PROT_READ | PROT_WRITE),
+  if (arena == NULL) {
+    slot_of_page = reserve(ARENA / kPage * sizeof *slot_of_page, PROT_READ | PROT_WRITE);
     arena = reserve(ARENA, PROT_NONE);
+  }
   if (id != 0) {
     free_slot[class] = slots[id].next_free;
     return id;
@@ -119,7 +120,10 @@ static void* guard(size_t size, size_t align) {
   }
   take_lock();
   struct Slot* s = &slots[take_slot(class)];
-  if (s != slots) s->size = size, s->used = 1;
+  if (s != slots) {
+    s->size = size;
+    s->used = 1;
+  }
   give_lock();
   if (s == slots) return NULL;
   char* block = get_end(s) - room;
@@ -141,7 +145,8 @@ static void release(char* block) {
   }
   memset(block, kUnset, s->size);
   take_lock();
-  s->used = 0, s->next_free = free_slot[s->class];
+  s->used = 0;
+  s->next_free = free_slot[s->class];
   free_slot[s->class] = (uint32_t)(s - slots);
   give_lock();
 }

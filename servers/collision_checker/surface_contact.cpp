@@ -162,7 +162,8 @@ void add_rim(const SurfaceMesh& surface, const std::vector<int>& faces, const So
 
 // The part of a segment that is inside all sides: from a + t0 (b - a) to a + t1 (b - a).
 bool clip(const std::vector<Side>& sides, const Vector3d& a, const Vector3d& b, double* t0, double* t1) {
-  *t0 = 0.0, *t1 = 1.0;
+  *t0 = 0.0;
+  *t1 = 1.0;
   for (const Side& side : sides) {
     const double from = side.d - side.n.dot(a), to = side.d - side.n.dot(b);  // [m] below the side
     if (from < 0.0 && to < 0.0) return false;

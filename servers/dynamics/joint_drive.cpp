@@ -58,7 +58,8 @@ AffineEffort calc_drive(const JointLaws& laws, const DriveMemory& memory, const 
 // implicit, as friction is.
 void add_drive_terms(const JointLaws& laws, double motor_v, AffineEffort* motor) {
   JointLaws behind = laws;  // scale and saturation are in the torque already
-  behind.torque_scale = 1.0, behind.saturation = kUnlimited;
+  behind.torque_scale = 1.0;
+  behind.saturation = kUnlimited;
   const double before = motor->at(motor_v), torque = calc_given_torque(behind, before, motor_v);
   const TorqueSlope slope = calc_given_slope(behind, before, motor_v);
   const double b = slope.over_effort * motor->b - std::min(0.0, slope.over_v);

@@ -94,7 +94,10 @@ PushForces OtherBodies::push(const PushForces& forces) {
     for (size_t k = 0; k < movers_.size() && of == &rest; ++k) {
       const std::string own =
           find_own_link(force.link, movers_[k].name, movers_[k].is_robot, movers_[k].simulator.tree());
-      if (!own.empty()) of = &theirs[k], link = own;
+      if (!own.empty()) {
+        of = &theirs[k];
+        link = own;
+      }
     }
     of->push_back(force);
     of->back().link = link;
@@ -164,7 +167,10 @@ void OtherBodies::update_places(const State& robot) {
     for (int i = 0; i < moving.num_links; ++i) {
       const LinkKinematics& from = moving.simulator.kinematics().kinematics[static_cast<size_t>(i)];
       LinkKinematics& to = data_.kinematics[static_cast<size_t>(moving.first_link) + static_cast<size_t>(i)];
-      to.R = from.R, to.p = from.p, to.w = from.w, to.v = from.v;
+      to.R = from.R;
+      to.p = from.p;
+      to.w = from.w;
+      to.v = from.v;
     }
   }
 }

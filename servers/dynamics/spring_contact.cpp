@@ -53,7 +53,9 @@ struct PointImpedances {
     J.x -= K.y * r.z - K.z * r.y;
     J.y -= K.z * r.x - K.x * r.z;
     J.z -= K.x * r.y - K.y * r.x;
-    H.x += K.x, H.y += K.y, H.z += K.z;
+    H.x += K.x;
+    H.y += K.y;
+    H.z += K.z;
     M = M + z;
   }
 

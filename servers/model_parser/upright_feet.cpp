@@ -19,7 +19,8 @@ Links place_all(const urdf::ModelInterface& model, const UrdfScan& scan, const S
   std::multimap<std::string, const JointScan*> children;
   for (const JointScan& joint : scan.joints) children.emplace(joint.parent, &joint);
   Links links;
-  links.X_BC[scan.root] = Transform(), links.moving[scan.root] = scan.root;
+  links.X_BC[scan.root] = Transform();
+  links.moving[scan.root] = scan.root;
   std::vector<std::string> open{scan.root};
   while (!open.empty()) {
     const std::string parent = open.back();

@@ -154,7 +154,8 @@ Transform TreeBuilder::stand_up(const std::string& link, JointSpec* joint) const
   const auto up = upright_.find(link);
   if (up == upright_.end()) return Transform();
   const Matrix3d& R_CL = up->second;
-  joint->X_PF.R = joint->X_PF.R * R_CL, joint->axis_F = R_CL.transpose() * joint->axis_F;
+  joint->X_PF.R = joint->X_PF.R * R_CL;
+  joint->axis_F = R_CL.transpose() * joint->axis_F;
   return {R_CL.transpose(), Vector3d::Zero()};
 }
 

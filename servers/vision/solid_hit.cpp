@@ -15,8 +15,14 @@ struct Span {
   Vector3d n_in = Vector3d::Zero(), n_out = Vector3d::Zero();
 
   void cut(const Span& other) {
-    if (other.in > in) in = other.in, n_in = other.n_in;
-    if (other.out < out) out = other.out, n_out = other.n_out;
+    if (other.in > in) {
+      in = other.in;
+      n_in = other.n_in;
+    }
+    if (other.out < out) {
+      out = other.out;
+      n_out = other.n_out;
+    }
   }
   std::optional<SolidHit> find_first(const Ray& ray) const {
     if (!(in <= out)) return std::nullopt;

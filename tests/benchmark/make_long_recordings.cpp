@@ -50,9 +50,13 @@ Motion move(int joint, int recording, double t) {
   for (int i = 0; i < 3; ++i) {
     const double f = 2 * M_PI * (0.2 + 0.25 * i + 0.013 * joint + 0.02 * recording), p = 1.3 * joint + i,
                  A = 0.3 / (1 + i);
-    y += A * std::sin(f * t + p), yd += A * f * std::cos(f * t + p), ydd -= A * f * f * std::sin(f * t + p);
+    y += A * std::sin(f * t + p);
+    yd += A * f * std::cos(f * t + p);
+    ydd -= A * f * f * std::sin(f * t + p);
   }
-  m.q = s * y, m.v = sd * y + s * yd, m.a = sdd * y + 2 * sd * yd + s * ydd;
+  m.q = s * y;
+  m.v = sd * y + s * yd;
+  m.a = sdd * y + 2 * sd * yd + s * ydd;
   return m;
 }
 
@@ -73,7 +77,9 @@ void write_recording(const std::filesystem::path& path, const TreeSpec& tree, in
     const double t = static_cast<double>(k) / rate;
     for (int j = 0; j < tree.num_joints(); ++j) {
       const Motion m = move(j, recording, t);
-      state.q[j] = m.q, state.qd[j] = m.v, a[j] = m.a;
+      state.q[j] = m.q;
+      state.qd[j] = m.v;
+      a[j] = m.a;
     }
     update_kinematics(model, state, &data);
     calc_inverse_dynamics(model, a, nullptr, &data, &tau);

@@ -41,8 +41,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (kind == 2) mend_checksums(&text);
   const hrp::test::MemoryFile file(reinterpret_cast<const uint8_t*>(text.data()), text.size(), kEndings[kind]);
   hrp::ObstacleSpec obstacle;
-  obstacle.shape = "height_field", obstacle.file = file.path(), obstacle.spacing = 0.1;
-  if (kind > 0) obstacle.low = -0.2, obstacle.high = 0.3;
+  obstacle.shape = "height_field";
+  obstacle.file = file.path();
+  obstacle.spacing = 0.1;
+  if (kind > 0) {
+    obstacle.low = -0.2;
+    obstacle.high = 0.3;
+  }
   try {
     const auto surface = hrp::load_surface(obstacle);
     const auto heights = static_cast<size_t>(surface->columns) * static_cast<size_t>(surface->rows);

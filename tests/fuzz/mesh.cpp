@@ -68,7 +68,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 1) return 0;
   const hrp::test::MemoryFile file(data + 1, size - 1, kEndings[data[0] % 3]);
   hrp::ObstacleSpec obstacle;
-  obstacle.shape = "mesh", obstacle.file = file.path();
+  obstacle.shape = "mesh";
+  obstacle.file = file.path();
   if (data[0] / 3 % 2 == 0) {
     try_reader([&] { check_indices(hrp::load_surface(obstacle)->mesh); });
   } else {

@@ -42,7 +42,9 @@ Experiment make_experiment() {
 }
 
 void read_all(const std::string& path, Experiment* e) {
-  e->recordings.clear(), e->warnings.clear(), e->other_noise.clear();
+  e->recordings.clear();
+  e->warnings.clear();
+  e->other_noise.clear();
   hrp::RecordingSpec spec;
   spec.file = spec.name = path;
   probe_csv(path);

@@ -41,7 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     return 0;
   }
   const bool ros1 = data[0] == '1';
-  if (ros1) ++data, --size;
+  if (ros1) {
+    ++data;
+    --size;
+  }
   const void* zero = std::memchr(data, 0, size);
   if (zero == nullptr) return 0;
   const size_t length = static_cast<size_t>(static_cast<const uint8_t*>(zero) - data);

@@ -124,7 +124,8 @@ TEST(SensorNoise, DependsOnNothingButSeedChannelAndStep) {
   constexpr int kSamples = 100000;
   for (int i = 0; i < kSamples; ++i) {
     const double x = calc_noise(5, 0, static_cast<unsigned long long>(i));
-    sum += x, square += x * x;
+    sum += x;
+    square += x * x;
   }
   EXPECT_NEAR(sum / kSamples, 0.0, 4.0 / std::sqrt(kSamples));  // four standard deviations
   EXPECT_NEAR(square / kSamples, 1.0, 4.0 * std::sqrt(2.0 / kSamples));

@@ -89,7 +89,10 @@ std::vector<double> record(const std::string& yaml) {
     recorded.push_back(sensors.q[knee]);
     recorded.push_back(sensors.effort[knee]);
     for (const auto& wrench : sensors.wrenches) {
-      for (int i = 0; i < 3; ++i) recorded.push_back(wrench.force[i]), recorded.push_back(wrench.torque[i]);
+      for (int i = 0; i < 3; ++i) {
+        recorded.push_back(wrench.force[i]);
+        recorded.push_back(wrench.torque[i]);
+      }
     }
     for (int i = 0; i < 3; ++i) recorded.push_back(sensors.imus[0].linear_acceleration[i]);
   }

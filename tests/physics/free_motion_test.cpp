@@ -46,8 +46,10 @@ TEST(FreeFall, FallsByHalfGravityTimesTimeSquared) {
 RobotDescription make_double_pendulum(const solutions::DoublePendulum& s) {
   RobotDescription robot = rigs::make_body(rigs::make_box_inertia(1.0, {0.1, 0.1, 0.1}));
   LinkInertia one, two;
-  one.mass = s.mass1, one.p_LLcm_L = Vector3d(0, 0, -s.length1);
-  two.mass = s.mass2, two.p_LLcm_L = Vector3d(0, 0, -s.length2);
+  one.mass = s.mass1;
+  one.p_LLcm_L = Vector3d(0, 0, -s.length1);
+  two.mass = s.mass2;
+  two.p_LLcm_L = Vector3d(0, 0, -s.length2);
   rigs::add_link(&robot, "upper", 0, Vector3d::Zero(), Vector3d::UnitY(), one);
   rigs::add_link(&robot, "lower", 1, Vector3d(0, 0, -s.length1), Vector3d::UnitY(), two);
   return robot;

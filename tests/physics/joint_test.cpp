@@ -137,7 +137,8 @@ TEST(BackdrivingFriction, ADriveThatLeadsLosesNothingAndOneThatBrakesFeelsHalfTh
   bar.add("backdriving_friction", {{"ratio", 0.5}});
   bar.command.effort[0] = 4.0;
   Simulator leads = bar.start(0.0, 0.1), brakes = bar.start(0.0, -1.0);
-  bar.run(&leads, 50), bar.run(&brakes, 50);
+  bar.run(&leads, 50);
+  bar.run(&brakes, 50);
   EXPECT_NEAR(leads.state().qd[0], 0.1 + 0.05 * 4.0 / kInertia, 1e-9);
   EXPECT_NEAR(brakes.state().qd[0], -1.0 + 0.05 * (4.0 / 0.5) / kInertia, 1e-9);
 }
@@ -158,7 +159,9 @@ TEST(BackdrivingFriction, ALoadIsHeldByMoreThanHalfOfItsTorque) {
   Bar bar;
   bar.robot = rigs::make_body(rigs::make_box_inertia(1.0, {0.1, 0.1, 0.1}));
   LinkInertia inertia;
-  inertia.mass = 1.0, inertia.p_LLcm_L = {0.1, 0.0, 0.0}, inertia.I_LLcm_L = Vector3d::Constant(0.49).asDiagonal();
+  inertia.mass = 1.0;
+  inertia.p_LLcm_L = {0.1, 0.0, 0.0};
+  inertia.I_LLcm_L = Vector3d::Constant(0.49).asDiagonal();
   rigs::add_link(&bar.robot, "bar", 0, Vector3d::Zero(), Vector3d::UnitY(), inertia);
   bar.add("backdriving_friction", {{"ratio", 0.5}});
   const double weight = 0.1 * 9.81;  // [N m], along +q

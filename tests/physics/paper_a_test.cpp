@@ -120,7 +120,10 @@ TEST(PaperA, JointsThatFollowPerfectlyShakeTheFeetWhereForcesAreNotFiltered) {
     int count = 0;
     const TrialResult r = Trial(scenario).run([&](const Trial& trial) {
       const double force = trial.engine().foot_forces()[0];
-      if (trial.time() > 3.0) sum += (force - last) * (force - last), ++count;
+      if (trial.time() > 3.0) {
+        sum += (force - last) * (force - last);
+        ++count;
+      }
       last = force;
     });
     EXPECT_FALSE(r.fallen);
@@ -187,7 +190,8 @@ std::vector<std::array<double, 3>> find_landings(const std::vector<double>& forc
       const auto at = force.begin() + static_cast<std::ptrdiff_t>(i);
       const auto peak = std::max_element(at, at + 70), dip = std::min_element(peak, peak + 80);
       found.push_back({*peak, *dip, *std::max_element(dip, at + 250)});
-      i += 250, air = 0;
+      i += 250;
+      air = 0;
     }
     air = force[i] <= 5.0 ? air + 1 : 0;
   }

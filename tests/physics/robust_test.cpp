@@ -131,10 +131,16 @@ bool try_odd_run(Palette* palette, long* refused) {
   try {
     Simulator simulator(biped.robot, make_odd_scenario(palette));
     State state = simulator.state();
-    for (int i = 0; i < 8; ++i) state.q[i] = palette->maybe(0.1), state.qd[i] = palette->maybe(0.0);
+    for (int i = 0; i < 8; ++i) {
+      state.q[i] = palette->maybe(0.1);
+      state.qd[i] = palette->maybe(0.0);
+    }
     state.p_WB.z() = palette->maybe(0.79);  // deep, too
     state.V_WB[3] = palette->maybe(0.0);
-    if (!simulator.reset(state)) return ++*refused, true;
+    if (!simulator.reset(state)) {
+      ++*refused;
+      return true;
+    }
     const rigs::CornerFinder finder = rigs::make_finder(biped);
     const Model model(simulator.tree());
     JointCommand command = rigs::make_command(simulator.state());
@@ -147,7 +153,10 @@ bool try_odd_run(Palette* palette, long* refused) {
       const StepStatus status = simulator.step(contacts, command, pushes);
       const State& end = simulator.state();
       if (!end.q.allFinite() || !end.qd.allFinite() || !end.p_WB.allFinite() || !end.V_WB.allFinite()) return false;
-      if (status != StepStatus::kOk) return ++*refused, !simulator.fault_text().empty();
+      if (status != StepStatus::kOk) {
+        ++*refused;
+        return !simulator.fault_text().empty();
+      }
     }
   } catch (const InputError&) {
     ++*refused;

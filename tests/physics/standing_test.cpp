@@ -16,7 +16,8 @@ namespace {
 
 FootBushSpec make_bush() {
   FootBushSpec bush;
-  bush.kz = 3e5, bush.cz = 800.0;
+  bush.kz = 3e5;
+  bush.cz = 800.0;
   bush.k_roll = bush.k_pitch = 450.0;
   bush.c_roll = bush.c_pitch = 15.0;
   return bush;
@@ -239,7 +240,8 @@ double calc_chatter(Stand* stand, StepStatus* status) {
 Stand make_stiff_stand() {
   Stand stand;
   FootBushSpec bush = make_bush();
-  bush.kz = 5e5, bush.cz = 1e3;
+  bush.kz = 5e5;
+  bush.cz = 1e3;
   bush.k_roll = bush.k_pitch = 1000.0;
   bush.c_roll = bush.c_pitch = 25.0;
   rigs::add_bushes(bush, &stand.biped);

@@ -110,7 +110,10 @@ TEST(PairLaw, TangentialDamperLeavesOutWhatIsAlongTheNormalWrench) {
             1e-9);
   // A force beside Q: orthogonal in six dimensions, moments over the length; never feeds energy in.
   const Vector6d normal = make6(20, -30, 0, 5, 0, 500), F = calc_tangential_wrench(law, normal, V);
-  const auto scale = [&](Vector6d x) { return x.head<3>() /= law.length, x; };
+  const auto scale = [&](Vector6d x) {
+    x.head<3>() /= law.length;
+    return x;
+  };
   EXPECT_LT(std::abs(scale(F).dot(scale(normal))), 1e-9 * F.norm() * normal.norm());
   EXPECT_LT(F.dot(V), -1.0);
   EXPECT_EQ(calc_tangential_wrench(law, Vector6d::Zero(), V), Vector6d(Vector6d::Zero()));
@@ -168,7 +171,10 @@ TEST(PairContact, RefusesWhatItCannotDo) {
 TEST(PairContact, OfAFootHasTheStiffnessOfItsRubber) {
   Block block;
   FootBushSpec& bush = block.scenario.foot_bush["body"];
-  bush.kz = 4e5, bush.k_roll = 800, bush.k_pitch = 900, bush.c_roll = bush.c_pitch = 10;
+  bush.kz = 4e5;
+  bush.k_roll = 800;
+  bush.k_pitch = 900;
+  bush.c_roll = bush.c_pitch = 10;
   Simulator simulator = block.make();
   ExternalWrench push;
   push.F_W = make6(0.8, 0.9, 0, 0, 0, 0);

@@ -21,7 +21,10 @@ using testing::HasSubstr;
 
 class WriteFile : public testing::Test {
  protected:
-  void SetUp() override { fs::remove_all(folder_), fs::create_directories(folder_); }
+  void SetUp() override {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
   void TearDown() override { fs::remove_all(folder_); }
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   size_t count_files() const {

@@ -42,7 +42,10 @@ class Lister {
  private:
   void add(const LinkTermRow& row, int index, int group = -1, int axes = 1) {
     LinkTerm term;
-    term.row = &row, term.index = index, term.group = group, term.first = width_;
+    term.row = &row;
+    term.index = index;
+    term.group = group;
+    term.first = width_;
     term.columns = row.each_axis ? axes : row.columns;
     const LinkPoint* point = find_point(points_, row, index);
     if (point)
@@ -111,7 +114,9 @@ LinkColumns::LinkColumns(const LinkRecording& r, const std::vector<LinkTerm>& te
 Eigen::MatrixXd LinkColumns::make(long moment) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(readings_.size(), width_);
   moment_ = moment;
-  q_ = r_.q.row(moment), v_ = r_.v.row(moment), a_ = r_.a.row(moment);
+  q_ = r_.q.row(moment);
+  v_ = r_.v.row(moment);
+  a_ = r_.a.row(moment);
   readings_.move(q_, v_, a_);
   for (bool moves : {false, true}) {
     for (const LinkTerm& term : terms_) {
@@ -174,7 +179,8 @@ void LinkColumns::fill_offset(const LinkTerm& term, Eigen::MatrixXd* out) {
 void LinkColumns::fill_spring(const LinkTerm& term, Eigen::MatrixXd* out) {
   for (const ReadingGroup& group : readings_.groups()) {
     if (readings_.sensors()[group.sensor].joint != term.index) continue;
-    (*out)(group.first, term.first) = q_[term.index], (*out)(group.first, term.first + 1) = 1.0;
+    (*out)(group.first, term.first) = q_[term.index];
+    (*out)(group.first, term.first + 1) = 1.0;
   }
 }
 

@@ -50,7 +50,8 @@ std::vector<Estimate> make_parameters(const LinkDesign& d, const LinkTerm& term,
       if (term.row->place == PlaceKind::kJoint) unit = get_joint_unit(d.experiment->robot.tree.joint(term.index), unit);
       list.push_back({row[i].name, unit, {}, {}, row[i].axis == 0 && term.columns > 1});
     }
-    list.back().value.push_back(value[i]), list.back().std.push_back(std[i]);
+    list.back().value.push_back(value[i]);
+    list.back().std.push_back(std[i]);
   }
   return list;
 }
@@ -142,16 +143,20 @@ class Judge {
     for (size_t g = 0; g < design_->groups.size(); ++g) {
       const LinkGroup& group = design_->groups[g];
       const double count = group.reading.size, floor = std::max(group.floor, 1e-300);
-      before += count * before_[g] / floor, after += count * out_.fit.held[g] / floor, n += count;
+      before += count * before_[g] / floor;
+      after += count * out_.fit.held[g] / floor;
+      n += count;
       if (is_off(g, out_.fit.held[g], kBlur)) out_.to_noise = false;
       if (!is_off(g, before_[g], kBlur)) continue;
       out_.mismatch = true;
       Mismatch m;
-      m.signal = group.reading.name, m.recording = find_held_name();
+      m.signal = group.reading.name;
+      m.recording = find_held_name();
       m.score = std::sqrt(before_[g] / floor);
       out_.evidence.mismatch.push_back(m);
     }
-    out_.noise_before = std::sqrt(before / n), out_.noise_after = std::sqrt(after / n);
+    out_.noise_before = std::sqrt(before / n);
+    out_.noise_after = std::sqrt(after / n);
   }
 
   std::string find_held_name() const {
@@ -203,7 +208,8 @@ class Judge {
     for (long c = 0; c < columns; ++c) {
       std::vector<double> values, variances;
       for (const LinkAlone& a : alone) {
-        values.push_back(a.theta[i][c]), variances.push_back(std::max(1e-300, a.variance[i][c]));
+        values.push_back(a.theta[i][c]);
+        variances.push_back(std::max(1e-300, a.variance[i][c]));
         const bool tells = std::abs(values.back()) > 3.0 * std::sqrt(variances.back());
         if (columns == 1 && tells && values.back() * g->theta[c] < 0.0) g->stable = false;
       }
@@ -230,7 +236,8 @@ class Judge {
       const double gone = others.held[k] - out_.fit.held[k], missing = std::max(0.0, nominal_.held[k] - floor);
       if (gone > kDetail * missing && is_off(k, others.held[k])) {
         matters = true;
-        before += missing / floor, after += std::max(0.0, out_.fit.held[k] - floor) / floor;
+        before += missing / floor;
+        after += std::max(0.0, out_.fit.held[k] - floor) / floor;
       }
     }
     g->helps = g->helps && matters;
@@ -301,8 +308,10 @@ class Judge {
       const LinkGroup& group = design_->groups[g];
       Remaining r;
       const double axes = group.reading.size;
-      r.where = {{"sensor", group.reading.name}}, r.unit = group.reading.unit;
-      r.before = std::sqrt(before_[g]), r.after = std::sqrt(out_.fit.held[g]);
+      r.where = {{"sensor", group.reading.name}};
+      r.unit = group.reading.unit;
+      r.before = std::sqrt(before_[g]);
+      r.after = std::sqrt(out_.fit.held[g]);
       r.statement =
           group.reading.name + ": of " + number(r.before, 3) + " " + r.unit +
           " beyond the prediction (root mean square" + (axes > 1.0 ? " of its axes), " : "), ") + number(r.after, 3) +

@@ -71,7 +71,10 @@ std::vector<double> list_nominal(const LinkDesign& design) {
   std::vector<double> out;
   for (const LinkGroup& group : design.groups) {
     double c = 0.0, n = 0.0;
-    for (const Gram& fold : group.train) c += fold.c, n += fold.n;
+    for (const Gram& fold : group.train) {
+      c += fold.c;
+      n += fold.n;
+    }
     out.push_back(n > 0.0 ? c / n : 0.0);
   }
   return out;
@@ -83,8 +86,10 @@ std::vector<double> cross_validate_groups(const LinkDesign& design, const Weight
     Gram others = w.total;
     others.add(w.folds[f], -1.0);
     const Eigen::VectorXd theta = solve(others, columns);
-    for (size_t g = 0; g < rest.size(); ++g)
-      rest[g] += calc_rest(design.groups[g].train[f], columns, theta), n[g] += design.groups[g].train[f].n;
+    for (size_t g = 0; g < rest.size(); ++g) {
+      rest[g] += calc_rest(design.groups[g].train[f], columns, theta);
+      n[g] += design.groups[g].train[f].n;
+    }
   }
   for (size_t g = 0; g < rest.size(); ++g) rest[g] = n[g] > 0.0 ? rest[g] / n[g] : 0.0;
   return rest;
@@ -140,7 +145,8 @@ class Chooser {
       weighted_ = weigh_folds(design_, square_);
       const Trial trial = judge(design_, model_, weighted_);
       if (!trial.physical) break;
-      square_ = trial.cross, evidence_ = trial.evidence;
+      square_ = trial.cross;
+      evidence_ = trial.evidence;
     }
   }
 
@@ -149,7 +155,10 @@ class Chooser {
     const LinkTerms* chosen = nullptr;
     for (const LinkTerms& candidate : candidates) {
       const Trial trial = judge(design_, candidate, weighted_);
-      if (trial.evidence > best) best = trial.evidence, chosen = &candidate;
+      if (trial.evidence > best) {
+        best = trial.evidence;
+        chosen = &candidate;
+      }
     }
     if (!chosen) return false;
     accept(*chosen);
@@ -198,7 +207,8 @@ class DesignMaker {
  public:
   DesignMaker(const LinkData& data, const LinkSensors& sensors, LinkReadings* readings, const LinkPoints& points)
       : data_(data), readings_(*readings) {
-    design_.readings = readings, design_.experiment = data.experiment;
+    design_.readings = readings;
+    design_.experiment = data.experiment;
     design_.terms = list_link_terms(data, sensors, *readings, points);
     for (const LinkTerm& term : design_.terms) design_.width += term.columns;
     for (const ReadingGroup& group : readings->groups()) {
@@ -233,7 +243,9 @@ class DesignMaker {
         const auto x = columns[static_cast<size_t>(k)].middleRows(group.reading.first, group.reading.size);
         const Eigen::VectorXd y = (r.read - r.predicted).row(row).segment(group.reading.first, group.reading.size);
         part.G.selfadjointView<Eigen::Lower>().rankUpdate(x.transpose());
-        part.b += x.transpose() * y, part.c += y.squaredNorm(), part.n += static_cast<double>(y.size());
+        part.b += x.transpose() * y;
+        part.c += y.squaredNorm();
+        part.n += static_cast<double>(y.size());
       }
       group.alone.push_back(sum(parts, design_.width));
       if (r.train)
@@ -259,7 +271,8 @@ class DesignMaker {
     }
     for (const LinkRecording& r : used_) {
       const Eigen::MatrixXd read = r.read.middleCols(group.reading.first, group.reading.size);
-      square += (read.rowwise() - read.colwise().mean()).squaredNorm(), n += static_cast<double>(read.size());
+      square += (read.rowwise() - read.colwise().mean()).squaredNorm();
+      n += static_cast<double>(read.size());
     }
     group.spread = std::sqrt(square / std::max(1.0, n));
     const double passed = std::min(1.0, 2.0 * data_.cutoff * used_[0].step);
@@ -294,7 +307,10 @@ class DesignMaker {
           for (size_t c = 0; c < all.size(); ++c)
             left[k] -= rows_[r][static_cast<size_t>(k)](at, all[c]) * theta[static_cast<long>(c)];
         }
-        if (left.size() > 8) time += calc_correlation_time(left), n += 1.0;
+        if (left.size() > 8) {
+          time += calc_correlation_time(left);
+          n += 1.0;
+        }
       }
     }
     return n > 0.0 ? time / n : 1.0;
@@ -358,7 +374,10 @@ LinkFit fit_links(const LinkDesign& design, const LinkTerms& model, bool with_co
   fit.evidence = calc_evidence(design, model, square);
   for (const LinkGroup& group : design.groups) {
     double rest = 0.0, n = 0.0;
-    for (const Gram& part : group.held) rest += calc_rest(part, columns, theta), n += part.n;
+    for (const Gram& part : group.held) {
+      rest += calc_rest(part, columns, theta);
+      n += part.n;
+    }
     fit.held.push_back(n > 0.0 ? rest / n : 0.0);
   }
   if (with_covariance && !columns.empty()) fit.covariance = calc_covariance(w.folds, w.total, columns, theta);

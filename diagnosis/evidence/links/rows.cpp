@@ -21,7 +21,10 @@ const char* const kPostures = "many postures of the links beyond the sensor, hel
 LinkTermRow make_row(const EffectInfo& effect, PlaceKind place, int columns,
                      void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
   LinkTermRow row;
-  row.effect = &effect, row.place = place, row.columns = columns, row.fill = fill;
+  row.effect = &effect;
+  row.place = place;
+  row.columns = columns;
+  row.fill = fill;
   return row;
 }
 
@@ -41,15 +44,19 @@ LinkTermRow make_load() {
   row.make_values = [](const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s,
                        std::vector<double>* value, std::vector<double>* std) {
     const double mass = std::max(1e-12, p[0]);
-    for (long i = 1; i < 4; ++i)
-      (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass, (*std)[static_cast<size_t>(i)] = s[i] / mass;
+    for (long i = 1; i < 4; ++i) {
+      (*value)[static_cast<size_t>(i)] = term.near[i - 1] + p[i] / mass;
+      (*std)[static_cast<size_t>(i)] = s[i] / mass;
+    }
   };
   return row;
 }
 
 // A factor above 5 or below 0.2 means a wrong unit or another robot.
 LinkTermRow as_factor(LinkTermRow row) {
-  row.factor = true, row.low = 0.2 - 1.0, row.high = 5.0 - 1.0;
+  row.factor = true;
+  row.low = 0.2 - 1.0;
+  row.high = 5.0 - 1.0;
   return row;
 }
 
@@ -88,7 +95,8 @@ LinkTermRow make_spring() {
   row.make_values = [](const LinkTerm&, const Eigen::VectorXd& p, const Eigen::VectorXd& s, std::vector<double>* value,
                        std::vector<double>* std) {
     const double k = std::max(1e-12, p[0]);
-    (*value)[1] = -p[1] / k, (*std)[1] = std::hypot(s[1], (*value)[1] * s[0]) / k;
+    (*value)[1] = -p[1] / k;
+    (*std)[1] = std::hypot(s[1], (*value)[1] * s[0]) / k;
   };
   return row;
 }
@@ -103,7 +111,8 @@ LinkTermRow make_tilt() {
 // Delay of a sensor's readings, or of the positions of all joints.
 LinkTermRow make_delay(PlaceKind place, void (LinkColumns::*fill)(const LinkTerm&, Eigen::MatrixXd*)) {
   LinkTermRow row = make_row(get_effect(EffectId::kSensorDelay), place, 1, fill);
-  row.low = 0.0, row.high = kLatest;
+  row.low = 0.0;
+  row.high = kLatest;
   row.motion = "short, fast reversals";
   row.move = [](const Eigen::VectorXd& p, Vector3d* near) {
     const bool moved = std::abs(near->x() - p[0]) > kKnown * p[0];
@@ -115,7 +124,8 @@ LinkTermRow make_delay(PlaceKind place, void (LinkColumns::*fill)(const LinkTerm
 
 LinkTermRow make_bias() {
   LinkTermRow row = make_row(get_effect(EffectId::kSensorBias), PlaceKind::kSensor, 1, &LinkColumns::fill_bias);
-  row.cost = 2.0, row.cost_per_column = 1.5;
+  row.cost = 2.0;
+  row.cost_per_column = 1.5;
   row.by_group = row.each_axis = true;
   row.motion = kPostures;
   return row;
@@ -176,7 +186,8 @@ const std::vector<LinkTermRow>& list_link_rows() {
 
 void find_link_values(const LinkTerm& term, const Eigen::VectorXd& p, const Eigen::VectorXd& s,
                       std::vector<double>* value, std::vector<double>* std) {
-  value->assign(p.data(), p.data() + p.size()), std->assign(s.data(), s.data() + s.size());
+  value->assign(p.data(), p.data() + p.size());
+  std->assign(s.data(), s.data() + s.size());
   if (term.row->factor) (*value)[0] = 1.0 + p[0];
   if (term.row->make_values) term.row->make_values(term, p, s, value, std);
 }

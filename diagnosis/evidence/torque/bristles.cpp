@@ -18,8 +18,10 @@ namespace {
 double calc_travel(const TorqueData& data, int joint) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const TorqueRecording& r : data.recordings) {
-    if (r.q.rows() > 0)
-      low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+    if (r.q.rows() > 0) {
+      low = std::min(low, r.q.col(joint).minCoeff());
+      high = std::max(high, r.q.col(joint).maxCoeff());
+    }
   }
   return high - low;
 }
@@ -48,7 +50,8 @@ void join(const Experiment& e, int joint, const Finding& hysteresis, Finding* dr
       level.ends = {{at_once.first, std::max(at_once.second + yields, level.value[0] + kNinetyFive * level.std[0])}};
     values += ", " + level.name + " " + number(level.value[0], 3) + " " + level.unit;
   }
-  dry->share = std::min(1.0, dry->share + hysteresis.share), dry->weight += hysteresis.weight;
+  dry->share = std::min(1.0, dry->share + hysteresis.share);
+  dry->weight += hysteresis.weight;
   dry->alternatives.insert(dry->alternatives.begin(), {hysteresis.effect, hysteresis.family, hysteresis.where,
                                                        hysteresis.parameters, "small reversals about one position"});
   const JointSpec& spec = e.robot.tree.joint(joint);

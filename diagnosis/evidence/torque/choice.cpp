@@ -276,7 +276,11 @@ class Chooser {
       if (is_twice(whole)) continue;
       const Choice with = choose_from_either(whole, choice->model.own);
       const double gain = with.fit.evidence - choice->fit.evidence - get_margin(term);
-      if (gain > most && is_choice_physical(with)) best = with, most = gain, found = true;
+      if (gain > most && is_choice_physical(with)) {
+        best = with;
+        most = gain;
+        found = true;
+      }
     }
     if (found) *choice = best;
     return found;
@@ -376,7 +380,8 @@ std::vector<Choice> list_loads_instead(const TorqueDesign& design, const TorqueM
   for (size_t load = 0; load < design.whole.size(); ++load) {
     if (!design.whole[load].row->load || has(model.whole, load)) continue;
     Terms whole = model.whole;
-    whole.erase(whole.begin() + static_cast<long>(at)), whole.push_back(load);
+    whole.erase(whole.begin() + static_cast<long>(at));
+    whole.push_back(load);
     Choice with = chooser.choose_beside(whole);
     if (is_model_physical(design, with.model, with.fit)) list.push_back(std::move(with));
   }

@@ -109,9 +109,10 @@ class Search {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(4, slots.size);
     sum.middleCols(slots.whole[at], 4).setIdentity();
     double more = 0.0;  // [nats] prior cost of what is counted as a part of the load
-    if (at + 1 < model.whole.size())
-      sum.block(1, slots.whole[at + 1], 3, 3) = link * Matrix3d::Identity(),
-                                           more = design_.whole[model.whole[at + 1]].row->cost;
+    if (at + 1 < model.whole.size()) {
+      sum.block(1, slots.whole[at + 1], 3, 3) = link * Matrix3d::Identity();
+      more = design_.whole[model.whole[at + 1]].row->cost;
+    }
     const Eigen::VectorXd p = drop_unseen(design_, term, sum * fit.theta);
     const double gain = calc_blurred_evidence(design_, fit) + more - calc_blurred_evidence(design_, gap_.fit);
     if (gain < -kSame || !is_whole_physical(design_, term, p)) return std::nullopt;

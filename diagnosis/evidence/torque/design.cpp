@@ -171,7 +171,10 @@ std::vector<std::vector<int>> assign_own_folds(const TorqueData& data, int joint
   };
   for (size_t r = 0; r < folds.size(); ++r) {
     for (long k = 0; k < data.recordings[r].kept(); ++k) {
-      if (is_fitted(r, k)) used.insert(folds[r][static_cast<size_t>(k)]), ++samples;
+      if (is_fitted(r, k)) {
+        used.insert(folds[r][static_cast<size_t>(k)]);
+        ++samples;
+      }
     }
   }
   if (used.size() >= kFewestBlocks || samples < static_cast<long>(kFewestToTell)) return folds;
@@ -199,7 +202,10 @@ void fill_joint(const TorqueData& data, const std::vector<std::vector<int>>& fol
       if (!recording.use(k, joint->joint)) continue;
       const int fold = folds[r][static_cast<size_t>(k)];
       Gram* const to = fold < 0 ? &held : &joint->train[static_cast<size_t>(fold)];
-      if (to != last || block.is_full()) block.move_to(last), last = to;
+      if (to != last || block.is_full()) {
+        block.move_to(last);
+        last = to;
+      }
       block.next() << rows.own[r].row(k).transpose(), rows.whole[r].row(k).transpose();
       block.add(recording.missing(k, joint->joint));
       spread.add(recording.effort(recording.full_row(k), joint->joint));
@@ -220,7 +226,9 @@ double correlate_load(const TorqueData& data, int joint) {
     for (long k = 0; k < r.kept() && r.train; ++k) {
       if (!r.use(k, joint)) continue;
       const Eigen::Vector2d x(r.effort(r.full_row(k), joint), r.tau(r.full_row(k), joint));
-      S += x * x.transpose(), sum += x, n += 1.0;
+      S += x * x.transpose();
+      sum += x;
+      n += 1.0;
     }
   }
   S -= sum * sum.transpose() / std::max(1.0, n);
@@ -261,7 +269,10 @@ TorqueDesign make_torque_design(TorqueData&& given) {
   TorqueData& data = *design.data;
   design.whole = list_whole_terms(data);
   long width = 0;
-  for (const Term& term : design.whole) design.whole_first.push_back(width), width += term.columns();
+  for (const Term& term : design.whole) {
+    design.whole_first.push_back(width);
+    width += term.columns();
+  }
   int fold_count = 0;
   const std::vector<std::vector<int>> folds = assign_folds(data, &fold_count);
   // same count for all joints; joints in few folds have their own folds
@@ -274,7 +285,10 @@ TorqueDesign make_torque_design(TorqueData&& given) {
     joint.joint = j;
     joint.terms = list_joint_terms(data, j);
     if (joint.terms.empty()) continue;
-    for (const Term& term : joint.terms) joint.first.push_back(joint.own_width), joint.own_width += term.columns();
+    for (const Term& term : joint.terms) {
+      joint.first.push_back(joint.own_width);
+      joint.own_width += term.columns();
+    }
     Rows rows;
     for (size_t r = 0; r < data.recordings.size(); ++r) {
       Eigen::MatrixXd own(data.recordings[r].kept(), joint.own_width);

@@ -71,11 +71,14 @@ class Judge {
     add_remaining(&out);
     add_resting(&out);
     // In an exact world, an effect that the model does not need does not exist.
-    if (out.exact == 0 && !out.evidence.findings.empty())
-      join_bristles(*design_.data, &out.evidence.findings), add_possible(&out);
+    if (out.exact == 0 && !out.evidence.findings.empty()) {
+      join_bristles(*design_.data, &out.evidence.findings);
+      add_possible(&out);
+    }
     sort_findings(&out.evidence.findings);
     out.evidence.method = "torque along the smoothed recorded motion, up to " + number(design_.data->cutoff, 3) + " Hz";
-    out.evidence.warnings = design_.data->warnings, out.evidence.missing = design_.data->missing;
+    out.evidence.warnings = design_.data->warnings;
+    out.evidence.missing = design_.data->missing;
     doubt_idle_drives(*design_.data, &out.evidence);
     return out;
   }
@@ -123,7 +126,8 @@ class Judge {
       if (simpler == g.rivals.end()) continue;
       // a joint has one spring, so its list in the rival's model is the same but for this term
       const auto joint = static_cast<size_t>(g.place.joint);
-      choice_.model.own[joint] = simpler->model.own[joint], any = true;
+      choice_.model.own[joint] = simpler->model.own[joint];
+      any = true;
     }
     if (!any) return;
     choice_.fit = fit_torque(design_, choice_.model);
@@ -167,9 +171,13 @@ class Judge {
       out->evidence.findings.push_back(make_finding(e_, g, excess, alternatives));
       const bool of_drive = g.term.row->of_motor_and_gear;
       if (of_drive) any_drives.insert(g.place.joint);
-      if (of_drive && g.grade == Grade::kSupported) with_drives.insert(g.place.joint), ++out->drive_terms;
+      if (of_drive && g.grade == Grade::kSupported) {
+        with_drives.insert(g.place.joint);
+        ++out->drive_terms;
+      }
     }
-    out->with_drives = static_cast<int>(with_drives.size()), out->any_drives = static_cast<int>(any_drives.size());
+    out->with_drives = static_cast<int>(with_drives.size());
+    out->any_drives = static_cast<int>(any_drives.size());
   }
 
   // Joints with fewer samples in motion than any model takes.
@@ -196,7 +204,8 @@ class Judge {
   void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
     Finding f = make_finding(get_effect(EffectId::kDelay), {{"joint", e_.robot.tree.joint(d.joint).name}},
                              {make_one("delay", "s", d.delay, d.std)});
-    f.grade = Grade::kSupported, f.probability = kSurest;
+    f.grade = Grade::kSupported;
+    f.probability = kSurest;
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
                   " ms late (supported). With that delay the servo's law misses the recorded effort by " +
@@ -258,7 +267,8 @@ class Judge {
       if (!has(servo, design_.joints[i].joint)) continue;
       GradedTerm own = g;
       own.term.place = design_.joints[i].joint;
-      own.share = g.joint_share[i], own.weight = g.joint_weight[i];
+      own.share = g.joint_share[i];
+      own.weight = g.joint_weight[i];
       out->evidence.findings.push_back(make_finding(e_, own, nullptr, {}));
     }
   }
@@ -280,7 +290,8 @@ class Judge {
         const long row = r.full_row(k);
         const double values[] = {r.q(row, j), r.v(row, j), direction[k], r.tau(row, j), r.time(k)};
         for (size_t c = 0; c < 5; ++c) o.x[c].push_back(values[c]);
-        o.time.push_back(r.time(k)), o.y.push_back(r.missing(k, j) - predicted[k]);
+        o.time.push_back(r.time(k));
+        o.y.push_back(r.missing(k, j) - predicted[k]);
         rows.push_back((Eigen::VectorXd(6) << r.q(row, j), r.v(row, j), direction[k], r.a(row, j), r.tau(row, j),
                         std::abs(r.tau(row, j)) * direction[k])
                            .finished());
@@ -356,7 +367,8 @@ class Judge {
       Remaining r;
       r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
       r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
-      r.before = std::sqrt(calc_nominal_held(joint)), r.after = std::sqrt(choice_.fit.held[i]);
+      r.before = std::sqrt(calc_nominal_held(joint));
+      r.after = std::sqrt(choice_.fit.held[i]);
       CoupledDrives coupled;
       // A smaller missing torque gets no analysis of what it depends on.
       if (r.after > kKnown * joint.spread && !held.empty()) coupled = find_coupled(i);
@@ -377,10 +389,13 @@ class Judge {
       } else {
         r.statement = make_remaining_words(e_, joint.joint, r, "");
       }
-      if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty())
-        r.statement += " " + why, doubt_law(r.where, why, out);
+      if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty()) {
+        r.statement += " " + why;
+        doubt_law(r.where, why, out);
+      }
       const double scale = joint.weigh_squares();
-      before += r.before * r.before * scale, after += r.after * r.after * scale;
+      before += r.before * r.before * scale;
+      after += r.after * r.after * scale;
       const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
       const double free = std::max(find_free_share(learn, test),
                                    coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));

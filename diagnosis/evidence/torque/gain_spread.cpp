@@ -42,9 +42,10 @@ std::vector<double> calc_gain_std(const TorqueDesign& design, const TorqueModel&
   double square = 0.0, fitted = 0.0;
   for (size_t i = 0; i < n; ++i) {
     const std::optional<size_t> at = find_fitted_gain(design, model, i);
-    if (at)
-      square += std::pow(fit.theta[slots.own[i][*at]], 2), fitted += 1.0;  // the column's coefficient is 1 - gain
-    else
+    if (at) {
+      square += std::pow(fit.theta[slots.own[i][*at]], 2);
+      fitted += 1.0;  // the column's coefficient is 1 - gain
+    } else
       others.push_back(i);
   }
   if (fitted == 0.0) return known;

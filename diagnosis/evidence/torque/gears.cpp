@@ -13,7 +13,9 @@ namespace {
 // large.
 void relate_to_true_load(double mass_factor, GradedTerm* friction) {
   if (friction->term.shape != kLoadOfBodies) return;
-  friction->parameters /= mass_factor, friction->std /= mass_factor, friction->width /= mass_factor;
+  friction->parameters /= mass_factor;
+  friction->std /= mass_factor;
+  friction->width /= mass_factor;
 }
 
 // Torque that the drive needs to lift the true link, over the link's own torque [1]. See the table in torque/gears.h.
@@ -39,14 +41,18 @@ void replace(GradedTerm* mass, GradedTerm* friction) {
   const Rival rival{mass->term, mass->parameters, mass->width, {}, {}};
   friction->rivals = {{friction->term, friction->parameters, friction->width, {}, {}}, rival};
   friction->term.row = &find_term_row(&TermRow::backwards);
-  friction->parameters[0] = calc_backward_loss(mu), friction->std *= slope, friction->width *= slope;
-  friction->share += mass->share, friction->weight += mass->weight;
+  friction->parameters[0] = calc_backward_loss(mu);
+  friction->std *= slope;
+  friction->width *= slope;
+  friction->share += mass->share;
+  friction->weight += mass->weight;
   mass->term = {&find_term_row(&TermRow::scales_effort), friction->term.place};
   mass->place = friction->place;
   mass->parameters = Eigen::VectorXd::Constant(1, 1.0 - k);
   mass->std = mass->width = Eigen::VectorXd::Constant(1, k * std::hypot(own, of_mass));
   mass->named = std::abs(k - 1.0) > std::max(mass->term.row->material, kNinetyFive * mass->width[0]);
-  mass->grade = Grade::kAmbiguous, mass->rivals = {rival};
+  mass->grade = Grade::kAmbiguous;
+  mass->rivals = {rival};
   mass->share = mass->weight = 0.0;  // counted for the gear
 }
 

@@ -69,7 +69,10 @@ class Grader {
         return other.place.joint == g.place.joint && other.term.row->usual && other.grade == Grade::kSupported;
       };
       const bool drive = g.place.joint >= 0 && std::any_of(graded_.begin(), graded_.end(), shows_drive);
-      if (!g.named && drive && is_expected(g)) g.named = true, g.grade = Grade::kAmbiguous;
+      if (!g.named && drive && is_expected(g)) {
+        g.named = true;
+        g.grade = Grade::kAmbiguous;
+      }
     }
   }
 
@@ -171,7 +174,8 @@ class Grader {
         // All data keep a stretch's own in bounds, with a weight in average stretches.
         part.add(total, kMuch / static_cast<double>(joint.train.size()));
         same += solve_along(part, columns, first, g.parameters) > 0.0 ? 1.0 : 0.0;
-        square += std::pow(solve(part, columns)[first] - value, 2), n += 1.0;
+        square += std::pow(solve(part, columns)[first] - value, 2);
+        n += 1.0;
       }
       g.agreement = n > 0.0 ? same / n : 0.0;
       if (n > 1.0 && g.place.joint >= 0) g.std[0] = std::hypot(g.std[0], std::sqrt(square / (n - 1.0) / n));
@@ -228,7 +232,10 @@ class Grader {
       for (size_t c = 0; c < columns.size(); ++c)
         size += joint.total.get(columns[c], columns[c]) * std::pow(g.parameters[static_cast<long>(c)], 2);
       size /= std::max(1e-300, fit_.cross[i]);
-      if (size > most) most = size, best = i;
+      if (size > most) {
+        most = size;
+        best = i;
+      }
     }
     return best;
   }
@@ -259,7 +266,8 @@ class Grader {
         } else if (g.place.joint < 0) {
           const double own = value[choice_.model.own[i].size() + g.place.at];
           g.weight += own * scale[i] / whole;
-          g.joint_share.push_back(own / nominal), g.joint_weight.push_back(own * scale[i] / whole);
+          g.joint_share.push_back(own / nominal);
+          g.joint_weight.push_back(own * scale[i] / whole);
           g.share = std::max(g.share, own / nominal);  // of the joint that shows most of it
         }
       }
@@ -351,7 +359,8 @@ class Grader {
     // size uncertain.
     const bool likely =
         g->term.row->usual && g->share > kMuch && g->helps_held && g->gain > 0.0 && size > kNinetyFive * over(g->std);
-    g->disagrees = g->agreement < kMostly, g->unsized = !sized;
+    g->disagrees = g->agreement < kMostly;
+    g->unsized = !sized;
     g->named = (sized && (holds || usual || likely)) || (holds && much);
     // A term that not every drive has could stand in for physics outside the list. It must improve the held-out
     // recordings, harm none of them, remove more than details of friction do, and have higher odds.
@@ -386,7 +395,10 @@ bool is_same_family(const Term& a, const Term& b) { return a.effect().family == 
 
 double calc_nominal_held(const JointDesign& joint) {
   double c = 0.0, n = 0.0;
-  for (const Gram& held : joint.held) c += held.c, n += held.n;
+  for (const Gram& held : joint.held) {
+    c += held.c;
+    n += held.n;
+  }
   return c / std::max(1.0, n);
 }
 

@@ -29,8 +29,11 @@ std::vector<Rows> divide(const TorqueSamples& all, long by) {
   std::vector<double> limits;                              // a part ends where the quantity exceeds it
   constexpr auto count = static_cast<size_t>(kStretches);  // of parts by each quantity except recordings
   for (size_t part = 1; part < count && by > 0; ++part) limits.push_back(values[part * values.size() / count]);
-  if (by == 0)
-    values.erase(std::unique(values.begin(), values.end()), values.end()), limits = values, limits.pop_back();
+  if (by == 0) {
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    limits = values;
+    limits.pop_back();
+  }
   std::vector<Rows> parts(limits.size() + 1);
   for (long k = 0; k < all.of.rows(); ++k) {
     size_t part = 0;
@@ -48,7 +51,11 @@ void add_between(const TorqueSamples& all, const Eigen::VectorXd& left, const st
     std::vector<double> values, variances;
     for (const Rows& part : parts) {
       double xx = 0.0, xy = 0.0, yy = 0.0;
-      for (long k : part) xx += all.x(k, c) * all.x(k, c), xy += all.x(k, c) * left[k], yy += left[k] * left[k];
+      for (long k : part) {
+        xx += all.x(k, c) * all.x(k, c);
+        xy += all.x(k, c) * left[k];
+        yy += left[k] * left[k];
+      }
       if (!(xx > 0.0) || static_cast<double>(part.size()) < static_cast<double>(kFewestToAgree) * correlated) continue;
       values.push_back(xy / xx);
       variances.push_back(correlated * yy / static_cast<double>(part.size()) / xx);
@@ -147,7 +154,8 @@ ConsideredSums sum_considered(const Eigen::MatrixXd& x, const Eigen::VectorXd& e
 Eigen::VectorXd calc_considered_variance(const ConsideredSums& sums, double sample_time, double gain_std) {
   Eigen::MatrixXd moved = sums.moved;
   // Where in a sampling step an effort and a position were read, a log does not say.
-  moved.col(0) *= gain_std, moved.col(1) *= kHalf * sample_time;
+  moved.col(0) *= gain_std;
+  moved.col(1) *= kHalf * sample_time;
   return (invert_sums(sums.xx) * moved).rowwise().squaredNorm();
 }
 
@@ -185,7 +193,10 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
   long size = slots.size;
   for (size_t t = 0; t < design.whole.size(); ++t) {
     const double to = get_known_to(design, model, t);
-    if (to > 0.0) known.emplace_back(t, to), size += design.whole[t].columns();
+    if (to > 0.0) {
+      known.emplace_back(t, to);
+      size += design.whole[t].columns();
+    }
   }
   Eigen::MatrixXd precision = Eigen::MatrixXd::Zero(size, size);
   for (size_t i = 0; i < design.joints.size(); ++i) {
@@ -193,7 +204,10 @@ Eigen::VectorXd calc_unsure_mass_std(const TorqueDesign& design, const TorqueMod
     UsedColumns use = list_used_columns(design, model, slots, i);
     long at = slots.size;
     for (const auto& [term, to] : known) {
-      for (long c : list_whole_columns(design, joint, term)) use.columns.push_back(c), use.slots.push_back(at++);
+      for (long c : list_whole_columns(design, joint, term)) {
+        use.columns.push_back(c);
+        use.slots.push_back(at++);
+      }
     }
     const double weight = calc_row_weight(joint, fit.cross[i]) * joint.effective / std::max(1.0, joint.total.n);
     for (size_t a = 0; a < use.columns.size(); ++a) {
@@ -244,8 +258,10 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
     const long count = design.whole[model.whole[t]].columns();
     if (design.whole[model.whole[t]].row->is_of_mass())
       all.y -= all.x.middleCols(at, count) * fit.theta.segment(slots.whole[t], count);
-    else
-      all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval(), kept += count;
+    else {
+      all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval();
+      kept += count;
+    }
     at += count;
   }
   if (kept == at || own == 0) return spread;

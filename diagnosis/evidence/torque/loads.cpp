@@ -44,7 +44,10 @@ bool move_loads(const std::vector<TorqueModel>& models, TorqueDesign* design) {
   for (const TorqueModel& model : models) {
     Vector3d& place = data.load_p_L[static_cast<size_t>(design->whole[model.whole.back()].place)];
     const std::optional<Vector3d> p = fit_place(*design, model);
-    if (p && (*p - place).norm() > kMoved) place = *p, moved = true;
+    if (p && (*p - place).norm() > kMoved) {
+      place = *p;
+      moved = true;
+    }
   }
   if (moved) *design = make_torque_design(std::move(data));
   return moved;
@@ -95,7 +98,8 @@ Choice choose_with_placed_loads(int jobs, TorqueDesign* design) {
     if (!place_loads(choice.model, &moved)) break;
     const Choice again = choose_torque_model(moved, jobs);
     if (!(again.fit.evidence > choice.fit.evidence)) break;
-    *design = std::move(moved), choice = again;
+    *design = std::move(moved);
+    choice = again;
   }
   soften_gears(jobs, design, &choice);
   TorqueDesign reloaded = *design;

@@ -40,7 +40,10 @@ bool bar_rows(int jobs, const Choice& choice, TorqueDesign* design) {
   });
   bool any = false;
   for (size_t i = 0; i < suspects.size(); ++i) {
-    if (suspects[i].row) design->joints[i].barred.push_back(suspects[i].row), any = true;
+    if (suspects[i].row) {
+      design->joints[i].barred.push_back(suspects[i].row);
+      any = true;
+    }
   }
   return any;
 }
@@ -51,7 +54,8 @@ bool allow_again(const Choice& before, const Choice& after, const std::vector<si
   for (size_t i = 0; i < barred.size(); ++i) {
     std::vector<const TermRow*>& own = design->joints[i].barred;
     if (own.size() == barred[i] || after.fit.held[i] < (1.0 - kMinor) * before.fit.held[i]) continue;
-    own.pop_back(), any = true;
+    own.pop_back();
+    any = true;
   }
   return any;
 }
@@ -110,10 +114,14 @@ bool exchange_zero(const TorqueDesign& design, int jobs, size_t i, Choice* choic
     for (size_t m = 0; m < models.size(); ++m) {
       const double score = calc_score(design, fits[m]);
       if (score < least || fits[m].held[i] > most_held || !is_model_physical(design, models[m], fits[m])) continue;
-      if (best == models.size() || score > most) best = m, most = score;
+      if (best == models.size() || score > most) {
+        best = m;
+        most = score;
+      }
     }
     if (best == models.size()) continue;
-    choice->model = models[best], choice->fit = fits[best];
+    choice->model = models[best];
+    choice->fit = fits[best];
     return true;
   }
   return false;
@@ -147,7 +155,8 @@ bool drop_false_gains(int jobs, const std::vector<GradedTerm>& graded, TorqueDes
   bool any = false;
   for (const GradedTerm& g : graded) {
     if (!g.term.row->scales_effort || g.place.joint < 0 || g.named || g.helps_held) continue;
-    design->joints[static_cast<size_t>(g.place.joint)].barred.push_back(g.term.row), any = true;
+    design->joints[static_cast<size_t>(g.place.joint)].barred.push_back(g.term.row);
+    any = true;
   }
   if (!any) return false;
   Choice without = choose_torque_model(*design, jobs);

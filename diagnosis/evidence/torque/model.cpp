@@ -40,7 +40,8 @@ void add_joined(const Gram& gram, const UsedColumns& use, double weight, Gram* o
         out->G(use.slots[a], use.slots[b]) += weight * gram.get(use.columns[a], use.columns[b]);
     }
   }
-  out->c += weight * gram.c, out->n += gram.n;
+  out->c += weight * gram.c;
+  out->n += gram.n;
 }
 
 class Fitter {
@@ -105,7 +106,8 @@ class Fitter {
       const Eigen::VectorXd theta = solve(rest, all_);
       for (size_t i = 0; i < design_.joints.size(); ++i) {
         const Gram& fold = design_.joints[i].train[f];
-        out->cross[i] += calc_rest(fold, uses_[i].columns, pick_slots(theta, uses_[i])), n[i] += fold.n;
+        out->cross[i] += calc_rest(fold, uses_[i].columns, pick_slots(theta, uses_[i]));
+        n[i] += fold.n;
       }
     }
     for (size_t i = 0; i < n.size(); ++i) out->cross[i] /= std::max(1.0, n[i]);
@@ -122,7 +124,8 @@ class Fitter {
       for (const Gram& held : joint.held) {
         const double own = per_effort * calc_rest(held, uses_[i].columns, theta);
         out->each_held.back().push_back(own / std::max(1.0, held.n));
-        rest += own, n += held.n;
+        rest += own;
+        n += held.n;
       }
       out->held.push_back(rest / std::max(1.0, n));
       out->evidence += calc_evidence(joint, out->cross[i]);
@@ -225,12 +228,17 @@ UsedColumns list_used_columns(const TorqueDesign& design, const TorqueModel& mod
   UsedColumns use;
   for (size_t t = 0; t < model.own[i].size(); ++t) {
     long slot = slots.own[i][t];
-    for (long c : list_columns(joint, model.own[i][t])) use.columns.push_back(c), use.slots.push_back(slot++);
+    for (long c : list_columns(joint, model.own[i][t])) {
+      use.columns.push_back(c);
+      use.slots.push_back(slot++);
+    }
   }
   for (size_t t = 0; t < model.whole.size(); ++t) {
     long slot = slots.whole[t];
-    for (long c : list_whole_columns(design, joint, model.whole[t]))
-      use.columns.push_back(c), use.slots.push_back(slot++);
+    for (long c : list_whole_columns(design, joint, model.whole[t])) {
+      use.columns.push_back(c);
+      use.slots.push_back(slot++);
+    }
   }
   return use;
 }

@@ -50,7 +50,10 @@ class Lister {
         if (joint.terms[t].effect().family != family) continue;
         const double own = choice_.inclusion[i][t];
         probability += own;
-        if (own > most) most = own, likeliest = t;
+        if (own > most) {
+          most = own;
+          likeliest = t;
+        }
       }
       if (probability >= kMinority) add_own(i, likeliest, probability);
     }
@@ -94,7 +97,8 @@ std::vector<GradedTerm> list_possible_terms(const TorqueDesign& design, const Ch
   });
   for (size_t i = 0; i < all.size(); ++i) {
     if (!is_worth_listing(design, candidates[i], all[i])) continue;
-    all[i].named = true, all[i].grade = Grade::kAmbiguous;
+    all[i].named = true;
+    all[i].grade = Grade::kAmbiguous;
     list.push_back(std::move(all[i]));
   }
   return list;

@@ -12,7 +12,8 @@ void fill_torque_fit(const std::vector<SignalFit>& torque, Fit* fit) {
   double before = 0.0, after = 0.0;
   for (const SignalFit& s : torque) {
     const double scale = 1.0 / std::max(1e-12, s.spread);
-    before += std::pow(s.before * scale, 2), after += std::pow(s.after * scale, 2);
+    before += std::pow(s.before * scale, 2);
+    after += std::pow(s.after * scale, 2);
     fit->signals.push_back(s);
   }
   const double n = std::max(1.0, static_cast<double>(torque.size()));

@@ -30,8 +30,15 @@ class RivalSearch {
     compare_own();
     if (g_.term.whole() && (g_.term.row->needs_drive || g_.term.row->load)) add_common_causes();
     compare_whole();
-    if (add_constant()) compare_own(), compare_whole(), add_less_inertia();
-    if (g_.term.row->scales_effort) add_equal_mass(), compare_masses();
+    if (add_constant()) {
+      compare_own();
+      compare_whole();
+      add_less_inertia();
+    }
+    if (g_.term.row->scales_effort) {
+      add_equal_mass();
+      compare_masses();
+    }
     if (g_.term.row->pulls) add_loads();
     if (!g_.term.whole() && is_rotor(g_.term)) add_own_inertia();
     add_turned_link();

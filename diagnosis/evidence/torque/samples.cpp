@@ -43,18 +43,23 @@ TorqueSamples list_torque_samples(const TorqueDesign& design, const TorqueModel&
     for (size_t n = 0; n < rows.size(); ++n) {
       const long k = rows[n], full = r.full_row(k);
       long at = 0;
-      for (const Eigen::MatrixXd& block : blocks)
-        columns.row(static_cast<long>(n)).segment(at, block.cols()) = block.row(k), at += block.cols();
+      for (const Eigen::MatrixXd& block : blocks) {
+        columns.row(static_cast<long>(n)).segment(at, block.cols()) = block.row(k);
+        at += block.cols();
+      }
       others.row(static_cast<long>(n)) << r.missing(k, j), r.effort(full, j), r.effort_rate(full, j),
           static_cast<double>(r.index), static_cast<double>(k) / static_cast<double>(r.kept()), std::abs(r.v(full, j)),
           r.q(full, j), std::abs(r.tau(full, j));
     }
-    append(columns, &x), append(others, &rest);
+    append(columns, &x);
+    append(others, &rest);
   }
   TorqueSamples out;
   out.x = x;
   if (rest.rows() == 0) return out;
-  out.y = rest.col(0), out.effort = rest.col(1), out.effort_rate = rest.col(2),
+  out.y = rest.col(0);
+  out.effort = rest.col(1);
+  out.effort_rate = rest.col(2);
   out.of = rest.rightCols(kQuantitiesOfParts);
   return out;
 }

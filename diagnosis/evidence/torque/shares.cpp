@@ -35,7 +35,8 @@ double calc_held(const ModelAtJoint& m, size_t mask) {
     if (!(mask >> t & 1)) continue;
     const size_t term = m.model.own[m.joint][t];
     if (joint.terms[term].row->scales_effort) {
-      hold(m.slots.own[m.joint][t], list_columns(joint, term)), gains.push_back(term);
+      hold(m.slots.own[m.joint][t], list_columns(joint, term));
+      gains.push_back(term);
       continue;
     }
     for (long c : list_columns(joint, term)) columns.push_back(c);
@@ -54,7 +55,10 @@ double calc_held(const ModelAtJoint& m, size_t mask) {
   Eigen::VectorXd all(theta.size() + values.size());
   all << theta, values;
   double rest = 0.0, n = 0.0;
-  for (const Gram& held : joint.held) rest += calc_rest(held, columns, all), n += held.n;
+  for (const Gram& held : joint.held) {
+    rest += calc_rest(held, columns, all);
+    n += held.n;
+  }
   return calc_per_effort(joint, gains, factor) * rest / std::max(1.0, n);
 }
 

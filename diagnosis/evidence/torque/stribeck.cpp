@@ -14,7 +14,7 @@ namespace {
 constexpr double kStep = 1.2;  // ratio of successive velocities
 
 void widen(double value, double std, Range* range) {
-  range->low = std::min(range->low, value - kNinetyFive * std),
+  range->low = std::min(range->low, value - kNinetyFive * std);
   range->high = std::max(range->high, value + kNinetyFive * std);
 }
 
@@ -33,8 +33,10 @@ Point fit_curve(const TorqueSamples& samples, long at, double velocity, double e
   const double variance = rest / std::max(1.0, effective);
   const auto deviation = [&](double v) { return std::sqrt(std::max(0.0, variance * v)); };
   Point p;
-  p.velocity = velocity, p.likelihood = -0.5 * effective * std::log(std::max(1e-300, rest));
-  p.level = theta[at], p.rest = theta[at] + theta[last];
+  p.velocity = velocity;
+  p.likelihood = -0.5 * effective * std::log(std::max(1e-300, rest));
+  p.level = theta[at];
+  p.rest = theta[at] + theta[last];
   p.level_std = deviation(inverse(at, at));
   p.rest_std = deviation(inverse(at, at) + inverse(last, last) + 2.0 * inverse(at, last));
   return theta[last] < 0.0 ? Point{} : p;
@@ -78,15 +80,18 @@ DryCurve profile_dry_curve(const TorqueDesign& design, const TorqueModel& given,
   const auto best = std::max_element(points.begin(), points.end(),
                                      [](const Point& a, const Point& b) { return a.likelihood < b.likelihood; });
   if (best == points.end() || best->velocity == 0.0) return curve;
-  curve.there = true, curve.gain = best->likelihood - without;
+  curve.there = true;
+  curve.gain = best->likelihood - without;
   curve.velocity = {best->velocity, best->velocity, best->velocity};
-  curve.level = {best->level, best->level, best->level}, curve.rest = {best->rest, best->rest, best->rest};
+  curve.level = {best->level, best->level, best->level};
+  curve.rest = {best->rest, best->rest, best->rest};
   for (const Point& p : points) {
     // Depth of the 95 % region: half the 95 % quantile of chi-square with two parameters (velocity, excess).
     if (p.likelihood < best->likelihood - kOdds || p.velocity == 0.0) continue;
     curve.velocity.low = std::min(curve.velocity.low, p.velocity / kStep);
     curve.velocity.high = std::max(curve.velocity.high, p.velocity * kStep);
-    widen(p.level, p.level_std, &curve.level), widen(p.rest, p.rest_std, &curve.rest);
+    widen(p.level, p.level_std, &curve.level);
+    widen(p.rest, p.rest_std, &curve.rest);
   }
   return curve;
 }

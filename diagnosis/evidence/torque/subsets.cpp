@@ -61,7 +61,9 @@ class SubsetSearch {
     folds_.assign(joint_.train.size(), Gram(width));
     for (size_t f = 0; f < folds_.size(); ++f) {
       const Gram& all = joint_.train[f];
-      folds_[f].G = all.G.topLeftCorner(width, width), folds_[f].b = all.b.head(width), folds_[f].c = all.c,
+      folds_[f].G = all.G.topLeftCorner(width, width);
+      folds_[f].b = all.b.head(width);
+      folds_[f].c = all.c;
       folds_[f].n = all.n;
       subtract_whole(all, whole, &folds_[f]);
     }
@@ -83,7 +85,8 @@ class SubsetSearch {
       if (static_cast<int>(terms.size()) > kMostTerms || !is_sensible(joint_, terms)) continue;
       const Subset subset = judge(terms, least);
       if (subset.evidence <= least) continue;
-      subsets.push_back(subset), least = std::max(least, subset.evidence - lost);
+      subsets.push_back(subset);
+      least = std::max(least, subset.evidence - lost);
     }
     std::sort(subsets.begin(), subsets.end(), [](const Subset& a, const Subset& b) { return a.evidence > b.evidence; });
     return subsets;
@@ -186,9 +189,15 @@ class SubsetSearch {
       Terms with = beside;
       with.push_back(t);
       const double cross = cross_validate(folds_, total_, list_own(joint_, with));
-      if (cross < least) least = cross, chosen = t;
+      if (cross < least) {
+        least = cross;
+        chosen = t;
+      }
     }
-    if (chosen < joint_.terms.size()) pool->push_back(chosen), all->push_back(chosen);
+    if (chosen < joint_.terms.size()) {
+      pool->push_back(chosen);
+      all->push_back(chosen);
+    }
   }
 
   const TorqueDesign& design_;
@@ -229,7 +238,8 @@ void average(const std::vector<Subset>& subsets, std::vector<double>* inclusion,
     all += weight;
     for (size_t i = 0; i < subset.terms.size(); ++i) {
       const size_t term = subset.terms[i];
-      (*inclusion)[term] += weight, mean[term] += weight * subset.first[i];
+      (*inclusion)[term] += weight;
+      mean[term] += weight * subset.first[i];
       square[term] += weight * subset.first[i] * subset.first[i];
     }
   }

@@ -40,7 +40,8 @@ std::vector<Estimate> list_estimates(const Term& term, const Eigen::VectorXd& p,
   std::vector<Estimate> list;
   for (size_t i = 0; i < values.value.size(); ++i) {
     if (row[i].axis <= 0) list.push_back({row[i].name, row[i].unit, {}, {}, row[i].axis == 0});
-    list.back().value.push_back(values.value[i]), list.back().std.push_back(values.std[i]);
+    list.back().value.push_back(values.value[i]);
+    list.back().std.push_back(values.std[i]);
   }
   return list;
 }

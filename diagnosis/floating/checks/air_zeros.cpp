@@ -96,7 +96,10 @@ Finding make_zero_finding(const LeggedLog& log, const AirZero& zero) {
   const std::string name = "/wrench/" + log.sensors[zero.sensor].name + "/force";
   const EffectInfo& bias = get_laws().sensor_bias.info();
   Finding f = make_finding(bias, {{"sensor", name}}, {make_value(bias, zero.value, zero.std, "N")});
-  f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 0.5;
+  f.grade = Grade::kSupported;
+  f.probability = 0.95;
+  f.share = 1;
+  f.weight = 0.5;
   f.statement = name + format(" reads %.1f +- %.1f N while its foot is in the air (%.0f swings): its zero is off.",
                               zero.value, kNinetyFive * zero.std, static_cast<double>(zero.swings));
   return f;

@@ -26,10 +26,13 @@ struct Slope {
     const double mean_x = calc_mean(x), mean_y = calc_mean(y);
     for (size_t i = 0; i < x.size(); ++i) {
       const double a = x[i] - mean_x, b = y[i] - mean_y;
-      xx += a * a, xy += a * b, yy += b * b;
+      xx += a * a;
+      xy += a * b;
+      yy += b * b;
     }
     const auto [least, most] = std::minmax_element(x.begin(), x.end());
-    range = std::max(range, *most - *least), count += x.size();
+    range = std::max(range, *most - *least);
+    count += x.size();
   }
 };
 
@@ -40,8 +43,14 @@ class RecordingSays {
 
   std::string describe(bool raw_counts) {
     if (!raw_counts) add_weight();
-    for (size_t i = 0; i < log_.imus.size(); ++i) add_gravity(i), add_gyroscope(i);
-    for (size_t f = 0; f < log_.feet.size(); ++f) add_sole(f, 0, "roll"), add_sole(f, 1, "pitch");
+    for (size_t i = 0; i < log_.imus.size(); ++i) {
+      add_gravity(i);
+      add_gyroscope(i);
+    }
+    for (size_t f = 0; f < log_.feet.size(); ++f) {
+      add_sole(f, 0, "roll");
+      add_sole(f, 1, "pitch");
+    }
     std::string out;
     for (const std::string& text : texts_) out += (out.empty() ? "" : "; ") + text;
     return out;
@@ -99,7 +108,8 @@ class RecordingSays {
                                 left = list_y(c);
       std::vector<double> reading;
       for (size_t i = 0; i < told.size(); ++i) reading.push_back(told[i] + left[i]);
-      gain.add(told, reading), late.add(list_column(c, layout_.imu(static_cast<int>(imu), kGyroDelayColumn)), left);
+      gain.add(told, reading);
+      late.add(list_column(c, layout_.imu(static_cast<int>(imu), kGyroDelayColumn)), left);
     }
     if (gain.count < kFewestToTell || gain.xx <= 0) return;
     texts_.push_back(signal +

@@ -132,7 +132,8 @@ class Checker {
     std::map<size_t, std::pair<Vector3d, double>> sums;  // by foot
     for (const Stand& s : at) {
       auto& [sum, count] = sums.try_emplace(s.foot, Vector3d::Zero(), 0.0).first->second;
-      sum += s.at, count += 1;
+      sum += s.at;
+      count += 1;
     }
     std::vector<Vector3d> own;
     Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
@@ -146,8 +147,10 @@ class Checker {
     for (long i = 0; i < 2; ++i) {
       const Eigen::Vector2d way = ways.eigenvectors().col(i);
       double far = 0, rise = 0, left = 0;
-      for (const Vector3d& d : own)
-        far = std::max(far, std::abs(way.dot(d.head<2>()))), rise += way.dot(d.head<2>()) * d.z();
+      for (const Vector3d& d : own) {
+        far = std::max(far, std::abs(way.dot(d.head<2>())));
+        rise += way.dot(d.head<2>()) * d.z();
+      }
       if (far < kWay) continue;
       rise /= ways.eigenvalues()(i);
       for (const Vector3d& d : own) left += std::pow(d.z() - rise * way.dot(d.head<2>()), 2);
@@ -165,7 +168,8 @@ class Checker {
     for (const Stand& s : at) {
       const double x = way.dot(s.at.head<2>());
       auto& [least, most] = ends.try_emplace(s.foot, x, x).first->second;
-      least = std::min(least, x), most = std::max(most, x);
+      least = std::min(least, x);
+      most = std::max(most, x);
     }
     double out = 0;
     for (const auto& [foot, e] : ends) out = std::max(out, e.second - e.first);
@@ -180,7 +184,10 @@ class Checker {
     Finding f = make_finding(
         get_laws().ground_slope.info(), {{"ground", "ground"}},
         {make_one("roll", "rad", std::atan(x(1)), error.y()), make_one("pitch", "rad", -std::atan(x(0)), error.x())});
-    f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = 0.5, f.weight = 0.1;
+    f.grade = Grade::kAmbiguous;
+    f.probability = 0.8;
+    f.share = 0.5;
+    f.weight = 0.1;
     f.statement = format(
         "Feet that stand drift in height by %.1f mm over %.2f m in the base's recorded pose: the capture drifts or is "
         "tilted, or the ground is.",
@@ -216,7 +223,10 @@ class Checker {
           if (!is_settled(c, f, k) ||
               calc_vertical_force(log_, clip, static_cast<size_t>(foot.sensor), k) < kHalf * weight)
             continue;
-          if (!updated) motion.update(k), updated = true;
+          if (!updated) {
+            motion.update(k);
+            updated = true;
+          }
           const Eigen::Vector2d v = find_slide(clip, foot, k, &motion);
           const Vector3d force = find_ground_force(clip, foot, k, &motion);
           const double side = force.head<2>().norm();
@@ -289,15 +299,20 @@ class Checker {
     const auto [value, spread] = find_sliding_friction(slides);
     const double nominal = log_.experiment->scenario.ground.friction;
     size_t held = 0, beyond = 0;
-    for (const Slide& s : steps)
-      held += s.speed < kMoving, beyond += s.speed < kMoving && s.ratio > (1.0 + kMuch) * value;
+    for (const Slide& s : steps) {
+      held += s.speed < kMoving;
+      beyond += s.speed < kMoving && s.ratio > (1.0 + kMuch) * value;
+    }
     if (spread > kPart * value || value > 0.95 * nominal || value < 0.02) return false;
     if (!is_same_ground(steps, slow, value)) return false;
     // Feet that hold bear no more side force than sliding friction; else feet slide for another reason than friction.
     if (static_cast<double>(beyond) > kKnown * static_cast<double>(held)) return false;
     const EffectInfo& friction = get_effect(EffectId::kGroundFriction);  // no equation has a column of it
     Finding f = make_finding(friction, {{"ground", "ground"}}, {make_value(friction, value, spread)});
-    f.grade = Grade::kSupported, f.probability = 0.9, f.share = 1, f.weight = 0.8;
+    f.grade = Grade::kSupported;
+    f.probability = 0.9;
+    f.share = 1;
+    f.weight = 0.8;
     f.statement = format(
         "Loaded feet slide at %.2f +- %.2f of their normal force: the ground is more slippery than the model's %.2f.",
         value, 2 * spread, nominal);
@@ -338,7 +353,8 @@ Consensus find_consensus(std::vector<double> values, double least) {
     if (std::abs(v - middle) <= limit) kept.push_back(v);
   }
   if (3 * kept.size() < 2 * values.size()) kept = values;  // they scatter: nobody is odd
-  out.kept = kept.size(), out.odd = values.size() - kept.size();
+  out.kept = kept.size();
+  out.odd = values.size() - kept.size();
   if (kept.empty()) return out;
   for (double v : kept) out.mean += v / static_cast<double>(kept.size());
   double sum = 0;

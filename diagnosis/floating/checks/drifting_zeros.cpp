@@ -82,13 +82,19 @@ class DriftFinder {
     };
     for (int l = 0; l < layout_.links; ++l) {
       const double mass = log_.tree.links[static_cast<size_t>(l)].inertia.mass;
-      if (mass > 0) add(layout_.link(l, 0), 1, kDetail * mass), add(layout_.link(l, 1), 3, kDetail * kHalfFoot * mass);
+      if (mass > 0) {
+        add(layout_.link(l, 0), 1, kDetail * mass);
+        add(layout_.link(l, 1), 3, kDetail * kHalfFoot * mass);
+      }
     }
-    for (int s = 0; s < layout_.sensors; ++s)
-      add(layout_.sensor(s, kForceScaleColumn), 2, kKnown), add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
-    for (int i = 0; i < layout_.imus; ++i)
-      add(layout_.imu(i, kAccelerometerTurnColumn), 3, kKnown),
-          add(layout_.imu(i, kAccelerometerBiasColumn), 3, kDetail);
+    for (int s = 0; s < layout_.sensors; ++s) {
+      add(layout_.sensor(s, kForceScaleColumn), 2, kKnown);
+      add(layout_.sensor(s, kWrenchTurnColumn), 3, kKnown);
+    }
+    for (int i = 0; i < layout_.imus; ++i) {
+      add(layout_.imu(i, kAccelerometerTurnColumn), 3, kKnown);
+      add(layout_.imu(i, kAccelerometerBiasColumn), 3, kDetail);
+    }
     for (int j = 0; j < layout_.joints; ++j) add(layout_.joint(j, kOffsetColumn), 1, kKnown);
   }
 
@@ -117,9 +123,10 @@ class DriftFinder {
       Row row;
       const double done = (c.time[i] - time.front()) / std::max(1e-9, time.back() - time.front());
       const size_t parts = stretches_ * kParts;
-      row.part = r * parts + std::min(parts - 1, static_cast<size_t>(done * static_cast<double>(parts))),
+      row.part = r * parts + std::min(parts - 1, static_cast<size_t>(done * static_cast<double>(parts)));
       row.y = c.y[i] / spread;
-      row.constant.resize(static_cast<long>(constants_.size())), row.zero.resize(zeros_);
+      row.constant.resize(static_cast<long>(constants_.size()));
+      row.zero.resize(zeros_);
       for (size_t k = 0; k < constants_.size(); ++k) row.constant(static_cast<long>(k)) = get(i, constants_[k].column);
       for (int z = 0; z < zeros_; ++z) row.zero(z) = get(i, layout_.sensor(z / kAxes, kForceBiasColumn + z % kAxes));
       rows_.push_back(std::move(row));
@@ -159,7 +166,8 @@ class DriftFinder {
       A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>().rankUpdate(row.constant);
       A.block(own, 0, zeros_, n).noalias() += row.zero * row.constant.transpose();
       A.block(own, own, zeros_, zeros_).noalias() += row.zero * row.zero.transpose();
-      b.head(n) += row.constant * row.y, b.segment(own, zeros_) += row.zero * row.y;
+      b.head(n) += row.constant * row.y;
+      b.segment(own, zeros_) += row.zero * row.y;
     }
     for (long k = 0; k < n; ++k) A(k, k) += 1 / std::pow(trust * constants_[static_cast<size_t>(k)].prior, 2);
     for (size_t p = 0; p < groups_ * kParts; ++p) {
@@ -193,7 +201,10 @@ class DriftFinder {
   double find_slope(int z) const {
     double xy = 0, xx = 0;
     for (size_t g = 0; g < groups_; ++g) {
-      for (size_t p = 0; p < kParts; ++p) xy += get_place(p) * get_part(g, p, z), xx += get_place(p) * get_place(p);
+      for (size_t p = 0; p < kParts; ++p) {
+        xy += get_place(p) * get_part(g, p, z);
+        xx += get_place(p) * get_place(p);
+      }
     }
     return xy / xx;
   }
@@ -259,7 +270,10 @@ class DriftFinder {
                   " from its mean, in the order of the " + (stretches_ > 1 ? "stretches" : "recordings") + " (" +
                   get_grade_name(Grade::kSupported) +
                   "). The readings were rid of it before anything else was looked for.";
-    f.grade = Grade::kSupported, f.probability = 0.95, f.share = kHalf, f.weight = kHalf;
+    f.grade = Grade::kSupported;
+    f.probability = 0.95;
+    f.share = kHalf;
+    f.weight = kHalf;
     return f;
   }
 

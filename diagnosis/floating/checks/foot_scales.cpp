@@ -31,7 +31,9 @@ FootScale fit_scale(const std::map<int, Consensus>& phases, size_t foot, size_t 
   double xx = 0, xy = 0, left = 0, noise = 0;
   for (const auto& [phase, k] : phases) {
     const double x = find_part(phase, foot, feet);
-    xx += x * x, xy += x * (k.mean - 1), noise += std::pow(x * k.std, 2);
+    xx += x * x;
+    xy += x * (k.mean - 1);
+    noise += std::pow(x * k.std, 2);
   }
   const double more = xy / xx;
   for (const auto& [phase, k] : phases) left += std::pow(k.mean - 1 - more * find_part(phase, foot, feet), 2);
@@ -67,8 +69,10 @@ bool take_foot_scale(const LeggedLog& log, const std::vector<FootScale>& scales,
     weight->alternatives.push_back(make_alternative(scale, where, {make_value(scale, s.scale, s.std)}, motion));
     if (taken || s.left > kPart) continue;
     Alternative& other = weight->alternatives.back();
-    std::swap(weight->effect, other.effect), std::swap(weight->family, other.family);
-    std::swap(weight->where, other.where), std::swap(weight->parameters, other.parameters);
+    std::swap(weight->effect, other.effect);
+    std::swap(weight->family, other.family);
+    std::swap(weight->where, other.where);
+    std::swap(weight->parameters, other.parameters);
     weight->statement += format(
         " The scale of this foot's sensor leaves %.2f of what a mass leaves of these shares, in squares.", s.left);
     taken = true;

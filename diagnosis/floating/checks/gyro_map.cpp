@@ -96,10 +96,12 @@ Information sum_squares(const std::vector<RateMoment>& moments, const std::vecto
   for (size_t i = 0; i < rows.size(); ++i) {
     const Slopes x = find_slopes(moments[i], rows[i], fit.map, free);
     const Coefficients own = fit.weights[i] * (x.transpose() * rows[i].left);
-    sum += fit.weights[i] * (x.transpose() * x), *score += own;
+    sum += fit.weights[i] * (x.transpose() * x);
+    *score += own;
     if (by_block)
       by_block->try_emplace({moments[i].recording, moments[i].block}, Coefficients::Zero()).first->second += own;
-    square += fit.weights[i] * rows[i].left.squaredNorm(), weight += 3 * fit.weights[i];
+    square += fit.weights[i] * rows[i].left.squaredNorm();
+    weight += 3 * fit.weights[i];
   }
   const double noise = std::max(1e-12, square / std::max(1e-12, weight));
   const Eigen::AngleAxisd turned(fit.map.R);
@@ -136,8 +138,10 @@ MapFit fit_map(const std::vector<RateMoment>& moments, const Freedom& free, cons
   const double widening = blocks.size() > 1 ? find_widening(blocks.size()) : 1e3;
   out.covariance = find_few(static_cast<double>(blocks.size())) * widening * widening * inverse * scatter * inverse;
   double weight = 0;
-  for (size_t i = 0; i < rows.size(); ++i)
-    out.left += out.weights[i] * rows[i].left.squaredNorm(), weight += 3 * out.weights[i];
+  for (size_t i = 0; i < rows.size(); ++i) {
+    out.left += out.weights[i] * rows[i].left.squaredNorm();
+    weight += 3 * out.weights[i];
+  }
   // White noise, too: it has the prior of what no motion tells, of which blocks say nothing.
   out.covariance += std::max(1e-12, out.left / std::max(1e-12, weight)) * inverse;
   return out;
@@ -154,7 +158,8 @@ double find_reverse(const std::vector<RateMoment>& moments, const MapFit& fit) {
   double tt = 0, tu = 0;
   for (size_t i = 0; i < rows.size(); ++i) {
     const Vector3d u = rows[i].by->A * fit.map.apply(moments[i].reading), t = u + rows[i].left;
-    tt += fit.weights[i] * t.squaredNorm(), tu += fit.weights[i] * t.dot(u);
+    tt += fit.weights[i] * t.squaredNorm();
+    tu += fit.weights[i] * t.dot(u);
   }
   return tt / std::max(1e-12, tu);
 }
@@ -198,7 +203,7 @@ void judge_scale(const std::vector<MapFit>& each, const MapFit& fit, double reve
   const double by_reading = fit.map.factor, by_told = by_reading + std::log(std::max(1e-12, reverse)),
                middle = 0.5 * (by_reading + by_told);
   const double std = std::sqrt(fit.covariance(kScale, kScale)), width = std::abs(by_told - by_reading);
-  out->scale = std::exp(-middle),
+  out->scale = std::exp(-middle);
   out->scale_std = out->scale * std::hypot(std, 0.5 * width / kNinetyFive, kKnown / kNinetyFive);
   const double nearest = by_reading * by_told > 0 ? std::min(std::abs(by_reading), std::abs(by_told)) : 0.0;
   const bool sure = nearest > std::max(kKnown, kSignificantInJoint * std) && width < kBracket * std::abs(middle);
@@ -219,8 +224,10 @@ double find_usual(const std::vector<RateMoment>& moments, const Map& map) {
 double find_by_chance(const std::vector<RateMoment>& moments) {
   std::vector<RateMoment> others;
   for (const std::vector<RateMoment>& own : split(moments)) {
-    for (size_t i = 0; i < own.size(); ++i)
-      others.push_back(own[i]), others.back().reading = own[(i + own.size() / 2) % own.size()].reading;
+    for (size_t i = 0; i < own.size(); ++i) {
+      others.push_back(own[i]);
+      others.back().reading = own[(i + own.size() / 2) % own.size()].reading;
+    }
   }
   return find_usual(others, fit_map(others, {}).map);
 }
@@ -235,12 +242,16 @@ GyroMap find_gyro_map(const std::vector<RateMoment>& moments) {
   for (const std::vector<RateMoment>& own : split(moments)) {
     if (count_blocks(own) >= kFewestBlocks) each.push_back(fit_map(own, {}));
   }
-  out.told = true, out.turn = get_turn(fit), out.turn_covariance = fit.covariance.block<3, 3>(kTurn, kTurn);
-  out.turn_left = fit.left / fit_map(moments, {true, false}, fit.weights).left,
+  out.told = true;
+  out.turn = get_turn(fit);
+  out.turn_covariance = fit.covariance.block<3, 3>(kTurn, kTurn);
+  out.turn_left = fit.left / fit_map(moments, {true, false}, fit.weights).left;
   out.scale_left = fit.left / fit_map(moments, {false, true}, fit.weights).left;
-  judge_turn(each, &out), judge_scale(each, fit, find_reverse(moments, fit), &out);
+  judge_turn(each, &out);
+  judge_scale(each, fit, find_reverse(moments, fit), &out);
   const double usual = find_usual(moments, fit.map), by_chance = find_by_chance(moments);
-  out.usual = std::sqrt(usual), out.of_another_time = std::sqrt(by_chance);
+  out.usual = std::sqrt(usual);
+  out.of_another_time = std::sqrt(by_chance);
   // Readings have to fit what is told at their time better than readings of another time do.
   if (usual >= kHalf * by_chance) out.may_be_turned = out.is_turned = out.is_scaled = false;
   return out;

@@ -31,7 +31,10 @@ class ImuChecker {
 
   void run() {
     for (size_t i = 0; i < log_.imus.size(); ++i) {
-      if (log_.imus[i].accelerometer) check_gravity(i), check_offset(i);
+      if (log_.imus[i].accelerometer) {
+        check_gravity(i);
+        check_offset(i);
+      }
     }
     for (const ChannelRows& c : channels_) check_gyro(c);
   }
@@ -78,7 +81,8 @@ class ImuChecker {
         const auto [mean, spread] = calc_spread(sizes);
         if (spread > kKnown * g) continue;
         auto& [sum, count] = sums[clip.recording];
-        sum += mean * static_cast<double>(sizes.size()), count += static_cast<double>(sizes.size());
+        sum += mean * static_cast<double>(sizes.size());
+        count += static_cast<double>(sizes.size());
       }
     }
     std::vector<double> out;
@@ -98,7 +102,8 @@ class ImuChecker {
         motion.update(k);
         const Transform X = get_pose(motion.data(), log_.imus[imu].link);
         const Vector3d f = get_values(clip.imus[imu].accelerometer, k);
-        sum += motion.find_up(k).dot(X.R * log_.imus[imu].R_LI * f), count += 1;
+        sum += motion.find_up(k).dot(X.R * log_.imus[imu].R_LI * f);
+        count += 1;
       }
       out.push_back(1 + (sum / count - g) / g);
     }
@@ -135,7 +140,10 @@ class ImuChecker {
     }
     const EffectInfo &scale = get_laws().sensor_scale.info(), &bias = get_laws().sensor_bias.info();
     Finding f = make_finding(scale, {{"sensor", name}}, {make_value(scale, k.mean, k.std)});
-    f.grade = Grade::kAmbiguous, f.probability = 0.9, f.share = 1, f.weight = 0.3;
+    f.grade = Grade::kAmbiguous;
+    f.probability = 0.9;
+    f.share = 1;
+    f.weight = 0.3;
     f.statement = name + when +
                   format(
                       " it reads %.4f +- %.4f of gravity: its scale or its zero is off; a body that stays upright "
@@ -160,7 +168,9 @@ class ImuChecker {
     }
     if (mean.norm() < kGravity * log_.experiment->scenario.gravity_W.norm()) return;
     Remaining r;
-    r.where = {{"sensor", name}}, r.unit = "m/s^2", r.before = r.after = mean.norm();
+    r.where = {{"sensor", name}};
+    r.unit = "m/s^2";
+    r.before = r.after = mean.norm();
     r.statement = name +
                   format(": standing, it differs from the base's recorded pose by %.3f, %.3f, %.3f m/s^2", mean.x(),
                          mean.y(), mean.z()) +

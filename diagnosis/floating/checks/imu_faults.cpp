@@ -82,7 +82,8 @@ double ask_accelerometer(const std::vector<Posed>& posed, size_t imu, const Matr
   for (const Posed& p : posed) {
     auto& [felt, up] =
         blocks.try_emplace({p.clip, find_block(*p.clip, p.k)}, Vector3d::Zero(), Vector3d::Zero()).first->second;
-    felt += get_values(p.clip->imus[imu].accelerometer, p.k), up += p.up;
+    felt += get_values(p.clip->imus[imu].accelerometer, p.k);
+    up += p.up;
   }
   std::vector<double> gains;
   for (const auto& [at, sums] : blocks) {
@@ -99,8 +100,9 @@ double ask_accelerometer(const LeggedLog& log, size_t imu, const Matrix3d& R) {
   for (const Standing& s : list_standing(log, imu, Purpose::kForTurns)) {
     const Vector3d rate = s.R_BI * (R * get_values(s.at.clip->imus[imu].gyro, s.at.k)) - s.more,
                    felt = get_values(s.at.clip->imus[imu].accelerometer, s.at.k).normalized();
-    at.push_back(s.at), turned.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (R * felt)))),
-        nominal.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * felt)));
+    at.push_back(s.at);
+    turned.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * (R * felt))));
+    nominal.push_back(std::sqrt(calc_left(s.feet, rate, s.R_BI * felt)));
   }
   return calc_odds(at, turned, nominal);
 }
@@ -124,7 +126,9 @@ double ask_legs(const GyroMap& by_pose, const GyroMap& by_legs) {
 bool find_fault(const LeggedLog& log, size_t imu, ImuFault* out) {
   const std::vector<Posed> posed = list_posed(log, imu);
   const GyroMap by_legs = find_gyro_map(list_by_legs(log, imu)), by_pose = find_gyro_map(list_by_pose(posed, imu));
-  out->imu = imu, out->by_pose = by_pose.told, out->map = by_pose.told ? by_pose : by_legs;
+  out->imu = imu;
+  out->by_pose = by_pose.told;
+  out->map = by_pose.told ? by_pose : by_legs;
   // Balls roll and slide in step with the turning, which looks like a scale. So do soft soles, by more than any
   // gyroscope errs: they are calibrated to some percent. Wrong units are larger factors, and found before (degrees:
   // 57).
@@ -163,7 +167,9 @@ void add_elasticity(const LeggedLog& log, Finding* f) {
 
 // `left`: squares beside the fault over those without it.
 void grade(double left, Finding* f) {
-  f->grade = f->alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous, f->probability = 0.9, f->share = 1 - left,
+  f->grade = f->alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous;
+  f->probability = 0.9;
+  f->share = 1 - left;
   f->weight = 0.5;
 }
 

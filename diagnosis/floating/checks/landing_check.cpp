@@ -43,9 +43,14 @@ LandingRows split_landings(const ChannelRows& c, const std::vector<Landing>& lan
     double most = -1e300, least = 1e300;
     for (size_t i = 0; i < c.rows(); ++i) {
       if (c.recording[i] != l.recording || c.time[i] < l.time - 0.02 || c.time[i] > l.time + kLanding) continue;
-      lands[i] = 1, most = std::max(most, c.y[i]), least = std::min(least, c.y[i]);
+      lands[i] = 1;
+      most = std::max(most, c.y[i]);
+      least = std::min(least, c.y[i]);
     }
-    if (most > -1e300) out.most.push_back(most), out.least.push_back(least);
+    if (most > -1e300) {
+      out.most.push_back(most);
+      out.least.push_back(least);
+    }
   }
   for (size_t i = 0; i < c.rows(); ++i) (lands[i] ? out.landing : out.calm).push_back(c.y[i]);
   return out;
@@ -73,7 +78,9 @@ void check_landings(const LeggedLog& log, const Contacts& contacts, const std::v
   const double peak = find_median(rows.most) - middle, dip = middle - find_median(rows.least);
   if (landing < kClearlyMore * calm || std::max(peak, dip) < kBlur * weight) return;
   Remaining r;
-  r.where = {{"ground", "ground"}}, r.unit = "N", r.before = r.after = landing;
+  r.where = {{"ground", "ground"}};
+  r.unit = "N";
+  r.before = r.after = landing;
   r.statement = format(
                     "landings (%.0f): in the quarter second after a landing, the feet's force peaks %.0f N above what "
                     "the motion takes, and falls %.0f N below (medians)",

@@ -60,7 +60,8 @@ Rows make_rows(const Landing& l, const Eigen::VectorXd& law, double share) {
                               later = sink(*force, l.step, give, lag + more_lag, rides);
     for (long i = 0; i < n; ++i) {
       const size_t k = at[static_cast<size_t>(i)];
-      rows.x(i, g) = sign * (softer[k] - z[k]) / more_give, rows.x(i, g + 1) = sign * (later[k] - z[k]) / more_lag;
+      rows.x(i, g) = sign * (softer[k] - z[k]) / more_give;
+      rows.x(i, g + 1) = sign * (later[k] - z[k]) / more_lag;
       rows.left(i) -= sign * z[k];
     }
   }
@@ -87,7 +88,10 @@ class LandingFitter {
     }
     law_ = Eigen::VectorXd::Zero(static_cast<long>(2 * soft.size()));
     for (long f = 0; f < static_cast<long>(soft.size()); ++f) {
-      if (soft[static_cast<size_t>(f)]) free_.push_back(2 * f), free_.push_back(2 * f + 1);
+      if (soft[static_cast<size_t>(f)]) {
+        free_.push_back(2 * f);
+        free_.push_back(2 * f + 1);
+      }
     }
   }
 
@@ -117,11 +121,15 @@ class LandingFitter {
   std::vector<Sums> sum_up_weighed() const {
     std::vector<Sums> sums;
     std::vector<double> squares;
-    for (const Landing& l : landings_) sums.push_back(sum_up(l)), squares.push_back(sums.back().mean_square);
+    for (const Landing& l : landings_) {
+      sums.push_back(sum_up(l));
+      squares.push_back(sums.back().mean_square);
+    }
     const double usual = std::max(1e-300, find_median(squares));
     for (Sums& s : sums) {
       const double weight = 1 / (usual + s.mean_square);
-      s.a *= weight, s.b *= weight;
+      s.a *= weight;
+      s.b *= weight;
     }
     return sums;
   }
@@ -131,11 +139,17 @@ class LandingFitter {
     double least = 1e300;
     Eigen::VectorXd best = law_;
     for (double lag = kTimeStep; lag < kMostLag; lag *= 2) {
-      for (long f = 0; f < law_.size() / 2; ++f) law_(2 * f) = 0, law_(2 * f + 1) = lag;
+      for (long f = 0; f < law_.size() / 2; ++f) {
+        law_(2 * f) = 0;
+        law_(2 * f + 1) = lag;
+      }
       for (int round = 0; round < kFewRounds; ++round) step(false);
       std::vector<double> squares;
       for (const Landing& l : landings_) squares.push_back(sum_up(l).mean_square);
-      if (find_median(squares) < least) least = find_median(squares), best = law_;
+      if (find_median(squares) < least) {
+        least = find_median(squares);
+        best = law_;
+      }
     }
     law_ = best;
   }
@@ -145,8 +159,15 @@ class LandingFitter {
     const auto n = static_cast<long>(free_.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-    for (const Sums& s : sum_up_weighed()) a += s.a, b += s.b;
-    for (long c = 1; c < n && !lags; c += 2) a.row(c).setZero(), a.col(c).setZero(), b(c) = 0;
+    for (const Sums& s : sum_up_weighed()) {
+      a += s.a;
+      b += s.b;
+    }
+    for (long c = 1; c < n && !lags; c += 2) {
+      a.row(c).setZero();
+      a.col(c).setZero();
+      b(c) = 0;
+    }
     const Eigen::VectorXd scale = (a.diagonal().array() > 0).select(a.diagonal().cwiseSqrt(), 1.0);
     Eigen::MatrixXd even = scale.asDiagonal().inverse() * a * scale.asDiagonal().inverse();
     for (long c = 0; c < n; ++c) even(c, c) = 1;
@@ -164,7 +185,10 @@ class LandingFitter {
   Eigen::MatrixXd calc_covariance() const {
     const auto n = static_cast<long>(free_.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(n, n), meat = a;
-    for (const Sums& s : sum_up_weighed()) a += s.a, meat += s.b * s.b.transpose();
+    for (const Sums& s : sum_up_weighed()) {
+      a += s.a;
+      meat += s.b * s.b.transpose();
+    }
     const auto count = static_cast<double>(landings_.size());
     const Eigen::MatrixXd inverse = a.inverse();
     return inverse * meat * inverse.transpose() * count / std::max(1.0, count - static_cast<double>(n));
@@ -194,7 +218,13 @@ std::vector<Landing> take_every_second(std::vector<Landing> landings, size_t fir
     for (size_t k = first; k < values->size(); k += 2) (*values)[n++] = (*values)[k];
     values->resize(n);
   };
-  for (Landing& l : landings) l.step *= 2, thin(&l.force), thin(&l.others), thin(&l.height), thin(&l.flat);
+  for (Landing& l : landings) {
+    l.step *= 2;
+    thin(&l.force);
+    thin(&l.others);
+    thin(&l.height);
+    thin(&l.flat);
+  }
   return landings;
 }
 
@@ -209,9 +239,12 @@ class WindowReader {
   // Of a spell of a foot on the ground, as long as the other foot stands, too.
   Landing read(const Contact& spell) {
     Landing l;
-    l.step = c_.step, l.foot = spell.foot, l.other = 1 - spell.foot;
+    l.step = c_.step;
+    l.foot = spell.foot;
+    l.other = 1 - spell.foot;
     const auto hangs = [&](size_t f) { return log_.sensors[static_cast<size_t>(log_.feet[f].sensor)].hangs; };
-    l.mass = hangs(l.foot), l.others_mass = hangs(l.other);
+    l.mass = hangs(l.foot);
+    l.others_mass = hangs(l.other);
     const auto before = static_cast<size_t>(kScrape / c_.step), after = static_cast<size_t>(kLanding / c_.step);
     const size_t end = std::min(spell.begin + after, spell.end);
     for (size_t k = spell.begin - std::min(before, spell.begin); k < end; ++k) add(k, k >= spell.begin, &l);
@@ -233,8 +266,10 @@ class WindowReader {
   void add(size_t k, bool down, Landing* l) {
     const auto [force, flat] = read_foot(l->foot, k);
     const auto [others, other_flat] = read_foot(l->other, k);
-    l->force.push_back(force), l->others.push_back(others);
-    l->flat.push_back(down && flat && other_flat), l->height.push_back(0);
+    l->force.push_back(force);
+    l->others.push_back(others);
+    l->flat.push_back(down && flat && other_flat);
+    l->height.push_back(0);
     if (!l->flat.back()) return;
     motion_.update(k);
     const auto place = [&](size_t f) -> Vector3d {

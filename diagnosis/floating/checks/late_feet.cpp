@@ -45,11 +45,13 @@ void center(std::vector<Transfer>* rows) {
   std::map<int, std::pair<Eigen::Vector3d, double>> sums;
   for (const Transfer& t : *rows) {
     auto& [sum, count] = sums.try_emplace(t.recording, Eigen::Vector3d::Zero(), 0.0).first->second;
-    sum += Eigen::Vector3d(t.y, t.x(0), t.x(1)), count += 1;
+    sum += Eigen::Vector3d(t.y, t.x(0), t.x(1));
+    count += 1;
   }
   for (Transfer& t : *rows) {
     const auto& [sum, count] = sums.at(t.recording);
-    t.y -= sum(0) / count, t.x -= sum.tail<2>() / count;
+    t.y -= sum(0) / count;
+    t.x -= sum.tail<2>() / count;
   }
 }
 
@@ -57,20 +59,29 @@ DelayFit fit_delay(const std::vector<Transfer>& rows) {
   Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
   Eigen::Vector2d b = Eigen::Vector2d::Zero();
   double yy = 0;
-  for (const Transfer& t : rows) A += t.x * t.x.transpose(), b += t.y * t.x, yy += t.y * t.y;
+  for (const Transfer& t : rows) {
+    A += t.x * t.x.transpose();
+    b += t.y * t.x;
+    yy += t.y * t.y;
+  }
   DelayFit out;
   if (!(A.determinant() > 1e-9 * A(0, 0) * A(1, 1))) return out;
   out.x = A.ldlt().solve(b);
-  out.left = yy - b.dot(out.x), out.common = yy - b(0) * b(0) / A(0, 0);
+  out.left = yy - b.dot(out.x);
+  out.common = yy - b(0) * b(0) / A(0, 0);
   std::map<int, std::pair<Eigen::Vector2d, double>> scores;  // by block, with its information
   for (const Transfer& t : rows) {
     auto& [score, told] = scores.try_emplace(t.block, Eigen::Vector2d::Zero(), 0.0).first->second;
-    score += (t.y - t.x.dot(out.x)) * t.x, told += t.x(1) * t.x(1);
+    score += (t.y - t.x.dot(out.x)) * t.x;
+    told += t.x(1) * t.x(1);
   }
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   double all = 0, squares = 0;
-  for (const auto& [block, s] : scores)
-    scatter += s.first * s.first.transpose(), all += s.second, squares += s.second * s.second;
+  for (const auto& [block, s] : scores) {
+    scatter += s.first * s.first.transpose();
+    all += s.second;
+    squares += s.second * s.second;
+  }
   out.blocks = static_cast<size_t>(all * all / std::max(1e-300, squares));
   if (out.blocks < 2) return out;
   const Eigen::Matrix2d inverse = A.inverse();
@@ -196,7 +207,10 @@ Finding make_late_finding(const LeggedLog& log, const LateFoot& late) {
   const EffectInfo& effect = get_laws().sensor_delay.info();
   const std::string name = "/wrench/" + log.sensors[static_cast<size_t>(late.sensor)].name;
   Finding f = make_finding(effect, {{"sensor", name}}, {make_value(effect, late.delay, late.std)});
-  f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 0.5;
+  f.grade = Grade::kSupported;
+  f.probability = 0.95;
+  f.share = 1;
+  f.weight = 0.5;
   f.statement = name + format(" is late by %.0f +- %.0f ms against ", 1e3 * late.delay, 1.96e3 * late.std) +
                 "/wrench/" + log.sensors[static_cast<size_t>(late.other)].name +
                 ": while the load moves from foot to foot, their sum is off.";

@@ -66,9 +66,12 @@ Zero fit_zero(int joint, const TiltByRecording& tilt, const TiltByRecording& slo
   const auto n = static_cast<double>(each.size());
   for (double v : each) out.value += v / n;
   double spread = 0, square = 0;
-  for (double v : each) spread += std::pow(v - out.value, 2), square += v * v;
+  for (double v : each) {
+    spread += std::pow(v - out.value, 2);
+    square += v * v;
+  }
   for (const auto& [r, y] : tilt) out.axis += slope.at(r) / n;
-  out.std = std::sqrt(spread / (n - 1) / n) * find_widening(each.size()),
+  out.std = std::sqrt(spread / (n - 1) / n) * find_widening(each.size());
   out.share = 1 - spread / std::max(1e-300, square);
   return out;
 }
@@ -80,7 +83,10 @@ TiltByRecording subtract_others(const std::vector<Sole>& soles, size_t own) {
     Tilt sum = Tilt::Zero();
     double count = 0;
     for (size_t f = 0; f < soles.size(); ++f) {
-      if (f != own && soles[f].tilt.count(r) > 0) sum += soles[f].tilt.at(r), count += 1;
+      if (f != own && soles[f].tilt.count(r) > 0) {
+        sum += soles[f].tilt.at(r);
+        count += 1;
+      }
     }
     if (count > 0) out[r] = tilt - sum / count;
   }
@@ -116,7 +122,10 @@ void add_first(const LeggedLog& log, const Foot& foot, std::vector<Zero>* zeros,
     if (same) f.alternatives.push_back(make_alternative(effect, where(*z), value(*z), kMotion));
     if (!same) rest.push_back(*z);
   }
-  f.grade = Grade::kAmbiguous, f.probability = 0.8, f.share = first.share, f.weight = 0.3;
+  f.grade = Grade::kAmbiguous;
+  f.probability = 0.8;
+  f.share = first.share;
+  f.weight = 0.3;
   f.statement = foot.name + format(
                                 ": while it stands, the encoders have its sole askew by %.0f +- %.0f mrad in the mean "
                                 "of the recordings, more than the other soles. A zero of one of the leg's joints does "

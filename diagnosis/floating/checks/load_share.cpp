@@ -57,11 +57,17 @@ struct Agreement {
 Agreement find_agreement(const std::vector<LoadShare>& shares) {
   double mean_m = 0, mean_r = 0;
   const double n = static_cast<double>(shares.size());
-  for (const LoadShare& s : shares) mean_m += s.measured / n, mean_r += s.required / n;
+  for (const LoadShare& s : shares) {
+    mean_m += s.measured / n;
+    mean_r += s.required / n;
+  }
   double mm = 0, rr = 0, mr = 0, rest = 0;
   for (const LoadShare& s : shares) {
     const double m = s.measured - mean_m, r = s.required - mean_r;
-    mm += m * m, rr += r * r, mr += m * r, rest += std::pow(s.measured - s.required, 2) / n;
+    mm += m * m;
+    rr += r * r;
+    mr += m * r;
+    rest += std::pow(s.measured - s.required, 2) / n;
   }
   return {mr / std::sqrt(std::max(1e-300, mm * rr)), std::sqrt(rest), mean_m - mean_r};
 }

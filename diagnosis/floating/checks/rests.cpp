@@ -43,7 +43,10 @@ void keep(const std::vector<char>& kept, size_t width, std::vector<T>* values) {
 
 void keep_rows(const std::vector<char>& kept, ChannelRows* rows) {
   const size_t width = rows->columns.size();
-  if (width > 0) keep(kept, width, &rows->x), keep(kept, width, &rows->noise_x);
+  if (width > 0) {
+    keep(kept, width, &rows->x);
+    keep(kept, width, &rows->noise_x);
+  }
   for (std::vector<double>* v : {&rows->y, &rows->noise_y, &rows->time, &rows->roughness}) keep(kept, 1, v);
   for (std::vector<int>* v : {&rows->recording, &rows->block, &rows->phase}) keep(kept, 1, v);
   keep(kept, 1, &rows->train);

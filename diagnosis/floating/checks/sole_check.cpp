@@ -46,7 +46,9 @@ void check_soles(const std::vector<ChannelRows>& channels, const std::vector<std
     const auto [least, most] = std::minmax_element(tilts.begin(), tilts.end(), less);
     if (tilts.empty() || most->second.norm() < kMountingError) continue;
     Remaining r;
-    r.where = {{"foot", foot}}, r.unit = "rad", r.before = r.after = most->second.norm();
+    r.where = {{"foot", foot}};
+    r.unit = "rad";
+    r.before = r.after = most->second.norm();
     const auto name = [&](const auto& tilt) { return " in " + recordings[static_cast<size_t>(tilt->first)]; };
     const bool differ = (most->second - least->second).norm() > kMountingError;
     r.statement = foot + ": while it stands, the encoders have its sole askew by " + describe(most->second) +

@@ -38,9 +38,12 @@ StandingFeet stand_on_balls(const Foot& a, const Foot& b, BodyMotion* motion) {
   const Vector3d d = to.p - at.p, up = -(at.p + to.p).normalized();
   const Vector3d rolls = (b.radius * to.w - a.radius * at.w).cross(up);
   StandingFeet out;
-  out.A = -skew(d.normalized()), out.turn = (rolls - (to.v - at.v)) / d.norm();
-  out.B.setZero(), out.B.row(0) = d.normalized().transpose();
-  out.level = Vector3d((b.radius - a.radius) / d.norm(), 0.0, 0.0), out.below = at.p + to.p;
+  out.A = -skew(d.normalized());
+  out.turn = (rolls - (to.v - at.v)) / d.norm();
+  out.B.setZero();
+  out.B.row(0) = d.normalized().transpose();
+  out.level = Vector3d((b.radius - a.radius) / d.norm(), 0.0, 0.0);
+  out.below = at.p + to.p;
   return out;
 }
 
@@ -59,7 +62,11 @@ std::vector<StandingFeet> list_standing_feet(const LeggedLog& log, BodyMotion* m
 }
 
 void forget_up(std::vector<StandingFeet>* feet) {
-  for (StandingFeet& f : *feet) f.B.setZero(), f.level.setZero(), f.below.setZero();
+  for (StandingFeet& f : *feet) {
+    f.B.setZero();
+    f.level.setZero();
+    f.below.setZero();
+  }
 }
 
 double calc_left(const std::vector<StandingFeet>& feet, const Vector3d& rate, const Vector3d& up) {

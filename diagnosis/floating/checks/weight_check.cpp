@@ -33,7 +33,8 @@ PhaseSums sum_phases(const ChannelRows& c) {
   PhaseSums out;
   for (size_t i = 0; i < c.rows(); ++i) {
     auto& [sum, count] = out[c.phase[i]][c.block[i]];
-    sum += c.y[i], count += 1;
+    sum += c.y[i];
+    count += 1;
   }
   return out;
 }
@@ -149,7 +150,9 @@ class WeightChecker {
   void add_differing(const ChannelRows& c, const std::string& phases) {
     if (phases.empty()) return;
     Remaining r;
-    r.where = {{"link", log_.tree.links[0].name}}, r.unit = "N", r.before = r.after = calc_rms(c.y);
+    r.where = {{"link", log_.tree.links[0].name}};
+    r.unit = "N";
+    r.before = r.after = calc_rms(c.y);
     r.statement = "What the feet carry does not fit the model's weight." + phases;
     out_.remaining.push_back(std::move(r));
   }
@@ -222,7 +225,10 @@ class WeightChecker {
       f = make_finding(load, link, {make_value(load, more / g, error / g), make_assumed_centre(root.p_LLcm_L)});
       f.alternatives.push_back(make_alternative(heavier, link, scale, kMotion));
     }
-    f.grade = Grade::kAmbiguous, f.probability = 0.95, f.share = 1, f.weight = 1;
+    f.grade = Grade::kAmbiguous;
+    f.probability = 0.95;
+    f.share = 1;
+    f.weight = 1;
     f.statement = format("The feet carry %.3f +- %.3f of what the model weighs. ", k.mean, 2 * k.std) +
                   format(more > 0 ? "The model is too light by %.1f %% (%.2f kg, %.1f N)"
                                   : "The model is too heavy by %.1f %% (%.2f kg, %.1f N)",
@@ -236,7 +242,10 @@ class WeightChecker {
     out_.findings.push_back(std::move(f));
     if (scaled) return;
     Candidate mass;
-    mass.law = &laws_.payload, mass.where = link, mass.place = 0, mass.terms = {{{at_.link(0, 0), 1.0}}};
+    mass.law = &laws_.payload;
+    mass.where = link;
+    mass.place = 0;
+    mass.terms = {{{at_.link(0, 0), 1.0}}};
     for (int a = 0; a < 3; ++a) mass.terms[0].emplace_back(at_.link(0, 1 + a), root.p_LLcm_L(a));
     out_.weight = {mass};
   }
@@ -252,7 +261,8 @@ class WeightChecker {
       const EffectInfo& effect = laws_.sensor_bias.info();
       f->alternatives.push_back(make_alternative(effect, where, {make_value(effect, value, std, "N")}, kMotion));
     };
-    scaled(all, k.mean, k.std), shifted(all, more / n, error / n);
+    scaled(all, k.mean, k.std);
+    shifted(all, more / n, error / n);
     for (const ForceSensor& s : log_.sensors) {
       if (log_.sensors.size() < 2) break;
       const Where one{{"sensor", "/wrench/" + s.name + "/force"}};
@@ -288,18 +298,24 @@ class WeightChecker {
       double sum = 0;
       for (long s = 0; s < n; ++s) {
         const double f = c.row(i)[places[static_cast<size_t>(s)]];
-        sum += f, reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
+        sum += f;
+        reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
       }
-      readings.push_back(reading), needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
+      readings.push_back(reading);
+      needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
       auto& [A, b] =
           normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
-      A += reading * reading.transpose(), b += needed.back() * reading;
+      A += reading * reading.transpose();
+      b += needed.back() * reading;
     }
     std::vector<Eigen::VectorXd> each;
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
     for (const auto& [r, one] : normal) {
-      if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) A += one.first, b += one.second;
+      if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) {
+        A += one.first;
+        b += one.second;
+      }
     }
     const double common = b.sum() / A.sum(), left = find_left(readings, needed, common),
                  prior = left / std::pow(kMuch * common, 2);
@@ -347,13 +363,16 @@ class WeightChecker {
     UnitFit& fit = out_.units;
     for (size_t i = 0; i < c.rows(); ++i) {
       const int part = c.train[i] ? 0 : 1;
-      fit.before[part] += std::pow(c.y[i], 2), fit.after[part] += std::pow(needed[i] - readings[i].dot(x), 2),
-          fit.rows[part] += 1;
+      fit.before[part] += std::pow(c.y[i], 2);
+      fit.after[part] += std::pow(needed[i] - readings[i].dot(x), 2);
+      fit.rows[part] += 1;
     }
     for (int part = 0; part < 2; ++part) {
-      fit.before[part] /= std::max(1.0, fit.rows[part]), fit.after[part] /= std::max(1.0, fit.rows[part]);
+      fit.before[part] /= std::max(1.0, fit.rows[part]);
+      fit.after[part] /= std::max(1.0, fit.rows[part]);
     }
-    fit.signal = c.info.signal + " (weight)", fit.scale = c.scale;
+    fit.signal = c.info.signal + " (weight)";
+    fit.scale = c.scale;
     fit.exact = std::pow(kTrace * log_.mass * get_gravity(), 2);
   }
 
@@ -366,7 +385,10 @@ class WeightChecker {
     Estimate counts = make_value(scale, 1 / per_unit, spread / (per_unit * per_unit));
     counts.unit = "counts/N";
     Finding f = make_finding(scale, {{"sensor", name}}, {counts});
-    f.grade = Grade::kSupported, f.probability = 0.95, f.share = 1, f.weight = 1;
+    f.grade = Grade::kSupported;
+    f.probability = 0.95;
+    f.share = 1;
+    f.weight = 1;
     f.statement = name +
                   format(": these are no newtons but raw counts: %.4f +- %.4f N a count, ", per_unit, 2 * spread) +
                   (level.swings ? format("and %.1f counts in the air.", level.air)
@@ -385,7 +407,10 @@ class WeightChecker {
     const double hanging = -find_mass_below(log_.sensors[static_cast<size_t>(s)]) * get_gravity() / per_unit;
     if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
     Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
-    zero.grade = f.grade, zero.probability = f.probability, zero.share = f.share, zero.weight = 0.5;
+    zero.grade = f.grade;
+    zero.probability = f.probability;
+    zero.share = f.share;
+    zero.weight = 0.5;
     zero.statement =
         name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
     if (hanging != 0) {

@@ -52,7 +52,8 @@ class Finder {
         motion.update(k);
         Vector3d f;
         for (int a = 0; a < 3; ++a) f(a) = clip.imus[i].accelerometer[a].value[k];
-        sum += get_pose(motion.data(), log_.imus[i].link).R * log_.imus[i].R_LI * f, count += 1.0;
+        sum += get_pose(motion.data(), log_.imus[i].link).R * log_.imus[i].R_LI * f;
+        count += 1.0;
       }
     }
     const double g = log_.experiment->scenario.gravity_W.norm(), size = sum.norm() / std::max(1.0, count) / g;
@@ -104,7 +105,10 @@ class Finder {
         calc_quaternion_rates(imu.attitude ? clip.imus[i].attitude : clip.base_attitude, k, &w, &dw);
         const Vector3d reading = get_values(clip.imus[i].gyro, k);
         if (!imu.attitude) w = imu.R_LI.transpose() * w;
-        same += w.dot(reading), square += w.squaredNorm(), read += reading.squaredNorm(), count += 1.0;
+        same += w.dot(reading);
+        square += w.squaredNorm();
+        read += reading.squaredNorm();
+        count += 1.0;
       }
     }
     if (count == 0.0 || std::sqrt(square / count) <= kTurns) return {};

@@ -59,7 +59,8 @@ double find_raised_load(const LeggedLog& log, const Clip& clip, size_t k, const 
   double sum = 0.0, total = 0.0;
   for (size_t f = 0; f < heights.size(); ++f) {
     const double load = std::max(0.0, calc_vertical_force(log, clip, static_cast<size_t>(log.feet[f].sensor), k));
-    sum += load * (heights[f] - lowest), total += load;
+    sum += load * (heights[f] - lowest);
+    total += load;
   }
   return total > 0.0 ? sum / total : 0.0;
 }
@@ -111,7 +112,8 @@ std::vector<double> list_left(const std::vector<Pressure>& moments, const std::v
   std::map<const Clip*, std::pair<Vector3d, double>> sums;
   for (size_t i : told) {
     auto& [sum, count] = sums.try_emplace(moments[i].at.clip, Vector3d::Zero(), 0.0).first->second;
-    sum += moments[i].off, count += 1.0;
+    sum += moments[i].off;
+    count += 1.0;
   }
   std::vector<double> left;
   for (size_t i : told) {
@@ -193,7 +195,7 @@ ExchangedSides find_exchanged_sides(const Experiment& e) {
   for (const auto& [a, b] : legs) {
     if (way & kLegs) out.legs.emplace_back(static_cast<int>(a), static_cast<int>(b));
   }
-  out.left = find_square(trial.left[static_cast<size_t>(way)]) / find_square(trial.left[kAsNamed]),
+  out.left = find_square(trial.left[static_cast<size_t>(way)]) / find_square(trial.left[kAsNamed]);
   out.rival = find_rival(trial, way);
   return out;
 }

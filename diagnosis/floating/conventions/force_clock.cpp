@@ -31,7 +31,10 @@ struct Told {
 struct Products {
   double ff = 0, fn = 0, nn = 0, count = 0;
   void add(const Products& o, double sign = 1) {
-    ff += sign * o.ff, fn += sign * o.fn, nn += sign * o.nn, count += sign * o.count;
+    ff += sign * o.ff;
+    fn += sign * o.fn;
+    nn += sign * o.nn;
+    count += sign * o.count;
   }
   // Share of the forces' square that is left beside a factor, which scales of sensors and a body that shakes make; none
   // is negative.
@@ -160,7 +163,10 @@ bool is_same_everywhere(const std::vector<Told>& told, double shift) {
 // [s] By how much recordings differ beyond their own errors, as an error of the mean of all (Birge's ratio).
 double find_difference(const std::vector<Told>& told) {
   double weight = 0, mean = 0, square = 0;
-  for (const Told& t : told) weight += 1 / (t.std * t.std), mean += t.value / (t.std * t.std);
+  for (const Told& t : told) {
+    weight += 1 / (t.std * t.std);
+    mean += t.value / (t.std * t.std);
+  }
   if (told.size() < 2) return 0;
   mean /= weight;
   for (const Told& t : told) square += std::pow((t.value - mean) / t.std, 2);
@@ -172,7 +178,10 @@ double find_difference(const std::vector<Told>& told) {
 double find_agreement(const Sums& sums, double shift) {
   const size_t at = find_nearest(shift);
   double left = 0, all = 0;
-  for (const auto& [recording, curve] : sums) left += curve[at].ff * curve[at].find_left(), all += curve[at].ff;
+  for (const auto& [recording, curve] : sums) {
+    left += curve[at].ff * curve[at].find_left();
+    all += curve[at].ff;
+  }
   return 1 - left / std::max(1e-300, all);
 }
 
@@ -299,7 +308,9 @@ Finding make_clock_finding(const LeggedLog& log, const ForceClock& clock) {
   if (all && !forces && std::abs(odds) < kOdds) add(imu, clock, &f);
   for (const ForceClock& rival : clock.rivals) add(name_feet(log, rival.foot), rival, &f);
   f.grade = clock.agreement > kMostly && f.alternatives.empty() ? Grade::kSupported : Grade::kAmbiguous;
-  f.probability = 0.9, f.share = (clock.agreement - clock.as_logged) / (1 - clock.as_logged), f.weight = 0.5;
+  f.probability = 0.9;
+  f.share = (clock.agreement - clock.as_logged) / (1 - clock.as_logged);
+  f.weight = 0.5;
   f.statement = describe_clock(log, clock);
   if (all && odds > kOdds) f.statement += " Encoders of standing legs turn with the IMU: its clock is not the cause.";
   if (clock.agreement <= kMostly) f.statement += " A body that shakes elsewhere than at its IMU can look so, too.";

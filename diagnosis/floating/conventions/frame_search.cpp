@@ -63,7 +63,8 @@ BestFrame find_clock(const Left& left, const Clock& range, const BestFrame& turn
   if (!inside || all[least] >= kPart * before || drifts(left, turned.R, range, all[least])) return turned;
   if (valleys == Valleys::kOne && repeats(all, least)) return turned;
   BestFrame best = turned;
-  best.late = late, best.left = find_share(all[least], left(Matrix3d::Identity(), {0.0, 0.0, range.first, range.last}));
+  best.late = late;
+  best.left = find_share(all[least], left(Matrix3d::Identity(), {0.0, 0.0, range.first, range.last}));
   return best;
 }
 
@@ -122,7 +123,10 @@ std::vector<Matrix3d> list_quarter_turns() {
 
 double calc_block_odds(const std::vector<double>& gains) {
   double sum = 0.0, square = 0.0;
-  for (double g : gains) sum += g, square += g * g;
+  for (double g : gains) {
+    sum += g;
+    square += g * g;
+  }
   const auto n = static_cast<double>(gains.size());
   if (gains.size() < kFewest || square == 0.0) return 0.0;
   const double variance = square / n - sum * sum / (n * n);
@@ -136,7 +140,10 @@ Clock find_best_held(const Left& left, const Matrix3d& R) {
     Clock held;
     held.held = static_cast<double>(i) / kHeldReadings;
     const double here = left(R, held);
-    if (here < least) least = here, best = held;
+    if (here < least) {
+      least = here;
+      best = held;
+    }
   }
   return best;
 }
@@ -166,7 +173,10 @@ BestFrame find_best_turn(const Left& left, const BestFrame& start) {
   double least = left(best.R, {best.late, 0.0});
   for (const Matrix3d& R : list_quarter_turns()) {
     const double here = left(R, {best.late, 0.0});
-    if (here < least && here < kPart * nominal) least = here, best.R = R;
+    if (here < least && here < kPart * nominal) {
+      least = here;
+      best.R = R;
+    }
   }
   best.left = find_share(least, nominal);
   return best;

@@ -89,7 +89,8 @@ double calc_odds_by_block(const std::vector<Block>& block, const std::vector<dou
   std::map<Block, std::pair<double, double>> sums;
   for (size_t i = 0; i < block.size(); ++i) {
     auto& [of_a, of_b] = sums[block[i]];
-    of_a += 1.0 + a[i], of_b += 1.0 + b[i];
+    of_a += 1.0 + a[i];
+    of_b += 1.0 + b[i];
   }
   std::vector<double> gains;
   for (const auto& [key, left] : sums) gains.push_back(std::log(left.second / left.first));
@@ -109,7 +110,8 @@ bool is_for(const std::vector<Moment>& moments, const Measure& measure, Purpose 
     const std::vector<Moment> block(first, first + static_cast<long>(kMomentsOfBlock));
     const Left left = measure(block);
     const double here = left(far.R, moved);
-    over_logged.push_back(std::log(left(far.R, range) / here)), over_held.push_back(std::log(left(far.R, held) / here));
+    over_logged.push_back(std::log(left(far.R, range) / here));
+    over_held.push_back(std::log(left(far.R, held) / here));
   }
   return calc_block_odds(over_logged) > kOdds && calc_block_odds(over_held) > kOdds;
 }

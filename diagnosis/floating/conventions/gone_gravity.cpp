@@ -34,12 +34,17 @@ Mean calc_mean(const LeggedLog& log, size_t imu) {
       motion.update(k);
       const Vector3d f = get_values(clip.imus[imu].accelerometer, k);
       const Matrix3d R_BI = get_pose(motion.data(), log.imus[imu].link).R * log.imus[imu].R_LI;
-      out.reading += f, out.up += R_BI.transpose() * find_up(motion, k), out.square += f.squaredNorm(),
-          out.count += 1.0;
+      out.reading += f;
+      out.up += R_BI.transpose() * find_up(motion, k);
+      out.square += f.squaredNorm();
+      out.count += 1.0;
       out.seconds += static_cast<double>(kStride) * clip.step;
     }
   }
-  if (out.count > 0.0) out.reading /= out.count, out.up.normalize();
+  if (out.count > 0.0) {
+    out.reading /= out.count;
+    out.up.normalize();
+  }
   return out;
 }
 
@@ -61,7 +66,8 @@ bool follows_up(const LeggedLog& log, size_t imu, const Mean& mean, double g) {
         read += get_values(clip.imus[imu].accelerometer, k) - mean.reading;
         turned += g * (R_BI.transpose() * motion.find_up(k) - mean.up);
       }
-      same += read.dot(turned), square += turned.squaredNorm();
+      same += read.dot(turned);
+      square += turned.squaredNorm();
       steps.emplace_back(read, turned);
     }
   }

@@ -59,7 +59,10 @@ class PoseFinder {
   }
 
  private:
-  static LeggedLog without_pose(LeggedLog log) { return log.base_pose = false, log; }
+  static LeggedLog without_pose(LeggedLog log) {
+    log.base_pose = false;
+    return log;
+  }
 
   // Which axis is up changes no rate: a pose that is late, too, tells it by the force alone.
   enum class Of { kAll, kForce };
@@ -96,9 +99,16 @@ class PoseFinder {
       double left = least;
       for (const PoseFrame& frame : list_conventions(changes)) {
         const double here = calc_left(moments, frame, {});
-        if (here < left) left = here, best = frame;
+        if (here < left) {
+          left = here;
+          best = frame;
+        }
       }
-      if (left < least) *out = best, out->left = left / nominal, least = kPart * left;
+      if (left < least) {
+        *out = best;
+        out->left = left / nominal;
+        least = kPart * left;
+      }
     }
   }
 
@@ -108,7 +118,11 @@ class PoseFinder {
     for (const Matrix3d& R_world : list_worlds()) {
       const PoseFrame frame{out->order, R_world, out->R_body, 0.0, 1.0};
       const double here = calc_left(moments, frame, {}, Of::kForce);
-      if (here < least) least = here, *out = frame, out->left = here / nominal;
+      if (here < least) {
+        least = here;
+        *out = frame;
+        out->left = here / nominal;
+      }
     }
   }
 
@@ -144,7 +158,8 @@ class PoseFinder {
     if (may_be_far(measure(moments), best))
       best = find_far_clock([this](Purpose side) { return list_moments(log_, side); }, measure, best);
     if (best.late == 0.0) return;
-    out->late = best.late, out->left = turned.left * best.left;
+    out->late = best.late;
+    out->left = turned.left * best.left;
   }
 
   const LeggedLog& log_;
@@ -196,7 +211,10 @@ Experiment convert_pose(Experiment e, const PoseFrame& frame) {
         to.coeffs() = -to.coeffs();  // q and -q are one attitude: lines between samples need one sign
       if (to.coeffs().allFinite()) last = to;
       for (int i = 0; i < 3; ++i) (*p[i])[k] = at(i);
-      (*q[0])[k] = to.w(), (*q[1])[k] = to.x(), (*q[2])[k] = to.y(), (*q[3])[k] = to.z();
+      (*q[0])[k] = to.w();
+      (*q[1])[k] = to.x();
+      (*q[2])[k] = to.y();
+      (*q[3])[k] = to.z();
     }
     if (frame.late != 0.0) shift_columns("/base/pose", frame.late, &r);
   }

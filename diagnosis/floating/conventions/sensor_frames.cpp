@@ -75,7 +75,10 @@ int compare_over_legs(const LeggedLog& log, size_t imu, const std::vector<Standi
 
 SensorFrame make_frame(const std::string& sensor, const BestFrame& best) {
   SensorFrame out;
-  out.sensor = sensor, out.R = best.R, out.late = best.late, out.left = best.left;
+  out.sensor = sensor;
+  out.R = best.R;
+  out.late = best.late;
+  out.left = best.left;
   return out;
 }
 
@@ -205,10 +208,13 @@ std::vector<Balance> list_balances(const LeggedLog& log, Purpose purpose) {
     tau.resize(motion->model().nv());
     calc_inverse_dynamics(motion->model(), motion->vdot(), nullptr, &motion->data(), &tau);
     Balance b;
-    b.clip = &clip, b.k = k, b.needed << tau.head<3>() / kHalfFoot, tau.segment<3>(3);
+    b.clip = &clip;
+    b.k = k;
+    b.needed << tau.head<3>() / kHalfFoot, tau.segment<3>(3);
     for (const ForceSensor& s : log.sensors) {
       const Transform X = get_pose(motion->data(), s.link);
-      b.R.push_back(X.R * s.X_LS.R), b.p.push_back(X * s.X_LS.p);
+      b.R.push_back(X.R * s.X_LS.R);
+      b.p.push_back(X * s.X_LS.p);
     }
     out.push_back(std::move(b));
   });
@@ -251,7 +257,8 @@ std::vector<SensorFrame> find_wrenches(const LeggedLog& log) {
       Vector6d left = b.needed;
       for (size_t s = 0; s < frames.size(); ++s)
         add(b, s, is_tried(s) ? R : frames[s].R, is_tried(s) ? clock : Clock{frames[s].late, 0.0}, &left);
-      sum += left, squares += left.cwiseAbs2();
+      sum += left;
+      squares += left.cwiseAbs2();
     }
     return sum_beside_zero(sum, squares, static_cast<double>(of.size()), largest_zero);
   };
@@ -310,7 +317,10 @@ void turn_attitude(const std::string& base, const Matrix3d& R, Recording* r) {
   for (size_t k = 0; k < wxyz[0]->size(); ++k) {
     const Eigen::Quaterniond q = Eigen::Quaterniond((*wxyz[0])[k], (*wxyz[1])[k], (*wxyz[2])[k], (*wxyz[3])[k]) *
                                  Eigen::Quaterniond(R).conjugate();
-    (*wxyz[0])[k] = q.w(), (*wxyz[1])[k] = q.x(), (*wxyz[2])[k] = q.y(), (*wxyz[3])[k] = q.z();
+    (*wxyz[0])[k] = q.w();
+    (*wxyz[1])[k] = q.x();
+    (*wxyz[2])[k] = q.y();
+    (*wxyz[3])[k] = q.z();
   }
 }
 

@@ -76,7 +76,10 @@ TurnAndSigns split_signs(const Matrix3d& R) {
     Vector3d signs = i < 3 ? Vector3d::Ones() : Vector3d(-Vector3d::Ones());
     if (i < 3) signs(i) = -1.0;
     const Matrix3d Q = R * signs.asDiagonal();
-    if (Q.trace() > widest) widest = Q.trace(), out = {Q, signs};
+    if (Q.trace() > widest) {
+      widest = Q.trace();
+      out = {Q, signs};
+    }
   }
   return out;
 }

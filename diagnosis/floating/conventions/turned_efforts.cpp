@@ -31,8 +31,10 @@ Balance make_balance(const Experiment& e) {
   if (log.clips.empty() || felt || tell.empty()) return out;
   const ColumnLayout layout(log);
   for (size_t j = 0; j < tell.size(); ++j) {
-    if (tell[j] && log.has_effort[j])
-      out.joints.push_back(static_cast<int>(j)), out.gains.push_back(layout.joint(static_cast<int>(j), kGainColumn));
+    if (tell[j] && log.has_effort[j]) {
+      out.joints.push_back(static_cast<int>(j));
+      out.gains.push_back(layout.joint(static_cast<int>(j), kGainColumn));
+    }
   }
   const RowTable table = make_equations(log, find_contacts(log));
   for (const ChannelRows& c : table.channels()) {

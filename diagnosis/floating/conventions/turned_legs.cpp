@@ -125,7 +125,8 @@ std::vector<double> list_moved(const LeggedLog& log, const std::vector<Moment>& 
       const Eigen::AngleAxisd turn(Matrix3d(poses[members[0]].R.transpose() * poses[i].R));
       Vector6d x;
       x << turn.angle() * turn.axis() / kAngle, (poses[i].p - poses[members[0]].p) / kPlace;
-      from_first.push_back(x), mean += x / static_cast<double>(members.size());
+      from_first.push_back(x);
+      mean += x / static_cast<double>(members.size());
     }
     for (size_t i = 0; i < members.size(); ++i) moved[members[i]] = (from_first[i] - mean).norm();
   }

@@ -48,7 +48,8 @@ double calc_phase(const BodySample& at, const std::vector<char>& loaded, int whi
   double sum = 0, total = 0;
   for (long i = std::max(0L, k - reach); i <= std::min(n - 1, k + reach); ++i) {
     const double w = std::exp(-0.5 * std::pow(static_cast<double>(i - k) * at.clip.step / at.clip.sigma, 2));
-    sum += is_in_phase(loaded, i, reach, which) ? w : 0, total += w;
+    sum += is_in_phase(loaded, i, reach, which) ? w : 0;
+    total += w;
   }
   return sum / total;
 }

@@ -33,7 +33,8 @@ PointWrench read_wrench(const BodySample& at, int s) {
   PointWrench w;
   Matrix3d R;
   const ForceSensor& sensor = at.log.sensors[static_cast<size_t>(s)];
-  w.link = sensor.link, w.whole = is_whole(at.log, sensor);
+  w.link = sensor.link;
+  w.whole = is_whole(at.log, sensor);
   find_sensor_frame(at, s, &R, &w.p);
   w.force = R * get_values(&at.clip.force[6 * static_cast<size_t>(s)], at.k);
   w.moment = R * get_values(&at.clip.force[6 * static_cast<size_t>(s) + 3], at.k);

@@ -45,8 +45,10 @@ void add_turns(const BodyEquations& equations, const std::vector<JointSides>& si
   BodyMotion& motion = rows->at().motion;
   const size_t k = rows->at().k;
   for (const JointTurn& turn : list_turns(equations.log, equations.layout, sides)) {
-    motion.turn_joint(turn.joint, turn.axis, kSlopeStep), motion.update(k);
-    add_turn_columns(turn, rows), feet->add_turn(turn, &motion);
+    motion.turn_joint(turn.joint, turn.axis, kSlopeStep);
+    motion.update(k);
+    add_turn_columns(turn, rows);
+    feet->add_turn(turn, &motion);
     motion.turn_joint(turn.joint, turn.axis, 0);
   }
   motion.update(k);
@@ -89,7 +91,10 @@ void add_clip(size_t c, BodyEquations* equations, FootRows* feet, ImuRows* imus,
   BodyMotion motion(equations->log, clip);
   double block_end = clip.time[clip.edge] + kBlock;
   for (size_t begin = clip.edge; begin + clip.edge + cells.length() < clip.size(); begin += cells.length()) {
-    if (clip.time[begin] > block_end) ++*block, block_end += kBlock;
+    if (clip.time[begin] > block_end) {
+      ++*block;
+      block_end += kBlock;
+    }
     equations->table.begin_cell(make_cell(clip, cells, begin, *block, equations->contacts.find_phase(c, begin)));
     for (size_t i = 0; i < cells.count; ++i) {
       const size_t k = begin + i * cells.stride;

@@ -47,8 +47,8 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
   for (int c = kAttitudeTurnColumn; attitude_ >= 0 && c < kImuColumns; ++c) joints.push_back(layout.imu(attitude_, c));
   const auto add_accelerometer = [&](int imu, std::vector<int>* columns) {
     for (int c = 0; imu >= 0 && c < 3; ++c) {
-      columns->push_back(layout.imu(imu, kAccelerometerBiasColumn + c)),
-          columns->push_back(layout.imu(imu, kAccelerometerTurnColumn + c));
+      columns->push_back(layout.imu(imu, kAccelerometerBiasColumn + c));
+      columns->push_back(layout.imu(imu, kAccelerometerTurnColumn + c));
     }
   };
   for (size_t f = 0; f < imu_.size(); ++f) {
@@ -64,7 +64,10 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
     for (int a = 0; log.feet[f].flat && is_told(f) && a < 2; ++a) {
       std::vector<int> columns = joints;
       add_accelerometer(imu_[f] >= 0 ? imu_[f] : plumb_, &columns);
-      if (ground_ < 0) columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      if (ground_ < 0) {
+        columns.push_back(layout.slope(0));
+        columns.push_back(layout.slope(1));
+      }
       add_sole_columns(f, a, &columns);
       for (int b = 0; ground_ >= 0 && b < 2; ++b) add_sole_columns(static_cast<size_t>(ground_), b, &columns);
       tilt_[2 * f + static_cast<size_t>(a)] =
@@ -76,7 +79,10 @@ FootRows::FootRows(const LeggedLog& log, const Contacts& contacts, const ColumnL
       if (ground_ >= 0 && static_cast<int>(a) != ground_) continue;
       std::vector<int> columns = joints;
       add_accelerometer(plumb_, &columns);
-      if (ground_ < 0) columns.push_back(layout.slope(0)), columns.push_back(layout.slope(1));
+      if (ground_ < 0) {
+        columns.push_back(layout.slope(0));
+        columns.push_back(layout.slope(1));
+      }
       columns.push_back(layout.foot(static_cast<int>(a), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(b), kSinkColumn));
       columns.push_back(layout.foot(static_cast<int>(a), kSinkDampColumn));
@@ -141,7 +147,8 @@ FootRows::Load FootRows::find_load(size_t clip, size_t f, size_t k, BodyMotion*)
   load.moment = move_to_sole(sensor, foot, get_values(&c.force[6 * s], k), get_values(&c.force[6 * s + 3], k));
   // What hangs below a sensor, the sole carries beside the reading. Where the rubber sits is not known: half.
   load.force = force.z() + kHalf * sensor.hangs * log_.experiment->scenario.gravity_W.norm();
-  load.rate = (sensor.X_LS.R * get_rates(&c.force[6 * s], k)).z(), load.whole = force;
+  load.rate = (sensor.X_LS.R * get_rates(&c.force[6 * s], k)).z();
+  load.whole = force;
   load.flat = load.flat && presses_inside(foot, load.moment, force.z());
   return load;
 }

@@ -65,8 +65,10 @@ ImuRows::ImuRows(const LeggedLog& log, const Contacts& contacts, const ColumnLay
 std::vector<int> ImuRows::list_over_feet(size_t imu) const {
   std::vector<int> out;
   for (int c = kGyroScaleColumn; c < kAttitudeTurnColumn; ++c) out.push_back(layout_.imu(static_cast<int>(imu), c));
-  for (int f = 0; f < layout_.feet; ++f)
-    out.push_back(layout_.foot(f, kRollGiveColumn)), out.push_back(layout_.foot(f, kPitchGiveColumn));
+  for (int f = 0; f < layout_.feet; ++f) {
+    out.push_back(layout_.foot(f, kRollGiveColumn));
+    out.push_back(layout_.foot(f, kPitchGiveColumn));
+  }
   return out;
 }
 

@@ -59,7 +59,8 @@ std::vector<char> list_legs_that_tell(const LeggedLog& log) {
       const auto j = static_cast<size_t>(l - 1);
       if (log.tree.joint(l - 1).actuated && !(log.has_effort[j] && log.has_position[j])) return {};
       if (out[j]) return {};  // two feet in one torque
-      out[j] = 1, ++joints;
+      out[j] = 1;
+      ++joints;
     }
     if (joints < count_directions(foot)) return {};
   }

@@ -34,7 +34,8 @@ BodyResiduals calc_residuals(const BodySample& at, const BodyChannels& channels,
   const Model& model = at.motion.model();
   const int n = at.log.num_joints(), base = model.num_base();
   BodyResiduals out;
-  out.y = Eigen::VectorXd::Zero(kJointRow + n), out.tau.resize(model.nv());
+  out.y = Eigen::VectorXd::Zero(kJointRow + n);
+  out.tau.resize(model.nv());
   calc_inverse_dynamics(model, at.motion.vdot(), nullptr, &at.motion.data(), &out.tau);
   for (size_t s = 0; s < at.log.sensors.size(); ++s) {
     project(at, channels, normal, read_wrench(at, static_cast<int>(s)), 1,
@@ -62,7 +63,8 @@ std::vector<JointSides> find_sides(const BodySample& at, const Eigen::VectorXd& 
   std::vector<JointSides> sides(static_cast<size_t>(at.log.num_joints()));
   for (int j = 0; j < at.log.num_joints(); ++j) {
     JointSides& s = sides[static_cast<size_t>(j)];
-    s.play = 0.5 * std::tanh(load(j) / small_torque), s.give = load(j);
+    s.play = 0.5 * std::tanh(load(j) / small_torque);
+    s.give = load(j);
     if (!may_bend(at.log, j)) continue;
     const LinkSpec& link = at.log.tree.links[static_cast<size_t>(j) + 1];
     const Matrix3d R = get_pose(at.motion.data(), link.parent).R * link.joint.X_PF.R;

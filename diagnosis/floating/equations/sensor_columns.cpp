@@ -89,10 +89,12 @@ void add_gyroscope_columns(const BodyEquations& equations, BodyRows* rows) {
   Eigen::MatrixXd slope(rows->nominal().y.size(), 6);  // by the rate, by its slope
   for (int i = 0; i < 6; ++i) {
     const Vector3d more = kSlopeStep * Vector3d::Unit(i % 3);
-    at.motion.add_gyro(i < 3 ? more : none, i < 3 ? none : more), at.motion.update(at.k);
+    at.motion.add_gyro(i < 3 ? more : none, i < 3 ? none : more);
+    at.motion.update(at.k);
     slope.col(i) = rows->calc_slope(kSlopeStep);
   }
-  at.motion.add_gyro(none, none), at.motion.update(at.k);
+  at.motion.add_gyro(none, none);
+  at.motion.update(at.k);
   const auto add = [&](const Vector3d& change, const Vector3d& of_slope, int column) {
     rows->put_all(slope.leftCols<3>() * change + slope.rightCols<3>() * of_slope, equations.layout.imu(imu, column));
   };

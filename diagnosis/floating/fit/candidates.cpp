@@ -45,8 +45,12 @@ class Lister {
  private:
   Candidate& add(const CandidateLaw& law, Where where, int place, std::vector<Terms> terms) {
     Candidate c;
-    c.law = &law, c.where = std::move(where), c.place = place, c.terms = std::move(terms);
-    c.vector = law.vector && c.terms.size() > 1, c.least = law.least;
+    c.law = &law;
+    c.where = std::move(where);
+    c.place = place;
+    c.terms = std::move(terms);
+    c.vector = law.vector && c.terms.size() > 1;
+    c.least = law.least;
     out_.push_back(std::move(c));
     return out_.back();
   }
@@ -54,7 +58,8 @@ class Lister {
   Candidate& add_late(const CandidateLaw& law, const Where& where, int place, Terms terms) {
     Candidate& late = add(law, where, place, {std::move(terms)});
     // Nobody knows more exactly when the sensors of one row were read.
-    late.least = 0.5 * log_.sample_time, late.known = kDetail * log_.sample_time;
+    late.least = 0.5 * log_.sample_time;
+    late.known = kDetail * log_.sample_time;
     return late;
   }
 
@@ -84,7 +89,8 @@ class Lister {
     const LinkSpec& link = log_.tree.links[static_cast<size_t>(l)];
     const Where where{{"link", link.name}};
     Candidate& load = add(laws_.payload, where, l, list_columns(at_.link(l, 0), 4));
-    load.least = kExactShare * log_.mass, load.prior = make_place_prior(log_.mass);
+    load.least = kExactShare * log_.mass;
+    load.prior = make_place_prior(log_.mass);
     const double stated = log_.experiment->robot.tree.links[static_cast<size_t>(l)].inertia.mass;
     if (link.inertia.mass < 1e-3 * log_.mass || stated <= 0) return;
     add_own_mass(l, link.inertia, where);
@@ -101,7 +107,8 @@ class Lister {
     std::vector<Terms> axes;
     for (int a = 0; a < 3; ++a) axes.push_back({{at_.link(l, 1 + a), own.mass}});
     Candidate& moved = add(laws_.com_error, where, l, std::move(axes));
-    moved.center = c, moved.extent = find_extent(l);
+    moved.center = c;
+    moved.extent = find_extent(l);
     // Two deviations are the link's size: axes that a walk hardly tells stay within it.
     moved.prior.assign(3, kHalf * moved.extent);
     moved = make_moved(moved, at_, Vector3d::Zero());
@@ -113,11 +120,15 @@ class Lister {
     const Where where{{"joint", joint.name}};
     const auto one = [&](const CandidateLaw& law, int column) { add(law, where, j, {{{at_.joint(j, column), 1.0}}}); };
     if (log_.has_position[i]) {
-      one(laws_.joint_offset, kOffsetColumn), one(laws_.backlash, kPlayColumn), one(laws_.elasticity, kGiveColumn);
+      one(laws_.joint_offset, kOffsetColumn);
+      one(laws_.backlash, kPlayColumn);
+      one(laws_.elasticity, kGiveColumn);
       if (find_lever(j) > 0) out_.back().prior = {find_most_turn(find_lever(j))};
     }
     if (!log_.is_driven(i) && joint.actuated) return;
-    one(laws_.viscous, kViscousColumn), one(laws_.coulomb, kDryColumn), one(laws_.load_friction, kLoadColumn);
+    one(laws_.viscous, kViscousColumn);
+    one(laws_.coulomb, kDryColumn);
+    one(laws_.load_friction, kLoadColumn);
     one(laws_.rotor_inertia, kRotorColumn);
     if (joint.actuated) add_drive(j, where);
   }
@@ -130,7 +141,8 @@ class Lister {
     add(laws_.spring, where, j, {{{at_.joint(j, kSpringColumn), 1.0}}, constant}).lever = find_lever(j);
     if (log_.has_effort[i]) {
       Candidate& bias = add(laws_.sensor_bias, effort, j, {constant});
-      bias.unit = "N m", bias.lever = find_lever(j);
+      bias.unit = "N m";
+      bias.lever = find_lever(j);
       add_late(laws_.lag, where, j, {{at_.joint(j, kLagColumn), 1.0}});
     }
     if (log_.has_law[i]) add_late(laws_.delay, where, j, {{at_.joint(j, kDelayColumn), 1.0}});
@@ -173,8 +185,8 @@ class Lister {
     const Where all{{"sensor", "/wrench"}};
     Terms scale, zero, late;
     for (int s = 0; s < at_.sensors; ++s) {
-      scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0),
-          zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
+      scale.emplace_back(at_.sensor(s, kForceScaleColumn), 1.0);
+      zero.emplace_back(at_.sensor(s, kForceBiasColumn + 2), 1.0);
       late.emplace_back(at_.sensor(s, kWrenchDelayColumn), 1.0);
       if (log_.sensors[static_cast<size_t>(s)].has_wrench()) scale.emplace_back(at_.sensor(s, kTorqueScaleColumn), 1.0);
     }
@@ -243,12 +255,14 @@ class Lister {
     const double force = find_half_weight();
     const auto put = [&](int give, int damp, int shift, double lever) {
       const double most = find_most_turn(lever);
-      out[static_cast<size_t>(give)] = most, out[static_cast<size_t>(damp)] = kLatest;
+      out[static_cast<size_t>(give)] = most;
+      out[static_cast<size_t>(damp)] = kLatest;
       out[static_cast<size_t>(shift)] = out[static_cast<size_t>(shift) + 1] = most * lever;
     };
     put(kRollGiveColumn, kRollDampColumn, kRollShiftColumn, 0.5 * foot.size.y());
     put(kPitchGiveColumn, kPitchDampColumn, kPitchShiftColumn, 0.5 * foot.size.x());
-    out[kSinkColumn] = kMostSink / force, out[kSinkDampColumn] = kLatest * kMostSink / force;
+    out[kSinkColumn] = kMostSink / force;
+    out[kSinkDampColumn] = kLatest * kMostSink / force;
     return out;
   }
 

@@ -18,7 +18,8 @@ std::map<int, double> find_middles(const std::vector<ChannelRows>& channels) {
     std::map<int, std::pair<double, double>> ends;
     for (size_t i = 0; i < rows.rows(); ++i) {
       auto& e = ends.try_emplace(rows.recording[i], 1e300, -1e300).first->second;
-      e.first = std::min(e.first, rows.time[i]), e.second = std::max(e.second, rows.time[i]);
+      e.first = std::min(e.first, rows.time[i]);
+      e.second = std::max(e.second, rows.time[i]);
     }
     for (const auto& [r, e] : ends) middle[r] = 0.5 * (e.first + e.second);
   }
@@ -67,7 +68,8 @@ Eigen::VectorXd LeggedFitter::calc_systematic(const LeggedFit& fit) const {
     for (size_t i = 0; i < channels()[c].rows(); ++i) {
       if (is_held(c, i)) continue;
       const Eigen::VectorXd x = X.row(static_cast<long>(i)).transpose();
-      squares += get_weight(c, i) * x.cwiseAbs2(), in_line += get_weight(c, i) * find_exactness(c) * x.cwiseAbs();
+      squares += get_weight(c, i) * x.cwiseAbs2();
+      in_line += get_weight(c, i) * find_exactness(c) * x.cwiseAbs();
     }
     shift += in_line.cwiseAbs2();
   }

@@ -17,8 +17,11 @@ constexpr double kCentreHeight = 0.02;  // [m] of the point about which a sole t
 Estimate make_three(const std::string& name, const std::string& unit, const Eigen::VectorXd& x,
                     const Eigen::VectorXd& std) {
   Estimate e;
-  e.name = name, e.unit = unit, e.vector = true;
-  e.value.assign(x.data(), x.data() + x.size()), e.std.assign(std.data(), std.data() + std.size());
+  e.name = name;
+  e.unit = unit;
+  e.vector = true;
+  e.value.assign(x.data(), x.data() + x.size());
+  e.std.assign(std.data(), std.data() + std.size());
   return e;
 }
 
@@ -150,7 +153,8 @@ bool refine_sole(const ColumnLayout&, const Eigen::VectorXd& x, Candidate* c) {
     double& height = c->prior[static_cast<size_t>(shift) + 1];
     const double about = std::max(standing::kRigidTilt, std::abs(x(give))) * kCentreHeight;
     if (std::abs(about - height) < kMinority * height) continue;
-    height = about, changed = true;
+    height = about;
+    changed = true;
   }
   return changed;
 }

@@ -43,7 +43,9 @@ LeggedFitter::LeggedFitter(std::vector<ChannelRows> table, int columns) : channe
     const double least = std::max({find_least(rows.info.unit), rows.info.error, kExactShare * rows.scale});
     floor_.push_back(least * least);
   }
-  weight_.assign(channels().size(), 1.0), memory_ = weight_, noise_.assign(channels().size(), 0.0);
+  weight_.assign(channels().size(), 1.0);
+  memory_ = weight_;
+  noise_.assign(channels().size(), 0.0);
   const std::vector<int> none;
   update_moments(&none);
   update_weights(fit({}));
@@ -65,7 +67,10 @@ std::vector<long> LeggedFitter::list_used(size_t c, const std::vector<int>* only
 }
 
 void LeggedFitter::update_moments(const std::vector<int>* only) {
-  for (size_t part = 0; part < 2; ++part) moments_[part].clear(), counts_[part].clear();
+  for (size_t part = 0; part < 2; ++part) {
+    moments_[part].clear();
+    counts_[part].clear();
+  }
   for (size_t c = 0; c < channels().size(); ++c) {
     const ChannelRows& rows = channels()[c];
     const auto p = static_cast<long>(rows.columns.size());
@@ -74,10 +79,13 @@ void LeggedFitter::update_moments(const std::vector<int>* only) {
     size_t n[2] = {0, 0};
     for (size_t i = 0; i < rows.rows(); ++i) {
       const size_t part = is_held(c, i) ? 1 : 0;
-      sums[part].add(rows.row(i), rows.noise_row(i), rows.y[i], rows.noise_y[i], rows_[c][i]), ++n[part];
+      sums[part].add(rows.row(i), rows.noise_row(i), rows.y[i], rows.noise_y[i], rows_[c][i]);
+      ++n[part];
     }
-    for (size_t part = 0; part < 2; ++part)
-      moments_[part].push_back(sums[part].take()), counts_[part].push_back(n[part]);
+    for (size_t part = 0; part < 2; ++part) {
+      moments_[part].push_back(sums[part].take());
+      counts_[part].push_back(n[part]);
+    }
     const Moments &m0 = moments_[0][c], &m1 = moments_[1][c];
     noise_[c] = (m0.noise + m1.noise) / std::max(1e-300, m0.total + m1.total);
   }
@@ -180,7 +188,10 @@ void LeggedFitter::add_normal(Part part, size_t c, const std::vector<Candidate>&
   std::vector<std::vector<std::pair<int, double>>> local;
   bool any = false;
   for (const Candidate& e : effects) {
-    for (const Terms& t : e.terms) local.push_back(find_local(c, t)), any = any || !local.back().empty();
+    for (const Terms& t : e.terms) {
+      local.push_back(find_local(c, t));
+      any = any || !local.back().empty();
+    }
   }
   if (!any) return;
   const Moments& m = moments_[static_cast<size_t>(part)][c];

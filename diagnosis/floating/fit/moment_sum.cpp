@@ -16,17 +16,21 @@ MomentSum::MomentSum(long columns, std::vector<long> used)
       used_(std::move(used)),
       x_(static_cast<long>(used_.size()), kRowsAtOnce),
       d_(static_cast<long>(used_.size()), kRowsAtOnce) {
-  m_.G = Eigen::MatrixXd::Zero(x_.rows(), x_.rows()), m_.b = Eigen::VectorXd::Zero(x_.rows());
+  m_.G = Eigen::MatrixXd::Zero(x_.rows(), x_.rows());
+  m_.b = Eigen::VectorXd::Zero(x_.rows());
 }
 
 void MomentSum::add(const double* x, const double* d, double y, double e, double w) {
   const double root = std::sqrt(w);
   for (long i = 0; i < x_.rows(); ++i) {
     const double xi = x[used_[static_cast<size_t>(i)]], di = d[used_[static_cast<size_t>(i)]];
-    x_(i, filled_) = root * xi, d_(i, filled_) = root * di;
+    x_(i, filled_) = root * xi;
+    d_(i, filled_) = root * di;
     m_.b(i) += w * (y * xi - e * di);
   }
-  m_.yy += w * (y * y - e * e), m_.total += w, m_.noise += w * e * e;
+  m_.yy += w * (y * y - e * e);
+  m_.total += w;
+  m_.noise += w * e * e;
   if (++filled_ == kRowsAtOnce) flush();
 }
 

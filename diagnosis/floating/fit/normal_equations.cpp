@@ -20,7 +20,11 @@ Eigen::VectorXd solve_scaled(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
 void add_prior(const std::vector<double>& prior, long first, Eigen::MatrixXd* A, Eigen::VectorXd* b) {
   for (size_t i = 0; i < prior.size(); ++i) {
     const long k = first + static_cast<long>(i);
-    if ((*A)(k, k) <= 0) A->row(k).setZero(), A->col(k).setZero(), (*b)(k) = 0;
+    if ((*A)(k, k) <= 0) {
+      A->row(k).setZero();
+      A->col(k).setZero();
+      (*b)(k) = 0;
+    }
     (*A)(k, k) += 1 / (prior[i] * prior[i]);
   }
 }

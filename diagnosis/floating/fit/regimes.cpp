@@ -35,10 +35,12 @@ Candidate take_core(const Candidate& effect, Eigen::VectorXd* x) {
   if (core.empty()) return effect;
   Candidate out = effect;
   Eigen::VectorXd own(static_cast<long>(core.size()));
-  out.terms.clear(), out.prior.clear();
+  out.terms.clear();
+  out.prior.clear();
   for (long k = 0; k < own.size(); ++k) {
     const long from = core[static_cast<size_t>(k)];
-    own(k) = (*x)(from), out.terms.push_back(effect.terms[static_cast<size_t>(from)]);
+    own(k) = (*x)(from);
+    out.terms.push_back(effect.terms[static_cast<size_t>(from)]);
   }
   *x = own;
   return out;
@@ -111,8 +113,10 @@ class Splitter {
                 rows.block[i],
                 rows.phase[i],
                 rows.roughness[i]};
-      if (press.first >= 0)
-        p.load = rows.row(i)[press.first], p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
+      if (press.first >= 0) {
+        p.load = rows.row(i)[press.first];
+        p.arm = std::abs(rows.row(i)[press.second]) / std::max(1e-9, p.load);
+      }
       if (reading >= 0) p.bears = std::abs(rows.row(i)[reading]);
       all_.push_back(p);
     }
@@ -153,7 +157,10 @@ class Splitter {
 
   void add(RegimeKind kind, const std::string& name, const std::vector<Product>& rows, double least = 0.5) {
     double zz = 0, zr = 0;
-    for (const Product& p : rows) zz += p.zz, zr += p.zr;
+    for (const Product& p : rows) {
+      zz += p.zz;
+      zr += p.zr;
+    }
     if (zz <= 0) return;
     const double more = zr / zz;
     std::map<int, double> scores;

@@ -17,7 +17,10 @@ namespace {
 Remaining make_remaining(const ChannelRows& rows, double before, double after, bool varies) {
   Remaining r;
   const ChannelInfo& info = rows.info;
-  r.where = {{info.place, info.name}}, r.unit = info.unit, r.before = before, r.after = after;
+  r.where = {{info.place, info.name}};
+  r.unit = info.unit;
+  r.before = before;
+  r.after = after;
   const bool hidden = varies && before <= 0;  // seen while other rows weighed more
   if (hidden) r.before = r.after = calc_rms(rows.y);
   r.statement = info.name + " (equation: " + get_text(info.equation) +

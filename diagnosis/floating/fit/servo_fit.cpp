@@ -33,7 +33,9 @@ Normal sum_up(const std::vector<ServoSamples>& list) {
   Normal n;
   for (const ServoSamples& s : list) {
     walk(s, [&](size_t k, const Eigen::Vector2d& z) {
-      n.A += z * s.error[k].transpose(), n.b += z * s.effort[k], ++n.count;
+      n.A += z * s.error[k].transpose();
+      n.b += z * s.effort[k];
+      ++n.count;
     });
   }
   return n;
@@ -47,7 +49,11 @@ Eigen::Matrix2d calc_covariance(const std::vector<ServoSamples>& list, const Nor
     Eigen::Vector2d score = Eigen::Vector2d::Zero();
     size_t last = 0;
     walk(s, [&](size_t k, const Eigen::Vector2d& z) {
-      if (k / block != last) meat += score * score.transpose(), score.setZero(), last = k / block;
+      if (k / block != last) {
+        meat += score * score.transpose();
+        score.setZero();
+        last = k / block;
+      }
       score += z * (s.effort[k] - s.error[k].dot(x));
     });
     meat += score * score.transpose();
@@ -61,7 +67,8 @@ double calc_share(const std::vector<ServoSamples>& list, const Eigen::Vector2d& 
   for (const ServoSamples& s : list) {
     walk(s, [&](size_t k, const Eigen::Vector2d&) {
       const double y = s.effort[k], r = y - s.error[k].dot(x);
-      left += r * r, all += y * y;
+      left += r * r;
+      all += y * y;
     });
   }
   return all > 0 ? 1 - left / all : 0;
@@ -85,9 +92,13 @@ ServoSamples make_samples(const Recording& r, const JointColumns& joint) {
 
 Finding make_finding(const std::string& joint, const ServoFit& fit) {
   Finding f;
-  f.effect = "joint_servo", f.family = "gain", f.where = {{"joint", joint}}, f.grade = Grade::kSupported;
+  f.effect = "joint_servo";
+  f.family = "gain";
+  f.where = {{"joint", joint}};
+  f.grade = Grade::kSupported;
   f.parameters = {make_one("kp", "N m/rad", fit.kp, fit.kp_std), make_one("kd", "N m s/rad", fit.kd, fit.kd_std)};
-  f.share = fit.share, f.probability = kSurest;
+  f.share = fit.share;
+  f.probability = kSurest;
   f.statement = format(
       "%s: the joint does not follow its command exactly. A servo moves it: effort = kp (command - position) + kd "
       "(its rate - velocity), kp %.4g +- %.2g N m/rad, kd %.3g +- %.2g N m s/rad. That is %.1f %% of the held-out "
@@ -104,8 +115,10 @@ ServoFit fit_servo(const std::vector<ServoSamples>& train, const std::vector<Ser
   if (n.count < kLeastServoSamples || !(std::abs(n.A.determinant()) > 0)) return fit;
   const Eigen::Vector2d x = n.A.inverse() * n.b;
   const Eigen::Matrix2d C = calc_covariance(train, n, x, std::max<size_t>(1, n.count / kBlocks));
-  fit.kp = x(0), fit.kd = std::max(0.0, x(1));
-  fit.kp_std = std::sqrt(std::max(0.0, C(0, 0))), fit.kd_std = std::sqrt(std::max(0.0, C(1, 1)));
+  fit.kp = x(0);
+  fit.kd = std::max(0.0, x(1));
+  fit.kp_std = std::sqrt(std::max(0.0, C(0, 0)));
+  fit.kd_std = std::sqrt(std::max(0.0, C(1, 1)));
   fit.share = calc_share(held.empty() ? train : held, x);
   fit.found = x.allFinite() && fit.kp > kNoChance * fit.kp_std && fit.share > kNearlyAll;
   return fit;

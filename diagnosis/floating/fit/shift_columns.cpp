@@ -28,7 +28,10 @@ void shift_whole(const std::vector<double>& time, double late, std::vector<doubl
 void shift_sparse(const std::vector<double>& time, double late, std::vector<double>* column) {
   std::vector<double> t, v;
   for (size_t k = 0; k < column->size(); ++k) {
-    if (std::isfinite((*column)[k])) t.push_back(time[k] - late), v.push_back((*column)[k]);
+    if (std::isfinite((*column)[k])) {
+      t.push_back(time[k] - late);
+      v.push_back((*column)[k]);
+    }
   }
   for (size_t k = 0; k < column->size(); ++k) {
     const auto next = std::lower_bound(t.begin(), t.end(), time[k]);

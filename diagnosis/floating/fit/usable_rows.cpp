@@ -21,7 +21,8 @@ double calc_change(const ChannelRows& c) {
   std::map<int, std::pair<double, double>> sums;  // by recording: sum, rows
   for (size_t i = 0; i < c.rows(); ++i) {
     auto& [sum, rows] = sums[c.recording[i]];
-    sum += c.y[i], rows += 1;
+    sum += c.y[i];
+    rows += 1;
   }
   double square = 0;
   for (size_t i = 0; i < c.rows(); ++i) {
@@ -62,7 +63,8 @@ void drop_identities(std::vector<ChannelRows>* channels) {
 
 std::vector<ChannelRows> join_halves(const RowTable& even, const RowTable& odd) {
   std::vector<ChannelRows> out = merge_halves(even, odd);
-  drop_identities(&out), drop_moving_feet(&out);
+  drop_identities(&out);
+  drop_moving_feet(&out);
   return out;
 }
 

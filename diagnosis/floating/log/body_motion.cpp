@@ -62,7 +62,9 @@ BodyMotion::BodyMotion(const LeggedLog& log, const Clip& clip)
 }
 
 void BodyMotion::turn_joint(int j, int axis, double angle) {
-  turned_ = axis == 0 ? j : -1, turn_ = angle, now_ = &model_;
+  turned_ = axis == 0 ? j : -1;
+  turn_ = angle;
+  now_ = &model_;
   if (axis == 0 || angle == 0) return;
   auto at = bent_.find({j, axis});
   if (at == bent_.end() || at->second.first != angle) {
@@ -153,7 +155,9 @@ void BodyMotion::find_force(size_t k) {
 }
 
 bool BodyMotion::update(size_t k) {
-  state_.R_WB.setIdentity(), state_.p_WB.setZero(), state_.V_WB.setZero();
+  state_.R_WB.setIdentity();
+  state_.p_WB.setZero();
+  state_.V_WB.setZero();
   read_joints(k);
   if (!model_.floating()) {
     state_.R_WB = make_rotation_from_rpy(log_.experiment->scenario.initial_rpy);
@@ -236,7 +240,10 @@ Vector3d BodyMotion::calc_feet_mean(size_t k, const std::function<Vector3d(const
     if (!log_.feet[f].flat) continue;
     const Vector3d v = of(log_.feet[f]);
     const double load = find_load(f, k);
-    sum += load * v, total += load, plain += v, count += 1;
+    sum += load * v;
+    total += load;
+    plain += v;
+    count += 1;
   }
   return total > 0 ? Vector3d(sum / total) : Vector3d(plain / std::max(1.0, count));
 }

@@ -36,7 +36,10 @@ class BodyMotion {
   // across (1, 2; get_cross_axis).
   void turn_joint(int j, int axis, double angle);
   // The same of the main IMU's gyroscope: it reads so much more [rad/s], and its rate so much [rad/s^2], in its axes.
-  void add_gyro(const Vector3d& more, const Vector3d& more_rate) { more_gyro_ = more, more_gyro_rate_ = more_rate; }
+  void add_gyro(const Vector3d& more, const Vector3d& more_rate) {
+    more_gyro_ = more;
+    more_gyro_rate_ = more_rate;
+  }
 
   const Model& model() const { return *now_; }
   Data& data() { return data_; }

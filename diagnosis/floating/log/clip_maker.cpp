@@ -155,7 +155,8 @@ class ClipMaker {
       const auto run = [&](const std::vector<double>& v) { return v.empty() ? Track{} : resampler.run(v); };
       clip->position.push_back(run(c.signal[0]));
       clip->effort.push_back(run(c.signal[static_cast<int>(Quantity::kEffort)]));
-      clip->command.push_back(run(c.command)), clip->command_rate.push_back(run(c.command_rate));
+      clip->command.push_back(run(c.command));
+      clip->command_rate.push_back(run(c.command_rate));
     }
   }
 
@@ -200,8 +201,11 @@ class ClipMaker {
     const double sigma = find_sigma();
     const Resampler resampler(r_.time, span, step_, sigma, half_);
     Clip clip;
-    clip.recording = index_, clip.train = r_.spec.train;
-    clip.time = resampler.grid(), clip.step = step_, clip.sigma = sigma;
+    clip.recording = index_;
+    clip.train = r_.spec.train;
+    clip.time = resampler.grid();
+    clip.step = step_;
+    clip.sigma = sigma;
     clip.edge = static_cast<size_t>(find_edge());
     if (static_cast<double>(clip.size()) < kOfEdge * find_edge()) return;
     read_joints(resampler, &clip);

@@ -25,7 +25,10 @@ ForceLevels find_levels(const LeggedLog& log, size_t sensor) {
   levels.stance = find_quantile(all, 0.75);
   levels.air = find_quantile(all, 0.02);
   levels.swings = levels.air < kPart * levels.stance;
-  if (!levels.swings) return levels.air = 0, levels;  // never in the air: its zero is not known
+  if (!levels.swings) {
+    levels.air = 0;
+    return levels;  // never in the air: its zero is not known
+  }
   // In the air the reading stays near its lowest: the mean of what does.
   std::vector<double> low;
   for (double v : all) {

@@ -62,7 +62,10 @@ void correct_attitude(const Vector3d& turn, double delay, double step, Track* wx
     for (size_t k = 0; k < (wxyz[0].*part).size(); ++k) {
       const Eigen::Quaterniond q((wxyz[0].*part)[k], (wxyz[1].*part)[k], (wxyz[2].*part)[k], (wxyz[3].*part)[k]);
       const Eigen::Quaterniond p = q * back;
-      (wxyz[0].*part)[k] = p.w(), (wxyz[1].*part)[k] = p.x(), (wxyz[2].*part)[k] = p.y(), (wxyz[3].*part)[k] = p.z();
+      (wxyz[0].*part)[k] = p.w();
+      (wxyz[1].*part)[k] = p.x();
+      (wxyz[2].*part)[k] = p.y();
+      (wxyz[3].*part)[k] = p.z();
     }
   }
 }
@@ -118,7 +121,8 @@ void correct_links(const ColumnLayout& layout, const Eigen::VectorXd& by_column,
     Matrix3d I;  // about the link's origin
     I << add(4), add(5), add(6), add(5), add(7), add(8), add(6), add(8), add(9);
     link.I_LLcm_L += about(link.mass, link.p_LLcm_L) + I - about(mass, c);
-    link.mass = mass, link.p_LLcm_L = c;
+    link.mass = mass;
+    link.p_LLcm_L = c;
   }
 }
 

@@ -38,7 +38,8 @@ void take_out(const LinkInertia& part, const Transform& X_LF, LinkInertia* total
   };
   total->I_LLcm_L += about(total->mass, total->p_LLcm_L) - X_LF.R * part.I_LLcm_L * X_LF.R.transpose() -
                      about(part.mass, c_part) - about(mass, c);
-  total->mass = mass, total->p_LLcm_L = c;
+  total->mass = mass;
+  total->p_LLcm_L = c;
 }
 
 void find_sensors(const Experiment& e, LeggedLog* log) {
@@ -47,7 +48,9 @@ void find_sensors(const Experiment& e, LeggedLog* log) {
     if (frame < 0) continue;
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
     ForceSensor s;
-    s.name = spec.name, s.link = f.link, s.X_LS = f.X_LF;
+    s.name = spec.name;
+    s.link = f.link;
+    s.X_LS = f.X_LF;
     const auto world = e.keys.wrench_frame.find(spec.name);
     s.world = world != e.keys.wrench_frame.end() && world->second == "world";
     std::vector<std::string> lacking;
@@ -73,7 +76,8 @@ void cut_below_sensors(LeggedLog* log) {
     const bool ball = s.foot >= 0 && !log->feet[static_cast<size_t>(s.foot)].flat;
     if (s.has_wrench() || (s.has_force() && ball)) {
       take_out(s.below, s.X_LS, &log->tree.links[static_cast<size_t>(s.link)].inertia);
-      s.hangs = s.below.mass, s.below.mass = 0;
+      s.hangs = s.below.mass;
+      s.below.mass = 0;
     }
     s.below.p_LLcm_L = s.X_LS * s.below.p_LLcm_L;
   }
@@ -99,10 +103,12 @@ void find_feet(const Experiment& e, LeggedLog* log) {
     if (frame < 0) continue;
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
     standing::StandFoot sole;
-    sole.link = f.link, sole.size.setZero();
+    sole.link = f.link;
+    sole.size.setZero();
     standing::read_sole(e.robot, &sole);
     Foot foot;
-    foot.name = name, foot.link = f.link;
+    foot.name = name;
+    foot.link = f.link;
     foot.flat = sole.kind == standing::SoleKind::kFlat && sole.size.x() > 0;
     const bool known = foot.flat || sole.kind == standing::SoleKind::kBall;
     foot.p_LC = foot.flat ? sole.sole : known ? sole.bush : f.X_LF.p;
@@ -110,7 +116,8 @@ void find_feet(const Experiment& e, LeggedLog* log) {
     foot.size = foot.flat ? sole.size : Vector3d::Zero();
     for (size_t s = 0; s < log->sensors.size(); ++s) {
       if (log->sensors[s].link != f.link) continue;
-      foot.sensor = static_cast<int>(s), log->sensors[s].foot = static_cast<int>(log->feet.size());
+      foot.sensor = static_cast<int>(s);
+      log->sensors[s].foot = static_cast<int>(log->feet.size());
     }
     if (foot.sensor < 0) log->missing.push_back("no force sensor at foot " + name);
     log->feet.push_back(foot);
@@ -124,7 +131,10 @@ void find_imus(const Experiment& e, LeggedLog* log) {
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
     ImuSensor imu;
     const std::string base = "/imu/" + spec.name;
-    imu.name = spec.name, imu.link = f.link, imu.R_LI = f.X_LF.R, imu.p_LI = f.X_LF * spec.p_LS;
+    imu.name = spec.name;
+    imu.link = f.link;
+    imu.R_LI = f.X_LF.R;
+    imu.p_LI = f.X_LF * spec.p_LS;
     imu.attitude = has_vector(e, base + "/orientation", "xyzw");
     imu.gyro = has_vector(e, base + "/angular_velocity", "xyz");
     imu.accelerometer = has_vector(e, base + "/linear_acceleration", "xyz");
@@ -145,7 +155,8 @@ void find_joints(const Experiment& e, LeggedLog* log) {
       command = command && !r.joints[j].command.empty();
     }
     const std::string& name = e.robot.tree.joint(static_cast<int>(j)).name;
-    log->has_position.push_back(position), log->has_effort.push_back(effort);
+    log->has_position.push_back(position);
+    log->has_effort.push_back(effort);
     log->has_law.push_back(command && position && get_servo_gains(e.scenario, name).kp > 0);
     any = any || effort || log->has_law.back();
     if (!position) log->missing.push_back("no column /joint_states/" + name + "/position: taken as not moving");

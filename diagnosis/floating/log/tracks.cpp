@@ -101,7 +101,9 @@ std::vector<char> find_readings(const std::vector<const std::vector<double>*>& c
   for (const Run& run : runs) {
     const bool whole = std::all_of(run.reading.begin(), run.reading.end(), [](double v) { return std::isfinite(v); });
     if (!whole || run.reading == before) continue;  // a blank within a held reading begins no other one
-    ++count[run.reading], lengths.push_back(static_cast<double>(run.end - run.begin)), before = run.reading;
+    ++count[run.reading];
+    lengths.push_back(static_cast<double>(run.end - run.begin));
+    before = run.reading;
   }
   std::vector<char> out = fresh;
   if (lengths.empty()) return out;
@@ -167,7 +169,9 @@ std::vector<double> Resampler::interpolate_samples(const std::vector<double>& va
 Track Resampler::run(const std::vector<double>& values, const std::vector<char>& fresh) const {
   const std::vector<double> raw = interpolate_samples(values, fresh);
   Track out;
-  out.value = convolve(kernel_, raw), out.rate.resize(raw.size()), out.second.resize(raw.size());
+  out.value = convolve(kernel_, raw);
+  out.rate.resize(raw.size());
+  out.second.resize(raw.size());
   for (size_t i = 0; i < raw.size(); ++i) {
     const size_t a = i > 0 ? i - 1 : 0, b = std::min(i + 1, raw.size() - 1);
     if (b == a) continue;

@@ -112,7 +112,8 @@ std::vector<WholeReading> find_whole_readings(const Experiment& e) {
     while (log.sensors[s].name != r.sensor) ++s;
     if (!reads_whole_foot(contacts.levels[s], r.mass * g)) return {};
     r.air = contacts.levels[s].air;
-    all_below += r.mass, cut = cut && is_cut(e, log.sensors[s], contacts.levels[s]);
+    all_below += r.mass;
+    cut = cut && is_cut(e, log.sensors[s], contacts.levels[s]);
   }
   if (cut && !carries_whole_feet(sum, log.mass, all_below, g)) {
     for (WholeReading& r : out) r.cut = true;

@@ -144,7 +144,8 @@ void take_weight(const ReportState& state, Finding check, std::vector<Finding>* 
   for (Finding& found : *findings) {
     const bool among_masses = std::any_of(found.alternatives.begin(), found.alternatives.end(), is_mass);
     if (found.grade != Grade::kAmbiguous || !among_masses || !explains_weight(state.log, found, check)) continue;
-    check.share = found.share, check.weight = found.weight;
+    check.share = found.share;
+    check.weight = found.weight;
     check.alternatives.push_back({found.effect, found.family, found.where, found.parameters,
                                   check.alternatives.empty() ? "" : check.alternatives[0].motion});
     found = std::move(check);

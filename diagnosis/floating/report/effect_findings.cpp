@@ -31,7 +31,8 @@ Finding make_effect_finding(const ReportState& state, const FoundEffect& f) {
   const SoleLaw law = find_sole_law(state, f.effect);
   const bool lands = put_law(law, &parameters);
   Finding out = make_finding(effect, f.effect.where, parameters);
-  out.share = f.share, out.probability = std::min(kSurest, 1 - 1 / (1 + std::max(0.0, f.gain)));
+  out.share = f.share;
+  out.probability = std::min(kSurest, 1 - 1 / (1 + std::max(0.0, f.gain)));
   out.weight = calc_weight(state, f);
   for (const Rival& r : f.rivals) {
     out.alternatives.push_back(

@@ -170,7 +170,10 @@ void add_scale_for_zero(const ReportState& state, const FoundEffect& f, Finding*
   double samples = 0;
   for (const Clip& clip : state.log.clips) {
     const Track* reading = clip.imus[static_cast<size_t>(f.effect.place)].accelerometer;
-    for (size_t k = 0; k < clip.size(); ++k) sum += get_values(reading, k), samples += 1;
+    for (size_t k = 0; k < clip.size(); ++k) {
+      sum += get_values(reading, k);
+      samples += 1;
+    }
   }
   const Vector3d felt = sum / samples, along = felt.normalized(), value = f.x, std = f.std;
   if (std::pow(along.dot(value), 2) < kMostly * value.squaredNorm()) return;

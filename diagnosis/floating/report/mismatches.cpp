@@ -41,7 +41,10 @@ std::map<int, Departure> find_departures(const ChannelRows& rows, double limit) 
 int find_main_phase(const std::map<int, int>& phases) {
   int phase = 0, most = 0;
   for (const auto& [p, rows] : phases) {
-    if (rows > most) most = rows, phase = p;
+    if (rows > most) {
+      most = rows;
+      phase = p;
+    }
   }
   return phase;
 }
@@ -51,7 +54,9 @@ void add_equation(size_t c, double score, ReportState* state) {
   const double square = get_mean_square(state->fitter, state->outcome.nominal, c) + state->fitter.floor(c);
   for (auto& [r, d] : find_departures(rows, kAboveNoise * std::sqrt(square))) {
     Mismatch& m = d.mismatch;
-    m.signal = rows.info.signal, m.score = score, m.regime = state->contacts.find_phase_name(find_main_phase(d.phases));
+    m.signal = rows.info.signal;
+    m.score = score;
+    m.regime = state->contacts.find_phase_name(find_main_phase(d.phases));
     m.recording = state->log.experiment->recordings[static_cast<size_t>(r)].spec.name;
     state->evidence.mismatch.push_back(m);
   }

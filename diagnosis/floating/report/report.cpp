@@ -54,7 +54,8 @@ Evidence make_evidence(const LeggedLog& log, const Contacts& contacts, const Leg
   out.method =
       "equations of motion along the recorded motion, with every signal that was recorded; means of 40 ms, products "
       "of even with odd samples";
-  out.missing = log.missing, out.warnings = log.notes;
+  out.missing = log.missing;
+  out.warnings = log.notes;
   out.warnings.insert(out.warnings.end(), checks.notes.begin(), checks.notes.end());
   add_effect_findings(&state);
   add_check_findings(checks, &state);

@@ -37,8 +37,10 @@ Json make_trace(const ChannelRows& rows, const std::vector<double>& left, size_t
   const size_t skip = rows.rows() / kMostPoints + 1;
   for (size_t i = 0; i < rows.rows(); i += skip) {
     if (rows.recording[i] != static_cast<int>(recording)) continue;
-    time.push_back(rows.time[i]), recorded.push_back(rows.y[i]);
-    before.push_back(0.0), after.push_back(rows.y[i] - left[i]);
+    time.push_back(rows.time[i]);
+    recorded.push_back(rows.y[i]);
+    before.push_back(0.0);
+    after.push_back(rows.y[i] - left[i]);
   }
   return {{"signal", signal}, {"time", time}, {"recorded", recorded}, {"before", before}, {"after", after}};
 }
@@ -51,8 +53,10 @@ Json make_series(const Experiment& e, const LeggedFitter& fitter, const LeggedOu
   Json signals = Json::array(), recordings = Json::array();
   const std::vector<size_t> equations = list_main_equations(fitter, outcome.nominal);
   std::vector<std::vector<double>> left;
-  for (size_t c : equations)
-    signals.push_back(make_signal(fitter, c)), left.push_back(fitter.calc_residuals(outcome.chosen, c));
+  for (size_t c : equations) {
+    signals.push_back(make_signal(fitter, c));
+    left.push_back(fitter.calc_residuals(outcome.chosen, c));
+  }
   for (size_t r = 0; r < e.recordings.size(); ++r) {
     const Recording& recording = e.recordings[r];
     Json traces = Json::array();
@@ -64,7 +68,8 @@ Json make_series(const Experiment& e, const LeggedFitter& fitter, const LeggedOu
                           {"end", recording.time.back()},
                           {"traces", traces}});
   }
-  series["signals"] = signals, series["recordings"] = recordings;
+  series["signals"] = signals;
+  series["recordings"] = recordings;
   series["notes"] = e.warnings;
   for (const std::string& text : evidence.warnings) series["notes"].push_back(text);
   for (const std::string& text : evidence.missing) series["notes"].push_back("missing: " + text);

@@ -28,7 +28,8 @@ Remaining make_free_law(const ReportState& state, const FoundEffect& f) {
   const ChannelInfo& info = state.fitter.channels()[f.channel].info;
   std::vector<Estimate> values = make_estimates(f.effect, f.x, f.std);
   forget_unseen(state.log.mass * state.log.experiment->scenario.gravity_W.norm(), &values);
-  r.where = f.effect.where, r.unit = info.unit;
+  r.where = f.effect.where;
+  r.unit = info.unit;
   r.before = r.after = std::sqrt(get_mean_square(state.fitter, state.model, f.channel));
   r.statement = get_place(r.where) + ": " + f.effect.law->unlisted + " (" + describe(values) + "). It takes " +
                 format("%.0f %% of the held-out mismatch of the equation '", 100 * f.share) + get_text(info.equation) +

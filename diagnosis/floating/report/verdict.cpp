@@ -33,7 +33,8 @@ void doubt_findings(ReportState* state) {
   if (!leaves_most(*state) && !has_free_law(state->outcome)) return;
   for (Finding& f : state->evidence.findings) {
     if (!may_doubt(f)) continue;
-    f.grade = Grade::kAmbiguous, f.probability = std::min(f.probability, kHalf);
+    f.grade = Grade::kAmbiguous;
+    f.probability = std::min(f.probability, kHalf);
     f.statement += " Most of what stands out is left beside it: another cause may be behind both.";
   }
 }

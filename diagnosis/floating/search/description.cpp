@@ -57,8 +57,10 @@ FoundEffect describe_effect(const SearchState& state, size_t i) {
   const LeggedFit& chosen = state.chosen;
   const LeggedFit rest = fit_without(state, i);
   FoundEffect f;
-  f.effect = chosen.effects[i], f.x = chosen.get(i);
-  f.std = calc_stated_deviation(state, chosen, i, false), f.scatter = calc_scatter(state, chosen, i);
+  f.effect = chosen.effects[i];
+  f.x = chosen.get(i);
+  f.std = calc_stated_deviation(state, chosen, i, false);
+  f.scatter = calc_scatter(state, chosen, i);
   f.spread = calc_spread(state, chosen, i);
   f.channel = find_main_channel(state, rest, chosen);
   f.gain = calc_total_gain(state, rest, chosen);
@@ -81,7 +83,10 @@ void measure_by_all(const SearchState& state, std::vector<FoundEffect>* effects)
   for (size_t i = 0; i < effects->size(); ++i) {
     FoundEffect& f = (*effects)[i];
     const Eigen::VectorXd x = all.get(i), std = calc_stated_deviation(state, all, i, true);
-    if (make_estimates(f.effect, x, std).size() == make_estimates(f.effect, f.x, f.std).size()) f.x = x, f.std = std;
+    if (make_estimates(f.effect, x, std).size() == make_estimates(f.effect, f.x, f.std).size()) {
+      f.x = x;
+      f.std = std;
+    }
   }
 }
 

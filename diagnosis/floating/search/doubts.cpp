@@ -51,7 +51,10 @@ bool drop_unsure(const std::vector<FoundEffect>& found, SearchState* state) {
   double least = kAboveNoise;
   for (size_t i = 0; i < found.size(); ++i) {
     const double certainty = calc_certainty(found[i]);
-    if (certainty < least) least = certainty, worst = i;
+    if (certainty < least) {
+      least = certainty;
+      worst = i;
+    }
   }
   if (worst == found.size()) return false;
   say_of(*state, "not sure:", state->chosen.effects[worst]);
@@ -68,7 +71,8 @@ bool is_linearized_elsewhere(const SearchState& state, const FoundEffect& f) {
   for (size_t k = 0; k < f.effect.terms.size(); ++k) {
     for (const auto& [column, factor] : f.effect.terms[k]) {
       const double value = factor * f.x(static_cast<long>(k));
-      away += std::pow(value - (*state.about)(column), 2), size += value * value;
+      away += std::pow(value - (*state.about)(column), 2);
+      size += value * value;
     }
   }
   return away > kMinority * kMinority * size;
@@ -96,7 +100,10 @@ bool drop_partial(const std::vector<FoundEffect>& found, SearchState* state) {
     const FoundEffect& f = found[i];
     if (!f.effect.is_listed() || is_expected(f.effect.info()) || is_linearized_elsewhere(*state, f)) continue;
     const double left = get_left(*state, f.channel), exact = std::pow(state->fitter.find_exactness(f.channel), 2);
-    if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) least = f.share, worst = i;
+    if (left > kHalf * get_nominal(*state, f.channel) && left > exact && f.share < least) {
+      least = f.share;
+      worst = i;
+    }
   }
   if (worst == found.size()) return false;
   drop(worst, "most is left:", {found[worst].channel}, state);
@@ -128,7 +135,9 @@ PairSquares calc_pair(const SearchState& state, size_t i, size_t k) {
     const Eigen::VectorXd b = state.fitter.calc_columns(c, other, false) * state.chosen.get(k);
     for (long r = 0; r < a.size(); ++r) {
       const double w = state.fitter.get_weight(c, static_cast<size_t>(r));
-      out.first += w * a(r) * a(r), out.second += w * b(r) * b(r), out.sum += w * (a(r) + b(r)) * (a(r) + b(r));
+      out.first += w * a(r) * a(r);
+      out.second += w * b(r) * b(r);
+      out.sum += w * (a(r) + b(r)) * (a(r) + b(r));
     }
   }
   return out;
@@ -211,7 +220,11 @@ bool drop_unsteady(SearchState* state) {
     if (is_steady(regimes) && (is_expected(chosen.effects[i].info()) || is_alike(regimes))) continue;
     const LeggedFit rest = fit_without(*state, i);
     const double gain = calc_total_gain(*state, rest, chosen);
-    if (gain < least) least = gain, worst = i, channel = find_main_channel(*state, rest, chosen);
+    if (gain < least) {
+      least = gain;
+      worst = i;
+      channel = find_main_channel(*state, rest, chosen);
+    }
   }
   if (worst == chosen.effects.size()) return false;
   drop(worst, "not of one size:", {channel}, state);

@@ -32,7 +32,10 @@ size_t find_most(const SearchState& state, const Gain& calc_gain) {
   double most = -1e300;
   for (size_t c = 0; c < state.fitter.channels().size(); ++c) {
     const double gain = calc_gain(c);
-    if (gain > most) most = gain, best = c;
+    if (gain > most) {
+      most = gain;
+      best = c;
+    }
   }
   return best;
 }

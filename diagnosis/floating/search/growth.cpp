@@ -162,11 +162,17 @@ LeggedFit keep_needed(const SearchState& state, const LeggedFit& all) {
       std::vector<Candidate> rest = left.effects;
       rest.erase(rest.begin() + static_cast<long>(i));
       const LeggedFit fit = fit_effects(state, std::move(rest));
-      if (calc_score(state, fit) > score) score = calc_score(state, fit), next = fit;
+      if (calc_score(state, fit) > score) {
+        score = calc_score(state, fit);
+        next = fit;
+      }
     }
     if (next.effects.empty()) break;
     left = next;
-    if (left.effects.size() + 2 <= all.effects.size() && score > most) most = score, out = left;
+    if (left.effects.size() + 2 <= all.effects.size() && score > most) {
+      most = score;
+      out = left;
+    }
   }
   return out;
 }
@@ -190,7 +196,8 @@ bool replace_several(SearchState* state) {
     if (gain < before - std::max(kTie, kDetail * before) || calc_score(*state, with) < best) continue;
     if (!is_possible(*state, with, with.effects.size() - 1) || !is_significant(*state, with, with.effects.size() - 1))
       continue;
-    best = calc_score(*state, with), found = with;
+    best = calc_score(*state, with);
+    found = with;
   }
   if (found.effects.empty()) return false;
   say_of(*state, "one for several:", found.effects.back());

@@ -28,7 +28,10 @@ std::vector<Candidate> ban_without_information(SearchState* state) {
     (tells ? told : state->banned).push_back(c);
   }
   // Each one alone can be fitted, all together cannot: the last one goes.
-  if (told.size() == state->chosen.effects.size()) state->banned.push_back(told.back()), told.pop_back();
+  if (told.size() == state->chosen.effects.size()) {
+    state->banned.push_back(told.back());
+    told.pop_back();
+  }
   return told;
 }
 

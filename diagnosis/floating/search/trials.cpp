@@ -85,7 +85,8 @@ std::vector<LeggedTrial> list_lasting(const SearchState& state) {
     const bool tried = has(state.unsteady, channel);
     if (tried || is_of_soles(state.fitter.channels()[channel].info)) continue;
     if (t.held <= 0 || calc_share(state, state.chosen, t.fit, channel) < kHalf) continue;
-    t.held = 0, t.gain = state.fitter.calc_gain_after(state.chosen, t.fit) - calc_cost(t.added());
+    t.held = 0;
+    t.gain = state.fitter.calc_gain_after(state.chosen, t.fit) - calc_cost(t.added());
     if (t.gain > 0) out.push_back(std::move(t));
   }
   std::stable_sort(out.begin(), out.end(), [](const LeggedTrial& a, const LeggedTrial& b) { return a.gain > b.gain; });

@@ -15,7 +15,8 @@ EffortSource find_effort_source(const Experiment& e, size_t j) {
   bool effort = true, command = true, learnt = false;
   for (const Recording& r : e.recordings) {
     const bool logged = r.joints[j].has(Quantity::kEffort);
-    effort = effort && logged, learnt = learnt || (logged && r.spec.train);
+    effort = effort && logged;
+    learnt = learnt || (logged && r.spec.train);
     command = command && !r.joints[j].command.empty();
   }
   if (effort) return EffortSource::kRecorded;

@@ -25,7 +25,8 @@ Eigen::ArrayXd find_range(const TorqueRecording& r, const Flags& still, bool wan
   Eigen::ArrayXd low = Eigen::ArrayXd::Constant(r.effort.cols(), 1e300), high = -low;
   for (long k = 0; k < r.effort.rows(); ++k) {
     if (still[k] != wanted) continue;
-    low = low.min(r.effort.row(k).transpose().array()), high = high.max(r.effort.row(k).transpose().array());
+    low = low.min(r.effort.row(k).transpose().array());
+    high = high.max(r.effort.row(k).transpose().array());
   }
   return (high - low).max(0.0);
 }

@@ -33,9 +33,12 @@ LoadFit fit_loads(const TorqueWork& w, int j) {
     Eigen::VectorXd y = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
     if (r.known.size() > 0) {
       const Eigen::ArrayXd known = r.known.col(j).segment(r.trim, inner).cast<double>();
-      x.array().colwise() *= known, y.array() *= known;
+      x.array().colwise() *= known;
+      y.array() *= known;
     }
-    xx += x.transpose() * x, xy += x.transpose() * y, fit.left += y.squaredNorm();
+    xx += x.transpose() * x;
+    xy += x.transpose() * y;
+    fit.left += y.squaredNorm();
   }
   fit.theta = xx.completeOrthogonalDecomposition().solve(xy);
   fit.left -= xy.dot(fit.theta);
@@ -55,7 +58,9 @@ double calc_all_left(const TorqueWork& w) {
 
 void read_link_motion(const TorqueWork& w, TorqueRecording* r) {
   const Recording& in = w.e.recordings[r->index];
-  r->link_q = r->q, r->link_v = r->v, r->link_a = r->a;
+  r->link_q = r->q;
+  r->link_v = r->v;
+  r->link_a = r->a;
   for (int j = 0; j < w.e.num_joints(); ++j) {
     if (!has_link_encoder(in, w.e.robot.tree.joint(j))) continue;
     r->link_q.col(j) = read_link_angle(w.e, j, *r, w.data.cutoff);
@@ -71,7 +76,10 @@ void read_link_motion(const TorqueWork& w, TorqueRecording* r) {
 LoadFit choose_speed(TorqueWork* w, int j) {
   std::vector<Eigen::VectorXd> sharp;
   LoadFit with_sharp = fit_loads(*w, j);
-  for (TorqueRecording& r : w->data.recordings) sharp.push_back(r.speed.col(j)), r.speed.col(j) = r.v.col(j);
+  for (TorqueRecording& r : w->data.recordings) {
+    sharp.push_back(r.speed.col(j));
+    r.speed.col(j) = r.v.col(j);
+  }
   LoadFit with_smooth = fit_loads(*w, j);
   if (with_smooth.left < kNearlyAll * with_sharp.left) return with_smooth;
   for (size_t r = 0; r < sharp.size(); ++r) w->data.recordings[r].speed.col(j) = sharp[r];

@@ -122,7 +122,8 @@ void add_foot_loads(TorqueWork* w, const Recording& in, TorqueRecording* out) {
   Data data(model);
   State state = make_state(model);
   for (long k = 0; k < out->q.rows(); ++k) {
-    state.q = out->q.row(k), state.qd = out->v.row(k);
+    state.q = out->q.row(k);
+    state.qd = out->v.row(k);
     update_kinematics(model, state, &data);
     out->tau.row(k) -= calc_load_torques(model, data, w->data.feet, out->foot_wrench.row(k));
   }
@@ -145,7 +146,8 @@ void leave_out_unlogged(const TorqueWork& w, const Recording& in, TorqueRecordin
     if (!is_unlogged(w, in, j)) continue;
     const long column = static_cast<long>(j);
     if (r->known.size() == 0) r->known.setConstant(r->q.rows(), r->q.cols(), true);
-    r->known.col(column).setConstant(false), r->effort.col(column) = r->tau.col(column);
+    r->known.col(column).setConstant(false);
+    r->effort.col(column) = r->tau.col(column);
   }
 }
 
@@ -198,8 +200,10 @@ void add_recording(TorqueWork* w, size_t index) {
   const Recording& in = w->e.recordings[index];
   if (in.size() < 10 || in.duration() < kBlock) return;
   TorqueRecording out;
-  out.index = index, out.train = in.spec.train;
-  out.begin = in.time.front(), out.step = std::max(1e-3, w->e.sample_time);
+  out.index = index;
+  out.train = in.spec.train;
+  out.begin = in.time.front();
+  out.step = std::max(1e-3, w->e.sample_time);
   const long rows = static_cast<long>(in.duration() / out.step) + 1, n = w->e.num_joints();
   out.stride = std::max(1L, std::lround(1.0 / (kPerPeriod * w->data.cutoff * out.step)));
   out.trim = std::lround(kTrim / out.step);
@@ -230,7 +234,9 @@ double make_motions(TorqueWork* w) {
       const auto centre = [&](const Eigen::MatrixXd& m) {
         return (m.col(static_cast<long>(j)).array() - m.col(static_cast<long>(j)).mean()).square().mean();
       };
-      acceleration += centre(r.a), effort += centre(r.effort), torque += centre(r.tau);
+      acceleration += centre(r.a);
+      effort += centre(r.effort);
+      torque += centre(r.tau);
     }
     if (!w->data.is_judged(static_cast<int>(j)) || effort <= 0.0 || acceleration <= 0.0) continue;
     const double step = w->data.recordings[0].step;
@@ -267,7 +273,8 @@ double find_missing_share(const TorqueWork& w) {
     for (const TorqueRecording& r : w.data.recordings) {
       const long inner = std::max(0L, r.q.rows() - 2 * r.trim);
       const Eigen::ArrayXd x = (r.effort.col(j) - r.tau.col(j)).segment(r.trim, inner);
-      missing += (x - x.mean()).square().sum(), rows += static_cast<double>(inner);
+      missing += (x - x.mean()).square().sum();
+      rows += static_cast<double>(inner);
     }
     if (w.data.is_judged(static_cast<int>(j)) && missing > 0.0) shares.push_back(noise[j] / std::sqrt(missing / rows));
   }
@@ -343,7 +350,11 @@ void make_torque_motions(TorqueWork* w) {
     if (noise_share <= kMinor && find_missing_share(*w) <= kMuch) break;
   }
   for (TorqueRecording& r : w->data.recordings) {
-    if (w->curved) r.sharp_q = w->sharp[r.index].q, r.sharp_v = w->sharp[r.index].v, r.sharp_a = w->sharp[r.index].a;
+    if (w->curved) {
+      r.sharp_q = w->sharp[r.index].q;
+      r.sharp_v = w->sharp[r.index].v;
+      r.sharp_a = w->sharp[r.index].a;
+    }
   }
 }
 

@@ -72,7 +72,10 @@ std::vector<double> calc_torque_residuals(const TorqueData& data, const Plant& p
     for (size_t i = 0; i < n; ++i) {
       const int j = static_cast<int>(i);
       if (!data.is_judged(j)) continue;
-      for (double left : calc_torque_left(data, r, plant, tau.col(j), j)) square[i] += left * left, count[i] += 1.0;
+      for (double left : calc_torque_left(data, r, plant, tau.col(j), j)) {
+        square[i] += left * left;
+        count[i] += 1.0;
+      }
     }
   }
   std::vector<double> rms;

@@ -60,7 +60,9 @@ class Samples {
       const long i = r.full_row(k);
       Eigen::VectorXd row(kSmooth);
       row << side * r.v(i, joint), side * sign[i], side * r.a(i, joint), side * r.tau(i, joint), 1.0, q[i], q[i] * q[i];
-      rows_.push_back(row), missing_.push_back(side * r.missing(k, joint)), furthest_.push_back(furthest[k]);
+      rows_.push_back(row);
+      missing_.push_back(side * r.missing(k, joint));
+      furthest_.push_back(furthest[k]);
     }
   }
 

@@ -116,8 +116,10 @@ std::vector<double> list_stribeck_velocities(const TorqueData& data, int joint) 
 // Yield angles that the joint exceeds; with a larger one it acts as a spring.
 std::vector<double> list_yield_angles(const TorqueData& data, int joint) {
   double low = 1e300, high = -1e300;
-  for (const R& r : data.recordings)
-    low = std::min(low, r.q.col(joint).minCoeff()), high = std::max(high, r.q.col(joint).maxCoeff());
+  for (const R& r : data.recordings) {
+    low = std::min(low, r.q.col(joint).minCoeff());
+    high = std::max(high, r.q.col(joint).maxCoeff());
+  }
   std::vector<double> list;
   for (double yield = kFirstYield; yield < kYieldTravel * (high - low); yield *= kYieldStep) list.push_back(yield);
   return list;

@@ -26,26 +26,63 @@ std::vector<double> list_delays();
 // A row written in one expression.
 struct Row : TermRow {
   Row(const char* name, double nats, const char* motion_in) {
-    effect = find_effect(name), cost = nats, motion = motion_in;
+    effect = find_effect(name);
+    cost = nats;
+    motion = motion_in;
   }
   Row& column(decltype(TermRow::calc_columns) calc, int count = 1) {
-    return calc_columns = calc, columns = count, *this;
+    calc_columns = calc;
+    columns = count;
+    return *this;
   }
   Row& in_all_rows(PlaceKind at, int count, decltype(TermRow::fill_columns) fill) {
-    return whole = true, place = at, columns = count, fill_columns = fill, *this;
+    whole = true;
+    place = at;
+    columns = count;
+    fill_columns = fill;
+    return *this;
   }
-  Row& shapes(decltype(TermRow::list_shapes) list) { return list_shapes = list, *this; }
+  Row& shapes(decltype(TermRow::list_shapes) list) {
+    list_shapes = list;
+    return *this;
+  }
   Row& parameters(decltype(TermRow::make_values) to, decltype(TermRow::make_coefficients) from) {
-    return make_values = to, make_coefficients = from, *this;
+    make_values = to;
+    make_coefficients = from;
+    return *this;
   }
-  Row& within(double least, double most) { return low = least, high = most, *this; }
-  Row& positive() { return low = 0.0, *this; }
-  Row& small_angle(double most) { return by_norm = true, material = kMaterialAngle, within(0.0, most); }
-  Row& worth_saying_from(double size) { return material = size, *this; }
+  Row& within(double least, double most) {
+    low = least;
+    high = most;
+    return *this;
+  }
+  Row& positive() {
+    low = 0.0;
+    return *this;
+  }
+  Row& small_angle(double most) {
+    by_norm = true;
+    material = kMaterialAngle;
+    return within(0.0, most);
+  }
+  Row& worth_saying_from(double size) {
+    material = size;
+    return *this;
+  }
   Row& is(bool TermRow::*property) { return this->*property = true, *this; }
-  Row& constant_in(int column) { return constant = column, *this; }
-  Row& shape_above(double least) { return least_shape = least, *this; }
-  Row& shaped_by(int parameter) { return shape_parameter = parameter, scanned = true, *this; }
+  Row& constant_in(int column) {
+    constant = column;
+    return *this;
+  }
+  Row& shape_above(double least) {
+    least_shape = least;
+    return *this;
+  }
+  Row& shaped_by(int parameter) {
+    shape_parameter = parameter;
+    scanned = true;
+    return *this;
+  }
 };
 
 }  // namespace hrp::diagnosis

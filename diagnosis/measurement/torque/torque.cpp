@@ -42,7 +42,8 @@ TorqueWork begin_work(const Experiment& e, const BodyTorques& bodies) {
 
 // What is known of the drives and links before any motion.
 void read_drives(const std::vector<VelocityReading>& velocity, TorqueWork* w) {
-  w->data.delays = find_servo_delays(w->e), w->data.servo = find_servo_readings(w->e, w->data.delays, velocity);
+  w->data.delays = find_servo_delays(w->e);
+  w->data.servo = find_servo_readings(w->e, w->data.delays, velocity);
   for (int j = 0; j < w->e.num_joints(); ++j) {
     w->data.source.push_back(find_effort_source(w->e, static_cast<size_t>(j)));
     w->noise.push_back(find_position_noise(w->e, static_cast<size_t>(j)));
@@ -108,7 +109,8 @@ TorqueData make_torque_data(const Experiment& experiment, const BodyTorques& bod
       std::any_of(velocity.begin(), velocity.end(), [](const VelocityReading& log) { return log.is_faulty(); });
   TorqueData data = faulty ? make_data(correct_joint_logs(experiment, velocity), velocity, bodies)
                            : make_data(experiment, velocity, bodies);
-  data.experiment = &experiment, data.velocity = velocity;
+  data.experiment = &experiment;
+  data.velocity = velocity;
   return data;
 }
 

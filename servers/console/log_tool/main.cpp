@@ -90,8 +90,12 @@ class LogTool {
   }
 
   void add_pictures() {
-    CLI::App* pictures = add("pictures", "pictures of the robots at equal intervals, side by side, as SVG",
-                             [this] { return write([this] { return write_robot_pictures(file_, look_, out_), 0; }); });
+    CLI::App* pictures = add("pictures", "pictures of the robots at equal intervals, side by side, as SVG", [this] {
+      return write([this] {
+        write_robot_pictures(file_, look_, out_);
+        return 0;
+      });
+    });
     add_output(pictures, "SVG file");
     pictures->add_option("--from", look_.from, "simulated time of the first picture [s]")->check(refuse_nan);
     pictures->add_option("--to", look_.to, "simulated time of the last picture [s]; default: the end")
@@ -107,7 +111,8 @@ class LogTool {
   void add_image() {
     CLI::App* picture =
         add("image", "one picture of a camera as PNG: colours, or depth in millimetres with 16 bits", [this] {
-          image_.file = file_, image_.out = out_;
+          image_.file = file_;
+          image_.out = out_;
           return write([this] { return write_image(image_); });
         });
     picture->add_option("topic", image_.topic, "topic of the picture, such as head/image_raw or head/depth/image_raw")
@@ -120,7 +125,9 @@ class LogTool {
 
   void add_converter(const char* name, const char* text, const char* out_text, int (*work)(const ConvertOptions&)) {
     CLI::App* command = add(name, text, [this, work] {
-      convert_.file = file_, convert_.out = out_, convert_.force = force_;
+      convert_.file = file_;
+      convert_.out = out_;
+      convert_.force = force_;
       return work(convert_);
     });
     add_output(command, out_text);

@@ -82,8 +82,10 @@ int main(int argc, char** argv) {
   control.speed(speed.value_or(0.0));
   control.change_speed(speed.has_value());
   control.steps(steps);
-  if (push->parsed())
-    control.push().force(make_vector(push_words.force)), control.push().p_LQ(make_vector(push_words.point));
+  if (push->parsed()) {
+    control.push().force(make_vector(push_words.force));
+    control.push().p_LQ(make_vector(push_words.point));
+  }
   hrp::handle_stop_signals();
   try {
     if (list->parsed()) {

@@ -160,9 +160,12 @@ void RayCaster::Impl::find_bounds(size_t index, RTCBounds* bounds) const {
   // Floats have 24 bits: wider than their rounding, at both ends.
   const Vector3d margin = 1e-6 * (half + middle.cwiseAbs() + Vector3d::Constant(1.0));
   const Vector3d lower = middle - half - margin, upper = middle + half + margin;
-  bounds->lower_x = static_cast<float>(lower.x()), bounds->upper_x = static_cast<float>(upper.x());
-  bounds->lower_y = static_cast<float>(lower.y()), bounds->upper_y = static_cast<float>(upper.y());
-  bounds->lower_z = static_cast<float>(lower.z()), bounds->upper_z = static_cast<float>(upper.z());
+  bounds->lower_x = static_cast<float>(lower.x());
+  bounds->upper_x = static_cast<float>(upper.x());
+  bounds->lower_y = static_cast<float>(lower.y());
+  bounds->upper_y = static_cast<float>(upper.y());
+  bounds->lower_z = static_cast<float>(lower.z());
+  bounds->upper_z = static_cast<float>(upper.z());
 }
 
 void RayCaster::Impl::handle_bounds(const RTCBoundsFunctionArguments* arguments) {
@@ -209,10 +212,14 @@ std::optional<SceneHit> RayCaster::cast(const Ray& ray) const {
   rtcInitIntersectContext(&context.base);
   context.ray_W = &ray;
   RTCRayHit found = {};
-  found.ray.org_x = static_cast<float>(ray.p.x()), found.ray.dir_x = static_cast<float>(ray.d.x());
-  found.ray.org_y = static_cast<float>(ray.p.y()), found.ray.dir_y = static_cast<float>(ray.d.y());
-  found.ray.org_z = static_cast<float>(ray.p.z()), found.ray.dir_z = static_cast<float>(ray.d.z());
-  found.ray.tnear = static_cast<float>(ray.t_min), found.ray.tfar = round_up(ray.t_max);
+  found.ray.org_x = static_cast<float>(ray.p.x());
+  found.ray.dir_x = static_cast<float>(ray.d.x());
+  found.ray.org_y = static_cast<float>(ray.p.y());
+  found.ray.dir_y = static_cast<float>(ray.d.y());
+  found.ray.org_z = static_cast<float>(ray.p.z());
+  found.ray.dir_z = static_cast<float>(ray.d.z());
+  found.ray.tnear = static_cast<float>(ray.t_min);
+  found.ray.tfar = round_up(ray.t_max);
   found.ray.mask = ~0u;
   found.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   found.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;

@@ -92,8 +92,10 @@ inline void write_mcap(const std::string& path, mcap::Compression compression, c
     for (size_t i = 0; i < topics.size(); ++i) {
       if (topics[i].name != m.topic) continue;
       mcap::Message out;
-      out.channel_id = ids[i], out.log_time = out.publish_time = static_cast<uint64_t>(m.received);
-      out.data = m.bytes.data(), out.size = m.bytes.size();
+      out.channel_id = ids[i];
+      out.log_time = out.publish_time = static_cast<uint64_t>(m.received);
+      out.data = m.bytes.data();
+      out.size = m.bytes.size();
       writer.add_message(out);
     }
   }

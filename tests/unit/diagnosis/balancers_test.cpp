@@ -14,7 +14,9 @@ GradedTerm make_force(const TorqueDesign& design, const Vector3d& force) {
   for (const Term& term : design.whole) {
     if (term.effect().id == EffectId::kExternalForce && term.place == kFore) g.term = term;
   }
-  g.parameters = force, g.width = Eigen::VectorXd::Constant(3, 0.01), g.grade = Grade::kSupported;
+  g.parameters = force;
+  g.width = Eigen::VectorXd::Constant(3, 0.01);
+  g.grade = Grade::kSupported;
   return g;
 }
 

@@ -176,7 +176,8 @@ TEST(TorqueResiduals, HaveFrictionWithMemoryAlongTheRecordedMotion) {
 // Friction that slips at once: the usual displacement of 0.5 mrad would let the arm creep at every reversal.
 TEST(FindPreslidings, OfFrictionThatSlipsAtOnceAreAMatterOfMicroradians) {
   Hypothesis hidden = make_drives();
-  hidden[1].p[2] = 3e-6, hidden[4].p[1] = 3e-6;
+  hidden[1].p[2] = 3e-6;
+  hidden[4].p[1] = 3e-6;
   const Experiment e = make_simulated_experiment("preslidings", kArm, kJoints, hidden);
   const Problem problem = make_problem(e, 1);
   const Hypothesis found = find_preslidings(problem, make_drives());

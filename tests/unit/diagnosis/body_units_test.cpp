@@ -34,7 +34,8 @@ void cut(double seconds, Recording* r) {
   shorten(r->time);
   for (JointColumns& joint : r->joints) {
     for (std::vector<double>& column : joint.signal) shorten(column);
-    shorten(joint.command), shorten(joint.command_rate);
+    shorten(joint.command);
+    shorten(joint.command_rate);
   }
   for (auto& [name, column] : r->other) shorten(column);
 }
@@ -108,7 +109,10 @@ TEST_P(OfAWalk, AnAccelerometerWithoutGravityIsToldAndGravityPutBack) {
   for (int a = 0; a < 3; ++a) {
     for (const Recording& r : e_.recordings) {
       for (double x : r.other.at(sensor + "/" + "xyz"[a])) {
-        if (std::isfinite(x)) mean(a) += x, count += 1.0 / 3.0;
+        if (std::isfinite(x)) {
+          mean(a) += x;
+          count += 1.0 / 3.0;
+        }
       }
     }
   }

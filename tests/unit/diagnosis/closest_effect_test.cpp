@@ -9,7 +9,9 @@ namespace {
 
 Trial make_trial(const Hypothesis& hypothesis, double rms) {
   Trial trial;
-  trial.hypothesis = hypothesis, trial.rms = rms, trial.refined = true;
+  trial.hypothesis = hypothesis;
+  trial.rms = rms;
+  trial.refined = true;
   return trial;
 }
 

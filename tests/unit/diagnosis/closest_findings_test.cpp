@@ -39,7 +39,8 @@ Experiment make_steps() {
   const fs::path folder = fs::temp_directory_path() / "hrp_diagnosis_closest_findings";
   fs::create_directories(folder);
   std::ofstream(folder / "robot.urdf") << kLever;
-  write_step(folder / "rise.csv", 0.0, 1.5), write_step(folder / "fall.csv", 1.5, 0.0);
+  write_step(folder / "rise.csv", 0.0, 1.5);
+  write_step(folder / "fall.csv", 1.5, 0.0);
   std::ofstream(folder / "experiment.yaml")
       << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: 8, kd: 0.05, effort_limit: 8}}\n"
          "recordings:\n- {file: rise.csv, role: train}\n- {file: fall.csv, role: validate}\n";
@@ -50,7 +51,8 @@ Experiment make_steps() {
     SmoothRecording still = smooth_recording(e, recording);
     still.start = 0;
     RolloutOptions fine;
-    fine.max_step = 0.0002, fine.free_running = true;
+    fine.max_step = 0.0002;
+    fine.free_running = true;
     std::vector<double> y;
     EXPECT_TRUE(simulate_recording(make_plant(e, hidden), recording, still, fine, &y));
     for (size_t k = 0; k < recording.size(); ++k) {

@@ -10,7 +10,10 @@ namespace {
 
 Finding make_late(const std::string& sensor) {
   Finding f;
-  f.effect = "sensor_delay", f.family = "timing", f.where = {{"sensor", sensor}}, f.grade = Grade::kSupported;
+  f.effect = "sensor_delay";
+  f.family = "timing";
+  f.where = {{"sensor", sensor}};
+  f.grade = Grade::kSupported;
   f.parameters = {{"delay", "s", {0.02}, {0.001}, false}};
   return f;
 }

@@ -32,13 +32,17 @@ LoadSpec make_load(const std::string& link, double mass, const Vector3d& p) { re
 
 HandPush make_pull(const std::string& link, const Vector3d& force_W, const Vector3d& p) {
   HandPush push;
-  push.link = link, push.known = true, push.force_W = force_W, push.p_LQ = p;
+  push.link = link;
+  push.known = true;
+  push.force_W = force_W;
+  push.p_LQ = p;
   return push;
 }
 
 RecordingSpec make_spec(const std::vector<LoadSpec>& loads, const std::vector<HandPush>& pushes) {
   RecordingSpec spec;
-  spec.loads = loads, spec.pushes = pushes;
+  spec.loads = loads;
+  spec.pushes = pushes;
   return spec;
 }
 
@@ -91,14 +95,17 @@ Experiment make_loaded_experiment(const std::string& name, const Hypothesis& hid
   const double sigma[] = {2e-5, 0.002, 0.02};
   std::vector<Recording> all = e.recordings;
   if (!loads.empty()) {
-    all.push_back(e.recordings[0]), all.push_back(e.recordings[2]);
+    all.push_back(e.recordings[0]);
+    all.push_back(e.recordings[2]);
     for (size_t r = 3; r < all.size(); ++r) all[r].spec.loads = loads;
   }
   for (Recording& r : all) {
     SmoothRecording still = smooth_recording(e, r);
     std::vector<double> y;
     RolloutOptions fine;
-    fine.max_step = 0.0002, fine.free_running = true, still.start = 0;
+    fine.max_step = 0.0002;
+    fine.free_running = true;
+    still.start = 0;
     EXPECT_TRUE(simulate_recording(make_plant(e, hidden, r.spec), r, still, fine, &y));
     for (size_t k = 0; k < r.size(); ++k) {
       for (size_t c = 0; c < 3; ++c) r.joints[0].signal[c][k] = y[k * 3 + c] + sigma[c] * noise.draw();
@@ -114,7 +121,10 @@ TEST(ByHand, NoTorqueIsMissingWhereAStatedLoadHangs) {
   const auto calc_missing = [&] {
     double sum = 0.0, n = 0.0;
     for (const TorqueRecording& r : make_torque_data(e).recordings) {
-      if (r.index >= 3) sum += r.missing.squaredNorm(), n += static_cast<double>(r.missing.size());
+      if (r.index >= 3) {
+        sum += r.missing.squaredNorm();
+        n += static_cast<double>(r.missing.size());
+      }
     }
     return std::sqrt(sum / n);
   };
@@ -147,7 +157,8 @@ TEST(ByHand, AHungKilogramDecidesBetweenAMassAndATorqueConstant) {
 TEST(ByHand, AStretchWithAnUnknownForceIsLeftOut) {
   Experiment e = simulate_arm("by_hand_unknown", {});
   HandPush push;
-  push.start = 2.0, push.end = 3.0;
+  push.start = 2.0;
+  push.end = 3.0;
   e.recordings[0].spec.pushes = {push};
   std::vector<std::string> warnings;
   const std::vector<Recording> pieces = cut_at_pushes(e, e.recordings[0], &warnings);
@@ -189,13 +200,16 @@ Json make_open_report() {
   Json weak = {{"effect", "torque_constant_error"},
                {"where", {{"joint", "shoulder"}}},
                {"parameters", {{"scale", {{"value", 0.9}}}}}};
-  weak["grade"] = "ambiguous", weak["alternatives"] = {mass};
+  weak["grade"] = "ambiguous";
+  weak["alternatives"] = {mass};
   return {{"verdict", "mostly_explained"}, {"findings", {weak}}};
 }
 
 Next propose_for(const Experiment& e, const std::vector<std::string>& limits) {
   NextOptions options;
-  options.seconds = 5.0, options.count = 1, options.limits = limits;
+  options.seconds = 5.0;
+  options.count = 1;
+  options.limits = limits;
   return propose(e, make_open_report(), options, kQuietly);
 }
 

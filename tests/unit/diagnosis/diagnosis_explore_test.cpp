@@ -96,8 +96,10 @@ Trial make_trial(const Hypothesis& hypothesis, double train, double held) {
   Trial trial;
   trial.hypothesis = hypothesis;
   trial.train.ok = true;
-  trial.train.count = 1e4, trial.train.chi2 = train * train * trial.train.count;
-  trial.rms = held, trial.worst = 1.5 * held;
+  trial.train.count = 1e4;
+  trial.train.chi2 = train * train * trial.train.count;
+  trial.rms = held;
+  trial.worst = 1.5 * held;
   return trial;
 }
 
@@ -131,7 +133,10 @@ TEST(DiagnosisTrial, ARotorGivesWayToATransmissionThatTheFitIsSureOf) {
   const Effect elastic{EffectId::kElasticity, kShoulder, {3e4, 60.0, 0.4}};
   const Trial nominal = make_trial({}, 40.0, 40.0);
   Trial stiff = make_trial({rotor}, 1.02, 1.002), gives = make_trial({elastic}, 1.0, 1.001);
-  for (Trial* t : {&stiff, &gives}) t->train.count *= 10.0, t->train.chi2 *= 10.0;
+  for (Trial* t : {&stiff, &gives}) {
+    t->train.count *= 10.0;
+    t->train.chi2 *= 10.0;
+  }
   std::vector<Trial> list{gives, stiff};
   sort_by_preference(nominal, &list);
   EXPECT_EQ(list[0].hypothesis[0].id, EffectId::kElasticity);

@@ -63,12 +63,21 @@ struct LooseAnkle {
   StandProblem p;
   explicit LooseAnkle(double moment) {
     LinkSpec trunk, foot;
-    trunk.name = "trunk", trunk.inertia.mass = 12, trunk.inertia.I_LLcm_L = Matrix3d::Identity();
-    foot.name = "foot", foot.parent = 0, foot.joint.name = "ankle", foot.joint.axis_F = Vector3d::UnitY();
-    foot.inertia.mass = 1e-9, foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
-    p.experiment = &experiment, p.tree.links = {trunk, foot}, p.imu_link = 0;
+    trunk.name = "trunk";
+    trunk.inertia.mass = 12;
+    trunk.inertia.I_LLcm_L = Matrix3d::Identity();
+    foot.name = "foot";
+    foot.parent = 0;
+    foot.joint.name = "ankle";
+    foot.joint.axis_F = Vector3d::UnitY();
+    foot.inertia.mass = 1e-9;
+    foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+    p.experiment = &experiment;
+    p.tree.links = {trunk, foot};
+    p.imu_link = 0;
     p.feet.push_back({"foot", "foot_ft", 1});
-    p.effort = p.command = p.velocity = {false}, p.slack = {0.1};
+    p.effort = p.command = p.velocity = {false};
+    p.slack = {0.1};
     p.recordings.push_back(rock(moment));
     p.noise.assign(list_channels(p).size(), 1e-4);
   }
@@ -79,15 +88,21 @@ struct LooseAnkle {
       return SmoothSeries{std::vector<double>(200, value), std::vector<double>(200, 0.0),
                           std::vector<double>(200, 0.0)};
     };
-    r.position = {constant(0)}, r.velocity = r.effort = r.command = {SmoothSeries{}};
-    for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    r.position = {constant(0)};
+    r.velocity = r.effort = r.command = {SmoothSeries{}};
+    for (int i = 0; i < 3; ++i) {
+      r.gyro[i] = constant(0);
+      r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    }
     for (SmoothSeries& s : r.attitude) s = constant(0);
     for (int i = 0; i < 6; ++i) r.wrench.push_back(constant(i == 2 ? 12 * 9.81 : i == 4 ? moment : 0));
     for (int k = 0; k < 200; ++k) {
       const auto i = static_cast<size_t>(k);
       const double half = 0.5 * 0.02 * std::sin(0.1 * k);
-      r.time.push_back(0.03 * k), r.samples.push_back(k);
-      r.attitude[0].value[i] = std::cos(half), r.attitude[2].value[i] = std::sin(half);
+      r.time.push_back(0.03 * k);
+      r.samples.push_back(k);
+      r.attitude[0].value[i] = std::cos(half);
+      r.attitude[2].value[i] = std::sin(half);
     }
     return r;
   }
@@ -112,7 +127,8 @@ TEST(LooseTeeth, ThatATorqueHeldAreAsFarApartAsItSays) {
 
 TEST(LooseTeeth, LookLikeAnOffsetWhereATorqueHoldsThemOnItsSideAllTheTime) {
   StandProblem p;
-  p.effort = {true}, p.slack = {0.5};
+  p.effort = {true};
+  p.slack = {0.5};
   const auto may_be = [&](const std::vector<double>& torques, double offset) {
     StandBase base;
     for (double torque : torques) base.states.push_back({0, 0, 0, 0, torque});
@@ -152,7 +168,8 @@ TEST(StandingChannels, DoNotMissAFootWhereItStoodBeforeItStoodOnItsEdge) {
   LooseAnkle robot(0);
   StandProblem& p = robot.p;
   StandRecording& r = p.recordings[0];
-  p.base_pose = true, p.feet[0].size = {0.2, 0.1, 0.02};
+  p.base_pose = true;
+  p.feet[0].size = {0.2, 0.1, 0.02};
   for (size_t i = 0; i < 4; ++i) {
     r.base_attitude[i] = r.attitude[i];
     if (i < 3) r.base_position[i] = r.gyro[i];  // zeros
@@ -177,8 +194,10 @@ StandProblem make_block() {
   p.feet.push_back({"foot", "foot_ft", 1});
   p.feet[0].kind = SoleKind::kBall;
   LinkSpec trunk, foot;
-  trunk.name = "trunk", trunk.inertia.mass = 12;
-  foot.name = "foot", foot.inertia.mass = 3;
+  trunk.name = "trunk";
+  trunk.inertia.mass = 12;
+  foot.name = "foot";
+  foot.inertia.mass = 3;
   p.tree.links = {trunk, foot};
   p.effort = p.command = p.velocity = {false};
   p.recordings.resize(2);
@@ -197,7 +216,9 @@ struct Halves {
       for (int k = 0; k < 400; ++k) {
         for (size_t c = 0; c < channels; ++c) {
           const double size = c == 5 ? noise : 1.0, a = size * normal(random), b = size * normal(random);
-          even[r].residuals.push_back(a), odd[r].residuals.push_back(b), all[r].residuals.push_back(0.5 * (a + b));
+          even[r].residuals.push_back(a);
+          odd[r].residuals.push_back(b);
+          all[r].residuals.push_back(0.5 * (a + b));
         }
       }
     }
@@ -235,17 +256,24 @@ TEST(StandingEffects, APlumbForceIsDoubtedASlantedOneIsNot) {
 TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull) {
   StandProblem p;
   LinkSpec link;
-  for (const char* name : {"base", "hip", "knee"}) link.name = name, p.tree.links.push_back(link);
-  p.tree.links[1].parent = 0, p.tree.links[2].parent = 1;
-  p.tree.links[1].joint.name = "hip", p.tree.links[2].joint.name = "knee";
+  for (const char* name : {"base", "hip", "knee"}) {
+    link.name = name;
+    p.tree.links.push_back(link);
+  }
+  p.tree.links[1].parent = 0;
+  p.tree.links[2].parent = 1;
+  p.tree.links[1].joint.name = "hip";
+  p.tree.links[2].joint.name = "knee";
   p.recordings.resize(1);
   Evaluation coupled(1), own(1);
   for (int k = 0; k < 300; ++k) {
     p.recordings[0].samples.push_back(k);
     const double hip = std::sin(0.05 * k), knee = std::cos(0.083 * k);
-    coupled[0].residuals.push_back(2 * (hip - knee)), own[0].residuals.push_back(2 * hip);
+    coupled[0].residuals.push_back(2 * (hip - knee));
+    own[0].residuals.push_back(2 * hip);
     p.recordings[0].position.resize(2);
-    p.recordings[0].position[0].value.push_back(hip), p.recordings[0].position[1].value.push_back(knee);
+    p.recordings[0].position[0].value.push_back(hip);
+    p.recordings[0].position[1].value.push_back(knee);
   }
   const Channel channel{ChannelKind::kEffort, "", "hip", "", "", ""};
   EXPECT_TRUE(follows_joint(p, channel, 0, coupled, 1));
@@ -254,7 +282,9 @@ TEST(StandingDependence, OfTwoCoupledJointsIsSeenInTheOneThatLacksTheOthersPull)
 
 CollisionShape make_sphere(int link, double x, double y, double radius) {
   CollisionShape shape;
-  shape.link = link, shape.kind = ShapeKind::kSphere, shape.size.x() = radius;
+  shape.link = link;
+  shape.kind = ShapeKind::kSphere;
+  shape.size.x() = radius;
   shape.X_LG.p = {x, y, -0.03};
   return shape;
 }

@@ -17,10 +17,15 @@ namespace {
 LinkSpec make_link(const std::string& name, int parent, JointKind kind, const Vector3d& axis, const Vector3d& p,
                    double mass) {
   LinkSpec link;
-  link.name = name, link.parent = parent;
-  link.inertia.mass = mass, link.inertia.p_LLcm_L = Vector3d(0, 0, -0.1),
+  link.name = name;
+  link.parent = parent;
+  link.inertia.mass = mass;
+  link.inertia.p_LLcm_L = Vector3d(0, 0, -0.1);
   link.inertia.I_LLcm_L = mass * 2e-3 * Matrix3d::Identity();
-  link.joint.name = "j_" + name, link.joint.kind = kind, link.joint.axis_F = axis, link.joint.X_PF.p = p;
+  link.joint.name = "j_" + name;
+  link.joint.kind = kind;
+  link.joint.axis_F = axis;
+  link.joint.X_PF.p = p;
   return link;
 }
 
@@ -28,16 +33,20 @@ Experiment make_leg() {
   Experiment e;
   e.scenario.floating_base = false;
   TreeSpec& tree = e.robot.tree;
-  tree.name = "leg", tree.floating_base = false;
+  tree.name = "leg";
+  tree.floating_base = false;
   LinkSpec world;
-  world.name = "world", world.inertia.mass = 1.0, world.inertia.I_LLcm_L = Matrix3d::Identity();
+  world.name = "world";
+  world.inertia.mass = 1.0;
+  world.inertia.I_LLcm_L = Matrix3d::Identity();
   tree.links = {world, make_link("slider", 0, JointKind::kPrismatic, Vector3d::UnitZ(), Vector3d::Zero(), 0.5),
                 make_link("thigh", 1, JointKind::kRevolute, Vector3d::UnitY(), Vector3d::Zero(), 0.3),
                 make_link("shank", 2, JointKind::kRevolute, Vector3d::UnitY(), Vector3d(0, 0, -0.2), 0.1)};
   tree.links[1].joint.actuated = false;
   tree.frames = {{"foot", 3, {Matrix3d::Identity(), Vector3d(0, 0, -0.2)}}};
   WrenchSpec sensor;
-  sensor.name = "floor", sensor.link = "foot";
+  sensor.name = "floor";
+  sensor.link = "foot";
   e.scenario.sensors.wrenches = {sensor};
   e.keys.wrench_frame["floor"] = "world";
   e.sample_time = 0.002;
@@ -48,8 +57,10 @@ Experiment make_leg() {
 // The knee's effort is logged as 1 / scale of the true torque; friction of `level` acts in it.
 void add_recording(double scale, double level, unsigned seed, Experiment* e) {
   Recording r;
-  r.spec.name = "held", r.spec.train = seed == 1;
-  r.spec.feet_attached = {"foot"}, r.spec.unknown_force = {"j_slider"};
+  r.spec.name = "held";
+  r.spec.train = seed == 1;
+  r.spec.feet_attached = {"foot"};
+  r.spec.unknown_force = {"j_slider"};
   r.joints.resize(3);
   Model model(e->robot.tree);
   Data data(model);
@@ -119,7 +130,8 @@ TEST(HeldFoot, NothingIsFoundWhenNothingIsHidden) {
 // A leg that squats on a free foot with the height of its rail measured; friction and a pull act on the rail.
 void add_squat(double compliance, double dry, double pull, unsigned seed, Experiment* e) {
   Recording r;
-  r.spec.name = "squat", r.spec.train = true;
+  r.spec.name = "squat";
+  r.spec.train = true;
   r.joints.resize(3);
   Model model(e->robot.tree);
   Data data(model);

@@ -96,8 +96,10 @@ TEST(Repair, AQuaternionAndItsNegativeAreOneAttitude) {
   std::array<std::vector<double>, 4> q;
   for (int k = 0; k < 1000; ++k) {
     const double sign = k % 2 ? std::nan("") : k / 100 % 2 ? -1.0 : 1.0, half = 0.01 * k;
-    q[0].push_back(0.0 * sign), q[1].push_back(0.0 * sign), q[2].push_back(sign * std::sin(half)),
-        q[3].push_back(sign * std::cos(half));
+    q[0].push_back(0.0 * sign);
+    q[1].push_back(0.0 * sign);
+    q[2].push_back(sign * std::sin(half));
+    q[3].push_back(sign * std::cos(half));
   }
   EXPECT_TRUE(std::isnan(repair_attitude({&q[0], &q[1], &q[2], &q[3]})));
   for (size_t k = 0; k < 1000; k += 2) ASSERT_NEAR(q[3][k], std::cos(0.01 * static_cast<double>(k)), 1e-12) << k;
@@ -151,7 +153,8 @@ TEST(Suspicions, AnAttitudeOfZerosWasNotEstimated) {
 // Adds a recording whose knee moves by `swing` [rad] beside body sensors that read `value`, and `more` times the knee.
 void add_body_log(const std::string& name, bool train, double swing, double value, double more, Experiment* e) {
   Recording& r = e->recordings.emplace_back();
-  r.spec.name = name, r.spec.train = train;
+  r.spec.name = name;
+  r.spec.train = train;
   r.joints.resize(1);
   for (int k = 0; k < 500; ++k) {
     r.time.push_back(0.005 * k);

@@ -21,7 +21,8 @@ TEST(Legged, NothingHiddenNamesNothing) {
 
 TEST(Legged, LoadOnThePelvisHasItsMassAndPlace) {
   Hidden hidden;
-  hidden.load = 2.5, hidden.place = {0.05, -0.04, 0.2};
+  hidden.load = 2.5;
+  hidden.place = {0.05, -0.04, 0.2};
   const Evidence e = diagnose_biped(hidden);
   ASSERT_EQ(e.findings.size(), 1u);
   EXPECT_EQ(e.findings[0].effect, "payload");
@@ -32,7 +33,9 @@ TEST(Legged, LoadOnThePelvisHasItsMassAndPlace) {
 
 void expect_named(const char* carrier, const Vector3d& place, double mass) {
   Hidden hidden;
-  hidden.load = mass, hidden.place = place, hidden.carrier = carrier;
+  hidden.load = mass;
+  hidden.place = place;
+  hidden.carrier = carrier;
   const Evidence e = diagnose_biped(hidden);
   SCOPED_TRACE(std::string(carrier) + ", kg: " + std::to_string(mass));
   ASSERT_EQ(e.findings.size(), 1u);
@@ -151,7 +154,8 @@ TEST(Legged, ScaleOfOneForceSensorIsNoMass) {
 
 TEST(Legged, VerticalForcesAloneCannotTellALoadFromAScale) {
   Hidden hidden;
-  hidden.load = 1.5, hidden.dry = 3;
+  hidden.load = 1.5;
+  hidden.dry = 3;
   Recorded recorded;
   recorded.six_axes = recorded.effort = false;
   const Evidence e = diagnose_biped(hidden, recorded);
@@ -185,7 +189,8 @@ TEST(Legged, AnImuThatIsLateInAWalkIsNoLagOfTheDrives) {
 // What a body that stands on all feet feels, less 0.5 m/s^2, and with an alternating part [m/s^2].
 bool is_gravity_off(double chatter) {
   Recorded recorded;
-  recorded.effort = false, recorded.leans = true;
+  recorded.effort = false;
+  recorded.leans = true;
   Experiment e = make_biped({}, recorded);
   for (Recording& r : e.recordings) {
     std::vector<double>& up = r.other.at("/imu/waist/linear_acceleration/z");

@@ -32,7 +32,8 @@ Json make_open_report() {
 Experiment play_round() {
   Experiment e = load_experiment(source_dir() + "/models/experiments/lifter/experiment.yaml");
   NextOptions options;
-  options.seconds = 6.0, options.jobs = 2;
+  options.seconds = 6.0;
+  options.jobs = 2;
   const Next next = propose(e, make_open_report(), options, kQuietly);
   Experiment bare = e;
   bare.recordings.clear();

@@ -54,7 +54,9 @@ Json make_open_report(const Json& load) {
 
 NextOptions make_options() {
   NextOptions options;
-  options.seconds = 4.0, options.count = 1, options.jobs = 2;
+  options.seconds = 4.0;
+  options.count = 1;
+  options.jobs = 2;
   return options;
 }
 
@@ -64,7 +66,8 @@ Scenario make_truth(const Experiment& e) {
   nlohmann::json effects = nlohmann::json::array();
   for (nlohmann::json hidden : nlohmann::json::parse(file)["hidden"]) {
     const nlohmann::json foot = hidden["foot"];
-    hidden.erase("effect"), hidden.erase("foot");
+    hidden.erase("effect");
+    hidden.erase("foot");
     effects.push_back({{"effect", "foot_compliance"}, {"where", {{"foot", foot}}}, {"parameters", hidden}});
   }
   return parse_scenario(make_scenario_text(e, effects), e.scenario.path);
@@ -137,7 +140,9 @@ TEST(NextStance, TheBodyMovesAndTheSolesStay) {
   const Limits limits = make_limits(e, {});
   for (int f = static_cast<int>(Family::kSway); f < static_cast<int>(Family::kWalk); ++f) {
     MotionPlan plan;
-    plan.family = static_cast<Family>(f), plan.size = 0.5, plan.seconds = 4.0,
+    plan.family = static_cast<Family>(f);
+    plan.size = 0.5;
+    plan.seconds = 4.0;
     plan.moves.assign(limits.joints.size(), 1);
     const Commands motion = make_stance_motion(e, plan, limits);
     ASSERT_FALSE(motion.time.empty()) << get_family_word(plan.family);
@@ -163,7 +168,8 @@ TEST(NextStance, ASwingMovesOnlyWhatCarriesNoFoot) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kSwing, plan.seconds = 4.0;
+  plan.family = Family::kSwing;
+  plan.seconds = 4.0;
   EXPECT_TRUE(make_stance_motion(e, plan, limits).time.empty());  // nothing may move
   plan.moves.assign(limits.joints.size(), 1);
   const Commands motion = make_stance_motion(e, plan, limits);
@@ -177,7 +183,9 @@ TEST(NextStance, ATurnOfTheBodyMovesTheHipYaws) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kTurn, plan.seconds = 4.0, plan.moves.assign(limits.joints.size(), 1);
+  plan.family = Family::kTurn;
+  plan.seconds = 4.0;
+  plan.moves.assign(limits.joints.size(), 1);
   const Commands motion = make_stance_motion(e, plan, limits);
   ASSERT_FALSE(motion.time.empty());
   for (const char* joint : {"left_hip_yaw", "right_hip_yaw"}) EXPECT_GT(calc_travel_of(e, motion, joint), 0.1) << joint;
@@ -197,7 +205,10 @@ TEST(NextStance, ARobotWithNearlyStraightKneesBendsThemFirst) {
   }
   for (Family family : {Family::kSway, Family::kSquat}) {
     MotionPlan plan;
-    plan.family = family, plan.size = 0.5, plan.seconds = 6.0, plan.moves.assign(limits.joints.size(), 1);
+    plan.family = family;
+    plan.size = 0.5;
+    plan.seconds = 6.0;
+    plan.moves.assign(limits.joints.size(), 1);
     const Commands motion = make_stance_motion(e, plan, limits);
     ASSERT_FALSE(motion.time.empty()) << get_family_word(family);
     EXPECT_GT(calc_travel_of(e, motion, "left_knee"), 0.1);
@@ -212,7 +223,10 @@ TEST(NextStance, AHeavyLimbSwingsLessThanALightOne) {
   e.robot.tree.joint(e.robot.tree.find_joint("waist")).axis_F = Vector3d::UnitY();
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kSwing, plan.seed = 2, plan.seconds = 8.0, plan.moves.assign(limits.joints.size(), 1);
+  plan.family = Family::kSwing;
+  plan.seed = 2;
+  plan.seconds = 8.0;
+  plan.moves.assign(limits.joints.size(), 1);
   const Commands motion = make_stance_motion(e, plan, limits);
   ASSERT_FALSE(motion.time.empty());
   EXPECT_LT(calc_travel_of(e, motion, "waist"), 2.0 * 0.01 / 0.0443 + 1e-3);  // 1 cm to either side
@@ -267,9 +281,15 @@ TEST(NextStance, ASpringIsToldFromABiasOfTheLogByAMotionOfItsJoint) {
 // A bias of 2, a scale of 3 and a delay of half a sample of a ramp with slope 1 a sample.
 TEST(NextStance, FaultsOfALogChangeOnlyTheirOwnReading) {
   std::vector<double> readings;
-  for (int k = 0; k < 4; ++k) readings.push_back(7.0), readings.push_back(k);
+  for (int k = 0; k < 4; ++k) {
+    readings.push_back(7.0);
+    readings.push_back(k);
+  }
   LogFault fault;
-  fault.channel = 1, fault.errors.bias.x() = 2.0, fault.errors.scale.x() = 3.0, fault.errors.delay = 0.5 * kStretch;
+  fault.channel = 1;
+  fault.errors.bias.x() = 2.0;
+  fault.errors.scale.x() = 3.0;
+  fault.errors.delay = 0.5 * kStretch;
   add_log_faults({fault}, 2, &readings);
   EXPECT_EQ(readings[2], 7.0);
   EXPECT_NEAR(readings[3], 3.0 * 0.5 + 2.0, 1e-12);
@@ -318,7 +338,9 @@ TEST(NextStance, AGentleSlopeLeavesASmallSquatSafe) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kSquat, plan.size = 0.2, plan.seconds = 4.0;
+  plan.family = Family::kSquat;
+  plan.size = 0.2;
+  plan.seconds = 4.0;
   Scenario slope = make_truth(e);
   slope.ground.roll = 0.03;
   EXPECT_EQ(run_stance(e, slope, make_stance_motion(e, plan, limits), limits).fault, "");
@@ -377,7 +399,9 @@ TEST(NextStance, AMotionThatTipsTheRobotIsAFault) {
   const Experiment e = load_experiment(kFolder + "standing/experiment.yaml");
   const Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.family = Family::kLean, plan.size = 3.0, plan.seconds = 4.0;
+  plan.family = Family::kLean;
+  plan.size = 3.0;
+  plan.seconds = 4.0;
   Commands motion = make_stance_motion(e, plan, limits);
   ASSERT_FALSE(motion.time.empty());
   EXPECT_NE(run_stance(e, make_truth(e), motion, limits).fault, "");

@@ -36,7 +36,10 @@ Experiment make_poor_experiment(const std::string& name, const std::string& urdf
       r.joints[kElbow].command[k] = 0.2 * (r.time[k] - r.time[0]) - 0.6;
       r.joints[kElbow].command_rate[k] = 0.2;
     }
-    for (auto& joint : r.joints) joint.signal[0] = joint.command, joint.signal[1] = joint.command_rate;
+    for (auto& joint : r.joints) {
+      joint.signal[0] = joint.command;
+      joint.signal[1] = joint.command_rate;
+    }
     SmoothRecording smooth = smooth_recording(e, r);
     std::vector<double> y;
     RolloutOptions fine;
@@ -66,13 +69,15 @@ Hypothesis make_viscous() { return {{EffectId::kViscous, kElbow, {1.0}}}; }
 
 NextOptions make_options() {
   NextOptions options;
-  options.seconds = 5.0, options.count = 1;
+  options.seconds = 5.0;
+  options.count = 1;
   return options;
 }
 
 TEST(NextExperiment, WhatAnotherValueExplainsDecidesNothing) {
   Comparison c;
-  c.power = 400.0, c.count = 1000.0;
+  c.power = 400.0;
+  c.count = 1000.0;
   c.fisher = Eigen::MatrixXd::Constant(1, 1, 100.0);
   c.along = Eigen::VectorXd::Constant(1, 200.0);  // r = 2 J: two units of the parameter
   EXPECT_NEAR(calc_projected_power(c, Eigen::MatrixXd::Zero(1, 1)), 0.0, 1e-6);
@@ -144,7 +149,8 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
   const Limits limits = make_limits(e, {"speed=0.7", "elbow.upper=0.4"});
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     MotionPlan plan;
-    plan.family = static_cast<Family>(f), plan.moves = {1, 1};
+    plan.family = static_cast<Family>(f);
+    plan.moves = {1, 1};
     const Commands motion = make_motion(plan, limits);
     for (size_t j = 0; j < 2; ++j) {
       EXPECT_DOUBLE_EQ(motion.position[j].front(), limits.joints[j].start) << get_family_word(plan.family);
@@ -163,7 +169,9 @@ TEST(NextExperiment, AMotionGrowsSoSlowlyThatAWeakDriveLeavesARecording) {
   const Limits limits = make_limits(simulate_arm("next_growth", {}), {});
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     MotionPlan plan;
-    plan.family = static_cast<Family>(f), plan.moves = {1, 1}, plan.seconds = 6.0;
+    plan.family = static_cast<Family>(f);
+    plan.moves = {1, 1};
+    plan.seconds = 6.0;
     const Commands motion = make_motion(plan, limits);
     const JointLimits& joint = limits.joints[kElbow];
     double farthest = 0.0;
@@ -205,7 +213,8 @@ double calc_slow_share(const std::vector<double>& x, double period) {
     double c = 0.0, s = 0.0;
     for (size_t k = 0; k < x.size(); ++k) {
       const double phase = 2.0 * M_PI * bin * static_cast<double>(k) / n;
-      c += x[k] * std::cos(phase) / n, s += x[k] * std::sin(phase) / n;
+      c += x[k] * std::cos(phase) / n;
+      s += x[k] * std::sin(phase) / n;
     }
     slow += 2.0 * (c * c + s * s);
   }
@@ -217,7 +226,9 @@ TEST(NextExperiment, SinesMoveEveryJointSlowlyAndFast) {
   const Limits limits = make_limits(simulate_arm("next_sines", {}), {});
   for (unsigned seed = 1; seed <= 40; ++seed) {
     MotionPlan plan;
-    plan.moves = {1, 1}, plan.seed = seed, plan.seconds = 6.0;
+    plan.moves = {1, 1};
+    plan.seed = seed;
+    plan.seconds = 6.0;
     const Commands motion = make_motion(plan, limits);
     for (size_t j = 0; j < 2; ++j) {
       EXPECT_LT(calc_slow_share(motion.velocity[j], plan.period), 0.9) << seed;
@@ -306,9 +317,11 @@ TEST(NextExperiment, OnlyTheJointThatPassesItsOwnLimitMovesLess) {
   const Experiment e = simulate_arm("next_sizes", {});
   Limits limits = make_limits(e, {});
   MotionPlan plan;
-  plan.moves = {1, 1}, plan.seconds = 4.0;
+  plan.moves = {1, 1};
+  plan.seconds = 4.0;
   const Commands large = make_motion(plan, limits);
-  limits.joints[0].effort = 1e3, limits.joints[kElbow].effort = 0.1;  // N m: less than its own weight takes
+  limits.joints[0].effort = 1e3;
+  limits.joints[kElbow].effort = 0.1;  // N m: less than its own weight takes
   Experiment bare = e;
   bare.recordings.clear();
   std::vector<char> faulty(2, 0);
@@ -417,7 +430,10 @@ TEST(NextExperiment, TheSpaceToKeepFreeIsThatOfTheCommands) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "hrp_next_space";
   Next next;
   Proposal p;
-  p.file = "train_1.csv", p.plan.moves = {1, 0}, p.plan.seconds = 4.0, p.moving = {"shoulder"};
+  p.file = "train_1.csv";
+  p.plan.moves = {1, 0};
+  p.plan.seconds = 4.0;
+  p.moving = {"shoulder"};
   p.commands = make_motion(p.plan, make_limits(e, {}));
   next.proposals = {p};
   write_next(e, next, folder.string());

@@ -54,7 +54,8 @@ Json make_open_report() {
 
 NextOptions make_options() {
   NextOptions options;
-  options.seconds = 5.0, options.count = 1;
+  options.seconds = 5.0;
+  options.count = 1;
   return options;
 }
 
@@ -67,10 +68,14 @@ Experiment make_slow_arm(const std::string& name) {
     for (size_t k = 0; k < r.size(); ++k) {
       for (auto& joint : r.joints) {
         const double t = r.time[k] - r.time[0], back = t < 3.0 ? 1.0 : -1.0;
-        joint.command[k] = 0.2 * (t < 3.0 ? t : 6.0 - t), joint.command_rate[k] = 0.2 * back;
+        joint.command[k] = 0.2 * (t < 3.0 ? t : 6.0 - t);
+        joint.command_rate[k] = 0.2 * back;
       }
     }
-    for (auto& joint : r.joints) joint.signal[0] = joint.command, joint.signal[1] = joint.command_rate;
+    for (auto& joint : r.joints) {
+      joint.signal[0] = joint.command;
+      joint.signal[1] = joint.command_rate;
+    }
     SmoothRecording smooth = smooth_recording(e, r);
     std::vector<double> y;
     RolloutOptions fine;
@@ -138,8 +143,9 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
     const double w = 2.0 * M_PI * frequency;
     for (long k = 0; k < kSamples; ++k) {
       const double t = 0.005 * static_cast<double>(k);
-      x(k, 0) = 0.8 * w * std::cos(w * t), effort[k] = -0.4 * w * w * std::sin(w * t),
-           rate[k] = -0.4 * w * w * w * std::cos(w * t);
+      x(k, 0) = 0.8 * w * std::cos(w * t);
+      effort[k] = -0.4 * w * w * std::sin(w * t);
+      rate[k] = -0.4 * w * w * w * std::cos(w * t);
     }
     return std::sqrt(calc_considered_variance(sum_considered(x, effort, rate), 0.005, 0.02)[0]);
   };
@@ -152,7 +158,8 @@ TEST(NextByTorque, TheTimeOfASampleLimitsWhatAQuickMotionTellsOfFriction) {
 TEST(NextByTorque, AMotionThatSeesAThirdOfATurnLeavesMostOfTheDoubtAboutDryFriction) {
   const Experiment e = simulate_arm("next_torque_turn", make_arm_drives());
   NextOptions options = make_options();
-  options.count = 2, options.limits = {"reach=1"};
+  options.count = 2;
+  options.limits = {"reach=1"};
   const Next next = propose_by_torque(e, make_open_report(), options, kQuietly);
   ASSERT_EQ(next.proposals.size(), 2u) << next.nothing;
   for (size_t i = 0; i < next.proposals[0].intervals.size(); ++i) {
@@ -247,7 +254,10 @@ TEST(NextByTorque, ARobotDrivenByEffortsGetsAMotionWithTheEffortsThatItNeeds) {
   Experiment e = simulate_arm("next_torque_effort", make_arm_drives());
   e.scenario.drive = "effort";
   for (Recording& r : e.recordings) {
-    for (auto& joint : r.joints) joint.command.clear(), joint.command_rate.clear();
+    for (auto& joint : r.joints) {
+      joint.command.clear();
+      joint.command_rate.clear();
+    }
   }
   const Next next = propose(e, make_open_report(), make_options(), kQuietly);
   ASSERT_EQ(next.proposals.size(), 1u) << next.nothing;

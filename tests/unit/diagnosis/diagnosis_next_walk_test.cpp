@@ -20,7 +20,10 @@ const std::string kFile = source_dir() + "/models/experiments/standing/experimen
 
 Commands make_walk_of(const Experiment& e, const Limits& limits, unsigned seed, double seconds) {
   MotionPlan plan;
-  plan.family = Family::kWalk, plan.seed = seed, plan.seconds = seconds, plan.moves.assign(limits.joints.size(), 1);
+  plan.family = Family::kWalk;
+  plan.seed = seed;
+  plan.seconds = seconds;
+  plan.moves.assign(limits.joints.size(), 1);
   return make_stance_motion(e, plan, limits);
 }
 
@@ -88,7 +91,8 @@ TEST(NextWalk, ARobotWalksIfAFootLeavesTheGroundAndComesBack) {
 
 int count_tried(const Experiment& e, const char* verdict) {
   NextOptions options;
-  options.seconds = 4.0, options.count = 1;
+  options.seconds = 4.0;
+  options.count = 1;
   const Json friction{{"effect", "viscous_friction"},
                       {"where", {{"joint", "left_knee"}}},
                       {"parameters", {{"coefficient", {{"value", 3.0}}}}}};
@@ -116,7 +120,9 @@ Experiment move_all(Experiment e) {
 TEST(NextWalk, WhichFootCarriesALoadIsAskedByAWalk) {
   const Experiment e = move_all(lift_left_foot(load_experiment(kFile)));
   NextOptions options;
-  options.seconds = 10.0, options.count = 1, options.jobs = 2;
+  options.seconds = 10.0;
+  options.count = 1;
+  options.jobs = 2;
   Json finding = make_foot_load("left_sole_link");
   finding["alternatives"] = Json::array({make_foot_load("right_sole_link")});
   const Next next =

@@ -35,7 +35,8 @@ TEST(NominalModel, OfAFixedBaseTakesNoFrictionTwice) {
 TEST(NominalModel, OfAStandingRobotHasWhatTheExperimentStates) {
   const NominalRobot nominal = make_nominal(make_stating());
   standing::StandProblem problem;
-  problem.tree = nominal.tree, problem.laws = nominal.laws;
+  problem.tree = nominal.tree;
+  problem.laws = nominal.laws;
   const standing::Terms terms(problem, {{EffectId::kCoulomb, at_joint(kElbow), {0.5, 0.0}}});
   EXPECT_DOUBLE_EQ(terms.joints[kElbow].laws.coulomb, 2.5);
   EXPECT_DOUBLE_EQ(terms.joints[kElbow].laws.asymmetry, 0.1);

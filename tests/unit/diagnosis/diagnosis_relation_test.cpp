@@ -27,7 +27,8 @@ Observed observe(double phase, const Law& law, double noise) {
     Swing s{t, 0.5 * std::sin(2.1 * t + phase) + 0.3 * std::sin(5.3 * t + 2.0 * phase),
             1.05 * std::cos(2.1 * t + phase) + 1.59 * std::cos(5.3 * t + 2.0 * phase), 0.0};
     s.load = 4.0 * std::sin(s.q + 0.4) - std::sin(7.0 * t + phase);
-    o.time.push_back(t), o.y.push_back(law(s) + noise * normal(random));
+    o.time.push_back(t);
+    o.y.push_back(law(s) + noise * normal(random));
     const double values[] = {s.q, s.v, s.v > 0.0 ? 1.0 : -1.0, s.load, t};
     for (size_t i = 0; i < 5; ++i) o.x[i].push_back(values[i]);
   }

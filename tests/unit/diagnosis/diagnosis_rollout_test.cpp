@@ -109,7 +109,10 @@ TEST(StepCheck, BesideAServoThatHumsTheOtherJointIsJudgedAndTheHumIsNoPhysics) {
   Experiment e = simulate_arm("hum", {{EffectId::kRotorInertia, kShoulder, {0.5}}});
   EXPECT_TRUE(find_hum(e).humming.empty());
   for (Recording& r : e.recordings) {
-    for (size_t k = 0; k < r.size(); ++k) r.joints[kElbow].signal[1][k] -= 10.0, r.joints[kElbow].signal[2][k] = 50.0;
+    for (size_t k = 0; k < r.size(); ++k) {
+      r.joints[kElbow].signal[1][k] -= 10.0;
+      r.joints[kElbow].signal[2][k] = 50.0;
+    }
   }
   const Hum hum = find_hum(e);
   EXPECT_EQ(hum.humming, std::vector<int>{kElbow});
@@ -130,8 +133,10 @@ TEST(StepCheck, WhatAHumLeavesInANeighboursLogIsNoConstantTorque) {
   ASSERT_GT(kd, 1.0);
   for (Recording& r : e.recordings) {
     for (size_t k = 0; k < r.size(); ++k) {
-      r.joints[kElbow].signal[1][k] -= 10.0, r.joints[kElbow].signal[2][k] = 50.0;
-      r.joints[kShoulder].signal[1][k] += dv, r.joints[kShoulder].signal[2][k] -= kd * dv;
+      r.joints[kElbow].signal[1][k] -= 10.0;
+      r.joints[kElbow].signal[2][k] = 50.0;
+      r.joints[kShoulder].signal[1][k] += dv;
+      r.joints[kShoulder].signal[2][k] -= kd * dv;
     }
   }
   const Reports reports = diagnose_fixed_base(make_problem(e, 1), [](const std::string&) {});

@@ -47,8 +47,10 @@ TEST(ServoFit, AJointThatDoesFollowHasNoServo) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   ServoSamples s;
-  for (int k = 0; k < 5000; ++k)
-    s.error.emplace_back(5e-6 * normal(random), 1e-3 * normal(random)), s.effort.push_back(30 + 5 * std::sin(4e-3 * k));
+  for (int k = 0; k < 5000; ++k) {
+    s.error.emplace_back(5e-6 * normal(random), 1e-3 * normal(random));
+    s.effort.push_back(30 + 5 * std::sin(4e-3 * k));
+  }
   EXPECT_FALSE(fit_servo({s}, {s}).found);
 }
 

@@ -39,7 +39,8 @@ TEST(StandingFit, StepsBetweenTwoHalvesAreNotMadeSmallByNoise) {
   for (int k = 0; k < 20000; ++k) {
     const double signal = normal(random);
     base[0].residuals.push_back(-2 * signal);
-    even[0][0].push_back(signal + normal(random)), odd[0][0].push_back(signal + normal(random));
+    even[0][0].push_back(signal + normal(random));
+    odd[0][0].push_back(signal + normal(random));
   }
   const FitSelection selection{{0}, {1.0}};
   const SharedColumns nothing = share_columns(selection, {}, base);
@@ -89,8 +90,10 @@ class Leaner {
   enum class Gives { kHip, kGround, kPlay };
   explicit Leaner(Gives gives, double play = 0) : gives_(gives), play_(play) {
     std::mt19937 random(29);
-    p_.even = make(&random), p_.odd = make(&random);
-    p_.all = p_.wide_even = p_.even, p_.wide_odd = p_.odd;
+    p_.even = make(&random);
+    p_.odd = make(&random);
+    p_.all = p_.wide_even = p_.even;
+    p_.wide_odd = p_.odd;
     for (size_t r = 0; r < p_.all.recordings.size(); ++r) {
       StandRecording &all = p_.all.recordings[r], &odd = p_.odd.recordings[r];
       for (size_t k = 0; k < kSamples; ++k) {
@@ -116,16 +119,26 @@ class Leaner {
 
   StandProblem make(std::mt19937* random) const {
     StandProblem p;
-    p.experiment = &experiment_, p.imu = "imu", p.imu_link = 0;
+    p.experiment = &experiment_;
+    p.imu = "imu";
+    p.imu_link = 0;
     p.tree.links.resize(2);
     LinkSpec &trunk = p.tree.links[0], &foot = p.tree.links[1];
-    trunk.name = "trunk", trunk.inertia.mass = 100, trunk.inertia.p_LLcm_L = {0, 0, 0.3};
+    trunk.name = "trunk";
+    trunk.inertia.mass = 100;
+    trunk.inertia.p_LLcm_L = {0, 0, 0.3};
     trunk.inertia.I_LLcm_L = 4 * Matrix3d::Identity();
-    foot.name = "foot", foot.parent = 0, foot.joint.name = "hip", foot.joint.axis_F = Vector3d::UnitX();
-    foot.inertia.mass = 1e-9, foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
+    foot.name = "foot";
+    foot.parent = 0;
+    foot.joint.name = "hip";
+    foot.joint.axis_F = Vector3d::UnitX();
+    foot.inertia.mass = 1e-9;
+    foot.inertia.I_LLcm_L = 1e-12 * Matrix3d::Identity();
     p.feet.push_back({"foot", "foot_ft", 1});
     p.feet[0].bush = {0, 0, -kHeight};
-    p.effort = {true}, p.command = p.velocity = {false}, p.slack = {gives_ == Gives::kPlay ? 1e9 : 1};
+    p.effort = {true};
+    p.command = p.velocity = {false};
+    p.slack = {gives_ == Gives::kPlay ? 1e9 : 1};
     p.noise.assign(list_channels(p).size(), kTilt);  // which places loose teeth
     for (size_t r = 0; r < 3; ++r) p.recordings.push_back(lean(r));
     for (size_t r = 0; r < 3; ++r) load(r, &p, random);
@@ -135,7 +148,9 @@ class Leaner {
   StandRecording lean(size_t recording) const {
     StandRecording r;
     r.train = recording < 2;
-    r.position = {zeros()}, r.effort = {zeros()}, r.command = r.velocity = {SmoothSeries{}},
+    r.position = {zeros()};
+    r.effort = {zeros()};
+    r.command = r.velocity = {SmoothSeries{}};
     r.wrench.assign(6, zeros());
     for (int i = 0; i < 3; ++i) r.gyro[i] = r.accelerometer[i] = zeros();
     for (SmoothSeries& part : r.attitude) part = zeros();
@@ -143,12 +158,17 @@ class Leaner {
     for (size_t k = 0; k < kSamples; ++k) {
       const double t = kStep * static_cast<double>(k), angle = 0.1 * std::sin(w * t), rate = 0.1 * w * std::cos(w * t);
       const double push = 1.5 * std::sin(2.7 * w * t);  // [m/s^2] sideways
-      r.time.push_back(t), r.samples.push_back(static_cast<int>(k));
-      r.attitude[0].value[k] = std::cos(angle / 2), r.attitude[1].value[k] = std::sin(angle / 2);
-      r.gyro[0].value[k] = rate, r.gyro[0].rate[k] = -w * w * angle;
+      r.time.push_back(t);
+      r.samples.push_back(static_cast<int>(k));
+      r.attitude[0].value[k] = std::cos(angle / 2);
+      r.attitude[1].value[k] = std::sin(angle / 2);
+      r.gyro[0].value[k] = rate;
+      r.gyro[0].rate[k] = -w * w * angle;
       r.accelerometer[1].value[k] = std::cos(angle) * push + std::sin(angle) * 9.81;
       r.accelerometer[2].value[k] = std::cos(angle) * 9.81 - std::sin(angle) * push;
-      r.position[0].value[k] = -angle, r.position[0].rate[k] = -rate, r.position[0].second[k] = w * w * angle;
+      r.position[0].value[k] = -angle;
+      r.position[0].rate[k] = -rate;
+      r.position[0].second[k] = w * w * angle;
     }
     r.grid = r.samples;
     return r;

@@ -44,7 +44,9 @@ class Stander {
   explicit Stander(const std::vector<Arm>& arms, const Body& body = {}, unsigned seed = 17) : arms_(arms), body_(body) {
     experiment_.scenario.servo_default.kp = kStiff;
     std::mt19937 random(seed);
-    p_.even = make(&random), p_.odd = make(&random), p_.all = p_.even;
+    p_.even = make(&random);
+    p_.odd = make(&random);
+    p_.all = p_.even;
     for (size_t r = 0; r < 3; ++r) {
       const StandRecording &even = p_.even.recordings[r], &odd = p_.odd.recordings[r];
       for (size_t i = 0; i < 6; ++i) p_.all.recordings[r].wrench[i] = average(even.wrench[i], odd.wrench[i]);
@@ -59,7 +61,8 @@ class Stander {
     for (StandProblem* p : {&p_.all, &p_.even, &p_.odd}) {
       if (body.untold) drop_commands(p);
     }
-    p_.wide_even = p_.even, p_.wide_odd = p_.odd;
+    p_.wide_even = p_.even;
+    p_.wide_odd = p_.odd;
     if (body.log > 0) choose_laws(&p_);
   }
 
@@ -89,22 +92,30 @@ class Stander {
 
   static LinkSpec make_link(const std::string& name, int parent, double mass) {
     LinkSpec link;
-    link.name = name, link.parent = parent, link.joint.name = name, link.joint.axis_F = Vector3d::UnitY();
-    link.inertia.mass = mass, link.inertia.I_LLcm_L = 0.08 * mass * Matrix3d::Identity();
+    link.name = name;
+    link.parent = parent;
+    link.joint.name = name;
+    link.joint.axis_F = Vector3d::UnitY();
+    link.inertia.mass = mass;
+    link.inertia.I_LLcm_L = 0.08 * mass * Matrix3d::Identity();
     return link;
   }
 
   StandProblem make(std::mt19937* random) const {
     StandProblem p;
-    p.experiment = &experiment_, p.imu = "imu", p.imu_link = 0;
+    p.experiment = &experiment_;
+    p.imu = "imu";
+    p.imu_link = 0;
     p.tree.links = {make_link("trunk", -1, 12), make_link("foot", 0, 1e-9)};
     p.effort = {false};
     p.feet.push_back({"foot", "foot_ft", 1});
     for (size_t i = 0; i < arms_.size(); ++i) {
-      p.tree.links.push_back(make_link("arm_" + std::to_string(i), 0, 2)), p.effort.push_back(!body_.mute);
+      p.tree.links.push_back(make_link("arm_" + std::to_string(i), 0, 2));
+      p.effort.push_back(!body_.mute);
       p.tree.links.back().inertia.p_LLcm_L = {0, 0, -0.3};
     }
-    p.command = p.velocity = std::vector<bool>(p.effort.size(), false), p.slack.assign(p.effort.size(), 0.1);
+    p.command = p.velocity = std::vector<bool>(p.effort.size(), false);
+    p.slack.assign(p.effort.size(), 0.1);
     for (size_t j = 1; j < p.effort.size(); ++j) p.command[j] = body_.log > 0;
     p.noise.assign(list_channels(p).size(), kNoise);
     for (size_t r = 0; r < 3; ++r) {
@@ -151,33 +162,48 @@ class Stander {
     for (size_t k = 0; k < r->time.size(); ++k) {
       const double w = 1.7, angle = body_.nod * std::sin(w * r->time[k]);
       const double rate = body_.nod * w * std::cos(w * r->time[k]), second = -w * w * angle;
-      r->attitude[0].value[k] = std::cos(angle / 2), r->attitude[2].value[k] = std::sin(angle / 2);
-      r->gyro[1].value[k] = rate, r->gyro[1].rate[k] = second;
-      r->accelerometer[0].value[k] = -9.81 * std::sin(angle), r->accelerometer[2].value[k] = 9.81 * std::cos(angle);
+      r->attitude[0].value[k] = std::cos(angle / 2);
+      r->attitude[2].value[k] = std::sin(angle / 2);
+      r->gyro[1].value[k] = rate;
+      r->gyro[1].rate[k] = second;
+      r->accelerometer[0].value[k] = -9.81 * std::sin(angle);
+      r->accelerometer[2].value[k] = 9.81 * std::cos(angle);
       SmoothSeries& foot = r->position[0];
-      foot.value[k] = -angle, foot.rate[k] = -rate, foot.second[k] = -second;
+      foot.value[k] = -angle;
+      foot.rate[k] = -rate;
+      foot.second[k] = -second;
     }
   }
 
   StandRecording move(size_t recording) const {
     StandRecording r;
     r.train = recording < 2;
-    for (int k = 0; k < kSamples; ++k) r.time.push_back(kStep * k), r.samples.push_back(k);
+    for (int k = 0; k < kSamples; ++k) {
+      r.time.push_back(kStep * k);
+      r.samples.push_back(k);
+    }
     r.grid = r.samples;
-    for (int i = 0; i < 3; ++i) r.gyro[i] = constant(0), r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    for (int i = 0; i < 3; ++i) {
+      r.gyro[i] = constant(0);
+      r.accelerometer[i] = constant(i == 2 ? 9.81 : 0);
+    }
     for (size_t i = 0; i < 4; ++i) r.attitude[i] = constant(i == 0 ? 1 : 0);
-    r.wrench.assign(6, constant(0)), r.position = {constant(0)}, r.effort = {SmoothSeries{}};
+    r.wrench.assign(6, constant(0));
+    r.position = {constant(0)};
+    r.effort = {SmoothSeries{}};
     for (const Arm& arm : arms_) {
       SmoothSeries q = constant(0);
       for (size_t k = 0; k < q.value.size(); ++k) {
         const double w = 1.1 + 0.3 * static_cast<double>(recording), size = 0.5 * arm.reach[recording];
         for (const double rate : {w, 2.7 * w}) {
           const double angle = rate * r.time[k];
-          q.value[k] += size * std::sin(angle), q.rate[k] += size * rate * std::cos(angle);
+          q.value[k] += size * std::sin(angle);
+          q.rate[k] += size * rate * std::cos(angle);
           q.second[k] -= size * rate * rate * std::sin(angle);
         }
       }
-      r.position.push_back(q), r.effort.push_back(constant(0));
+      r.position.push_back(q);
+      r.effort.push_back(constant(0));
     }
     r.command = r.velocity = std::vector<SmoothSeries>(r.position.size(), constant(0));
     nod(&r);
@@ -319,7 +345,8 @@ TEST(StandingSearch, OfALoadAndAForceAtOneTrunkThatStandsStillTellsThatItMayBeAL
 TEST(StandingSearch, AForceThatMayBeTheWeightOfItsLinkIsListedBesideItsMass) {
   Body body;
   body.hidden = {{EffectId::kMassError, at_link(2), {1.5}}};
-  body.nod = 0.1, body.jolt = 1.0;
+  body.nod = 0.1;
+  body.jolt = 1.0;
   const StandOutcome o = Stander({{{0.05, 0.05, 0.05}, lacks_nothing}}, body).search();
   ASSERT_EQ(o.chosen.hypothesis.size(), 1u);
   const auto is_mass = [](const Effect& e) { return e.id == EffectId::kMassError && e.place == at_link(2); };
@@ -333,7 +360,8 @@ TEST(StandingSearch, AnArmWithoutEffortsThatSeemsDisplacedMayBeTheTrunkThatCarri
   const auto may_be_trunk = [](double reach) {
     Body body;
     body.hidden = {{EffectId::kComError, at_link(2), {0.15, 0, 0}}};
-    body.nod = 0.1, body.mute = true;
+    body.nod = 0.1;
+    body.mute = true;
     const StandOutcome o = Stander({{{reach, reach, reach}, lacks_nothing}}, body).search();
     EXPECT_TRUE(is_named(o, EffectId::kComError, at_link(2))) << reach;
     const auto is_trunk = [](const Effect& e) { return e.id == EffectId::kComError && e.place == at_link(0); };
@@ -405,7 +433,9 @@ TEST(StandingSearch, NamesNoLateClockOfANoisyAccelerometer) {
 // Encoders, gyroscope, attitude and accelerometer agree with each other against the force sensor.
 TEST(StandingSearch, NamesALateForceSensorAndNoImu) {
   Body late;
-  late.nod = 0.15, late.jolt = 0.1, late.late = 1;
+  late.nod = 0.15;
+  late.jolt = 0.1;
+  late.late = 1;
   const StandOutcome o = Stander({{{0.3, 0.3, 0.3}, lacks_nothing}}, late).search();
   ASSERT_EQ(o.chosen.hypothesis.size(), 1u);
   EXPECT_TRUE(is_named(o, EffectId::kSensorDelay, at_sensor(0, Reading::kWrench)));

@@ -46,7 +46,10 @@ TEST(StandingSmoothing, GivesEvenAndOddSamplesIndependentErrors) {
   const SmoothSeries even = Smoother(time, 8, Parity::kEven).run(noise),
                      odd = Smoother(time, 8, Parity::kOdd).run(noise);
   double ee = 0, eo = 0;
-  for (size_t k = 0; k < time.size(); ++k) ee += even.value[k] * even.value[k], eo += even.value[k] * odd.value[k];
+  for (size_t k = 0; k < time.size(); ++k) {
+    ee += even.value[k] * even.value[k];
+    eo += even.value[k] * odd.value[k];
+  }
   // 20000 samples over windows of 17: about 1200 independent errors, whose mean product scatters by 0.03.
   EXPECT_LT(std::abs(eo / ee), 0.12);
 }
@@ -54,15 +57,22 @@ TEST(StandingSmoothing, GivesEvenAndOddSamplesIndependentErrors) {
 // A standing robot's problem with one driven joint and no feet: enough for what works on columns alone.
 StandProblem make_columns(int recordings) {
   StandProblem p;
-  p.effort = {true}, p.command = {false}, p.velocity = {false};
+  p.effort = {true};
+  p.command = {false};
+  p.velocity = {false};
   for (int r = 0; r < recordings; ++r) {
     StandRecording recording;
     recording.train = r == 0;
-    for (int k = 0; k < 600; ++k) recording.time.push_back(0.015 * k), recording.samples.push_back(k);
+    for (int k = 0; k < 600; ++k) {
+      recording.time.push_back(0.015 * k);
+      recording.samples.push_back(k);
+    }
     SmoothSeries q, load;
     for (double t : recording.time) {
       const double w = 1.1 + 0.3 * r;
-      q.value.push_back(0.5 * std::sin(w * t)), q.rate.push_back(0.5 * w * std::cos(w * t)), q.second.push_back(0);
+      q.value.push_back(0.5 * std::sin(w * t));
+      q.rate.push_back(0.5 * w * std::cos(w * t));
+      q.second.push_back(0);
     }
     load.value.assign(recording.time.size(), 100.0);
     recording.position.push_back(q);
@@ -94,13 +104,17 @@ Evaluation evaluate_missing(const StandProblem& p, Missing missing) {
 TEST(StandingHints, FindARipplesPeriodsBesideFrictionAndASpring) {
   StandProblem p = make_columns(2);
   // There are no feet: with a base pose the channels of places and balance come first, as they do on a robot.
-  p.base_pose = true, p.attitude = false;
+  p.base_pose = true;
+  p.attitude = false;
   const size_t first = find_drives(p);
   Evaluation left = evaluate_missing(
       p, [](double q, double v) { return 0.3 * std::sin(23 * q + 0.4) + 2 * q + (v > 0 ? 0.8 : -0.8) + 0.5 * v; });
   for (StandBase& base : left) {  // the channels before the drives' say nothing
     std::vector<double> rows;
-    for (double e : base.residuals) rows.insert(rows.end(), first, 0.0), rows.push_back(e);
+    for (double e : base.residuals) {
+      rows.insert(rows.end(), first, 0.0);
+      rows.push_back(e);
+    }
     base.residuals = rows;
   }
   const std::vector<double> found = find_ripples(p, left)[0];
@@ -147,7 +161,9 @@ std::array<Evaluation, 4> make_disturbed_halves(size_t channels, double taken) {
 
 double find_sigma(double taken, bool held) {
   StandProblem p;
-  p.feet.resize(1), p.tree.links.resize(1), p.held = held;
+  p.feet.resize(1);
+  p.tree.links.resize(1);
+  p.held = held;
   StandRecording recording;
   p.recordings.push_back(recording);
   StandJudge judge(p);
@@ -257,7 +273,8 @@ TEST(StandingFeet, ThatCreepAllThroughARecordingDoNotPassForNoise) {
 // Two bodies that turn against each other about the vertical slip without any force along the ground.
 TEST(StandingFeet, AskForFrictionWhereTheyAreTurnedToo) {
   StandFoot foot;
-  foot.sole = {0.03, 0, -0.05}, foot.size = {0.2, 0.1, 0};
+  foot.sole = {0.03, 0, -0.05};
+  foot.size = {0.2, 0.1, 0};
   double lever = 0;  // [m] of a sole that presses evenly: mean distance of its points from its middle
   for (int i = 0; i < 10000; ++i) {
     const int row = i / 100;
@@ -289,8 +306,11 @@ TEST(StandingDependence, OfFrictionThatFollowsThePositionIsSeenInWhatAnEvenFrict
 TEST(StandingEffects, OfALegsTransmissionWhatTheGroundMayGiveIsNotSure) {
   StandProblem p = make_soles(0.24, 0.12);
   p.tree.links.resize(4);  // trunk, shank, foot; arm
-  p.tree.links[1].parent = 0, p.tree.links[2].parent = 1, p.tree.links[3].parent = 0;
-  p.tree.links[1].joint.axis_F = Vector3d::UnitY(), p.tree.links[2].joint.axis_F = Vector3d::UnitX();
+  p.tree.links[1].parent = 0;
+  p.tree.links[2].parent = 1;
+  p.tree.links[3].parent = 0;
+  p.tree.links[1].joint.axis_F = Vector3d::UnitY();
+  p.tree.links[2].joint.axis_F = Vector3d::UnitX();
   for (StandFoot& foot : p.feet) foot.link = 2;
   const auto find = [&](int joint) { return find_bound(p, {EffectId::kElasticity, at_joint(joint), {1e-3, 0.1}}, 0); };
   EXPECT_DOUBLE_EQ(find(0), 2e-5) << "pitch: 5e4 N m/rad about the short edge";

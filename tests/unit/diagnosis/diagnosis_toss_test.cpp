@@ -18,10 +18,13 @@ RobotDescription make_body(ShapeKind kind) {
   RobotDescription robot;
   LinkSpec link;
   link.name = "body";
-  link.inertia.mass = 0.4, link.inertia.I_LLcm_L = 0.4 * kEdge * kEdge / 6.0 * Matrix3d::Identity();
-  robot.tree.name = "tossed", robot.tree.links = {link};
+  link.inertia.mass = 0.4;
+  link.inertia.I_LLcm_L = 0.4 * kEdge * kEdge / 6.0 * Matrix3d::Identity();
+  robot.tree.name = "tossed";
+  robot.tree.links = {link};
   CollisionShape shape;
-  shape.kind = kind, shape.sole = true;
+  shape.kind = kind;
+  shape.sole = true;
   shape.size = kind == ShapeKind::kBox ? Vector3d::Constant(kEdge) : Vector3d(kEdge / 2, 0, 0);
   robot.shapes = {shape};
   return robot;
@@ -29,7 +32,9 @@ RobotDescription make_body(ShapeKind kind) {
 
 World make_world(const RobotDescription& robot, double friction, double restitution) {
   World world;
-  world.body = robot.tree, world.ground.friction = friction, world.restitution = restitution;
+  world.body = robot.tree;
+  world.ground.friction = friction;
+  world.restitution = restitution;
   return world;
 }
 
@@ -53,7 +58,8 @@ TEST(TossedBody, RisesAgainToTheSquareOfTheRestitution) {
 TEST(TossedBody, LosesSpeedAtFrictionTimesGravityWhileItSlides) {
   const RobotDescription robot = make_body(ShapeKind::kBox);
   BodyState start;
-  start.p_WB.z() = kEdge / 2, start.v_WB.x() = 1.0;
+  start.p_WB.z() = kEdge / 2;
+  start.v_WB.x() = 1.0;
   std::vector<BodyState> states;
   ASSERT_TRUE(roll_out(make_world(robot, 0.2, 0.0), make_soles(robot), start, make_times(0.2, 0.01), &states));
   EXPECT_NEAR(states.back().v_WB.x(), 1.0 - 0.2 * 9.81 * 0.2, 2e-3);  // first contact step may still settle
@@ -69,7 +75,9 @@ struct Truth {
 Experiment make_experiment(const Truth& world, int tosses) {
   Experiment e;
   e.robot = make_body(ShapeKind::kBox);
-  e.scenario.floating_base = true, e.scenario.ground.friction = 0.5, e.sample_time = 0.008;
+  e.scenario.floating_base = true;
+  e.scenario.ground.friction = 0.5;
+  e.sample_time = 0.008;
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   World truth = make_world(e.robot, world.friction, world.restitution);
@@ -77,10 +85,13 @@ Experiment make_experiment(const Truth& world, int tosses) {
   for (int t = 0; t < tosses; ++t) {
     BodyState start;
     start.R_WB = Eigen::Quaterniond(normal(random), normal(random), normal(random), normal(random)).normalized();
-    start.p_WB.z() = world.height, start.v_WB = Vector3d(0.8, 0.3 * normal(random), -0.5);
+    start.p_WB.z() = world.height;
+    start.v_WB = Vector3d(0.8, 0.3 * normal(random), -0.5);
     start.w_WB = Vector3d(normal(random), 3.0 * normal(random), normal(random));
     Recording r;
-    r.spec.name = "toss", r.spec.train = t + 1 < tosses, r.time = make_times(world.duration, e.sample_time);
+    r.spec.name = "toss";
+    r.spec.train = t + 1 < tosses;
+    r.time = make_times(world.duration, e.sample_time);
     std::vector<BodyState> states;
     EXPECT_TRUE(roll_out(truth, make_soles(e.robot), start, r.time, &states));
     for (const BodyState& s : states) {
@@ -105,7 +116,8 @@ TEST(TossedBody, FrictionAndRestitutionComeBack) {
   std::string why;
   ASSERT_TRUE(make_toss_problem(e, &problem, &why)) << why;
   Hypothesis start{make_neutral(problem, EffectId::kGroundFriction), make_neutral(problem, EffectId::kRestitution)};
-  start[0].p[0] = 0.3, start[1].p[0] = 0.2;
+  start[0].p[0] = 0.3;
+  start[1].p[0] = 0.2;
   const TossFit nominal = fit_starts(problem, {}, nullptr, 1);
   const TossFit fit = fit_tosses(problem, fit_starts(problem, start, nullptr, 1), {});
   EXPECT_NEAR(fit.hypothesis[0].p[0], 0.2, 0.05 * 0.2);

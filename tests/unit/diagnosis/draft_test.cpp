@@ -190,9 +190,10 @@ TEST_F(Drafts, OfCurrentsAskForTheTorqueConstant) {
 TEST_F(Drafts, OfFilesWithAnyNamesAreRead) {
   const std::vector<std::string> names{"run #1, fast.csv", "it's {one}: a.csv", "&log.csv"};
   std::vector<std::string> logs;
-  for (const std::string& name : names)
-    write(name, "stamp;shoulder angle;shoulder velocity;shoulder current\n" + make_rows(";")),
-        logs.push_back(path(name));
+  for (const std::string& name : names) {
+    write(name, "stamp;shoulder angle;shoulder velocity;shoulder current\n" + make_rows(";"));
+    logs.push_back(path(name));
+  }
   write("experiment.yaml", make_draft(path("arm.urdf"), logs, folder_.string()).text);
   const Experiment experiment = load_experiment(path("experiment.yaml"));
   ASSERT_EQ(experiment.recordings.size(), names.size());
@@ -516,7 +517,8 @@ TEST_F(Drafts, OfForcesUnderTwoFeetFloatWithoutAnInertialSensor) {
   for (int k = 0; k < 300; ++k) {
     const std::string row = std::to_string(0.01 * k) + "," + std::to_string(std::sin(0.03 * k)) + ",0.1,1" +
                             std::to_string(k % 3) + ",14\n";
-    rows += row, fingers += row;
+    rows += row;
+    fingers += row;
   }
   write("squat.csv", rows);
   const Draft draft = make_draft(path("biped.urdf"), {path("squat.csv"), path("squat.csv")}, folder_.string());

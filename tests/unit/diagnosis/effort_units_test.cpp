@@ -187,7 +187,8 @@ TEST(EffortUnits, AShortLogTellsItsUnitIfThatExplainsTheEfforts) {
   const auto cut = [&](std::vector<double>& column) { column.resize(std::min(column.size(), size)); };
   cut(r.time);
   for (JointColumns& joint : r.joints) {
-    cut(joint.command), cut(joint.command_rate);
+    cut(joint.command);
+    cut(joint.command_rate);
     for (std::vector<double>& column : joint.signal) cut(column);
   }
   for (const EffortUnit& u : find_units(e)) EXPECT_NEAR(u.scale, 8.0, 0.8) << u.joint;  // a tenth, as above
@@ -255,7 +256,8 @@ TEST(EffortUnits, CurrentsOfServosAreToldLikeThoseOfOtherDrives) {
 TEST(EffortUnits, GainsInAnotherUnitAreToldWithoutLoggedEfforts) {
   Experiment e = simulate_arm("units_gains", make_arm_drives());
   EXPECT_TRUE(find_units(e).empty());
-  e.scenario.servo_default.kp *= 0.1, e.scenario.servo_default.kd *= 0.1;
+  e.scenario.servo_default.kp *= 0.1;
+  e.scenario.servo_default.kd *= 0.1;
   for (Recording& r : e.recordings) {
     for (JointColumns& joint : r.joints) joint.signal[2].clear();
   }

@@ -89,7 +89,8 @@ TEST(EvenSpeeds, TheOtherLawIsListedWithTheValueThatTakesTheSameTorque) {
   const Experiment e = make_moves("other", follow_valve, open_valve);
   Json dry = make_report("coulomb_friction", "level", 2.5),
        viscous = make_report("viscous_friction", "coefficient", 125);
-  doubt_friction_of_even_speeds(e, &dry), doubt_friction_of_even_speeds(e, &viscous);
+  doubt_friction_of_even_speeds(e, &dry);
+  doubt_friction_of_even_speeds(e, &viscous);
   for (const Json* report : {&dry, &viscous}) {
     const Json& f = (*report)["findings"][0];
     EXPECT_EQ(f["grade"], "ambiguous");

@@ -141,7 +141,8 @@ TEST(TakeHome, TheExportedModelFollowsInMujocoWhatTheNominalOneDoesNot) {
   const Experiment e =
       simulate_arm("export_fit", {{EffectId::kViscous, kElbow, {3.0}}, {EffectId::kRotorInertia, kShoulder, {0.5}}});
   const fs::path nominal = make_updated("fit_before", ""), found = make_updated("fit_after", effects);
-  write_take_home(nominal.string()), write_take_home(found.string());
+  write_take_home(nominal.string());
+  write_take_home(found.string());
   const double before = calc_miss(nominal / "export/robot.xml", e.recordings[2]);
   const double after = calc_miss(found / "export/robot.xml", e.recordings[2]);
   // Commands are held for 5 ms here and interpolated there: some mrad remain whatever the model.

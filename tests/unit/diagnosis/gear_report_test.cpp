@@ -77,7 +77,8 @@ TEST(GearReport, ADoubtedRatioLeavesNothingSupportedAtItsJoint) {
   Ratios ratios;
   ratios.doubted.push_back({kElbow, 2.0, 0.2, false, 0.5, false});
   Reports reports;
-  reports.report["warnings"] = Json::array(), reports.series["notes"] = Json::array();
+  reports.report["warnings"] = Json::array();
+  reports.series["notes"] = Json::array();
   const auto make = [](const char* effect, const Json& where) {
     return Json{{"effect", effect},
                 {"where", where},

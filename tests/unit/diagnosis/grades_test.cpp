@@ -40,7 +40,9 @@ TEST(Grades, NothingIsSupportedThatPredictsHeldOutRecordingsNoBetter) {
 TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
   const auto judge = [](double share) {
     Evidence evidence;
-    evidence.verdict = Verdict::kExplained, evidence.fit.validate_before = 9.8, evidence.fit.validate_after = 0.7;
+    evidence.verdict = Verdict::kExplained;
+    evidence.fit.validate_before = 9.8;
+    evidence.fit.validate_after = 0.7;
     evidence.findings = {make_finding(get_effect(EffectId::kSensorDelay), {{"sensor", "/imu/waist"}}, {})};
     evidence.findings[0].share = share;
     return make_graded_report(true, evidence)["findings"][0]["grade"].get<std::string>();
@@ -53,7 +55,9 @@ TEST(Grades, WhatTakesNothingAwayIsNotCertain) {
 TEST(Grades, WhatFitsAsWellElsewhereIsNotCertain) {
   const auto judge = [](const char* other) {
     Evidence evidence;
-    evidence.verdict = Verdict::kExplained, evidence.fit.validate_before = 9.8, evidence.fit.validate_after = 0.7;
+    evidence.verdict = Verdict::kExplained;
+    evidence.fit.validate_before = 9.8;
+    evidence.fit.validate_after = 0.7;
     const EffectInfo& zero = get_effect(EffectId::kSensorBias);
     evidence.findings = {make_finding(zero, {{"sensor", "/wrench/l/force"}}, {})};
     evidence.findings[0].share = 1.0;
@@ -67,7 +71,9 @@ TEST(Grades, WhatFitsAsWellElsewhereIsNotCertain) {
 // A standing robot with one recording ended the program here, behind the search.
 TEST(Grades, WithoutHeldOutRecordingsTheFittedOnesSayWhatIsExplained) {
   Evidence evidence;
-  evidence.verdict = Verdict::kExplained, evidence.fit.train_before = 9.8, evidence.fit.train_after = 1.0;
+  evidence.verdict = Verdict::kExplained;
+  evidence.fit.train_before = 9.8;
+  evidence.fit.train_after = 1.0;
   evidence.findings = {make_finding(get_effect(EffectId::kJointOffset), {{"joint", "knee"}}, {})};
   evidence.findings[0].share = 1.0;
   const Json report = make_graded_report(false, evidence);
@@ -79,7 +85,9 @@ TEST(Grades, WithoutHeldOutRecordingsTheFittedOnesSayWhatIsExplained) {
 TEST(Grades, WithoutHeldOutRecordingsTheMissingTorqueHasToSupportAFindingOfTheSimulation) {
   const auto judge = [](const char* effect, Grade of_torque) {
     Finding torque;
-    torque.effect = "torque_constant_error", torque.where = {{"joint", "elbow"}}, torque.grade = of_torque;
+    torque.effect = "torque_constant_error";
+    torque.where = {{"joint", "elbow"}};
+    torque.grade = of_torque;
     if (of_torque == Grade::kAmbiguous)
       torque.alternatives.push_back({"mass_error", "mass", {{"link", "bob"}}, {}, ""});
     Json report{{"findings",
@@ -206,7 +214,8 @@ Json make_hardening_sole(double angle, double reach) {
 // 1 / angle^2 is 2.9 +- 68 of one sole, and 400 +- 40 of the other.
 TEST(Grades, ASoleWhoseHardeningIsNotToldGivesLinearly) {
   Json untold = make_hardening_sole(2.93, 34), told = make_hardening_sole(0.05, 0.0025);
-  name_simpler_laws(&untold), name_simpler_laws(&told);
+  name_simpler_laws(&untold);
+  name_simpler_laws(&told);
   EXPECT_EQ(untold["findings"][0]["effect"], "foot_compliance");
   EXPECT_FALSE(untold["findings"][0]["parameters"].contains("hardening_angle"));
   EXPECT_EQ(untold["findings"][0]["alternatives"][0]["effect"], "foot_hardening");
@@ -217,7 +226,9 @@ TEST(Grades, ASoleWhoseHardeningIsNotToldGivesLinearly) {
 TreeSpec make_pendulum() {
   TreeSpec tree;
   LinkSpec bob;
-  bob.name = "bob", bob.inertia.mass = 2.0, bob.inertia.p_LLcm_L = Vector3d(0.1, 0.0, 0.0);
+  bob.name = "bob";
+  bob.inertia.mass = 2.0;
+  bob.inertia.p_LLcm_L = Vector3d(0.1, 0.0, 0.0);
   tree.links.push_back(bob);
   return tree;
 }
@@ -255,7 +266,10 @@ TEST(OddSizes, ATorqueConstantMayBeHalfButNotAFifthAndASensorMayCount) {
 TEST(OddSizes, ASpringThatIsWoundUpByMoreThanATurnIsOdd) {
   TreeSpec tree = make_pendulum();
   LinkSpec& bob = tree.links[0];
-  bob.joint.name = "elbow", bob.joint.kind = JointKind::kRevolute, bob.joint.lower = -M_PI, bob.joint.upper = M_PI;
+  bob.joint.name = "elbow";
+  bob.joint.kind = JointKind::kRevolute;
+  bob.joint.lower = -M_PI;
+  bob.joint.upper = M_PI;
   EXPECT_EQ(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", -9.0)), "");
   EXPECT_NE(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", -13.0)), "");
   EXPECT_NE(find_odd_size(tree, make_finding("parallel_spring", "joint", "elbow", "rest", 9.5)), "");
@@ -340,8 +354,10 @@ TEST(IdleFindings, ALighterFindingThatIsAnAlternativeOfOneAtItsPlaceIsNotNamedAS
     Json play = make_finding("backlash", "joint", "ankle", "gap", 0.009);
     Json zero = make_finding("joint_offset", "joint", place_of_zero, "offset", 0.004);
     for (Json* f : {&play, &zero}) (*f)["grade"] = "ambiguous";
-    play["weight"] = 0.3, zero["weight"] = 0.1;
-    play["alternatives"] = {state_as_alternative(zero)}, zero["alternatives"] = {state_as_alternative(play)};
+    play["weight"] = 0.3;
+    zero["weight"] = 0.1;
+    play["alternatives"] = {state_as_alternative(zero)};
+    zero["alternatives"] = {state_as_alternative(play)};
     Json report{{"verdict", "explained"}, {"findings", {zero, play}}};
     drop_idle_findings(&report);
     return report["findings"];

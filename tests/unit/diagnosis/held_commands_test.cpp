@@ -37,7 +37,8 @@ void write_log(const std::filesystem::path& file, double from, const Gains& gain
         csv << (velocity ? "," + std::to_string(v) + "\n" : "\n");
       }
       const double friction = kViscous * v + kDry * std::tanh(v / 1e-3);
-      v += kStep / kInertia * (effort + kMoment * std::cos(q) - friction), q += kStep * v;
+      v += kStep / kInertia * (effort + kMoment * std::cos(q) - friction);
+      q += kStep * v;
     }
   }
 }
@@ -49,7 +50,8 @@ TorqueVerdict judge_held(const std::string& name, const Gains& gains = {}, bool 
   std::ofstream(folder / "experiment.yaml")
       << "robot: robot.urdf\nbase: fixed\nservo: {default: {kp: " << gains.kp << ", kd: " << gains.kd << "}}\n"
       << "recordings:\n- {file: train.csv, role: train}\n- {file: validate.csv, role: validate}\n";
-  write_log(folder / "train.csv", 0.0, gains, velocity), write_log(folder / "validate.csv", 20.0, gains, velocity);
+  write_log(folder / "train.csv", 0.0, gains, velocity);
+  write_log(folder / "validate.csv", 20.0, gains, velocity);
   return judge_torque(load_experiment((folder / "experiment.yaml").string()), 1);
 }
 

@@ -134,8 +134,11 @@ TEST(IncompleteLogs, EffortsThatTheMotionTakesStayHoweverConstantTheyAre) {
     for (size_t k = 0; k < r.size(); ++k) {
       const double t = r.time[k],
                    effort = std::fmod(t, 1.5) > 1.1 ? 0.0 : 2.0 * std::sin(2.5 * t) + std::sin(7.0 * t + 0.3);
-      r.joints[0].signal[0][k] = q, r.joints[0].signal[1][k] = v, r.joints[0].signal[2][k] = effort;
-      v += kStep / kInertia * (effort - kViscous * v - kDry * std::tanh(v / 0.01)), q += kStep * v;
+      r.joints[0].signal[0][k] = q;
+      r.joints[0].signal[1][k] = v;
+      r.joints[0].signal[2][k] = effort;
+      v += kStep / kInertia * (effort - kViscous * v - kDry * std::tanh(v / 0.01));
+      q += kStep * v;
     }
   }
   EXPECT_TRUE(find_dropouts(e).empty());

@@ -30,7 +30,9 @@ inline JointMotion make_joint_sines(const JointSines& of, int recording) {
       for (int i = 1; i <= 3; ++i) {
         const double w = of.per_sine * i + of.per_joint * j + 0.07 * recording, A = of.amplitude / i;
         const double x = w * of.step * static_cast<double>(k) + 2.0 * i * j + recording;
-        m.q(k, j) += A * std::sin(x), m.v(k, j) += A * w * std::cos(x), m.a(k, j) -= A * w * w * std::sin(x);
+        m.q(k, j) += A * std::sin(x);
+        m.v(k, j) += A * w * std::cos(x);
+        m.a(k, j) -= A * w * w * std::sin(x);
       }
     }
   }

@@ -22,7 +22,7 @@ Experiment make_logged(const std::string& name, double late, bool rates) {
     for (JointColumns& joint : r.joints) {
       const std::vector<double> command = joint.command, rate = joint.command_rate;
       for (size_t k = 0; k < r.size(); ++k) {
-        joint.command[k] = interpolate(r.time, command, r.time[k] - late, k),
+        joint.command[k] = interpolate(r.time, command, r.time[k] - late, k);
         joint.command_rate[k] = interpolate(r.time, rate, r.time[k] - late, k);
       }
       if (!rates) joint.command_rate.clear();

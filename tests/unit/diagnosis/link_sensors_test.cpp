@@ -15,15 +15,19 @@ namespace {
 
 LinkSensor make_torque(int joint) {
   LinkSensor s;
-  s.kind = LinkSensorKind::kTorque, s.name = "/joint_states_link/" + kArmJoints[static_cast<size_t>(joint)] + "/effort";
-  s.joint = joint, s.link = joint + 1;
+  s.kind = LinkSensorKind::kTorque;
+  s.name = "/joint_states_link/" + kArmJoints[static_cast<size_t>(joint)] + "/effort";
+  s.joint = joint;
+  s.link = joint + 1;
   return s;
 }
 
 LinkSensor make_at(const Experiment& e, LinkSensorKind kind, const std::string& link) {
   LinkSensor s;
-  s.kind = kind, s.name = kind == LinkSensorKind::kImu ? "/imu/hand" : "/wrench/hand";
-  s.frame = e.robot.tree.find_frame(link), s.link = e.robot.tree.frames[static_cast<size_t>(s.frame)].link;
+  s.kind = kind;
+  s.name = kind == LinkSensorKind::kImu ? "/imu/hand" : "/wrench/hand";
+  s.frame = e.robot.tree.find_frame(link);
+  s.link = e.robot.tree.frames[static_cast<size_t>(s.frame)].link;
   return s;
 }
 
@@ -86,7 +90,8 @@ TEST(LinkSensors, TorqueAndWrenchAreThoseOfRecursiveNewtonEuler) {
   Model model(e.robot.tree, e.scenario.gravity_W);
   Data data(model);
   State state = make_state(model);
-  state.q = q, state.qd = v;
+  state.q = q;
+  state.qd = v;
   update_kinematics(model, state, &data);
   Eigen::VectorXd tau(2);
   calc_inverse_dynamics(model, a, nullptr, &data, &tau);
@@ -304,8 +309,10 @@ TEST(LinkSensors, AShiftedSecondEncoderIsNoGear) {
 // Root mean square [N m] of what the elbow's effort misses, along the motion that the torque stage takes for the links.
 double calc_missing(const Experiment& e) {
   double squares = 0.0, n = 0.0;
-  for (const TorqueRecording& r : make_torque_data(e).recordings)
-    squares += r.missing.col(kElbow).squaredNorm(), n += static_cast<double>(r.kept());
+  for (const TorqueRecording& r : make_torque_data(e).recordings) {
+    squares += r.missing.col(kElbow).squaredNorm();
+    n += static_cast<double>(r.kept());
+  }
   return std::sqrt(squares / n);
 }
 
@@ -357,7 +364,8 @@ TEST(LinkSensors, ADeclaredSensorThatWasNotRecordedIsRefused) {
 TEST(LinkSensors, AnImuWithoutAllAxesIsComparedWithNothingAndSaysWhy) {
   Experiment e = make_arm("gyro_alone");
   ImuSpec imu;
-  imu.name = "hand", imu.link = "fore";
+  imu.name = "hand";
+  imu.link = "fore";
   e.scenario.sensors.imus.push_back(imu);
   for (Recording& r : e.recordings) r.other["/imu/hand/angular_velocity/y"].assign(r.size(), 0.1);
   EXPECT_THAT(find_link_sensors(e).notes,

@@ -74,7 +74,10 @@ Json make_payload() {
 TEST(LoadedUnits, AMassThatUnitsMayStandForIsAmbiguousAndNamesThem) {
   const Experiment e = make_amperes("loaded_doubt", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2;
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 4.8;
+  unit.high = 5.2;
   Reports reports;
   reports.report["findings"] = Json::array({make_payload()});
   doubt_beside_units(e, {unit}, &reports);
@@ -88,7 +91,11 @@ TEST(LoadedUnits, AMassThatUnitsMayStandForIsAmbiguousAndNamesThem) {
 TEST(LoadedUnits, AMassThatIsToldBesideUnitsKeepsItsGradeWithAWiderInterval) {
   const Experiment e = make_amperes("loaded_told", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.1;
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 4.8;
+  unit.high = 5.2;
+  unit.of_load = 0.1;
   Reports reports;
   reports.report["findings"] = Json::array({make_payload()});
   doubt_beside_units(e, {unit}, &reports);
@@ -112,7 +119,10 @@ Json make_of_joint(const char* effect, const char* parameter, double value, cons
 TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
   const Experiment e = make_amperes("loaded_friction", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2,
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 4.8;
+  unit.high = 5.2;
   unit.by_load = 0.3;  // or another load and unit
   Reports reports;
   reports.report["findings"] = Json::array({make_of_joint("coulomb_friction", "level", 1.0, "N m"),
@@ -132,7 +142,12 @@ TEST(UnitDoubts, FrictionIsThereInAnyUnitAndARotorMayBeNone) {
 TEST(UnitDoubts, ALoadThatIsHardlyToldBlursNoTorqueThatItIsASmallPartOf) {
   const Experiment e = make_amperes("loaded_little", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 1.9, unit.by_load = 0.1;
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 4.8;
+  unit.high = 5.2;
+  unit.of_load = 1.9;
+  unit.by_load = 0.1;
   EXPECT_FALSE(is_load_or_unit(unit));
   Reports reports;
   reports.report["findings"] = Json::array({make_of_joint("rotor_inertia", "inertia", 0.2, "kg m^2"), make_payload()});
@@ -156,7 +171,11 @@ Json make_load_friction(double ratio) {
 TEST(UnitDoubts, FrictionThatGrowsWithTheLoadIsNoSurerThanTheUnitOfTheEffort) {
   const Experiment e = make_amperes("loaded_share", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 3.8, unit.high = 6.5, unit.of_load = 0.1;
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 3.8;
+  unit.high = 6.5;
+  unit.of_load = 0.1;
   Reports reports;
   reports.report["findings"] = Json::array({make_load_friction(0.3), make_load_friction(0.9)});
   doubt_beside_units(e, {unit}, &reports);
@@ -170,7 +189,11 @@ TEST(UnitDoubts, FrictionThatGrowsWithTheLoadIsNoSurerThanTheUnitOfTheEffort) {
 TEST(LoadedUnits, APlaceThatMomentsInFittedUnitsTellIsAmbiguousWithAWiderInterval) {
   const Experiment e = make_amperes("loaded_place", {});
   EffortUnit unit;
-  unit.joint = kElbow, unit.scale = 5.0, unit.low = 4.8, unit.high = 5.2, unit.of_load = 0.1;
+  unit.joint = kElbow;
+  unit.scale = 5.0;
+  unit.low = 4.8;
+  unit.high = 5.2;
+  unit.of_load = 0.1;
   Json payload = make_payload();
   payload["parameters"]["com"] = {{"value", {0.1, 0.0, 0.0}},
                                   {"std", {0.001, 0.001, 0.001}},

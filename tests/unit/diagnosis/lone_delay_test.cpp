@@ -15,7 +15,8 @@ Experiment make_position_log(const std::string& name, const Hypothesis& hidden, 
   Experiment e = make_simulated_experiment(name, kArm, kArmJoints, hidden);
   for (Recording& r : e.recordings) {
     for (JointColumns& joint : r.joints) {
-      joint.signal[1].clear(), joint.signal[2].clear();
+      joint.signal[1].clear();
+      joint.signal[2].clear();
       for (double& q : joint.signal[0]) q = count * std::round(q / count);
     }
   }

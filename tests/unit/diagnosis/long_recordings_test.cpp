@@ -49,14 +49,19 @@ Experiment make_standing(double seconds) {
   Experiment e;
   e.scenario.floating_base = true;
   LinkSpec trunk, arm;
-  trunk.name = "trunk", arm.name = "arm", arm.parent = 0, arm.joint.name = "shoulder";
+  trunk.name = "trunk";
+  arm.name = "arm";
+  arm.parent = 0;
+  arm.joint.name = "shoulder";
   e.robot.tree.links = {trunk, arm};
   for (const bool train : {true, false}) {
     Recording r;
-    r.spec.name = r.spec.file = train ? "train.csv" : "held.csv", r.spec.train = train;
+    r.spec.name = r.spec.file = train ? "train.csv" : "held.csv";
+    r.spec.train = train;
     r.joints.resize(1);
     for (int k = 0; k < std::lround(50.0 * seconds); ++k) {
-      r.time.push_back(0.02 * k), r.joints[0].signal[0].push_back(std::sin(1e-4 * k * k));  // faster and faster
+      r.time.push_back(0.02 * k);
+      r.joints[0].signal[0].push_back(std::sin(1e-4 * k * k));  // faster and faster
     }
     e.recordings.push_back(r);
   }
@@ -86,7 +91,8 @@ TEST(LongRecordings, OfBodiesWithoutJointsStayWhole) {
 // Without the samples in which `lost` is true.
 Recording lose(const Recording& r, const std::function<bool(double)>& lost) {
   Recording out;
-  out.spec = r.spec, out.joints.resize(1);
+  out.spec = r.spec;
+  out.joints.resize(1);
   for (size_t k = 0; k < r.size(); ++k) {
     if (lost(r.time[k])) continue;
     out.time.push_back(r.time[k]);

@@ -12,7 +12,8 @@ namespace {
 // With less at the elbow: what is loose there shows.
 Hypothesis make_rigid_drives() {
   Hypothesis drives = make_arm_drives();
-  drives[4] = {EffectId::kCoulomb, kElbow, {0.3, 0.0, 5e-4}}, drives[5] = {EffectId::kRotorInertia, kElbow, {0.05}};
+  drives[4] = {EffectId::kCoulomb, kElbow, {0.3, 0.0, 5e-4}};
+  drives[5] = {EffectId::kRotorInertia, kElbow, {0.05}};
   return drives;
 }
 
@@ -97,7 +98,8 @@ TEST(LooseGears, TheWholeRobotIsFittedAgainBesideThem) {
   truth.back() = {EffectId::kBacklash, kElbow, {0.02, 3000.0, 3.0, 0.05}};
   const Experiment e = make_simulated_experiment("loose_whole", make_flat_arm(), {"shoulder", "elbow"}, truth);
   Hypothesis off = make_rigid_drives();
-  off[0].p[0] = 0.5, off[2].p[0] = 0.75;
+  off[0].p[0] = 0.5;
+  off[2].p[0] = 0.75;
   const Problem problem = make_problem(e, 2);
   Trial model = simulate_trial(problem, off);
   const std::vector<Finding> findings = loosen_gears(problem, problem, &model, [](const std::string&) {});

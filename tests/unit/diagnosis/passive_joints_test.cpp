@@ -201,7 +201,8 @@ TEST(PassiveJoints, OfASmallSwingASpringIsNotToldFromAShorterRod) {
   constexpr double kRod = 0.36, kPoint = 1e-5;  // [m, kg m^2] of the model
   Experiment e = make_experiment("short", &calc_none, "", "unactuated: [hinge]\n", {0.0, 0.15, 0.0, 0.02});
   LinkInertia& rod = e.robot.tree.links[1].inertia;
-  rod.p_LLcm_L = Vector3d(0.0, 0.0, -kRod), rod.I_LLcm_L = kPoint * Matrix3d::Identity();
+  rod.p_LLcm_L = Vector3d(0.0, 0.0, -kRod);
+  rod.I_LLcm_L = kPoint * Matrix3d::Identity();
   const TorqueVerdict verdict = judge_torque(e, 1);
   const Finding* spring = find(verdict, "parallel_spring");
   ASSERT_NE(spring, nullptr);
@@ -270,8 +271,10 @@ TEST(PassiveJoints, ChecksSayThatAVelocityIsMuchFasterThanACoarsePosition) {
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[0];
     joint.signal[1].resize(r.size());
-    for (size_t k = 0; k < r.size(); ++k)
-      joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0, joint.signal[1][k] = 5.0 * std::sin(0.3 * static_cast<double>(k));
+    for (size_t k = 0; k < r.size(); ++k) {
+      joint.signal[0][k] = k % 7 < 3 ? 0.005 : 0.0;
+      joint.signal[1][k] = 5.0 * std::sin(0.3 * static_cast<double>(k));
+    }
   }
   EXPECT_TRUE(says());
 }

@@ -66,8 +66,11 @@ Experiment make_held() {
     JointColumns& c = r.joints[elbow];
     for (size_t k = 0; k < r.size(); ++k) {
       const double q = 0.0012 + 0.0016 * std::sin(4.0 * r.time[k]), v = 0.0064 * std::cos(4.0 * r.time[k]);
-      c.command[k] = 0.0, c.command_rate[k] = 0.0;
-      c.signal[0][k] = kStep * std::round(q / kStep), c.signal[1][k] = v, c.signal[2][k] = -kKp * q - kKd * v;
+      c.command[k] = 0.0;
+      c.command_rate[k] = 0.0;
+      c.signal[0][k] = kStep * std::round(q / kStep);
+      c.signal[1][k] = v;
+      c.signal[2][k] = -kKp * q - kKd * v;
     }
   }
   return e;
@@ -105,8 +108,10 @@ TEST(ServoLaw, AScaleTooSmallToBeNamedIsNoBiasBesideWeight) {
   const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
   for (Recording& r : e.recordings) {
     JointColumns& c = r.joints[elbow];
-    for (size_t k = 0; k < r.size(); ++k)
-      c.command[k] += kWeight / kKp, c.signal[2][k] = 0.992 * (c.signal[2][k] + kWeight);
+    for (size_t k = 0; k < r.size(); ++k) {
+      c.command[k] += kWeight / kKp;
+      c.signal[2][k] = 0.992 * (c.signal[2][k] + kWeight);
+    }
   }
   const ServoReading reading = find_servo_readings(e, {})[elbow];
   ASSERT_TRUE(reading.follows);
@@ -152,7 +157,8 @@ void thin_out(Experiment* e) {
     thin(&r.time);
     for (JointColumns& joint : r.joints) {
       for (std::vector<double>& column : joint.signal) thin(&column);
-      thin(&joint.command), thin(&joint.command_rate);
+      thin(&joint.command);
+      thin(&joint.command_rate);
     }
   }
   e->sample_time *= 5.0;
@@ -171,8 +177,10 @@ Experiment make_filtered(const std::string& name, double late_log, double late_r
     JointColumns& c = r.joints[elbow];
     for (size_t k = 0; k < r.size(); ++k) {
       const double t = r.time[k], at = t - late_log;
-      c.command[k] = 0.05 * std::sin(kFast * t), c.command_rate[k] = 0.05 * kFast * std::cos(kFast * t);
-      c.signal[0][k] = q(t), c.signal[1][k] = v(t);
+      c.command[k] = 0.05 * std::sin(kFast * t);
+      c.command_rate[k] = 0.05 * kFast * std::cos(kFast * t);
+      c.signal[0][k] = q(t);
+      c.signal[1][k] = v(t);
       c.signal[2][k] =
           kKp * (0.05 * std::sin(kFast * at) - q(at)) + kKd * (0.05 * kFast * std::cos(kFast * at) - v(at - late_rate));
     }
@@ -212,22 +220,30 @@ Experiment make_jerked(const std::string& name, double scale) {
   Experiment e = make_late(name, 0.0, 0.0, 0.0, 0.0, 1.0);
   const size_t elbow = static_cast<size_t>(e.robot.tree.find_joint("elbow"));
   ServoGains& gains = e.scenario.servo_default;
-  gains.kp = kStiff, gains.kd = kDamping;
+  gains.kp = kStiff;
+  gains.kd = kDamping;
   TestNoise noise;
   for (Recording& r : e.recordings) {
     JointColumns& c = r.joints[elbow];
-    r.time.clear(), c.command.clear(), c.command_rate.clear(), c.signal[0].clear(), c.signal[1].clear(),
-        c.signal[2].clear();
+    r.time.clear();
+    c.command.clear();
+    c.command_rate.clear();
+    c.signal[0].clear();
+    c.signal[1].clear();
+    c.signal[2].clear();
     double q = 0.0, v = 0.0;
     for (int k = 0; k < 2500; ++k) {
       const double command = calc_command(0.004 * k) - calc_command(0.0);
       for (int i = 0; i < kSteps; ++i) {
         const double effort = kStiff * (command - q) - kDamping * v;
         if (i == kSteps / 2) {
-          r.time.push_back(0.004 * k + i * kStep), c.command.push_back(command), c.signal[0].push_back(q);
+          r.time.push_back(0.004 * k + i * kStep);
+          c.command.push_back(command);
+          c.signal[0].push_back(q);
           c.signal[2].push_back(scale * effort + 0.1 * noise.draw());
         }
-        v += kStep / kInertia * (effort - kFriction * std::tanh(v / 1e-3)), q += kStep * v;
+        v += kStep / kInertia * (effort - kFriction * std::tanh(v / 1e-3));
+        q += kStep * v;
       }
     }
   }

@@ -26,8 +26,9 @@ std::string make_log(double unit, double mass, double phase, double ripple) {
   for (double t = 0.0; t < kSeconds; t += 1.0 / kRate) {
     double q = 0.0, v = 0.0, a = 0.0;
     for (const auto& [size, rate] : {std::pair{0.08, 2.0}, std::pair{0.03, 7.0}}) {
-      q += size * std::sin(rate * t + phase), v += size * rate * std::cos(rate * t + phase),
-          a -= size * rate * rate * std::sin(rate * t + phase);
+      q += size * std::sin(rate * t + phase);
+      v += size * rate * std::cos(rate * t + phase);
+      a -= size * rate * rate * std::sin(rate * t + phase);
     }
     const double force =
         mass * a + kViscous * v + kDry * std::tanh(v / 1e-3) + ripple * std::sin(kPeriods * q) + 0.3 * noise.draw();

@@ -54,7 +54,10 @@ TEST(SoftGears, ANotedGearWhoseComplianceMayBeZeroIsNotListed) {
   const Experiment e = simulate_arm("noted_gear", {});
   for (const bool told : {true, false}) {
     SoftGear gear;
-    gear.joint = kShoulder, gear.give = 0.01, gear.std = told ? 0.004 : 0.006, gear.left = 0.6;
+    gear.joint = kShoulder;
+    gear.give = 0.01;
+    gear.std = told ? 0.004 : 0.006;
+    gear.left = 0.6;
     std::vector<Finding> findings;
     Hypothesis model;
     add_soft_gear(e, gear, EffortSource::kRecorded, &findings, &model);
@@ -67,7 +70,11 @@ TEST(SoftGears, WithoutARecordedEffortTheServosLawMayBeAnotherOne) {
   const Experiment e = simulate_arm("unmeasured_gear", {});
   for (EffortSource source : {EffortSource::kRecorded, EffortSource::kServoLaw}) {
     SoftGear gear;
-    gear.joint = kShoulder, gear.give = 0.01, gear.std = 1e-4, gear.left = 0.2, gear.applied = true;
+    gear.joint = kShoulder;
+    gear.give = 0.01;
+    gear.std = 1e-4;
+    gear.left = 0.2;
+    gear.applied = true;
     std::vector<Finding> findings;
     Hypothesis model;
     add_soft_gear(e, gear, source, &findings, &model);

@@ -12,14 +12,18 @@ namespace hrp::diagnosis {
 namespace {
 
 void state_friction(double viscous, double dry, Experiment* e) {
-  for (int j = 0; j < e->num_joints(); ++j)
-    e->robot.tree.joint(j).viscous_friction = viscous, e->robot.tree.joint(j).coulomb_friction = dry;
+  for (int j = 0; j < e->num_joints(); ++j) {
+    e->robot.tree.joint(j).viscous_friction = viscous;
+    e->robot.tree.joint(j).coulomb_friction = dry;
+  }
 }
 
 Hypothesis make_friction(double viscous, double dry) {
   Hypothesis out;
-  for (int j : {kShoulder, kElbow})
-    out.push_back({EffectId::kViscous, j, {viscous}}), out.push_back({EffectId::kCoulomb, j, {dry, 0.0, 5e-4}});
+  for (int j : {kShoulder, kElbow}) {
+    out.push_back({EffectId::kViscous, j, {viscous}});
+    out.push_back({EffectId::kCoulomb, j, {dry, 0.0, 5e-4}});
+  }
   return out;
 }
 

@@ -158,7 +158,8 @@ TEST(TorqueEvidence, DryFrictionOfAPartOfATurnIsKnownAsWellAsAFewOfItsWindowsTel
       double all = 0.0, part = 0.0;
       for (int w = 0; w < kWindows; ++w) {
         const double own = level(random);
-        all += own / kWindows, part += w < seen ? own / seen : 0.0;
+        all += own / kWindows;
+        part += w < seen ? own / seen : 0.0;
       }
       square += (part - all) * (part - all) / kTurns;
     }
@@ -173,7 +174,10 @@ TEST(TorqueEvidence, OfAJointThatStandsStillTheReportSaysThatThisMotionCannotTel
   Experiment e = simulate_arm("evidence_still", make_arm_drives());
   for (Recording& r : e.recordings) {
     JointColumns& elbow = r.joints[1];
-    for (size_t k = 0; k < r.size(); ++k) elbow.signal[0][k] = 0.3, elbow.signal[1][k] = 0.0;
+    for (size_t k = 0; k < r.size(); ++k) {
+      elbow.signal[0][k] = 0.3;
+      elbow.signal[1][k] = 0.0;
+    }
   }
   const std::vector<NotIdentifiable> list = judge_torque(e, 1).evidence.not_identifiable;
   const auto says = [&](const char* joint) {
@@ -212,7 +216,8 @@ TEST(TorqueEvidence, AConstantTorqueIsAmongOthersFrictionThatHoldsMoreInOneDirec
 // Before, the sum was 1.2: the gain's share was below nothing, so that friction took away more than there was.
 TEST(TorqueEvidence, SharesOfAJointWhoseGainIsWrongAddUpToOne) {
   Hypothesis hidden = make_arm_drives();
-  hidden[0].p[0] *= 4.0, hidden[1].p[0] *= 4.0;  // most of the effort: alone, a gain would take it for a weak drive
+  hidden[0].p[0] *= 4.0;
+  hidden[1].p[0] *= 4.0;  // most of the effort: alone, a gain would take it for a weak drive
   hidden.push_back({EffectId::kTorqueConstant, kShoulder, {0.9}});
   Experiment e = simulate_arm("torque_gain_shares", hidden);
   e.scenario.drive = "effort";
@@ -234,11 +239,14 @@ TEST(TorqueEvidence, AGainThatHeldOutRecordingsRefuseLeavesTheModel) {
   size_t gain = 0;
   while (!is_gain(gain)) ++gain;
   std::vector<size_t>& own = choice.model.own[kShoulder];
-  own.push_back(gain), std::sort(own.begin(), own.end());
+  own.push_back(gain);
+  std::sort(own.begin(), own.end());
   choice.fit = fit_torque(design, choice.model);
   choice.fit.held[kShoulder] *= 1.1;
   GradedTerm refused;
-  refused.term = terms[gain], refused.place = {kShoulder, 0}, refused.helps_held = false;
+  refused.term = terms[gain];
+  refused.place = {kShoulder, 0};
+  refused.helps_held = false;
   EXPECT_TRUE(drop_false_gains(1, {refused}, &design, &choice));
   EXPECT_TRUE(std::none_of(choice.model.own[kShoulder].begin(), choice.model.own[kShoulder].end(), is_gain));
 }
@@ -296,10 +304,13 @@ void add_spring(double stiffness, Recording* r) {
 TEST(TorqueEvidence, ASpringThatOneHeldOutRecordingDeniesIsNotSupported) {
   Experiment e = make_simulated_experiment("torque_denied", kArm, kArmJoints, make_arm_drives());
   e.recordings.push_back(e.recordings[2]);
-  add_spring(5.0, &e.recordings[0]), add_spring(5.0, &e.recordings[1]);
+  add_spring(5.0, &e.recordings[0]);
+  add_spring(5.0, &e.recordings[1]);
   Experiment agreed = e;
-  add_spring(8.0, &e.recordings[2]), add_spring(-1.0, &e.recordings[3]);
-  add_spring(5.0, &agreed.recordings[2]), add_spring(5.0, &agreed.recordings[3]);
+  add_spring(8.0, &e.recordings[2]);
+  add_spring(-1.0, &e.recordings[3]);
+  add_spring(5.0, &agreed.recordings[2]);
+  add_spring(5.0, &agreed.recordings[3]);
   const TorqueVerdict denied = judge_torque(e, 1), confirmed = judge_torque(agreed, 1);
   const Finding* f = find(denied, "parallel_spring", "elbow");
   if (f != nullptr) {

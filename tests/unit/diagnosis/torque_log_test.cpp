@@ -121,7 +121,8 @@ TEST(TorqueLog, BackEmfOfAStatedVoltageDriveIsNoFinding) {
   ASSERT_EQ(stated.drive, "servo");
   EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").kp, 200.0);  // what the recordings were made with
   EXPECT_DOUBLE_EQ(stated.servo_joints.at("elbow").effort_limit, 50.0);
-  e.scenario.servo_joints = stated.servo_joints, e.scenario.joint_laws = stated.joint_laws;
+  e.scenario.servo_joints = stated.servo_joints;
+  e.scenario.joint_laws = stated.joint_laws;
   const TorqueVerdict verdict = judge_torque(e, 1);
   const Finding* f = find(verdict, "viscous_friction", "elbow");
   ASSERT_NE(f, nullptr);
@@ -258,7 +259,8 @@ TEST(TorqueLog, AFrozenLogIsLeftOutWithAWarning) {
   Recording& r = e.recordings[0];
   for (JointColumns& joint : r.joints) {
     for (size_t k = r.size() / 2; k < r.size(); ++k) {
-      joint.signal[0][k] = joint.signal[0][r.size() / 2], joint.signal[1][k] = 0.0;
+      joint.signal[0][k] = joint.signal[0][r.size() / 2];
+      joint.signal[1][k] = 0.0;
       joint.signal[2][k] = k % 40 < 20 ? 50.0 : -50.0;
     }
   }

@@ -101,8 +101,10 @@ TEST(TorqueMass, AGainBesideAWrongMassIsAsSureAsTheRowsOfAllJointsTellIt) {
   const TorqueDesign design = make_torque_design(make_torque_data(e));
   Choice choice;
   choice.model.own = list_usual_terms(design);
-  for (const JointDesign& joint : design.joints)
-    choice.inclusion.emplace_back(joint.terms.size(), 1.0), choice.choice_std.emplace_back(joint.terms.size(), 0.0);
+  for (const JointDesign& joint : design.joints) {
+    choice.inclusion.emplace_back(joint.terms.size(), 1.0);
+    choice.choice_std.emplace_back(joint.terms.size(), 0.0);
+  }
   const size_t at = add_own(
       design, kElbow, [](const Term& t) { return t.row->scales_effort; }, &choice.model);
   const auto is_mass = [](const Term& t) { return t.row->factor && t.place == kFore; };
@@ -361,8 +363,10 @@ TEST(TorqueMass, AGearThatTheLoadHardlyTurnsIsNamedWithItsLossAndIsNoWrongMass) 
 GradedTerm make_graded(bool TermRow::*property, int place, double value, double width) {
   GradedTerm g;
   g.term = {&find_term_row(property), place};
-  g.parameters = Eigen::VectorXd::Constant(1, value), g.std = g.width = Eigen::VectorXd::Constant(1, width);
-  g.named = true, g.grade = Grade::kSupported;
+  g.parameters = Eigen::VectorXd::Constant(1, value);
+  g.std = g.width = Eigen::VectorXd::Constant(1, width);
+  g.named = true;
+  g.grade = Grade::kSupported;
   return g;
 }
 

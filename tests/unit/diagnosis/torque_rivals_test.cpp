@@ -154,13 +154,16 @@ TEST(TorqueRivals, PlayUnderALoadOfOneSideIsListedAndNoSpringIsSupported) {
     Eigen::MatrixXd q(n, 1), v(n, 1), a(n, 1);
     for (long k = 0; k < n; ++k) {
       const double t = r.time[static_cast<size_t>(k)];
-      q(k, 0) = kTurn * std::sin(w * t), v(k, 0) = kTurn * w * std::cos(w * t), a(k, 0) = -w * w * q(k, 0);
+      q(k, 0) = kTurn * std::sin(w * t);
+      v(k, 0) = kTurn * w * std::cos(w * t);
+      a(k, 0) = -w * w * q(k, 0);
     }
     const Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
     for (long k = 0; k < n; ++k) {
       JointColumns& hinge = r.joints[0];
       const auto at = static_cast<size_t>(k);
-      hinge.signal[0][at] = q(k, 0) + std::copysign(0.5 * kGap, tau(k, 0)), hinge.signal[1][at] = v(k, 0);
+      hinge.signal[0][at] = q(k, 0) + std::copysign(0.5 * kGap, tau(k, 0));
+      hinge.signal[1][at] = v(k, 0);
       hinge.signal[2][at] = tau(k, 0) + 0.2 * std::tanh(v(k, 0) / 0.02) + 0.05 * v(k, 0) +
                             0.01 * std::sin(9.0 * q(k, 0)) + 0.003 * noise.draw();
     }
@@ -192,16 +195,20 @@ Experiment make_swing() {
     Eigen::MatrixXd q = Eigen::MatrixXd::Zero(n, 2), v = q, a = q;
     for (long k = 0; k < n; ++k) {
       const double t = r.time[static_cast<size_t>(k)];
-      q(k, 0) = amplitude * std::sin(w * t), v(k, 0) = amplitude * w * std::cos(w * t), a(k, 0) = -w * w * q(k, 0);
+      q(k, 0) = amplitude * std::sin(w * t);
+      v(k, 0) = amplitude * w * std::cos(w * t);
+      a(k, 0) = -w * w * q(k, 0);
     }
     const Eigen::MatrixXd tau = calc_efforts(plant, q, v, a);
     for (long k = 0; k < n; ++k) {
       JointColumns& shoulder = r.joints[kShoulder];
       const auto at = static_cast<size_t>(k);
-      shoulder.signal[0][at] = q(k, 0) + 0.1, shoulder.signal[1][at] = v(k, 0);
+      shoulder.signal[0][at] = q(k, 0) + 0.1;
+      shoulder.signal[1][at] = v(k, 0);
       shoulder.signal[2][at] =
           tau(k, 0) + 0.8 * std::tanh(v(k, 0) / 0.02) + 0.3 * std::sin(9.0 * q(k, 0) + 0.2 * r.time[at]);
-      r.joints[kElbow].signal[0][at] = r.joints[kElbow].signal[1][at] = 0.0, r.joints[kElbow].signal[2][at] = tau(k, 1);
+      r.joints[kElbow].signal[0][at] = r.joints[kElbow].signal[1][at] = 0.0;
+      r.joints[kElbow].signal[2][at] = tau(k, 1);
     }
   }
   return e;

@@ -45,7 +45,10 @@ inline void expect_drives(const TorqueVerdict& verdict, const Hypothesis& hidden
 
 // Without them no servo's law tells the effort of a log.
 inline void forget_commands(Recording* r) {
-  for (JointColumns& joint : r->joints) joint.command.clear(), joint.command_rate.clear();
+  for (JointColumns& joint : r->joints) {
+    joint.command.clear();
+    joint.command_rate.clear();
+  }
 }
 
 }  // namespace hrp::diagnosis

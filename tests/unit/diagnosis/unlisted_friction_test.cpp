@@ -38,9 +38,10 @@ std::string find_instead(const Experiment& e) {
     for (const Term& term : list_joint_terms(data, kElbow)) {
       const Eigen::MatrixXd columns = calc_joint_columns(data, r, term);
       if (term.row->backwards) gear.push_back(columns);
-      if (term.row->usual)
-        laws.columns.back().conservativeResize(Eigen::NoChange, laws.columns.back().cols() + 1),
-            laws.columns.back().rightCols(1) = columns;
+      if (term.row->usual) {
+        laws.columns.back().conservativeResize(Eigen::NoChange, laws.columns.back().cols() + 1);
+        laws.columns.back().rightCols(1) = columns;
+      }
     }
   }
   return find_unlisted_friction(data, laws, gear);

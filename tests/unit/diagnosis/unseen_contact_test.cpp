@@ -51,7 +51,8 @@ void write_hops(const fs::path& file, double phase, bool supported) {
     if (k % 20 == 0)
       csv << t << "," << z + 1e-5 * noise.draw() << "," << q + 2e-5 * noise.draw() << ","
           << bodies + friction + of_ground + 0.005 * noise.draw() << "\n";
-    vz += kStep * az, z += kStep * vz;
+    vz += kStep * az;
+    z += kStep * vz;
   }
 }
 

@@ -136,7 +136,8 @@ TEST(UntoldUnits, AConstantForceBesideAConstantWeightMayBeTheUnit) {
   ASSERT_TRUE(unit.has_value());
   EXPECT_NEAR(*unit, 7.2, 0.4);
   EffortUnit untold;  // where a current is too noisy to show what the load's acceleration takes
-  untold.joint = 0, untold.without_constant = *unit;
+  untold.joint = 0;
+  untold.without_constant = *unit;
   Reports reports;
   reports.report["findings"] = {{{"effect", "constant_torque"},
                                  {"where", {{"joint", "motor"}}},

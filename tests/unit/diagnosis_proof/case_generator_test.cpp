@@ -156,13 +156,21 @@ TEST(CaseGenerator, DryFrictionHoldsAJointStillBelowItsLevel) {
   robot.links.resize(2);
   robot.links[0].name = "mount";
   LinkPlan& link = robot.links[1];
-  link.name = "pendulum", link.parent = 0, link.mass = 1, link.com = {0, 0, -0.5},
+  link.name = "pendulum";
+  link.parent = 0;
+  link.mass = 1;
+  link.com = {0, 0, -0.5};
   link.inertia = {0.02, 0.02, 0.01, 0, 0, 0};
-  link.joint.name = "hinge", link.joint.axis = {0, 1, 0}, link.joint.kp = 1e-6, link.joint.kd = 1e-6,
+  link.joint.name = "hinge";
+  link.joint.axis = {0, 1, 0};
+  link.joint.kp = 1e-6;
+  link.joint.kd = 1e-6;
   link.joint.limit = 1;
   link.joint.start = 0.3;  // gravity pulls with 9.81 x 0.5 x sin 0.3 = 1.45 N m
   Commands still;
-  still.time = {0.0, 5.0}, still.position = {{0.3, 0.3}}, still.velocity = {{0.0, 0.0}};
+  still.time = {0.0, 5.0};
+  still.position = {{0.3, 0.3}};
+  still.velocity = {{0.0, 0.0}};
   const Hidden held{"coulomb_friction", "joint", "hinge", {{"level", 1.6}}},
       slipping{"coulomb_friction", "joint", "hinge", {{"level", 1.3}}};
   // Creep of the soft friction constraint: 1e-6 rad/s at most, over 6.5 s.
@@ -177,11 +185,17 @@ RobotPlan make_folded_arm() {
   robot.links.resize(3);
   robot.links[0].name = "mount";
   LinkPlan& column = robot.links[1];
-  column.name = "column", column.parent = 0, column.mass = 4, column.com = {0, 0, 0.1};
+  column.name = "column";
+  column.parent = 0;
+  column.mass = 4;
+  column.com = {0, 0, 0.1};
   column.inertia = {0.02, 0.02, 0.002, 0, 0, 0};
   column.joint = {"turn", {0, 0, 0.2}, {}, {0, 0, 1}, 1530, 61, 400, 0.0, "arm", 1};
   LinkPlan& boom = robot.links[2];
-  boom.name = "boom", boom.parent = 1, boom.mass = 5, boom.com = {0, 0, 0.5};
+  boom.name = "boom";
+  boom.parent = 1;
+  boom.mass = 5;
+  boom.com = {0, 0, 0.5};
   boom.inertia = {0.1, 0.1, 0.002, 0, 0, 0};
   boom.joint = {"fold", {0, 0, 0.3}, {}, {0, 1, 0}, 1600, 60, 400, 1.5, "arm", 1};
   return robot;
@@ -207,11 +221,14 @@ TEST(CaseGenerator, LawsMeetTheirClosedForms) {
   double z = 0;
   for (int i = 0; i < 40000; ++i) z += 1e-5 * calc_bouc_wen_rate(j, 1.0, z);
   EXPECT_NEAR(z, 0.02, 1e-6);  // 20 yield angles of travel: saturated
-  j.gap = 0.01, j.stiffness = 100, j.damping = 1;
+  j.gap = 0.01;
+  j.stiffness = 100;
+  j.damping = 1;
   EXPECT_EQ(calc_transmission_torque(j, 0.004, 0, 1, 0), 0);           // inside the gap
   EXPECT_NEAR(calc_transmission_torque(j, 0.015, 0, 0, 0), 1, 1e-12);  // 0.01 rad beyond half the gap
   EXPECT_EQ(calc_transmission_torque(j, 0.0051, 0, -5, 0), 0);         // teeth do not pull
-  j.saturation = 2, j.torque_scale = 0.5;
+  j.saturation = 2;
+  j.torque_scale = 0.5;
   EXPECT_EQ(calc_drive_torque(j, 7, 0, 0, 0), 1);
 }
 
@@ -278,8 +295,11 @@ TEST(CaseGenerator, CasesDifferInRobotRateAndColumns) {
   for (int i = 0; i < 80; ++i) {
     const RobotPlan robot = make_arm(random);
     const RecorderPlan plan = draw_recorder(robot, {}, random);
-    robots.insert(robot.name), rates.insert(plan.rate), velocity.insert(plan.with_velocity);
-    effort.insert(plan.with_effort), stated.insert(plan.noise_stated);
+    robots.insert(robot.name);
+    rates.insert(plan.rate);
+    velocity.insert(plan.with_velocity);
+    effort.insert(plan.with_effort);
+    stated.insert(plan.noise_stated);
   }
   EXPECT_GE(robots.size(), 8u);
   EXPECT_GE(rates.size(), 5u);
@@ -358,7 +378,8 @@ TEST(CaseGenerator, AHumanoidOfAUrdfStandsOnLevelSolesUnderItsCentreOfMass) {
   for (std::size_t i = 0; i < robot.links.size(); ++i) {
     const LinkPlan& link = robot.links[i];
     const Eigen::Vector3d com(link.com[0], link.com[1], link.com[2]);
-    mass += link.mass, ahead += link.mass * (calc_pose(robot, static_cast<int>(i), q) * com).x();
+    mass += link.mass;
+    ahead += link.mass * (calc_pose(robot, static_cast<int>(i), q) * com).x();
   }
   for (const FootPlan& foot : robot.feet) {
     const Eigen::Isometry3d X = calc_pose(robot, foot.link, q);

@@ -13,7 +13,11 @@ namespace {
 
 TEST(DirtyCases, FrictionVariesOverPositionAndFadesWithTimeByItsShares) {
   JointReality joint;
-  joint.coulomb = 2, joint.texture = 0.25, joint.texture_periods = 3, joint.fade_drop = 0.2, joint.fade_time = 5;
+  joint.coulomb = 2;
+  joint.texture = 0.25;
+  joint.texture_periods = 3;
+  joint.fade_drop = 0.2;
+  joint.fade_time = 5;
   const double crest = M_PI / 6;  // sin(3 q) = 1
   EXPECT_DOUBLE_EQ(calc_dry_friction(joint, crest, 1, 0, 0), 2.5);
   EXPECT_DOUBLE_EQ(calc_dry_friction(joint, -crest, 1, 0, 0), 1.5);

@@ -87,7 +87,8 @@ TEST(Headline, EffectsThatWereJudgedAsASetAreOneSentenceWithTheErrorThatTheyTake
 // Nothing is a finding, and yet whoever reads knows what to try first, with which value.
 TEST(Headline, WhereNothingIsExplainedTheEffectsThatComeClosestLead) {
   json report = make_leg();
-  report["findings"] = json::array(), report["verdict"] = "unexplained";
+  report["findings"] = json::array();
+  report["verdict"] = "unexplained";
   report["closest"] = {
       {"effects", {make_finding("viscous_friction", "hip", "ambiguous", "coefficient", 0.85, 0.1, "N m s/rad")}},
       {"others", {"command_delay@hip"}},
@@ -135,8 +136,9 @@ TEST(Headline, FeetThatLogCountsAreSaidSoApartFromAScaleThatIsOff) {
     report["findings"].push_back(make_finding("sensor_scale", "knee", "supported", "scale", value, 0.1, unit));
     report["findings"].back()["where"] = {{"sensor", sensor}};
   };
-  add("/wrench/left/force", 8.4, "counts/N"), add("/wrench/right/force", 9.9, "counts/N"),
-      add("/imu/base/linear_acceleration", 0.98, "1");
+  add("/wrench/left/force", 8.4, "counts/N");
+  add("/wrench/right/force", 9.9, "counts/N");
+  add("/imu/base/linear_acceleration", 0.98, "1");
   const std::string text = join(report);
   EXPECT_THAT(text, HasSubstr("Forces are raw counts, no newtons, at sensors /wrench/left/force and "
                               "/wrench/right/force: scale 8.4 to 9.9 counts/N"));
@@ -150,10 +152,13 @@ TEST(Headline, WhatIsOnlyAmbiguousIsSaidAsPerhaps) {
 TEST(Headline, WhatIsSureStandsBeforeWhatIsPerhapsThereAndFaultsOfALogLast) {
   json report = make_leg();
   json foot = make_finding("foot_compliance", "knee", "supported", "kz", 1900.0, 300.0, "N/m");
-  foot["where"] = {{"foot", "sole"}}, foot["weight"] = 0.0;
+  foot["where"] = {{"foot", "sole"}};
+  foot["weight"] = 0.0;
   json late = make_finding("sensor_delay", "knee", "supported", "delay", 0.02, 0.001, "s");
-  late["where"] = {{"sensor", "/joint_states/knee/velocity"}}, late["weight"] = 0.0;
-  report["findings"].push_back(foot), report["findings"].push_back(late);
+  late["where"] = {{"sensor", "/joint_states/knee/velocity"}};
+  late["weight"] = 0.0;
+  report["findings"].push_back(foot);
+  report["findings"].push_back(late);
   const std::string text = join(report);
   EXPECT_LT(text.find("Coulomb friction"), text.find("Foot compliance"));
   EXPECT_LT(text.find("Foot compliance"), text.find("Perhaps command delay"));
@@ -184,7 +189,7 @@ TEST(Headline, ErrorsOfARobotOnItsFeetAreToldByEquation) {
 TEST(Headline, ASingleFindingOfAWalkKeepsTheStatementOfItsCheck) {
   json report = make_leg();
   json load = make_finding("payload", "waist", "ambiguous", "mass", 1.08, 0.14, "kg");
-  load["weight"] = 1.0,
+  load["weight"] = 1.0;
   load["statement"] =
       "The feet carry 1.033 +- 0.004 of the weight. The model is too light by 3.3 %, or the scale is off. By phase.";
   report["findings"].push_back(load);
@@ -209,21 +214,26 @@ TEST(Headline, OfEqualWeightTheMoreProbableStandsFirst) {
   json report = make_leg();
   json bias = make_finding("sensor_bias", "knee", "ambiguous", "value", 0.07, 0.03, "m/s^2"),
        load = make_finding("payload", "waist", "ambiguous", "mass", 1.0, 0.1, "kg");
-  bias["weight"] = load["weight"] = 1.0, bias["probability"] = 0.5, load["probability"] = 0.95;
-  report["findings"].push_back(bias), report["findings"].push_back(load);
+  bias["weight"] = load["weight"] = 1.0;
+  bias["probability"] = 0.5;
+  load["probability"] = 0.95;
+  report["findings"].push_back(bias);
+  report["findings"].push_back(load);
   EXPECT_LT(join(report).find("payload at joint waist"), join(report).find("sensor bias at joint knee"));
 }
 
 TEST(Headline, OfLittleThatCanBePredictedTheShareOfAllIsTold) {
   json report = make_leg();
-  report["ceiling"] = 0.02, report["explained"] = 0.018;
+  report["ceiling"] = 0.02;
+  report["explained"] = 0.018;
   EXPECT_THAT(join(report),
               HasSubstr("2 % of the mismatch, and 90 % of what a free model of the recorded signals predicts"));
 }
 
 TEST(Headline, WithoutAMeasureOfWhatCanBePredictedTheShareOfAllStandsAlone) {
   json report = make_leg();
-  report["ceiling"] = 1.0, report["explained"] = 0.14;
+  report["ceiling"] = 1.0;
+  report["explained"] = 0.14;
   EXPECT_THAT(join(report), HasSubstr("Over all signals, that is 14 % of the mismatch."));
   report["ceiling"] = 0.14;  // the findings are what is predicted best
   EXPECT_THAT(

@@ -30,7 +30,8 @@ std::map<std::string, std::pair<double, double>> find_ranges(const std::string& 
       std::getline(cells, cell, ',');
       if (cell.empty()) continue;
       auto& [low, high] = ranges[name];
-      low = std::min(low, std::stod(cell)), high = std::max(high, std::stod(cell));
+      low = std::min(low, std::stod(cell));
+      high = std::max(high, std::stod(cell));
     }
   }
   return ranges;
@@ -54,7 +55,8 @@ bool is_command(const std::string& column) {
 
 CaseOptions make_options() {
   CaseOptions options;
-  options.duration = 1.2, options.poor = 1;
+  options.duration = 1.2;
+  options.poor = 1;
   return options;
 }
 
@@ -78,7 +80,12 @@ TEST(CasesThatCannotBe, AnotherOneOfTheKindIsDrawnAndTheTruthSaysSo) {
   EXPECT_EQ(asked[0], 7u);
   EXPECT_NE(asked[1], asked[2]);
   asked.clear();
-  make_with_other_seeds([&](std::uint64_t seed) { return asked.push_back(seed), Case{}; }, 7);
+  make_with_other_seeds(
+      [&](std::uint64_t seed) {
+        asked.push_back(seed);
+        return Case{};
+      },
+      7);
   EXPECT_EQ(asked.size(), 1u) << "what can be made is made once";
   EXPECT_THROW(make_with_other_seeds([](std::uint64_t) -> Case { throw std::runtime_error("never"); }, 7),
                std::runtime_error);
@@ -140,7 +147,8 @@ TEST(PoorCase, ALoadThatIsAskedForHangsInItsRecordingAndIsStated) {
 std::string make_hold(const std::string& csv) {
   std::istringstream lines(csv);
   std::string names, row, cell;
-  std::getline(lines, names), std::getline(lines, row);
+  std::getline(lines, names);
+  std::getline(lines, row);
   std::string out = names + "\n";
   for (double time : {0.0, 2.0}) {
     std::istringstream cells(row);
@@ -155,7 +163,8 @@ std::string make_hold(const std::string& csv) {
 // Two short walks; what is proposed for them is played by the same robot, on its feet.
 TEST(PoorCaseNightly, AWalkerPlaysAProposedMotionAfterItsWalks) {
   CaseOptions options;
-  options.poor = 4.5, options.models = source_dir() + "/models";
+  options.poor = 4.5;
+  options.models = source_dir() + "/models";
   const CaseRequest request = parse_request("walk:viscous_friction");
   const Case first = make_case(request, 3, options);
   EXPECT_EQ(first.files.count("walk_2.csv"), 1u);

@@ -89,7 +89,10 @@ TEST_F(MujocoDynamicsTest, TheFloorGivesUnderTheFeetAsTheScenarioSays) {
 
 TEST(GroundLawTest, IsTheTangentOfEquation3WhereThePointCarriesItsLoad) {
   ContactSpec contact;
-  contact.stiffness = 4e5, contact.shared_points = 4, contact.exponent = 1.5, contact.alpha = 2.4;
+  contact.stiffness = 4e5;
+  contact.shared_points = 4;
+  contact.exponent = 1.5;
+  contact.alpha = 2.4;
   const double load = 100.0, mass = 4.0, K = 1e5, h = 1e-7;
   const auto force = [&](double depth, double rate) {
     return K * std::pow(depth, 1.5) * (1.0 + 1.5 * contact.alpha * rate);
@@ -151,8 +154,11 @@ TEST_F(MujocoDynamicsTest, PushesAndHandsMoveTheRobotAsInOurDynamics) {
   scenario_.initial_height_given = true;
   scenario_.pushes.push_back({"shove", "L_ANKLE_R_LINK", {0.05, 0.02, -0.01}, {10.0, -20.0, 5.0}, 0.1, 0.2});
   HandSpec hand;
-  hand.name = "grip", hand.link = "R_ANKLE_R_LINK", hand.p_LQ = {0.1, 0.0, 0.0};
-  hand.stiffness_W.setConstant(100.0), hand.damping_W.setConstant(10.0);
+  hand.name = "grip";
+  hand.link = "R_ANKLE_R_LINK";
+  hand.p_LQ = {0.1, 0.0, 0.0};
+  hand.stiffness_W.setConstant(100.0);
+  hand.damping_W.setConstant(10.0);
   hand.path = {{0.4, {0.1, 0.0, 0.05}}};
   scenario_.hands.push_back(hand);
   engine_ = make_mujoco_engine(robot_, scenario_);

@@ -90,7 +90,9 @@ TEST(Push, WhatCannotBeIsSaid) {
   EXPECT_EQ(find_push_fault(make_push("hand", 5.0, 3), tree, {}), "");
   EXPECT_THAT(find_push_fault(make_push("tail", 5.0, 3), tree, {}), HasSubstr("no link 'tail'"));
   Mover crate, partner;
-  crate.name = "crate", partner.name = "partner", partner.is_robot = true;
+  crate.name = "crate";
+  partner.name = "partner";
+  partner.is_robot = true;
   crate.robot.tree = partner.robot.tree = tree;
   for (const char* body : {"hand", "crate", "partner/hand"})
     EXPECT_EQ(find_push_fault(make_push(body, 5.0, 3), tree, {crate, partner}), "");

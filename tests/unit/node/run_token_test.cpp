@@ -165,7 +165,10 @@ TEST(Request, WithoutTheTokenIsRefusedAloud) {
   bool believed = false;
   options.join = [&](Bus& bus) -> std::shared_ptr<Reader> {
     return subscribe<msg::RunStatus>(bus, topics::kRunStatus, Delivery::kReliable, [&](const msg::RunStatus& m) {
-      if (!m.refused().empty()) refused = m.refused(), believed |= may_believe(kToken, {}, m);
+      if (!m.refused().empty()) {
+        refused = m.refused();
+        believed |= may_believe(kToken, {}, m);
+      }
     });
   };
   options.on_state = [](const msg::RobotState& m, Publisher<msg::RunControl>& control) {

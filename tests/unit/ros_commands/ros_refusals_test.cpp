@@ -94,8 +94,10 @@ TEST(RosRefusals, RefusesTrajectoriesThatCannotBe) {
     add_point(2.0, {0.6, 0.4}, {0.0, 0.0}, &message);
     // The ways are judged from rest.
     if (std::string(bad.what).find("on the way") != std::string::npos) {
-      played.restart(0), undisturbed.restart(0);
-      played.step(), undisturbed.step();
+      played.restart(0);
+      undisturbed.restart(0);
+      played.step();
+      undisturbed.step();
     }
     bad.spoil(&message);
     try {
@@ -189,7 +191,10 @@ TEST(RosRefusals, NoMessageMakesAnyJointLeaveItsLimits) {
       const bool jumps = !message.points().empty() && message.points()[0].time_from_start().sec() == 0 &&
                          message.points()[0].time_from_start().nanosec() == 0;  // to be taken as it is
       try {
-        if (!jumps) played.controller.take(message), ++taken;
+        if (!jumps) {
+          played.controller.take(message);
+          ++taken;
+        }
       } catch (const InputError&) {
         ++refused;
       }

@@ -64,8 +64,10 @@ TEST(CubicSegment, ExtremesAreThoseOfManySamples) {
     constexpr int kSamples = 2000;
     for (int i = 1; i <= kSamples; ++i) {
       const double t = segment.duration * i / kSamples;
-      low = std::min(low, segment.find_position(t)), high = std::max(high, segment.find_position(t));
-      slow = std::min(slow, segment.find_velocity(t)), fast = std::max(fast, segment.find_velocity(t));
+      low = std::min(low, segment.find_position(t));
+      high = std::max(high, segment.find_position(t));
+      slow = std::min(slow, segment.find_velocity(t));
+      fast = std::max(fast, segment.find_velocity(t));
     }
     // Between two samples at most curvature (h / 2)^2 / 2 is missed: h < 1.1e-3 s, |q''| and |q'''| below 3e3.
     const double missed = 5e-4;

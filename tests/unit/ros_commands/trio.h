@@ -25,8 +25,10 @@ inline RobotDescription make_description() {
   description.tree = test::make_chain("trio", {"hip", "knee", "slide"});
   for (int i = 0; i < 2; ++i) {
     JointSpec& joint = description.tree.joint(i);
-    joint.lower = -1.0, joint.upper = 1.0;
-    joint.velocity_limit = 2.0, joint.effort_limit = 5.0;
+    joint.lower = -1.0;
+    joint.upper = 1.0;
+    joint.velocity_limit = 2.0;
+    joint.effort_limit = 5.0;
   }
   description.tree.joint(2).kind = JointKind::kPrismatic;
   description.scenario_path = "trio.yaml";

@@ -220,7 +220,8 @@ double calc_spread(const std::vector<float>& noisy, const std::vector<float>& cl
   double sum = 0.0, squares = 0.0;
   for (size_t i = 0; i < noisy.size(); ++i) {
     const double error = static_cast<double>(noisy[i]) - clean[i];
-    sum += error, squares += error * error;
+    sum += error;
+    squares += error * error;
   }
   const double n = static_cast<double>(noisy.size());
   EXPECT_LT(std::abs(sum / n), 4 * 0.01 / std::sqrt(n)) << "no bias: four standard errors";

@@ -30,7 +30,8 @@ class Maker {
   Maker(const Hidden& hidden, const Recorded& recorded) : hidden_(hidden), recorded_(recorded) {
     e_.scenario = parse_scenario(kBipedScenario, "biped.yaml");
     e_.robot = parse_robot(make_biped_urdf(), "biped.urdf", e_.scenario);
-    e_.path = "biped.yaml", e_.sample_time = kStep;
+    e_.path = "biped.yaml";
+    e_.sample_time = kStep;
     level_ = e_.scenario.gravity_W;
     e_.scenario.gravity_W = turn_y(hidden.slope) * level_;  // seen from the ground
     tree_ = e_.robot.tree;
@@ -47,8 +48,12 @@ class Maker {
       return Matrix3d(m * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose()));
     };
     carrier.I_LLcm_L += about(carrier.mass, carrier.p_LLcm_L) + about(hidden.load, hidden.place);
-    carrier.mass += hidden.load, carrier.p_LLcm_L = c;
-    for (LinkSpec& link : tree_.links) link.inertia.mass *= hidden.heavier, link.inertia.I_LLcm_L *= hidden.heavier;
+    carrier.mass += hidden.load;
+    carrier.p_LLcm_L = c;
+    for (LinkSpec& link : tree_.links) {
+      link.inertia.mass *= hidden.heavier;
+      link.inertia.I_LLcm_L *= hidden.heavier;
+    }
   }
 
   Experiment run() {
@@ -87,7 +92,8 @@ class Maker {
   void add_recording(int r) {
     turn_ = r;
     Recording out;
-    out.spec.name = "walk_" + std::to_string(r) + ".csv", out.spec.train = r < 2;
+    out.spec.name = "walk_" + std::to_string(r) + ".csv";
+    out.spec.train = r < 2;
     out.joints.resize(6);
     const Model model(tree_, e_.scenario.gravity_W);
     Data data(model);
@@ -102,11 +108,14 @@ class Maker {
       };
       const Vector3d w = rate_at(t), alpha = (rate_at(t + 1e-3) - rate_at(t - 1e-3)) / 2e-3;
       const Vector3d a = (place(t + 1e-3) - 2 * place(t) + place(t - 1e-3)) / 1e-6;
-      state.R_WB = Eigen::Quaterniond(R), state.p_WB.setZero(), state.V_WB.setZero();
+      state.R_WB = Eigen::Quaterniond(R);
+      state.p_WB.setZero();
+      state.V_WB.setZero();
       state.V_WB.head<3>() = w;
       vdot.head<3>() = alpha, vdot.segment<3>(3) = a;
       for (int j = 0; j < 6; ++j) {
-        state.q(j) = angle(j, t), state.qd(j) = (angle(j, t + h) - angle(j, t - h)) / (2 * h);
+        state.q(j) = angle(j, t);
+        state.qd(j) = (angle(j, t + h) - angle(j, t - h)) / (2 * h);
         vdot(6 + j) = (angle(j, t + 1e-3) - 2 * angle(j, t) + angle(j, t - 1e-3)) / 1e-6;
       }
       update_kinematics(model, state, &data);

@@ -54,7 +54,9 @@ TEST(LeggedLeans, AZeroThatDriftsWhileOneLongRecordingLastsIsSaidAndTakenOut) {
 // What the model leaves out of a lean goes on with it.
 TEST(LeggedLeans, ARobotThatLeansFurtherWhileARecordingLastsIsNoDrift) {
   Hidden hidden;
-  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2}, hidden.tether = 200;
+  hidden.load = 2.5;
+  hidden.place = {0.05, 0, 0.2};
+  hidden.tether = 200;
   EXPECT_FALSE(find_zero_drift(make_one_lean(hidden, 0.1, 0)).found());
 }
 
@@ -62,7 +64,10 @@ TEST(LeggedLeans, ARobotThatLeansFurtherWhileARecordingLastsIsNoDrift) {
 TEST(LeggedLeans, WhatStaysTheSameInEachRecordingIsNoDrift) {
   EXPECT_FALSE(find_zero_drift(make_biped({}, kLeans)).found());
   Hidden hidden;
-  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2}, hidden.force_scale = 1.06, hidden.zero_y = 2;
+  hidden.load = 2.5;
+  hidden.place = {0.05, 0, 0.2};
+  hidden.force_scale = 1.06;
+  hidden.zero_y = 2;
   EXPECT_FALSE(find_zero_drift(make_biped(hidden, kLeans)).found());
   EXPECT_FALSE(find_zero_drift(make_biped(hidden, {.effort = false})).found()) << "a walk";
 }

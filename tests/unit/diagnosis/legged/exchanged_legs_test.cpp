@@ -38,7 +38,9 @@ class Exchanged : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(Exchanged, LegsOfARealWalkAreSuspected) {
-  exchange("l_", "r_", &e_), exchange("FL_", "FR_", &e_), exchange("RL_", "RR_", &e_);
+  exchange("l_", "r_", &e_);
+  exchange("FL_", "FR_", &e_);
+  exchange("RL_", "RR_", &e_);
   EXPECT_NE(find_exchanged_legs(e_).find("look exchanged"), std::string::npos);
 }
 
@@ -94,9 +96,11 @@ TEST(ExchangedSides, NoneAreExchangedWhereColumnsAreRight) {
 // A load on one side stays on that side; so does a hand that sways the robot.
 TEST(ExchangedSides, NeitherALoadOnOneSideNorAHandLooksLikeAnExchange) {
   Hidden hidden;
-  hidden.load = 5, hidden.place = {0, 0.3, 0};
+  hidden.load = 5;
+  hidden.place = {0, 0.3, 0};
   EXPECT_FALSE(find_exchanged_sides(make_biped(hidden)).any());
-  hidden = {}, hidden.push = 200;
+  hidden = {};
+  hidden.push = 200;
   EXPECT_FALSE(find_exchanged_sides(make_biped(hidden, kLeans)).any());
 }
 

@@ -57,7 +57,8 @@ TEST(LeggedFit, WhatLacksAllTheTimeCountsByTheErrorsThatItsCauseLeaves) {
   RowHalves rows(1, 600, {{kWeight, {0}}});
   for (int i = 0; i < rows.cells(); ++i) {
     rows.add_cell(i, 1, [&](RowTable* half, double) {
-      half->begin_row(0, 20 + 8 * normal(random), 400 + 40 * std::sin(0.1 * i)), half->add(0, 0, 1.0);
+      half->begin_row(0, 20 + 8 * normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->add(0, 0, 1.0);
     });
   }
   LeggedFitter fitter(rows.merge(), 1);
@@ -85,7 +86,8 @@ TEST(LeggedFit, AnEffectBelowAnOverstatedNoiseStillGains) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double x = normal(random), opposed = 8 * normal(random), noise = 2 * normal(random);
     rows.add_cell(i, 1, [&](RowTable* half, double sign) {
-      half->begin_row(0, 3 * x + noise + sign * opposed, 20), half->add(0, 0, x);
+      half->begin_row(0, 3 * x + noise + sign * opposed, 20);
+      half->add(0, 0, x);
     });
   }
   LeggedFitter fitter(rows.merge(), 1);
@@ -114,11 +116,13 @@ TEST(LeggedFit, OfItsOwnColumnsAloneIsTheSameFit) {
   LeggedFitter few(make_calm_and_rough(), 2), all(make_calm_and_rough(), 2);
   const Candidate rotor = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}});
   const std::vector<int> own{0};
-  few.update_weights(few.fit({rotor}), &own), all.update_weights(all.fit({rotor}));
+  few.update_weights(few.fit({rotor}), &own);
+  all.update_weights(all.fit({rotor}));
   EXPECT_DOUBLE_EQ(few.fit({rotor}).x(0), all.fit({rotor}).x(0));
   EXPECT_DOUBLE_EQ(few.fit({rotor}).mean_square[1][0], all.fit({rotor}).mean_square[1][0]);
   EXPECT_DOUBLE_EQ(few.fit({}).mean_square[0][0], all.fit({}).mean_square[0][0]);
-  few.update_weights(few.fit({rotor})), all.update_weights(all.fit({rotor}));
+  few.update_weights(few.fit({rotor}));
+  all.update_weights(all.fit({rotor}));
   EXPECT_DOUBLE_EQ(few.calc_ceiling(0), all.calc_ceiling(0));
 }
 
@@ -126,7 +130,10 @@ TEST(LeggedFit, OfItsOwnColumnsAloneIsTheSameFit) {
 TEST(LeggedFit, EffectsHaveACommonEquationWhereBothChangeIt) {
   RowHalves rows(3, 60, {{make_joint_channel("A"), {0, 2}}, {make_joint_channel("B"), {1, 2}}});
   for (int i = 0; i < rows.cells(); ++i) {
-    rows.add_cell(i, 1, [](RowTable* half, double) { half->begin_row(0, 1, 20), half->begin_row(1, 1, 20); });
+    rows.add_cell(i, 1, [](RowTable* half, double) {
+      half->begin_row(0, 1, 20);
+      half->begin_row(1, 1, 20);
+    });
   }
   const LeggedFitter fitter(rows.merge(), 3);
   const Candidate a = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}),
@@ -146,7 +153,9 @@ double calc_overlap_of_play_and_give(bool one_size) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double torque = one_size ? 1 : spread(random);
     rows.add_cell(i, 1, [&](RowTable* half, double) {
-      half->begin_row(0, 0, 1), half->add(0, 0, 0.5), half->add(0, 1, torque + normal(random));
+      half->begin_row(0, 0, 1);
+      half->add(0, 0, 0.5);
+      half->add(0, 1, torque + normal(random));
     });
   }
   const LeggedFitter fitter(rows.merge(), 2);
@@ -213,7 +222,8 @@ size_t count_left_of_explained(double left) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double cause = normal(random), other = left * normal(random);
     rows.add_cell(i, 1, [&](RowTable* half, double) {
-      half->begin_row(0, 13 * cause + other + 0.01 * normal(random), 40 * std::sin(0.1 * i)), half->add(0, 0, cause);
+      half->begin_row(0, 13 * cause + other + 0.01 * normal(random), 40 * std::sin(0.1 * i));
+      half->add(0, 0, cause);
     });
   }
   const LeggedFitter fitter(rows.merge(), 1);
@@ -251,7 +261,10 @@ size_t count_masses(double share) {
   RowHalves rows(1, 900, {{kWeight, {0}}});
   for (int i = 0; i < rows.cells(); ++i) {
     const double held = i % 40 < 20 ? 100 : 0;
-    rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, held, 400), half->add(0, 0, share * held); });
+    rows.add_cell(i, 1, [&](RowTable* half, double) {
+      half->begin_row(0, held, 400);
+      half->add(0, 0, share * held);
+    });
   }
   const LeggedFitter fitter(rows.merge(), 1);
   Candidate hold = make_candidate(EffectId::kNamed, "A", {{{0, 1.0}}});
@@ -275,7 +288,10 @@ TEST(LeggedChecks, AWeightThatIsTooLargeBecauseSomethingHoldsTheFootIsNoMass) {
 TEST(LeggedChecks, WhatACheckCannotTellIsNoFindingWhereSomethingOutsideTheTableMoves) {
   RowHalves rows(1, 100, {{kWeight, {0}}});
   for (int i = 0; i < rows.cells(); ++i)
-    rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
+    rows.add_cell(i, 1, [&](RowTable* half, double) {
+      half->begin_row(0, 10, 400);
+      half->add(0, 0, 1);
+    });
   const LeggedFitter fitter(rows.merge(), 1);
   CheckResult checks;
   checks.findings = {make_finding(get_laws().ground_slope.info(), {{"ground", "ground"}}, {})};
@@ -297,7 +313,10 @@ TEST(LeggedWords, AnAxisThatNothingShowsIsUnknown) {
 TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
   RowHalves rows(1, 100, {{kWeight, {0}}});
   for (int i = 0; i < rows.cells(); ++i)
-    rows.add_cell(i, 1, [&](RowTable* half, double) { half->begin_row(0, 10, 400), half->add(0, 0, 1); });
+    rows.add_cell(i, 1, [&](RowTable* half, double) {
+      half->begin_row(0, 10, 400);
+      half->add(0, 0, 1);
+    });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
   Finding shin = make_finding(get_laws().mass_error.info(), {{"link", "l_shin"}}, {make_one("scale", "1", 2, 0.1)});
@@ -315,7 +334,10 @@ TEST(LeggedChecks, OfAWeightAloneTheReportNamesNoLinkAmongMany) {
 // A foot's height by a capture of the base goes through the encoders of its leg.
 TEST(LeggedChecks, HeightsThatDriftBesideAWrongZeroInThatLegAreNoSlope) {
   RowHalves rows(1, 100, {{kWeight, {0}}});
-  rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
+  rows.add_cell(0, 1, [&](RowTable* half, double) {
+    half->begin_row(0, 1, 400);
+    half->add(0, 0, 1);
+  });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
   CheckResult checks;
@@ -336,7 +358,10 @@ Finding make_turned(double pitch, double roll_std) {
 // The search looks at recordings without what was corrected before: it sees the rest of a fault alone.
 TEST(LeggedChecks, AFaultThatWasCorrectedBeforeTheSearchIsReportedWithAllOfItsSize) {
   RowHalves rows(1, 100, {{kWeight, {0}}});
-  rows.add_cell(0, 1, [&](RowTable* half, double) { half->begin_row(0, 1, 400), half->add(0, 0, 1); });
+  rows.add_cell(0, 1, [&](RowTable* half, double) {
+    half->begin_row(0, 1, 400);
+    half->add(0, 0, 1);
+  });
   const LeggedFitter fitter(rows.merge(), 1);
   const LeggedOutcome outcome{fitter.fit({}), fitter.fit({}), {}, {}};
   Finding rest = make_turned(0.005, 0.001);

@@ -106,7 +106,10 @@ TEST(WholeReadings, WhatALogCutsOffIsWhatTheFootMakesItsSensorRead) {
   std::vector<double> logged;
   for (Recording& r : e.recordings) {
     for (const char* column : {"/wrench/l/force/z", "/wrench/r/force/z"}) {
-      for (double& force : r.other.at(column)) logged.push_back(force), force = std::max(0.0, force + noise(random));
+      for (double& force : r.other.at(column)) {
+        logged.push_back(force);
+        force = std::max(0.0, force + noise(random));
+      }
     }
   }
   const std::vector<WholeReading> found = find_whole_readings(e);
@@ -118,7 +121,10 @@ TEST(WholeReadings, WhatALogCutsOffIsWhatTheFootMakesItsSensorRead) {
   for (const Recording& r : converted.recordings) {
     for (const char* column : {"/wrench/l/force/z", "/wrench/r/force/z"}) {
       for (double force : r.other.at(column)) {
-        if (force < 0) error += force - logged[at], count += 1;
+        if (force < 0) {
+          error += force - logged[at];
+          count += 1;
+        }
         ++at;
       }
     }
@@ -214,7 +220,10 @@ TEST(SensorFrames, RestBeforeABriskMotionIsNoClock) {
   std::mt19937 random(67);
   std::normal_distribution<double> normal;
   Pair late, falls;
-  for (int k = 0; k < 250; ++k) late.encoders.push_back(normal(random)), falls.encoders.push_back(0.1 * normal(random));
+  for (int k = 0; k < 250; ++k) {
+    late.encoders.push_back(normal(random));
+    falls.encoders.push_back(0.1 * normal(random));
+  }
   for (int k = 0; k < 250; ++k) {
     late.sensor.push_back(k < 60 ? normal(random) : late.encoders[static_cast<size_t>(k - 60)]);
     falls.sensor.push_back(k >= 8 && k < 110 ? 0.005 * normal(random) : 2 * normal(random));

@@ -33,7 +33,8 @@ LateFoot find_late(double left, double right, double scale) {
     const double of_left = slope + common, of_right = -slope + common;
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, 10 - left * of_left - right * of_right + (scale - 1) * bears + error, 300);
-      half->add(0, l, -of_left), half->add(0, r, -of_right);
+      half->add(0, l, -of_left);
+      half->add(0, r, -of_right);
     });
   }
   return find_late_foot(log, rows.merge(), layout);

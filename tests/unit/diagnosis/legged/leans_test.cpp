@@ -22,7 +22,8 @@ TEST(LeggedLeans, NothingHiddenNamesNothing) {
 
 TEST(LeggedLeans, LoadIsFoundWithoutAnImu) {
   Hidden hidden;
-  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2};
+  hidden.load = 2.5;
+  hidden.place = {0.05, 0, 0.2};
   const Evidence e = diagnose_biped(hidden, kLeans);
   ASSERT_FALSE(e.findings.empty());
   std::vector<std::string> families{e.findings[0].family};
@@ -92,7 +93,8 @@ TEST(LeggedLeans, ZeroOfAForceMayBeTheOtherFootsWhileFeetStay) {
 // Who sways a robot by hand adds a force that nobody recorded: one equation keeps it, the others are as they were.
 TEST(LeggedLeans, AHandThatPushesLeavesNoDoubtAboutTheZeroOfAMoment) {
   Hidden hidden;
-  hidden.zero_y = 0.4, hidden.push = 200;
+  hidden.zero_y = 0.4;
+  hidden.push = 200;
   const Evidence e = diagnose_biped(hidden, kLeans);
   const auto zero =
       std::find_if(e.findings.begin(), e.findings.end(), [](const Finding& f) { return f.effect == "sensor_bias"; });
@@ -134,7 +136,9 @@ TEST(LeggedLeans, AnImuThatIsLateIsFoundOverStandingFeet) {
 // left.
 TEST(LeggedWalks, LateForceSensorsAreFoundBesideALoadAndAScale) {
   Hidden hidden;
-  hidden.load = 2.5, hidden.place = {0.05, 0, 0.2}, hidden.force_scale = 1.04;
+  hidden.load = 2.5;
+  hidden.place = {0.05, 0, 0.2};
+  hidden.force_scale = 1.04;
   Experiment e = make_biped(hidden, {.effort = false});
   delay_columns("/wrench/", 2, &e);
   const Evidence found = diagnose_legged(e, nullptr).evidence;
@@ -174,15 +178,18 @@ TEST(LeggedLeans, ASlopeUnderFeetThatStayIsListedBesideAnklesZerosAndTheImu) {
   Hidden hidden;
   hidden.slope = 0.04;
   Recorded recorded = kLeans;
-  recorded.imu = true, recorded.six_axes = false;
+  recorded.imu = true;
+  recorded.six_axes = false;
   const Evidence found = diagnose_biped(hidden, recorded);
   ASSERT_EQ(found.findings.size(), 1u);
   const Finding& f = found.findings[0];
   EXPECT_EQ(f.effect, "ground_slope") << f.statement;
   EXPECT_EQ(f.grade, Grade::kAmbiguous);
   int zeros = 0, askew = 0;
-  for (const Alternative& a : f.alternatives)
-    zeros += a.effect == "joint_offset", askew += a.effect == "sensor_misalignment";
+  for (const Alternative& a : f.alternatives) {
+    zeros += a.effect == "joint_offset";
+    askew += a.effect == "sensor_misalignment";
+  }
   EXPECT_GE(zeros, 2) << "one of each ankle";
   EXPECT_GE(askew, 1);
 }

@@ -63,13 +63,15 @@ class Quadruped {
         "sensors: {imu: {body: {link: trunk}}}\n",
         "four.yaml");
     e_.robot = parse_robot(make_urdf(), "four.urdf", e_.scenario);
-    e_.path = "four.yaml", e_.sample_time = kStep;
+    e_.path = "four.yaml";
+    e_.sample_time = kStep;
     TreeSpec tree = e_.robot.tree;
     LinkInertia& trunk = tree.links[0].inertia;
     const Vector3d c = off.load / (trunk.mass + off.load) * off.place;
     const double reduced = trunk.mass * off.load / (trunk.mass + off.load);
     trunk.I_LLcm_L += reduced * (off.place.squaredNorm() * Matrix3d::Identity() - off.place * off.place.transpose());
-    trunk.mass += off.load, trunk.p_LLcm_L = c;
+    trunk.mass += off.load;
+    trunk.p_LLcm_L = c;
     model_ = std::make_unique<Model>(tree, e_.scenario.gravity_W);
     for (const char* leg : kLegs) feet_.push_back(tree.find_link(std::string(leg) + "_foot"));
   }
@@ -97,7 +99,8 @@ class Quadruped {
     State state = make_state(*model_);
     Data data(*model_);
     const Transform X = find_pose(t);
-    state.p_WB = X.p, state.R_WB = Eigen::Quaterniond(X.R);
+    state.p_WB = X.p;
+    state.R_WB = Eigen::Quaterniond(X.R);
     Eigen::MatrixXd J(6, model_->nv());
     for (int i = 0; i < 8; ++i) {
       state.q = q;
@@ -116,7 +119,9 @@ class Quadruped {
   void add_recording(int r) {
     turn_ = r;
     Recording out;
-    out.spec.name = "sway_" + std::to_string(r) + ".csv", out.spec.train = r < 2, out.joints.resize(12);
+    out.spec.name = "sway_" + std::to_string(r) + ".csv";
+    out.spec.train = r < 2;
+    out.joints.resize(12);
     Eigen::VectorXd q(12);
     for (int f = 0; f < 4; ++f) q.segment<3>(3 * f) = Vector3d(0, 0.7, -1.4);
     for (double t = 0; t < kDuration; t += kStep) q = add_sample(t, q, &out);
@@ -134,7 +139,10 @@ class Quadruped {
     };
     State state = make_state(*model_);
     Eigen::VectorXd vdot(model_->nv()), tau(model_->nv());
-    state.R_WB = Eigen::Quaterniond(X.R), state.p_WB = X.p, state.q = q, state.qd = (after - before) / (2 * h);
+    state.R_WB = Eigen::Quaterniond(X.R);
+    state.p_WB = X.p;
+    state.q = q;
+    state.qd = (after - before) / (2 * h);
     state.V_WB << rate(X_before.R, X_after.R, 2 * h), (X_after.p - X_before.p) / (2 * h);
     vdot << (rate(X.R, X_after.R, h) - rate(X_before.R, X.R, h)) / h, (X_after.p - 2 * X.p + X_before.p) / (h * h),
         (after - 2 * q + before) / (h * h);
@@ -261,14 +269,17 @@ TEST(ForcesOfLegs, AreExactToTheFrictionThatAJointHoldsWhileItStands) {
                                     : -1,
                  speed = way * (1 + 0.5 * std::sin(i)), held = kFriction * std::sin(0.7 * i);
     c.x.insert(c.x.end(), {kLever * speed, kLever * way, 0, kLever * std::cos(1.3 * i), 0, kLever});
-    c.y.push_back(kLever * (way == 0 ? held : way * kFriction)), c.train.push_back(1), c.block.push_back(i / 20);
+    c.y.push_back(kLever * (way == 0 ? held : way * kFriction));
+    c.train.push_back(1);
+    c.block.push_back(i / 20);
   }
   std::vector<ChannelRows> channels{c};
   leave_out_leg_friction(layout, &channels);
   // An even draw from -1 to 1 has a deviation of 1 / sqrt(3); half of the rows stand.
   EXPECT_NEAR(channels[0].info.error, kLever * kFriction / std::sqrt(6), 0.05);
   // One look tells none of the four losses: nobody knows what the joint may hold.
-  c.block.assign(c.block.size(), 0), channels = {c};
+  c.block.assign(c.block.size(), 0);
+  channels = {c};
   leave_out_leg_friction(layout, &channels);
   EXPECT_EQ(channels[0].info.error, 0);
 }

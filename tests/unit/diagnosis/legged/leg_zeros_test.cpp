@@ -19,7 +19,8 @@ using Angles = std::vector<double>;  // [rad] by recording
 // The foot's joints are all about y: a zero of any of them pitches the sole back.
 ChannelRows make_rows(int axis, const char* foot, const Angles& tilt, const std::vector<int>& columns) {
   ChannelRows rows;
-  rows.info = {{EquationKind::kTilt, axis}, "/joint_states", "rad", "foot", foot}, rows.columns = columns;
+  rows.info = {{EquationKind::kTilt, axis}, "/joint_states", "rad", "foot", foot};
+  rows.columns = columns;
   for (int i = 0; i < kRows * static_cast<int>(tilt.size()); ++i) {
     rows.recording.push_back(i / kRows);
     rows.y.push_back(tilt[static_cast<size_t>(i / kRows)] + 0.001 * (i % 3 - 1));

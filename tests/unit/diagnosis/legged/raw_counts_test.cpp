@@ -13,7 +13,8 @@ namespace {
 // A foot in the air pulls at its sensor by its weight, as it does in newtons.
 TEST(RawCounts, AFootThatHangsOnItsSensorIsNoZeroAndTheGroundBearsIt) {
   Recorded recorded{.lifts = true};
-  recorded.six_axes = false, recorded.unit = 7.0;
+  recorded.six_axes = false;
+  recorded.unit = 7.0;
   const Evidence evidence = diagnose_biped({}, recorded);
   int scales = 0;
   for (const Finding& f : evidence.findings) {
@@ -29,7 +30,8 @@ TEST(RawCounts, AFootThatHangsOnItsSensorIsNoZeroAndTheGroundBearsIt) {
 // Pressure cells that tell half of what they carry, in one recording of a robot whose feet stay on the ground.
 TEST(RawCounts, OfFeetThatNeverLeaveTheGroundMayBeAZeroAndAreNoSurerThanTheirRows) {
   Recorded recorded = kLeans;
-  recorded.six_axes = false, recorded.unit = 0.5;
+  recorded.six_axes = false;
+  recorded.unit = 0.5;
   Experiment e = make_biped({}, recorded);
   e.recordings.resize(1);
   std::vector<double>& right = e.recordings[0].other.at("/wrench/r/force/z");

@@ -55,13 +55,15 @@ bool is_fault_steady(bool is_scale, bool of_scale) {
     const double bears = 250 + 250 * std::sin(0.05 * i);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, (is_scale ? 0.06 * bears : 30) + normal(random), 500);
-      half->add(0, scale, bears), half->add(0, zero, 1);
+      half->add(0, scale, bears);
+      half->add(0, zero, 1);
     });
   }
   LeggedFitter fitter(rows.merge(), layout.count());
   Candidate fault =
       make_candidate(of_scale ? EffectId::kSensorScale : EffectId::kSensorBias, "", {{{of_scale ? scale : zero, 1.0}}});
-  fault.place = 0, fault.where = {{"sensor", "/wrench/l/force"}};
+  fault.place = 0;
+  fault.where = {{"sensor", "/wrench/l/force"}};
   fitter.update_weights(fitter.fit({fault}));
   return is_steady(list_regimes(fitter, fitter.fit({fault}), 0, layout));
 }
@@ -90,11 +92,13 @@ double find_deviation(int blocks) {
     if (i % 12 == 0) of_block = normal(random);
     for (RowTable* half : {&even, &odd}) {
       half->begin_cell({0.04 * i, 0, i / 12, i / 12 < blocks ? 2 : 1, true, 1, get_mixed_roughness(i)});
-      half->begin_row(0, 10 + of_block, 100), half->add(0, 0, 1);
+      half->begin_row(0, 10 + of_block, 100);
+      half->add(0, 0, 1);
       half->end_cell();
     }
   }
-  even.finish(), odd.finish();
+  even.finish();
+  odd.finish();
   LeggedFitter fitter(merge_halves(even, odd), layout.count());
   const Candidate constant = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}});
   for (const Regime& r : list_regimes(fitter, fitter.fit({constant}), 0, layout)) {

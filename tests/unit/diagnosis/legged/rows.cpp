@@ -15,7 +15,8 @@ std::vector<ChannelRows> make_calm_and_rough() {
     const double opposed = rough ? 3 * normal(random) : 0;
     rows.add_cell(i, (rough ? 5.0 : 1.0) + 0.001 * i, [&](RowTable* half, double sign) {
       half->begin_row(0, 100 * swing + shape + 0.1 * normal(random), 20);
-      half->add(0, 0, swing), half->add(0, 1, shape + sign * opposed);
+      half->add(0, 0, swing);
+      half->add(0, 1, shape + sign * opposed);
     });
   }
   return rows.merge();

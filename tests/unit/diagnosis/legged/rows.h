@@ -43,7 +43,8 @@ class RowHalves {
   }
 
   std::vector<ChannelRows> merge() {
-    even_.finish(), odd_.finish();
+    even_.finish();
+    odd_.finish();
     return merge_halves(even_, odd_);
   }
 
@@ -64,7 +65,9 @@ inline Candidate make_candidate(EffectId effect, const char* joint, std::vector<
     return std::vector<Estimate>{{"value", "1", {x(0)}, {std(0)}, false}};
   };
   Candidate c;
-  c.law = &law, c.where = {{"joint", joint}}, c.terms = std::move(terms);
+  c.law = &law;
+  c.where = {{"joint", joint}};
+  c.terms = std::move(terms);
   return c;
 }
 

@@ -42,8 +42,8 @@ TEST(LeggedSearch, AValueIsMeasuredByAllRecordingsAndDecidedByTheHeldOutOne) {
     const bool slow = 3 * i < 2 * rows.cells();
     const double acceleration = (slow ? 0.1 : 0.6) * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, (slow ? 92 : 100) * acceleration + 0.2 * normal(random), 40 * std::sin(0.1 * i)),
-          half->add(0, 0, acceleration);
+      half->begin_row(0, (slow ? 92 : 100) * acceleration + 0.2 * normal(random), 40 * std::sin(0.1 * i));
+      half->add(0, 0, acceleration);
     });
   }
   const LeggedOutcome out = search(rows.merge(), 1, {make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}})});
@@ -62,7 +62,8 @@ size_t count_gains_beside(double force) {
     const double unknown = force * std::sin(0.9 * i), torque = 40 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, unknown + normal(random), 400 + 40 * std::sin(0.1 * i));
-      half->begin_row(1, 0.15 * torque + 0.2 * normal(random), torque), half->add(1, 0, torque);
+      half->begin_row(1, 0.15 * torque + 0.2 * normal(random), torque);
+      half->add(1, 0, torque);
     });
   }
   Candidate gain = make_candidate(EffectId::kTorqueConstant, "A", {{{0, 1.0}}});
@@ -112,13 +113,15 @@ size_t count_faults(double error) {
   for (int i = 0; i < rows.cells(); ++i) {
     double cause[3], by_listed[3], by_free[3];
     for (int c = 0; c < 3; ++c) {
-      cause[c] = normal(random), by_listed[c] = cause[c] + 0.1 * normal(random),
+      cause[c] = normal(random);
+      by_listed[c] = cause[c] + 0.1 * normal(random);
       by_free[c] = by_listed[c] + error * normal(random);
     }
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       for (int c = 0; c < 3; ++c) {
         half->begin_row(c, 20 * cause[c] + 0.2 * normal(random), 40 * std::sin(0.1 * i));
-        half->add(c, c, by_listed[c]), half->add(c, 3, by_free[c]);
+        half->add(c, c, by_listed[c]);
+        half->add(c, 3, by_free[c]);
       }
     });
   }
@@ -146,11 +149,13 @@ size_t count_frictions(double coefficient, double known) {
     const double speed = std::sin(0.9 * i), other = 0.01 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, coefficient * speed + 0.02 * normal(random), 2 * speed);
-      half->add(0, 0, speed), half->add(0, 1, 1e6 * (speed + other));
+      half->add(0, 0, speed);
+      half->add(0, 1, 1e6 * (speed + other));
     });
   }
   Candidate delay = make_candidate(EffectId::kDelay, "A", {{{1, 1.0}}});
-  delay.known = known, delay.least = 5 * known;
+  delay.known = known;
+  delay.least = 5 * known;
   return search(rows.merge(), 2, {make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}), delay}).effects.size();
 }
 
@@ -176,8 +181,10 @@ TEST(LeggedSearch, AZeroIsJudgedByTheEquationThatItExplains) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double x = 0.05 + 0.03 * normal(random), z = 0.06 + 0.2 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, x + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(0, 0, 1);
-      half->begin_row(1, z + 1e-3 * normal(random), std::sin(0.1 * i)), half->add(1, 1, 1);
+      half->begin_row(0, x + 1e-3 * normal(random), std::sin(0.1 * i));
+      half->add(0, 0, 1);
+      half->begin_row(1, z + 1e-3 * normal(random), std::sin(0.1 * i));
+      half->add(1, 1, 1);
     });
   }
   Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}});
@@ -197,8 +204,10 @@ size_t count_constants(double force) {
                   {{{EquationKind::kForce, 2}, "f", "N", "link", "a"}, {2}}});
   for (int i = 0; i < rows.cells(); ++i) {
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      for (int c = 0; c < 3; ++c)
-        half->begin_row(c, (c == 0 ? force : 0) + 0.1 * normal(random), 400 * std::sin(0.1 * i)), half->add(c, c, 1);
+      for (int c = 0; c < 3; ++c) {
+        half->begin_row(c, (c == 0 ? force : 0) + 0.1 * normal(random), 400 * std::sin(0.1 * i));
+        half->add(c, c, 1);
+      }
     });
   }
   Candidate zero = make_candidate(EffectId::kSensorBias, "", {{{0, 1.0}}, {{1, 1.0}}, {{2, 1.0}}});
@@ -221,7 +230,8 @@ EffectId find_constant(double gap) {
     const double leans = 1 + 0.1 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, 2 * leans + 0.02 * normal(random), 2 * std::sin(0.1 * i));
-      half->add(0, 0, 2 / gap * leans), half->add(0, 1, leans + 0.003 * normal(random));
+      half->add(0, 0, 2 / gap * leans);
+      half->add(0, 1, leans + 0.003 * normal(random));
     });
   }
   Candidate play = make_candidate(EffectId::kBacklash, "A", {{{0, 1.0}}});
@@ -245,7 +255,8 @@ TEST(LeggedSearch, ADelayIsNotJudgedByWhatItsColumnsLeaveOut) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double rate = normal(random), beyond = normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, 3 * rate + 4.2 * beyond + 0.02 * normal(random), 10 * rate), half->add(0, 0, 100 * rate);
+      half->begin_row(0, 3 * rate + 4.2 * beyond + 0.02 * normal(random), 10 * rate);
+      half->add(0, 0, 100 * rate);
     });
   }
   Candidate delay = make_candidate(EffectId::kDelay, "A", {{{0, 1.0}}});
@@ -271,7 +282,8 @@ TEST(LeggedSearch, OfTwoEffectsThatUndoEachOtherOneIsLeft) {
     const double feels = 9.8 + 0.05 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, 0.05 - 0.6 * (feels - 9.8) + 0.005 * normal(random), feels);
-      half->add(0, 0, feels), half->add(0, 1, 1);
+      half->add(0, 0, feels);
+      half->add(0, 1, 1);
     });
   }
   const LeggedOutcome out = search(rows.merge(), 2,
@@ -291,8 +303,10 @@ size_t count_zeros(double right) {
     const double weight = 2 + 0.2 * std::sin(0.3 * i), other = 2 + 0.2 * std::cos(0.2 * i);
     const double error = 0.01 * normal(random), more = 0.09 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, 0.015 * weight + error, weight), half->add(0, 0, weight);
-      half->begin_row(1, right * other + more, other), half->add(1, 1, other);
+      half->begin_row(0, 0.015 * weight + error, weight);
+      half->add(0, 0, weight);
+      half->begin_row(1, right * other + more, other);
+      half->add(1, 1, other);
     });
   }
   return search(rows.merge(), 2,
@@ -315,9 +329,10 @@ bool is_spring_named(double play) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double side = normal(random), position = normal(random), unknown = 0.7 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, play * 1000 * side + normal(random), 400 + 40 * std::sin(0.1 * i)),
-          half->add(0, 0, 1000 * side);
-      half->begin_row(1, position + unknown, 20), half->add(1, 1, position);
+      half->begin_row(0, play * 1000 * side + normal(random), 400 + 40 * std::sin(0.1 * i));
+      half->add(0, 0, 1000 * side);
+      half->begin_row(1, position + unknown, 20);
+      half->add(1, 1, position);
     });
   }
   const LeggedOutcome out = search(rows.merge(), 2,
@@ -342,8 +357,11 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double a = normal(random), b = normal(random), like_a = a + 0.01 * normal(random);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, 10 * a + normal(random), 20), half->add(0, 0, a), half->add(0, 2, like_a);
-      half->begin_row(1, 10 * b + normal(random), 20), half->add(1, 1, b);
+      half->begin_row(0, 10 * a + normal(random), 20);
+      half->add(0, 0, a);
+      half->add(0, 2, like_a);
+      half->begin_row(1, 10 * b + normal(random), 20);
+      half->add(1, 1, b);
     });
   }
   const Candidate a = make_candidate(EffectId::kViscous, "A", {{{0, 1.0}}}),
@@ -356,7 +374,9 @@ TEST(LeggedSearch, WhatExplainsAsMuchOfAnotherEquationIsNoRival) {
   const Say silent;
   const SearchState state{fitter, candidates, layout, silent, nullptr, nominal, chosen, {}, {}};
   FoundEffect found;
-  found.effect = a, found.gain = calc_total_gain(state, nominal, chosen), found.channel = 0;
+  found.effect = a;
+  found.gain = calc_total_gain(state, nominal, chosen);
+  found.channel = 0;
   const std::vector<Rival> rivals = list_rivals(state, nominal, found);
   ASSERT_EQ(rivals.size(), 1u);
   EXPECT_EQ(rivals[0].effect.law->effect, like_a.law->effect);
@@ -372,8 +392,11 @@ TEST(LeggedSearch, AScaleIsHeldOutByTheForcesThatItChangesNotByATiltThatAnotherE
   for (int i = 0; i < rows.cells(); ++i) {
     const double force = 160 + 8 * std::sin(0.9 * i), zero = 3 * i < 2 * rows.cells() ? -0.03 : -0.33;
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, 0.07 * force + 0.3 * normal(random), 340), half->add(0, 0, force), half->add(0, 1, -34);
-      half->begin_row(1, zero + 0.1 * normal(random), 1), half->add(1, 1, 1);
+      half->begin_row(0, 0.07 * force + 0.3 * normal(random), 340);
+      half->add(0, 0, force);
+      half->add(0, 1, -34);
+      half->begin_row(1, zero + 0.1 * normal(random), 1);
+      half->add(1, 1, 1);
     });
   }
   const Candidate scale = make_candidate(EffectId::kSensorScale, "A", {{{0, 1.0}}}),
@@ -398,8 +421,10 @@ size_t count_rotors(bool another) {
   for (int i = 0; i < rows.cells(); ++i) {
     const double first = normal(random), second = normal(random), unknown = 9 * std::sin(1.1 * i);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      half->begin_row(0, 3 * first + unknown + 0.2 * normal(random), 40), half->add(0, 0, first);
-      half->begin_row(1, (another ? 3 * second : 0) + 0.2 * normal(random), 40), half->add(1, 1, second);
+      half->begin_row(0, 3 * first + unknown + 0.2 * normal(random), 40);
+      half->add(0, 0, first);
+      half->begin_row(1, (another ? 3 * second : 0) + 0.2 * normal(random), 40);
+      half->add(1, 1, second);
     });
   }
   const Candidate a = make_candidate(EffectId::kRotorInertia, "A", {{{0, 1.0}}}),
@@ -421,12 +446,14 @@ TEST(LeggedSearch, FrictionThatIsAllOfAnEffortIsNoShareOfIt) {
     const double direction = i % 30 < 15 ? 1 : -1, load = 0.5 * normal(random), effort = 10 * direction + load;
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
       half->begin_row(0, 10 * direction + 0.1 * load + 0.1 * normal(random), 10);
-      half->add(0, 0, direction), half->add(0, 1, direction * std::abs(effort));
+      half->add(0, 0, direction);
+      half->add(0, 1, direction * std::abs(effort));
     });
   }
   Candidate plain = make_candidate(EffectId::kCoulomb, "A", {{{0, 1.0}}}),
             loaded = make_candidate(EffectId::kLoadFriction, "A", {{{1, 1.0}}});
-  plain.law = &get_laws().coulomb, loaded.law = &get_laws().load_friction;
+  plain.law = &get_laws().coulomb;
+  loaded.law = &get_laws().load_friction;
   EXPECT_TRUE(search(rows.merge(), 2, {loaded}).effects.empty());
   const LeggedOutcome out = search(rows.merge(), 2, {plain, loaded});
   ASSERT_EQ(out.effects.size(), 1u);
@@ -502,12 +529,14 @@ LeggedOutcome search_leaning_sole(double give = 0.006, double damping = 0, doubl
   std::normal_distribution<double> normal;
   for (int i = 0; i < rows.cells(); ++i) {
     double moment[] = {0, 0}, rate[] = {0, 0};
-    moment[about] = 5 * std::sin(0.04 * i), rate[about] = 5 * std::cos(0.04 * i);
+    moment[about] = 5 * std::sin(0.04 * i);
+    rate[about] = 5 * std::cos(0.04 * i);
     const double force = 100 * std::sin(0.11 * i);
     rows.add_cell(i, get_mixed_roughness(i), [&](RowTable* half, double) {
-      if (sink > 0)
-        half->begin_row(2, sink * force + 1e-5 * normal(random), 0.02),
-            half->add(2, layout.foot(0, kSinkColumn), force);
+      if (sink > 0) {
+        half->begin_row(2, sink * force + 1e-5 * normal(random), 0.02);
+        half->add(2, layout.foot(0, kSinkColumn), force);
+      }
       for (const int axis : {0, 1}) {
         half->begin_row(axis, give * moment[axis] - damping * rate[axis] + 2e-4 * normal(random), 0.03);
         const int to_give = axis == 0 ? kRollGiveColumn : kPitchGiveColumn,

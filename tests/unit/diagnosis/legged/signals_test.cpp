@@ -50,7 +50,8 @@ TEST(LeggedContacts, AFootThatAnAttitudeAskewRaisesAllTheTimeStands) {
 // Where nobody says which links are feet, the ground's force is in the torques of every leg, and no fault of a joint.
 TEST(LeggedContacts, EndsOfLimbsMayStandWhereNoFeetAreTold) {
   Experiment e = make_biped({}, kLeansWithImu);
-  e.scenario.sensors.wrenches.clear(), e.scenario.feet.clear();
+  e.scenario.sensors.wrenches.clear();
+  e.scenario.feet.clear();
   const LeggedLog log = make_legged_log(e, Half::kEven);
   ASSERT_EQ(log.feet.size(), 2u);
   EXPECT_DOUBLE_EQ(find_standing(log, 0), 1);
@@ -93,7 +94,8 @@ TEST(LeggedTracks, ALateTrackIsShiftedBackAndALagIsAsItsEquationHasIt) {
   Track x;
   for (int k = 0; k < 1000; ++k) {
     const double t = k * step;
-    x.value.push_back(std::sin(way * t)), x.rate.push_back(way * std::cos(way * t));
+    x.value.push_back(std::sin(way * t));
+    x.rate.push_back(way * std::cos(way * t));
     x.second.push_back(-way * way * std::sin(way * t));
   }
   const Track ahead = shift_track(x, step, late), lagged = lag_track(x, step, time);
@@ -117,20 +119,24 @@ std::vector<Landing> make_landings(double kz, double cz, bool rigid, double rate
   std::vector<Landing> out;
   for (int i = 0; i < 12; ++i) {
     Landing l;
-    l.step = 1 / rate, l.foot = 0, l.other = 1;
+    l.step = 1 / rate;
+    l.foot = 0;
+    l.other = 1;
     const double start = kTouch + 0.1 * i * l.step;  // anywhere between two samples
     double z = 0, v = 0.1 + 0.05 * (i % 5), next = 0;
     for (double t = 0; t < kEnd; t += kFine) {
       const double force = t >= start ? std::max(0.0, kz * z + cz * v) : 0;
       const double falls = 9.81 + (300 * std::clamp((t - start) / 0.05, 0.0, 1.0) - force) / kMass;
       if (t >= next) {
-        l.force.push_back(force + rides * (falls - 9.81) + 0.5 * normal(random)),
-            l.others.push_back(300 - force + 0.5 * normal(random));
-        l.height.push_back(0.01 * i - (rigid ? 0 : z) + 2e-5 * normal(random)), l.flat.push_back(force > 50);
+        l.force.push_back(force + rides * (falls - 9.81) + 0.5 * normal(random));
+        l.others.push_back(300 - force + 0.5 * normal(random));
+        l.height.push_back(0.01 * i - (rigid ? 0 : z) + 2e-5 * normal(random));
+        l.flat.push_back(force > 50);
         next += l.step;
       }
       if (t < start) continue;
-      v += kFine * falls, z += kFine * v;
+      v += kFine * falls;
+      z += kFine * v;
     }
     out.push_back(std::move(l));
   }
@@ -189,7 +195,8 @@ TEST(LeggedChecks, SlidingFeetTellFrictionOnlyWhereTheirForcePointsBack) {
   std::vector<Slide> back, onward, anywhere;
   for (int i = 0; i < 400; ++i) {
     const double ratio = 0.1 * (1 + 0.2 * normal(random)), cosine = std::cos(0.2 * normal(random));
-    back.push_back({0, 0.05, ratio, cosine}), onward.push_back({0, 0.05, ratio, -cosine});
+    back.push_back({0, 0.05, ratio, cosine});
+    onward.push_back({0, 0.05, ratio, -cosine});
     anywhere.push_back({0, 0.05, ratio, std::cos(angle(random))});
   }
   const auto [value, spread] = find_sliding_friction(back);

@@ -36,7 +36,9 @@ TEST(TurnedLegs, TwoExplanationsThatAreAsGoodAreNotChosenFrom) {
 
 TEST(TurnedLegs, SoftAndLooseJointsAreNotTurned) {
   Hidden hidden;
-  hidden.give = 0.002, hidden.slope = 0.05, hidden.load = 5.0;
+  hidden.give = 0.002;
+  hidden.slope = 0.05;
+  hidden.load = 5.0;
   EXPECT_TRUE(find_turned_legs(make_biped(hidden, kLeans)).joints.empty());
 }
 

@@ -18,7 +18,8 @@ constexpr double kRestsFrom = 5.0;  // [s] of 8
 // Vertical forces alone, in counts.
 Recorded make_counts() {
   Recorded recorded = kLeans;
-  recorded.six_axes = false, recorded.unit = 7.0;
+  recorded.six_axes = false;
+  recorded.unit = 7.0;
   return recorded;
 }
 
@@ -59,7 +60,8 @@ TEST(Rests, AreNotWhatFeetOfAWalkDoInTurn) {
 
 TEST(Recordings, SayEachWhatTheFeetCarryThere) {
   Recorded recorded = kLeans;
-  recorded.six_axes = false, recorded.imu = true;
+  recorded.six_axes = false;
+  recorded.imu = true;
   Experiment e = make_biped({}, recorded);
   scale_from(-1, 1.1, kHeld, &e);
   const Evidence evidence = diagnose_legged(e, nullptr).evidence;
