@@ -277,6 +277,55 @@ void rate_closest(Json* report) {
   (*report)["verdict"] = get_verdict_name(find_verdict(evidence));
 }
 
+// Friction and rotors in most joints, as real robots have them: no set of a few effects explains them.
+bool has_losses_in_most(const Problem& whole, const TorqueVerdict& torque) {
+  return has_real_drives(torque) || (!is_exact_world(torque) && looks_real(whole, torque));
+}
+
+// The search has the answer, or the torque along the recorded motion has none. What fits its own recordings to the
+// noise is no proof: without held-out ones its model competes with the others.
+bool is_settled_by_search(const Problem& problem, const Outcome& outcome, const TorqueVerdict& torque) {
+  const bool confirmed = outcome.explained && !problem.validate.empty();
+  return !torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() || is_exact_world(torque);
+}
+
+Reports report_search(const Problem& problem, const Problem& whole, const std::optional<Outcome>& closest,
+                      const TorqueVerdict& torque, const Progress& progress, Outcome outcome) {
+  // Nothing is named for sure. The best model all the same, of the search only what comes close: many fit their own
+  // recordings.
+  if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
+    outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
+    outcome.modelled =
+        (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
+  }
+  Reports reports = make_reports(whole, closest ? *closest : outcome);
+  if (outcome.modelled)
+    reports.report["model"] =
+        list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
+  doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
+  if (closest) rate_closest(&reports.report);
+  if (torque.judged && outcome.mismatch && !outcome.explained)
+    add_column_findings(torque.evidence.findings, &reports.report);
+  if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
+  return reports;
+}
+
+Reports report_torque(const Problem& problem, const Problem& whole, TorqueVerdict torque, const Progress& progress,
+                      Outcome outcome) {
+  progress("simulation with what was found");
+  std::vector<Finding> gears;
+  outcome.chosen = choose_model(problem, whole, torque, outcome.best, progress, &gears);
+  for (const Finding& gear : gears) add_gear(gear, &torque.evidence.findings);
+  sort_findings(&torque.evidence.findings);
+  outcome.modelled = true;
+  outcome.partly = false;
+  outcome.indistinguishable.clear();
+  progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
+  Reports reports = make_torque_reports(whole, outcome, std::move(torque));
+  warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);
+  return reports;
+}
+
 }  // namespace
 
 Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
@@ -297,49 +346,18 @@ Reports diagnose_fixed_base(const Problem& given, const Progress& progress) {
   problem.validate = leave_out(problem.validate, torque.frozen);
   Problem whole = problem;
   split_subtrees(&whole);
-  Outcome outcome;
-  if (has_real_drives(torque) || (!is_exact_world(torque) && looks_real(whole, torque))) {
+  if (has_losses_in_most(whole, torque)) {
     progress("friction and rotors in most joints: sets of a few effects are not searched");
+    Outcome outcome;
     outcome.nominal = outcome.chosen = simulate_trial(whole, {});
     outcome.mismatch = true;
-  } else {
-    outcome = search_subtrees(whole, progress);
-    // What fits its own recordings to the noise is no proof: without held-out ones its model competes with the others.
-    const bool confirmed = outcome.explained && !problem.validate.empty();
-    const std::optional<Outcome> closest = name_closest(whole, outcome, torque);
-    if (closest || !torque.judged || !outcome.mismatch || confirmed || torque.evidence.findings.empty() ||
-        is_exact_world(torque)) {
-      // Nothing is named for sure. The best model all the same, of the search only what comes close: many fit their own
-      // recordings.
-      if (outcome.mismatch && !outcome.explained && !outcome.partly && !is_exact_world(torque)) {
-        outcome.chosen = choose_unnamed(problem, whole, outcome, torque, progress);
-        outcome.modelled =
-            (torque.judged || !outcome.chosen.hypothesis.empty()) && !(outcome.chosen.rms > outcome.nominal.rms);
-      }
-      Reports reports = make_reports(whole, closest ? *closest : outcome);
-      if (outcome.modelled)
-        reports.report["model"] =
-            list_torque_model(*problem.experiment, outcome.chosen.hypothesis, reports.report["findings"]);
-      doubt_suspects(*problem.experiment, find_suspects(problem), &reports.report);
-      if (closest) rate_closest(&reports.report);
-      if (torque.judged && outcome.mismatch && !outcome.explained)
-        add_column_findings(torque.evidence.findings, &reports.report);
-      if (problem.validate.empty() && torque.judged) doubt_unconfirmed(torque.evidence.findings, &reports.report);
-      return reports;
-    }
+    return report_torque(problem, whole, std::move(torque), progress, std::move(outcome));
   }
-  progress("simulation with what was found");
-  std::vector<Finding> gears;
-  outcome.chosen = choose_model(problem, whole, torque, outcome.best, progress, &gears);
-  for (const Finding& gear : gears) add_gear(gear, &torque.evidence.findings);
-  sort_findings(&torque.evidence.findings);
-  outcome.modelled = true;
-  outcome.partly = false;
-  outcome.indistinguishable.clear();
-  progress("held out: " + number(outcome.nominal.rms, 4) + " -> " + number(outcome.chosen.rms, 4) + " times the noise");
-  Reports reports = make_torque_reports(whole, outcome, std::move(torque));
-  warn_of_suspects(*problem.experiment, find_suspects(problem), &reports.report);
-  return reports;
+  Outcome outcome = search_subtrees(whole, progress);
+  const std::optional<Outcome> closest = name_closest(whole, outcome, torque);
+  return closest || is_settled_by_search(problem, outcome, torque)
+             ? report_search(problem, whole, closest, torque, progress, std::move(outcome))
+             : report_torque(problem, whole, std::move(torque), progress, std::move(outcome));
 }
 
 }  // namespace hrp::diagnosis

@@ -352,64 +352,91 @@ class Judge {
     return find_coupled_drives(*design_.data, list_laws(design_, choice_.model, i));
   }
 
-  void add_remaining(TorqueVerdict* out) const {
+  // What is left at a joint, and what it depends on.
+  struct Rest {
+    Remaining remaining;
+    CoupledDrives coupled;
+    double free = 0.0;  // share of the squares that a model without physics takes away
+  };
+
+  // Says what the rest depends on. A smaller missing torque gets no analysis of what it depends on.
+  void describe_rest(size_t i, const std::vector<Observed>& train, const std::vector<Observed>& held,
+                     Rest* rest) const {
     static const std::vector<Regressor> quantities{{"position", "its position", "rad"},
                                                    {"velocity", "its velocity", "rad/s"},
                                                    {"direction", "the direction of its motion", ""},
                                                    {"load", "the effort that its motion takes", "N m"},
                                                    {"time", "time", "s"}};
+    const JointDesign& joint = design_.joints[i];
+    Remaining& r = rest->remaining;
+    std::string words;
+    if (r.after > kKnown * joint.spread && !held.empty()) {
+      rest->coupled = find_coupled(i);
+      if (rest->coupled.drives.empty()) {
+        const Relation relation = find_relation(quantities, train, held);
+        r.depends_on = relation.names;
+        words = relation.words;
+      } else {
+        r.depends_on = {"other joint"};
+        words = make_coupled_words(e_, joint.joint, rest->coupled);
+      }
+    }
+    r.statement = make_remaining_words(e_, joint.joint, r, words);
+  }
+
+  Rest find_rest(size_t i) const {
+    const JointDesign& joint = design_.joints[i];
+    FreeData learn, test;
+    const std::vector<Observed> train = observe(i, true, &learn), held = observe(i, !design_.has_held, &test);
+    Rest rest;
+    Remaining& r = rest.remaining;
+    r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
+    r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
+    r.before = std::sqrt(calc_nominal_held(joint));
+    r.after = std::sqrt(choice_.fit.held[i]);
+    describe_rest(i, train, held, &rest);
+    rest.free = std::max(find_free_share(learn, test),
+                         rest.coupled.drives.empty() ? 0.0 : 1.0 - rest.coupled.left / (r.before * r.before));
+    return rest;
+  }
+
+  // What a drive takes that turns with two joints looks like a law of either.
+  void doubt_coupled(int joint, const Rest& rest, TorqueVerdict* out) const {
+    if (rest.coupled.drives.empty()) return;
+    const std::string why =
+        "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
+    doubt_law(rest.remaining.where, why, out);
+    // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
+    for (const CoupledDrive& d : rest.coupled.drives)
+      doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
+    doubt_carried(joint, rest.coupled, out);
+  }
+
+  void add_remaining(TorqueVerdict* out) const {
     double before = 0.0, after = 0.0, reachable = 0.0;
     for (size_t i = 0; i < design_.joints.size(); ++i) {
       const JointDesign& joint = design_.joints[i];
-      FreeData learn, test;
-      const std::vector<Observed> train = observe(i, true, &learn);
-      std::vector<Observed> held = observe(i, !design_.has_held, &test);
-      Remaining r;
-      r.where = {{"joint", e_.robot.tree.joint(joint.joint).name}};
-      r.unit = get_joint_unit(e_.robot.tree.joint(joint.joint), "N m");
-      r.before = std::sqrt(calc_nominal_held(joint));
-      r.after = std::sqrt(choice_.fit.held[i]);
-      CoupledDrives coupled;
-      // A smaller missing torque gets no analysis of what it depends on.
-      if (r.after > kKnown * joint.spread && !held.empty()) coupled = find_coupled(i);
-      if (!coupled.drives.empty()) {
-        r.depends_on = {"other joint"};
-        r.statement = make_remaining_words(e_, joint.joint, r, make_coupled_words(e_, joint.joint, coupled));
-        const std::string why =
-            "What remains follows the friction of a drive that turns with two joints, so this may be a part of it.";
-        doubt_law(r.where, why, out);
-        // Its power acts at both, also where the other joint moves so much like it that nothing shows there.
-        for (const CoupledDrive& d : coupled.drives)
-          doubt_law({{"joint", e_.robot.tree.joint(d.other).name}}, why, out);
-        doubt_carried(joint.joint, coupled, out);
-      } else if (r.after > kKnown * joint.spread && !held.empty()) {
-        const Relation relation = find_relation(quantities, train, held);
-        r.depends_on = relation.names;
-        r.statement = make_remaining_words(e_, joint.joint, r, relation.words);
-      } else {
-        r.statement = make_remaining_words(e_, joint.joint, r, "");
-      }
+      Rest rest = find_rest(i);
+      Remaining& r = rest.remaining;
+      doubt_coupled(joint.joint, rest, out);
       if (const std::string why = find_other_damping(design_, choice_.model, i); !why.empty()) {
         r.statement += " " + why;
         doubt_law(r.where, why, out);
       }
-      const double scale = joint.weigh_squares();
+      const double scale = joint.weigh_squares(), own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
       before += r.before * r.before * scale;
       after += r.after * r.after * scale;
-      const double own = r.before > 0.0 ? 1.0 - r.share() : 0.0;
-      const double free = std::max(find_free_share(learn, test),
-                                   coupled.drives.empty() ? 0.0 : 1.0 - coupled.left / (r.before * r.before));
       // A free model that predicts less than half of what the laws do has failed. Where the rest follows the motion all
       // the same, more than the laws can be predicted.
-      const bool more = free < kHalf * own && !r.depends_on.empty();
-      reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, free));
+      const bool more = rest.free < kHalf * own && !r.depends_on.empty();
+      reachable += r.before * r.before * scale * (more ? 1.0 : std::max(own, rest.free));
       // A supported law must explain this share of what a model without physics predicts.
-      if (own < kLargely * free)
+      if (own < kLargely * rest.free)
         doubt_law(r.where, "What remains follows the motion closely, so another law may be the true one.", out);
       // Little of its effort is missing, and little of that any model predicts: with enough independent samples to
       // learn from. A joint without a drive may turn freely.
       const bool driven = e_.robot.tree.joint(joint.joint).actuated;
-      if (driven && r.before < kDetail * joint.spread && std::max(own, free) < kMinority &&
+      if (driven && r.before < kDetail * joint.spread && std::max(own, rest.free) < kMinority &&
           joint.effective >= kRowsPerColumn)
         ++out->exact;
       out->torque.push_back({e_.signal_name(joint.joint, Quantity::kEffort), r.unit, r.before, r.after, joint.spread});

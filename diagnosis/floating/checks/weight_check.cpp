@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "diagnosis/data/mean.h"
 #include "diagnosis/data/quantile.h"
@@ -284,15 +285,17 @@ class WeightChecker {
     return out;
   }
 
-  // Forces in an unknown unit: required = sum of (reading - reading in the air) / scale. The ground bears the feet,
-  // too, whether they hang below their sensors or are part of what those feel.
-  void find_units(const ChannelRows& c) {
-    out_.raw_counts = true;
-    const long n = at_.sensors;
-    const std::vector<size_t> places = find_readings(c);
-    std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;
+  // Readings beyond those in the air, what they have to bear [N], by row; normal equations of 1 / scale, by recording.
+  struct UnitRows {
     std::vector<Eigen::VectorXd> readings;
     std::vector<double> needed;
+    std::map<int, std::pair<Eigen::MatrixXd, Eigen::VectorXd>> normal;
+  };
+
+  UnitRows collect_units(const ChannelRows& c) const {
+    UnitRows out;
+    const long n = at_.sensors;
+    const std::vector<size_t> places = find_readings(c);
     for (size_t i = 0; i < c.rows(); ++i) {
       Eigen::VectorXd reading(n);
       double sum = 0;
@@ -301,43 +304,58 @@ class WeightChecker {
         sum += f;
         reading(s) = f - contacts_.levels[static_cast<size_t>(s)].air;
       }
-      readings.push_back(reading);
-      needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
+      out.readings.push_back(reading);
+      out.needed.push_back(sum - c.y[i] + log_.mass_below * get_gravity());
       auto& [A, b] =
-          normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
+          out.normal.try_emplace(c.recording[i], Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n)).first->second;
       A += reading * reading.transpose();
-      b += needed.back() * reading;
+      b += out.needed.back() * reading;
     }
-    std::vector<Eigen::VectorXd> each;
+    return out;
+  }
+
+  // [unit of the log] What each sensor reads beyond what it bears, if the unit is that of force after all. Empty: it is
+  // not, as the ground would have to pull at a foot.
+  static std::optional<double> find_common_zero(const UnitRows& rows) {
+    double more = 0;
+    Eigen::VectorXd lowest = rows.readings[0];
+    const auto n = static_cast<double>(lowest.size());
+    for (size_t i = 0; i < rows.needed.size(); ++i) {
+      more += (rows.readings[i].sum() - rows.needed[i]) / static_cast<double>(rows.needed.size()) / n;
+      lowest = lowest.cwiseMin(rows.readings[i]);
+    }
+    if (lowest.minCoeff() > more) return more;
+    return std::nullopt;
+  }
+
+  // Forces in an unknown unit: required = sum of (reading - reading in the air) / scale. The ground bears the feet,
+  // too, whether they hang below their sensors or are part of what those feel.
+  void find_units(const ChannelRows& c) {
+    out_.raw_counts = true;
+    const long n = at_.sensors;
+    const UnitRows rows = collect_units(c);
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(n, n);
     Eigen::VectorXd b = Eigen::VectorXd::Zero(n);
-    for (const auto& [r, one] : normal) {
+    for (const auto& [r, one] : rows.normal) {
       if (log_.experiment->recordings[static_cast<size_t>(r)].spec.train) {
         A += one.first;
         b += one.second;
       }
     }
-    const double common = b.sum() / A.sum(), left = find_left(readings, needed, common),
+    const double common = b.sum() / A.sum(), left = find_left(rows.readings, rows.needed, common),
                  prior = left / std::pow(kMuch * common, 2);
     const Eigen::MatrixXd one = Eigen::MatrixXd::Identity(n, n);
     const auto solve = [&](const Eigen::MatrixXd& G, const Eigen::VectorXd& h) -> Eigen::VectorXd {
       return (G + prior * one).ldlt().solve(h + Eigen::VectorXd::Constant(n, prior * common));
     };
-    for (const auto& [r, sums] : normal) each.push_back(solve(sums.first, sums.second));
+    std::vector<Eigen::VectorXd> each;
+    for (const auto& [r, sums] : rows.normal) each.push_back(solve(sums.first, sums.second));
     const Eigen::VectorXd x = solve(A, b);
     // Recordings that agree by chance, or one alone, know no scale better than its rows do.
     const Eigen::VectorXd least = (left * (A + prior * one).inverse().diagonal()).cwiseSqrt();
-    double more = 0;
-    Eigen::VectorXd lowest = readings[0];
-    for (size_t i = 0; i < needed.size(); ++i) {
-      more += (readings[i].sum() - needed[i]) / static_cast<double>(needed.size()) / static_cast<double>(n);
-      lowest = lowest.cwiseMin(readings[i]);
-    }
-    // The ground pulls at no foot.
-    const bool zeros = lowest.minCoeff() > more;
-    for (int s = 0; s < n; ++s)
-      add_unit(s, x(s), std::max(least(s), find_spread(each, s, x(s))), zeros ? &more : nullptr);
-    add_unit_fit(c, readings, needed, x);
+    const std::optional<double> zero = find_common_zero(rows);
+    for (int s = 0; s < n; ++s) add_unit(s, x(s), std::max(least(s), find_spread(each, s, x(s))), zero);
+    add_unit_fit(c, rows.readings, rows.needed, x);
     out_.notes.push_back("the feet's forces are no newtons: nothing is told of masses, friction and ground");
   }
 
@@ -376,41 +394,48 @@ class WeightChecker {
     fit.exact = std::pow(kTrace * log_.mass * get_gravity(), 2);
   }
 
-  // `more`: [N] what each sensor reads beyond what it has to bear, if its unit is that of force after all. Null: it is
-  // not.
-  void add_unit(int s, double per_unit, double spread, const double* more) {
+  // What a finding about a sensor begins with: its scale or its zero.
+  static Finding make_of_sensor(const EffectInfo& effect, const std::string& name, const Estimate& value,
+                                double weight) {
+    Finding f = make_finding(effect, {{"sensor", name}}, {value});
+    f.grade = Grade::kSupported;
+    f.probability = 0.95;
+    f.share = 1;
+    f.weight = weight;
+    return f;
+  }
+
+  // `zero`: what each sensor reads beyond what it has to bear, if its unit is that of force after all.
+  void add_unit(int s, double per_unit, double spread, std::optional<double> zero) {
     const std::string name = "/wrench/" + log_.sensors[static_cast<size_t>(s)].name + "/force";
     const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
     const EffectInfo &scale = laws_.sensor_scale.info(), &bias = laws_.sensor_bias.info();
     Estimate counts = make_value(scale, 1 / per_unit, spread / (per_unit * per_unit));
     counts.unit = "counts/N";
-    Finding f = make_finding(scale, {{"sensor", name}}, {counts});
-    f.grade = Grade::kSupported;
-    f.probability = 0.95;
-    f.share = 1;
-    f.weight = 1;
+    Finding f = make_of_sensor(scale, name, counts, 1);
     f.statement = name +
                   format(": these are no newtons but raw counts: %.4f +- %.4f N a count, ", per_unit, 2 * spread) +
                   (level.swings ? format("and %.1f counts in the air.", level.air)
                                 : "if nothing is read in the air: no foot leaves the ground.") +
                   " Scale and zero may differ from foot to foot, and readings may saturate.";
-    if (!level.swings && more) {
+    if (!level.swings && zero) {
       f.grade = Grade::kAmbiguous;
       f.alternatives.push_back(make_alternative(
-          bias, f.where, {make_value(bias, *more, std::abs(*more) * spread / per_unit, "N")}, "each foot lifted once"));
+          bias, f.where, {make_value(bias, *zero, std::abs(*zero) * spread / per_unit, "N")}, "each foot lifted once"));
       if (per_unit > 1)
         f.statement += " Or they are newtons, and something else carries part of the robot: a rope, a hand.";
     }
     out_.findings.push_back(f);
-    if (!level.swings || std::abs(level.air) < level.air_spread || !is_clear_of_stance(s)) return;
-    // A foot that hangs on its sensor pulls at it, which is no zero.
+    if (level.swings && std::abs(level.air) >= level.air_spread && is_clear_of_stance(s)) add_zero(s, per_unit, name);
+  }
+
+  // What a foot reads in the air is its zero, unless it hangs on its sensor and pulls at it.
+  void add_zero(int s, double per_unit, const std::string& name) {
+    const ForceLevels& level = contacts_.levels[static_cast<size_t>(s)];
     const double hanging = -find_mass_below(log_.sensors[static_cast<size_t>(s)]) * get_gravity() / per_unit;
     if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
-    Finding zero = make_finding(bias, f.where, {make_value(bias, level.air, level.air_spread, "N")});
-    zero.grade = f.grade;
-    zero.probability = f.probability;
-    zero.share = f.share;
-    zero.weight = 0.5;
+    const EffectInfo& bias = laws_.sensor_bias.info();
+    Finding zero = make_of_sensor(bias, name, make_value(bias, level.air, level.air_spread, "N"), 0.5);
     zero.statement =
         name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
     if (hanging != 0) {
