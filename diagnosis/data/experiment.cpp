@@ -198,6 +198,33 @@ void note_missing_feet(Experiment* e) {
                         (carriers.empty() ? "" : ", such as those with force sensors: " + carriers));
 }
 
+// Throws InputError for a scenario with more than one robot of links in a tree.
+void refuse_other_worlds(const Experiment& e) {
+  if (!adopt_loops(e.scenario, e.robot.scenario).loops.empty()) {
+    throw InputError(e.scenario.make_diagnostic(
+        "loops",
+        "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
+  }
+  if (!e.scenario.robots.empty()) {
+    throw InputError(e.scenario.make_diagnostic("robots", "the diagnosis knows one robot; expected no others"));
+  }
+  if (!e.scenario.objects.empty()) {
+    throw InputError(e.scenario.make_diagnostic("objects", "the diagnosis knows no movable objects; expected none"));
+  }
+  if (!e.scenario.world.empty()) {
+    throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
+  }
+}
+
+// Median step [s] of all recordings.
+double find_sample_time(const Experiment& e) {
+  std::vector<double> steps;
+  for (const Recording& r : e.recordings) {
+    for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);
+  }
+  return find_median(std::move(steps));
+}
+
 }  // namespace
 
 const char* get_quantity_name(Quantity quantity) {
@@ -216,20 +243,7 @@ Experiment load_experiment(const std::string& path) {
   e.folder = fs::path(e.path).parent_path().string();
   e.keys = parse_experiment_keys(e.scenario.text, e.path);
   e.robot = load_repaired_robot(&e.scenario);
-  if (!adopt_loops(e.scenario, e.robot.scenario).loops.empty()) {
-    throw InputError(e.scenario.make_diagnostic(
-        "loops",
-        "the robot has closed chains ('loops', or <loop> in its URDF); expected none: the diagnosis knows trees only"));
-  }
-  if (!e.scenario.robots.empty()) {
-    throw InputError(e.scenario.make_diagnostic("robots", "the diagnosis knows one robot; expected no others"));
-  }
-  if (!e.scenario.objects.empty()) {
-    throw InputError(e.scenario.make_diagnostic("objects", "the diagnosis knows no movable objects; expected none"));
-  }
-  if (!e.scenario.world.empty()) {
-    throw InputError(e.scenario.make_diagnostic("world", "the diagnosis knows no SDF worlds; expected 'obstacles'"));
-  }
+  refuse_other_worlds(e);
   for (const std::string& text : e.robot.warnings) e.warnings.push_back(text);
   check_sole_meshes(e.robot);
   note_missing_feet(&e);
@@ -248,11 +262,7 @@ Experiment load_experiment(const std::string& path) {
   loader->cut();
   for (Recording& r : e.recordings) repair_recording(e, &r, &e.warnings);
   check_plausibility(&e);
-  std::vector<double> steps;
-  for (const Recording& r : e.recordings) {
-    for (size_t k = 1; k < r.size(); ++k) steps.push_back(r.time[k] - r.time[k - 1]);
-  }
-  e.sample_time = find_median(std::move(steps));
+  e.sample_time = find_sample_time(e);
   find_noise(&e);
   describe_missing(&e);
   return e;

@@ -38,63 +38,94 @@ double make_vertical_rows(const BushTrack& t, const Mask& stands, double squared
   return count;
 }
 
+// Of one foot: parameters of the rows (make_vertical_rows), and their covariance.
+struct FootFit {
+  Parameters theta = Parameters::Zero();
+  Covariance covariance = Covariance::Zero();
+};
+
+// Normal equations of one foot over all tracks, and the scores of blocks of `last`.
+struct VerticalSums {
+  Covariance A = Covariance::Zero(), S = Covariance::Zero();
+  Parameters b = Parameters::Zero();
+  double squares = 0.0, count = 0.0;
+};
+
+VerticalSums sum_vertical(const std::vector<MotionTrack>& tracks, size_t foot, double squared, const Parameters& last) {
+  VerticalSums sums;
+  Matrix X;
+  Vector y;
+  for (const MotionTrack& track : tracks) {
+    const double rows = make_vertical_rows(track.feet[foot], track.stands[foot], squared, &X, &y);
+    if (!(rows > 0.0)) continue;
+    sums.A += X.transpose() * X;
+    sums.b += X.transpose() * y;
+    const auto block = static_cast<Eigen::Index>(std::lround(kMemory / track.period));
+    const Vector e = y - X * last;
+    sums.squares += e.squaredNorm();
+    sums.count += rows;
+    for (Eigen::Index first = 0; first < e.size(); first += block) {
+      const Eigen::Index size = std::min(block, e.size() - first);
+      const Parameters score = X.middleRows(first, size).transpose() * e.segment(first, size);
+      sums.S += score * score.transpose();
+    }
+  }
+  return sums;
+}
+
+// One round of the fit: s T^2 is taken from the last one, as (s T)^2 / s. False without rows.
+bool refine(const std::vector<MotionTrack>& tracks, const std::optional<MotionTrack>& hanging, size_t foot,
+            FootFit* fit) {
+  const Parameters last = fit->theta;
+  const double squared = last[0] > 0.0 ? last[1] * last[1] / last[0] : 0.0;
+  VerticalSums sums = sum_vertical(tracks, foot, squared, last);
+  if (!(sums.count > 0.0)) return false;
+  if (hanging) {  // at 0.3 N of noise in the force 2 % of the stiffness
+    Matrix X;
+    Vector y;
+    const Mask all = Mask::Constant(hanging->time.size(), true);
+    const double share = sums.count / make_vertical_rows(hanging->feet[foot], all, squared, &X, &y);
+    sums.A -= share * X.transpose() * X;
+    sums.b -= share * X.transpose() * y;
+  }
+  const double variance = sums.squares / sums.count;
+  sums.A(2, 2) += variance / (kScalePrior * kScalePrior);
+  sums.A(3, 3) += variance / (kDelayPrior * kDelayPrior);
+  const Parameters scale = sums.A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Covariance inverse =
+      scale.asDiagonal() * (scale.asDiagonal() * sums.A * scale.asDiagonal()).inverse() * scale.asDiagonal();
+  fit->theta = inverse * sums.b;
+  fit->covariance = inverse * sums.S * inverse;
+  return true;
+}
+
+// Adds one foot's stiffness and damping. False where its compliance does not differ from none.
+bool add_foot(const FootFit& foot, VerticalFit* fit) {
+  const Parameters& theta = foot.theta;
+  if (!theta.allFinite()) return false;
+  const Estimate s{theta[0], std::sqrt(foot.covariance(0, 0))};
+  if (!(s.value > kSignificance * s.std)) return false;
+  const double k = 1.0 / s.value, c = theta[1] / (s.value * s.value);
+  // c = sT / s^2: by the gradient (-2 c / s, 1 / s^2).
+  const Eigen::Vector2d gradient(-2.0 * c / s.value, 1.0 / (s.value * s.value));
+  fit->compliance.push_back(s);
+  fit->stiffness.push_back({k, s.std * k * k});
+  const double variance = gradient.dot(foot.covariance.topLeftCorner<2, 2>() * gradient);
+  fit->damping.push_back({c, std::sqrt(variance + std::pow(kClockFloor * k, 2))});
+  return true;
+}
+
 }  // namespace
 
 VerticalFit fit_vertical(const std::vector<MotionTrack>& tracks, const std::optional<MotionTrack>& hanging) {
   VerticalFit fit;
   const size_t feet = tracks.empty() ? 0 : tracks[0].feet.size();
   for (size_t f = 0; f < feet; ++f) {
-    Parameters theta = Parameters::Zero();
-    Covariance covariance = Covariance::Zero();
-    Matrix X;
-    Vector y;
+    FootFit foot;
     for (int round = 0; round < kRounds; ++round) {
-      const double squared = theta[0] > 0.0 ? theta[1] * theta[1] / theta[0] : 0.0;
-      Covariance A = Covariance::Zero(), S = Covariance::Zero();
-      Parameters b = Parameters::Zero();
-      const Parameters last = theta;
-      double squares = 0.0, count = 0.0;
-      for (const MotionTrack& track : tracks) {
-        const double rows = make_vertical_rows(track.feet[f], track.stands[f], squared, &X, &y);
-        if (!(rows > 0.0)) continue;
-        A += X.transpose() * X;
-        b += X.transpose() * y;
-        const auto block = static_cast<Eigen::Index>(std::lround(kMemory / track.period));
-        const Vector e = y - X * last;
-        squares += e.squaredNorm();
-        count += rows;
-        for (Eigen::Index first = 0; first < e.size(); first += block) {
-          const Eigen::Index size = std::min(block, e.size() - first);
-          const Parameters score = X.middleRows(first, size).transpose() * e.segment(first, size);
-          S += score * score.transpose();
-        }
-      }
-      if (!(count > 0.0)) return {};
-      if (hanging) {  // at 0.3 N of noise in the force 2 % of the stiffness
-        const Mask all = Mask::Constant(hanging->time.size(), true);
-        const double share = count / make_vertical_rows(hanging->feet[f], all, squared, &X, &y);
-        A -= share * X.transpose() * X;
-        b -= share * X.transpose() * y;
-      }
-      const double variance = squares / count;
-      A(2, 2) += variance / (kScalePrior * kScalePrior);
-      A(3, 3) += variance / (kDelayPrior * kDelayPrior);
-      const Parameters scale = A.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-      const Covariance inverse =
-          scale.asDiagonal() * (scale.asDiagonal() * A * scale.asDiagonal()).inverse() * scale.asDiagonal();
-      theta = inverse * b;
-      covariance = inverse * S * inverse;
+      if (!refine(tracks, hanging, f, &foot)) return {};
     }
-    if (!theta.allFinite()) return {};
-    const Estimate s{theta[0], std::sqrt(covariance(0, 0))};
-    if (!(s.value > kSignificance * s.std)) return {};
-    const double k = 1.0 / s.value, c = theta[1] / (s.value * s.value);
-    // c = sT / s^2: by the gradient (-2 c / s, 1 / s^2).
-    const Eigen::Vector2d gradient(-2.0 * c / s.value, 1.0 / (s.value * s.value));
-    fit.compliance.push_back(s);
-    fit.stiffness.push_back({k, s.std * k * k});
-    const double variance = gradient.dot(covariance.topLeftCorner<2, 2>() * gradient);
-    fit.damping.push_back({c, std::sqrt(variance + std::pow(kClockFloor * k, 2))});
+    if (!add_foot(foot, &fit)) return {};
   }
   return fit;
 }
