@@ -190,7 +190,9 @@ Explorer::LocalKey Explorer::make_key(const Lead& parent, const Effect& start) c
   return {parent.paths.get(), joint, there};
 }
 
-std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet) {
+// Every start beside every lead, each set once.
+std::vector<Explorer::Task> Explorer::list_tasks(const std::vector<Lead>& from, size_t candidates,
+                                                 const std::vector<char>& quiet) {
   std::vector<std::vector<Effect>> starts(from.size());
   parallel_for(static_cast<int>(workers_.size()), static_cast<int>(from.size()), [&](int i, int worker) {
     Problem& problem = workers_[static_cast<size_t>(worker)];
@@ -198,20 +200,25 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
   });
   std::vector<Task> tasks;
   std::set<EffectSet> seen;
-  std::vector<size_t> fresh;  // tasks that need a fit: shared ones, and local ones that are not known
-  std::set<LocalKey> planned;
   for (size_t i = 0; i < from.size(); ++i) {
     for (const Effect& start : starts[i]) {
       Hypothesis together = from[i].hypothesis;
       together.push_back(start);
-      if (!seen.insert(make_set(together)).second) continue;
-      tasks.push_back({i, start});
-      const bool local = find_joint(start) >= 0;
-      if (!local || (!locals_.count(make_key(from[i], start)) && planned.insert(make_key(from[i], start)).second))
-        fresh.push_back(tasks.size() - 1);
+      if (seen.insert(make_set(together)).second) tasks.push_back({i, start});
     }
   }
-  std::vector<Lead> leads(tasks.size());
+  return tasks;
+}
+
+// Fits shared effects into their leads, and local ones that are not known yet into locals_.
+void Explorer::fit_tasks(const std::vector<Lead>& from, const std::vector<Task>& tasks, std::vector<Lead>* leads) {
+  std::vector<size_t> fresh;
+  std::set<LocalKey> planned;
+  for (size_t t = 0; t < tasks.size(); ++t) {
+    const LocalKey key = make_key(from[tasks[t].parent], tasks[t].start);
+    const bool local = find_joint(tasks[t].start) >= 0;
+    if (!local || (!locals_.count(key) && planned.insert(key).second)) fresh.push_back(t);
+  }
   std::vector<Local> fits(tasks.size());
   parallel_for(static_cast<int>(workers_.size()), static_cast<int>(fresh.size()), [&](int i, int worker) {
     const size_t t = fresh[static_cast<size_t>(i)];
@@ -219,11 +226,17 @@ std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidate
     if (find_joint(tasks[t].start) >= 0)
       fits[t] = fit_local(problem, from[tasks[t].parent], tasks[t].start);
     else
-      leads[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
+      (*leads)[t] = add_shared(problem, from[tasks[t].parent], tasks[t].start);
   });
   for (size_t t : fresh) {
     if (find_joint(tasks[t].start) >= 0) locals_[make_key(from[tasks[t].parent], tasks[t].start)] = fits[t];
   }
+}
+
+std::vector<Lead> Explorer::grow(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet) {
+  const std::vector<Task> tasks = list_tasks(from, candidates, quiet);
+  std::vector<Lead> leads(tasks.size());
+  fit_tasks(from, tasks, &leads);
   std::vector<size_t> moved;
   for (size_t t = 0; t < tasks.size(); ++t) {
     const Lead& parent = from[tasks[t].parent];

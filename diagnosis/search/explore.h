@@ -41,6 +41,8 @@ class Explorer {
   // key.
   using LocalKey = std::tuple<const Paths*, int, std::vector<std::tuple<EffectId, Place, double>>>;
 
+  std::vector<Task> list_tasks(const std::vector<Lead>& from, size_t candidates, const std::vector<char>& quiet);
+  void fit_tasks(const std::vector<Lead>& from, const std::vector<Task>& tasks, std::vector<Lead>* leads);
   double calc_left(Problem& p, const FitResult& result) const;
   Effect start_from_rotor(const Problem& problem, Hypothesis with, const FitOptions& options) const;
   Local fit_local(Problem& p, const Lead& parent, const Effect& start) const;
