@@ -67,11 +67,11 @@ class JsonText {
     if (last != '{' && last != '[' && last != ':') text_ += ',';
   }
   void put_character(char c) {
-    if (c == '"' || c == '\\')
+    if (c == '"' || c == '\\') {
       text_.append(1, '\\').append(1, c);
-    else if (static_cast<unsigned char>(c) >= 0x20)
+    } else if (static_cast<unsigned char>(c) >= 0x20) {
       text_ += c;
-    else {
+    } else {
       char code[8];
       std::snprintf(code, sizeof code, "\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
       text_ += code;

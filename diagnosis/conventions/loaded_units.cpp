@@ -67,8 +67,9 @@ Rows collect(const TorqueData& data, int joint, const Eigen::MatrixXd& loads) {
   if (!spring) {
     rows.X.col(width).setOnes();
     rows.X.col(width + 1).setZero();
-  } else
+  } else {
     rows.X.col(width - 2).swap(rows.X.col(width - 1));  // k q, constant: the constant is no sign of a spring
+  }
   rows.X.rightCols(loads.cols() + 2) << efforts.effort, efforts.tau, loads;
   return rows;
 }

@@ -212,9 +212,9 @@ std::vector<EffortUnit> list_untold_units(const TorqueData& data, const std::vec
   for (size_t j = 0; j < data.source.size() && !data.recordings.empty(); ++j) {
     const int joint = static_cast<int>(j);
     if (!data.experiment->robot.tree.joint(joint).actuated || data.source[j] != EffortSource::kRecorded) continue;
-    if (tells_unit(data, joint))
+    if (tells_unit(data, joint)) {
       told = true;
-    else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) {
+    } else if (std::none_of(units.begin(), units.end(), [&](const EffortUnit& u) { return u.joint == joint; })) {
       untold.push_back(find_unit_without_rotor(data, joint).value_or(EffortUnit{joint}));
       untold.back().without_friction = find_unit_without_friction(data, joint).value_or(1.0);
       untold.back().without_constant = find_unit_without_constant(data, joint).value_or(1.0);

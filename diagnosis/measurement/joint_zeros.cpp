@@ -85,9 +85,9 @@ class Fitter {
     zero[joint] = zero_then;
     sense[joint] = sense_then;
     const double left = calc_left();
-    if (left * kNearlyAll < before)
+    if (left * kNearlyAll < before) {
       least = left;
-    else {
+    } else {
       zero[joint] = old_zero;
       sense[joint] = old_sense;
     }

@@ -145,19 +145,20 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
 
 void tighten(const std::string& what, const std::string& key, double value, JointLimits* joint) {
   const double before_lower = joint->lower, before_upper = joint->upper;
-  if (key == "speed" && value > 0.0)
+  if (key == "speed" && value > 0.0) {
     joint->speed = std::min(joint->speed, value);
-  else if (key == "effort" && value > 0.0)
+  } else if (key == "effort" && value > 0.0) {
     joint->effort = std::min(joint->effort, value);
-  else if (key == "reach" && value >= 0.0) {
+  } else if (key == "reach" && value >= 0.0) {
     joint->lower = std::max(joint->widest_lower, joint->start - value);
     joint->upper = std::min(joint->widest_upper, joint->start + value);
-  } else if (key == "lower")
+  } else if (key == "lower") {
     joint->lower = std::max(joint->lower, value);
-  else if (key == "upper")
+  } else if (key == "upper") {
     joint->upper = std::min(joint->upper, value);
-  else
+  } else {
     refuse(what);
+  }
   // Commands keep a distance from the limits that a joint needs to follow them.
   if (joint->lower > before_lower) {
     joint->hard_lower = joint->lower;

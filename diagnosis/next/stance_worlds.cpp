@@ -218,9 +218,9 @@ class Maker {
       for (int side : {0, 1}) {
         const double by = (2.0 * side - 1.0) * kNinetyFive * find_step(parameter);
         const auto end = make_world(move(model, i, name, by));
-        if (end && alone)
+        if (end && alone) {
           out_.ends.push_back({name + " at the end of its interval", end->scenario, {}, {}});
-        else if (end) {
+        } else if (end) {
           together[side] = move(together[side], i, name, by);
           more = true;
         }

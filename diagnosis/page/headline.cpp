@@ -161,9 +161,10 @@ void add_groups(const json& report, std::vector<std::string>* out) {
     if (told < kFew || (told < kMostGroups && g.weight >= kDetail * all)) {
       out->push_back(make_group_sentence(g));
       ++told;
-    } else
+    } else {
       smaller +=
           (smaller.empty() ? "" : ", ") + describe_effect(g.effect, false) + " at " + describe_places(g.findings);
+    }
   }
   if (!smaller.empty()) out->push_back("Smaller: " + smaller + ".");
 }

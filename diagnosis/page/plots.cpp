@@ -271,9 +271,10 @@ std::string make_cloud_svg(const json& cloud) {
       if (key[0] == 'c') {
         cx.push_back(px);
         cy.push_back(py);
-      } else
+      } else {
         out +=
             "<circle class='dot " + std::string(key) + "' cx='" + at(f.x(px)) + "' cy='" + at(f.y(py)) + "' r='1.6'/>";
+      }
     }
   }
   return out + make_path(f, cx, cy, "curve law") + "</svg>";

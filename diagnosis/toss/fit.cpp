@@ -303,8 +303,9 @@ TossFit fit_tosses(const TossProblem& problem, const TossFit& start, const TossF
       if (better) {
         fit = next;
         lambda = std::max(1e-6, 0.1 * lambda);
-      } else
+      } else {
         lambda = 10.0 * std::max(lambda, 1e-3);
+      }
     }
     if (!better || before - sum_cost(fit, use) < 1e-4 * before) break;
   }

@@ -194,25 +194,26 @@ class Search {
     const size_t count = make_neutral(problem_, trial->added).p.size();
     // While something else is missing, a weaker effect may stand in for it.
     const double least = kLeastGain + 2.0 * static_cast<double>(count) + (left < kNoiseLeft ? 0.0 : kBlur * before);
-    if (trial->gain < least)
+    if (trial->gain < least) {
       trial->why = "it takes away too little of what is missing";
-    else if (has_validation(problem_) && trial->fit.validate_cost >= out_.chosen.validate_cost)
+    } else if (has_validation(problem_) && trial->fit.validate_cost >= out_.chosen.validate_cost) {
       trial->why = "the recordings it was not fitted to get no better";
-    else if (trial->sureness < kSignificantInTosses)
+    } else if (trial->sureness < kSignificantInTosses) {
       trial->why = "only few tosses get better";
-    else if (!is_significant(*trial))
+    } else if (!is_significant(*trial)) {
       trial->why = "its parameters cannot be told from nothing";
-    else if (!shows_in_flight(*trial))
+    } else if (!shows_in_flight(*trial)) {
       trial->why = "flight gets worse with it";
-    else if (!is_steady(*trial))
+    } else if (!is_steady(*trial)) {
       trial->why = "its value differs from toss to toss";
-    else if (!is_consistent(*trial))
+    } else if (!is_consistent(*trial)) {
       trial->why = "halves of the tosses ask for different values";
-    else if (get_toss_row(trial->added).refused && !is_measured(*trial)) {
+    } else if (get_toss_row(trial->added).refused && !is_measured(*trial)) {
       trial->doubted = true;
       trial->why = get_toss_row(trial->added).refused;
-    } else
+    } else {
       trial->accepted = true;
+    }
   }
 
   // Tries the effects that need an independent measurement, beside all others. Those that pass every other test are
@@ -287,8 +288,9 @@ class Search {
       if (!found) {
         complete(&trial, kRounds);
         examine(&trial);
-      } else
+      } else {
         trial.why = "another effect takes away more";
+      }
       found = found || trial.accepted;
     }
     for (TossTrial& trial : round) {

@@ -45,8 +45,9 @@ std::vector<double> calc_gain_std(const TorqueDesign& design, const TorqueModel&
     if (at) {
       square += std::pow(fit.theta[slots.own[i][*at]], 2);
       fitted += 1.0;  // the column's coefficient is 1 - gain
-    } else
+    } else {
       others.push_back(i);
+    }
   }
   if (fitted == 0.0) return known;
   // A joint whose gain would show at two standard errors and is not in the model counts as one that is right.

@@ -256,9 +256,9 @@ Eigen::VectorXd calc_spread_between(const TorqueDesign& design, const TorqueMode
   long at = own, kept = own;  // columns of masses go, the others close up
   for (size_t t = 0; t < model.whole.size(); ++t) {
     const long count = design.whole[model.whole[t]].columns();
-    if (design.whole[model.whole[t]].row->is_of_mass())
+    if (design.whole[model.whole[t]].row->is_of_mass()) {
       all.y -= all.x.middleCols(at, count) * fit.theta.segment(slots.whole[t], count);
-    else {
+    } else {
       all.x.middleCols(kept, count) = all.x.middleCols(at, count).eval();
       kept += count;
     }
