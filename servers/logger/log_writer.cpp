@@ -100,6 +100,8 @@ void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
   silent_ &= ~(1u << topic);
   if (header.epoch < epoch_ || header.step < next_step_) return;
   if (topic == kStateTopic && !any_state_) take_state(header.step);
+  // A logger that joins may hear others before the state: what it can not place lies before its log.
+  if (!any_state_ && header.step >= next_step_ + kSlots) return;
   if (header.step >= next_step_ + kSlots) {
     throw std::invalid_argument(options_.topics[topic].name + " of step " + std::to_string(header.step) +
                                 " came while step " + std::to_string(next_step_) + " is not complete");
@@ -115,7 +117,7 @@ void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
   place.samples[topic].assign(data, data + size);
   ++sample_count_;
   if (topic == kStateTopic) take_state(header.step);
-  if (header.step == next_step_ || topic == kStateTopic) write_complete_steps();
+  if (header.step == next_step_ || topic == kStateTopic || is_joining()) write_complete_steps();
 }
 
 void LogWriter::take_state(uint64_t step) {
@@ -124,6 +126,7 @@ void LogWriter::take_state(uint64_t step) {
     for (; next_step_ < step; ++next_step_) slot(next_step_).present = 0;
     newest_state_ = step;
     any_state_ = true;
+    joined_ = step > 0;
   }
   newest_state_ = std::max(newest_state_, step);
 }
@@ -133,7 +136,7 @@ void LogWriter::start_epoch(uint64_t epoch) {
   any_epoch_ = true;
   epoch_ = epoch;
   next_step_ = newest_state_ = step_on_disk_ = 0;
-  any_state_ = any_on_disk_ = first_step_seen_ = false;
+  any_state_ = any_on_disk_ = first_step_seen_ = joined_ = false;
   silent_ = 0;
   for (Slot& place : slots_) place.present = 0;
 }
@@ -164,9 +167,18 @@ void LogWriter::open_file() {
 
 void LogWriter::write_complete_steps() {
   if (description_.empty() || closed_) return;
+  if (is_joining()) drop_unfinished_steps();
   if (any_state_ && is_complete(next_step_)) first_step_seen_ = true;
   // A step whose state has a successor had its answers used; the newest one waits to see whether it is the last.
   while (any_state_ && next_step_ < newest_state_ && is_complete(next_step_)) write_step(true);
+}
+
+// Parts of the first steps were sent before a logger joined, and never come: its log begins with a step that is whole.
+void LogWriter::drop_unfinished_steps() {
+  uint64_t whole = next_step_;
+  while (whole < newest_state_ && !is_complete(whole)) ++whole;
+  if (whole == newest_state_) return;
+  for (; next_step_ < whole; ++next_step_) slot(next_step_).present = 0;
 }
 
 void LogWriter::write_step(bool with_answers) {

@@ -65,7 +65,8 @@ class LogWriter {
   using Unpack = std::function<std::vector<Part>(const std::vector<uint8_t>& sample)>;
   void set_parcels(IsDue is_due, Unpack unpack);
   // An encoded sample of topics[topic] whose first field is a msg::Header. Repeats and samples of old epochs are
-  // dropped. Throws mcap::McapError when writing fails, std::invalid_argument when the bytes hold no header.
+  // dropped, and so is what came before the first whole step of a run that was under way. Throws mcap::McapError when
+  // writing fails, std::invalid_argument when the bytes hold no header.
   void take(size_t topic, const uint8_t* data, size_t size);
   // Looks how far the disk is. Call it now and then.
   void poll();
@@ -118,6 +119,8 @@ class LogWriter {
   void start_epoch(uint64_t epoch);
   void open_file();
   mcap::ClaimedFile claim_next_file() const;
+  bool is_joining() const { return joined_ && !first_step_seen_; }
+  void drop_unfinished_steps();
   void write_complete_steps();
   void write_step(bool with_answers);
   void write_parts(uint64_t step, double time, const std::vector<Part>& parts);
@@ -152,6 +155,7 @@ class LogWriter {
   uint64_t newest_state_ = 0;  // newest step of the state
   bool any_state_ = false;
   bool first_step_seen_ = false;
+  bool joined_ = false;  // a run that was under way
   uint32_t silent_ = 0;  // topics that nobody waits for, bit per topic
   uint64_t step_on_disk_ = 0;
   bool any_on_disk_ = false;

@@ -246,6 +246,30 @@ TEST(LogWriter, WaitsForAMissingAnswerUntilToldToGiveUp) {
   EXPECT_TRUE(log.is_complete_through(60));
 }
 
+// Readers of a logger that joins are matched one after another, so parts of the first steps are missing for good.
+TEST(LogWriter, OneThatJoinsBeginsWithTheFirstWholeStep) {
+  TemporaryFile file("joined.mcap");
+  constexpr uint64_t kJoined = 5000, kLast = 8000;
+  LogWriter log(make_options(file.path()));
+  describe(&log);
+  const Sample early = make_sample(kContacts, 1, kJoined - 3);
+  log.take(early.topic, early.bytes.data(), early.bytes.size());  // before any state
+  for (uint64_t step = kJoined; step <= kLast; ++step) {
+    for (size_t topic : {kState, kForces, kSensors, kContacts, kCommands}) {
+      const bool due = step % kPeriod == 0 || (topic != kSensors && topic != kCommands);
+      const bool matched = topic == kState || step >= kJoined + 2 + topic;
+      if (!due || !matched) continue;
+      const Sample sample = make_sample(topic, 1, step);
+      ASSERT_NO_THROW(log.take(sample.topic, sample.bytes.data(), sample.bytes.size())) << "step " << step;
+    }
+  }
+  log.close();
+  const auto steps = read_steps(file.path());
+  ASSERT_GT(steps.size(), 2u);
+  EXPECT_EQ(steps[1].second, kJoined + 2 + kContacts) << "contacts were the last that came at each step";
+  EXPECT_EQ(steps.back().second, kLast);
+}
+
 TEST(LogWriter, RefusesBytesWithoutAHeader) {
   TemporaryFile file("bad.mcap");
   LogWriter log(make_options(file.path()));
