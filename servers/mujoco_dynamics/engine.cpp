@@ -113,12 +113,16 @@ void MujocoDynamicsEngine::set_initial_state() {
     data_->qpos[positions_[static_cast<size_t>(i)]] =
         mimic.multiplier * data_->qpos[positions_[static_cast<size_t>(mimic.joint)]] + mimic.offset;
   }
-  if (!robot_.tree.floating_base) return;
   const Eigen::Quaterniond R_WB(make_rotation_from_rpy(scenario_.initial_rpy));
+  if (!robot_.tree.floating_base) {  // the model has its base there
+    state_.p_WB = scenario_.initial_position;
+    state_.R_WB = R_WB;
+    return;
+  }
   const Vector3d& p = scenario_.initial_position;
   const double pose[7] = {p.x(), p.y(), p.z(), R_WB.w(), R_WB.x(), R_WB.y(), R_WB.z()};
   std::copy(pose, pose + 7, data_->qpos);
-  if (scenario_.initial_height_given) return;
+  if (scenario_.initial_height_given || !scenario_.ground.present) return;
   data_->qpos[2] = 0;
   mj_kinematics(model_, data_);
   data_->qpos[2] = -find_lowest_sole();

@@ -28,6 +28,10 @@ void check_supported(const Scenario& scenario) {
     refuse(scenario, "robots." + scenario.robots[0].name, std::string("another robot") + hint);
   if (!scenario.objects.empty())
     refuse(scenario, "objects." + scenario.objects[0].name, std::string("a movable object") + hint);
+  if (scenario.joint_stops) refuse(scenario, "joint_stops", std::string("a stop at the joints' limits") + hint);
+  if (scenario.self_collision) refuse(scenario, "self_collision", std::string("contact between links") + hint);
+  if (scenario.variation.mass != 0.0 || scenario.variation.pose != 0.0)
+    refuse(scenario, "variation", std::string("a random variation of the robot") + hint);
   if (!scenario.no_contact.empty()) refuse(scenario, "no_contact", std::string("a filter of contacts") + hint);
   if (!scenario.loops.empty())
     refuse(scenario, "loops", std::string("a closed chain ('loops', or <loop> in the URDF)") + hint);
@@ -126,7 +130,10 @@ class MjcfWriter {
   void write_body(int link) {
     const LinkSpec& L = robot_.tree.links[static_cast<size_t>(link)];
     out_ << "<body name=\"b" << link << "\"";
-    if (link > 0) put_pose(L.joint.X_PF);
+    if (link > 0)
+      put_pose(L.joint.X_PF);
+    else if (!robot_.tree.floating_base)
+      put_pose({make_rotation_from_rpy(scenario_.initial_rpy), scenario_.initial_position});
     out_ << ">\n";
     if (link > 0) write_joint(L.joint, link - 1);
     if (link == 0 && robot_.tree.floating_base) out_ << "<freejoint name=\"base\"/>\n";
@@ -220,7 +227,7 @@ class MjcfWriter {
       const JointSpec& joint = robot_.tree.joint(i);
       const auto found = scenario_.servo_joints.find(joint.name);
       const ServoGains& gains = found == scenario_.servo_joints.end() ? scenario_.servo_default : found->second;
-      const double limit = std::min(gains.effort_limit, joint.effort_limit);
+      const double limit = std::isfinite(gains.effort_limit) ? gains.effort_limit : joint.effort_limit;
       const bool driven = joint.actuated && joint.mimic.joint < 0;
       out_ << "<general name=\"j" << i << "\" joint=\"j" << i << "\" biastype=\"affine\" gainprm=\"" << (driven ? 1 : 0)
            << "\" biasprm=\"0 " << (driven ? -gains.kp : 0.0) << " " << (driven ? -gains.kd : 0.0) << "\"";

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "common/multibody/tree_mass.h"
@@ -195,14 +197,58 @@ TEST_F(MujocoDynamicsTest, ALivePushLastsUntilTheNext) {
   EXPECT_TRUE(engine_->pushes().empty());
 }
 
+// A robot on a ceiling hangs from it: gravity pulls its arms the other way.
+TEST_F(MujocoDynamicsTest, AFixedBaseIsWhereTheScenarioPutsIt) {
+  scenario_.floating_base = false;
+  scenario_.initial_position = {0.3, -0.2, 3.0};
+  scenario_.initial_height_given = true;
+  scenario_.initial_rpy = {M_PI - 0.1, 0.3, -0.5};
+  robot_ = load_robot(scenario_);
+  engine_ = make_mujoco_engine(robot_, scenario_);
+  const std::unique_ptr<DynamicsEngine> ours = make_simulator_engine(robot_, scenario_);
+  command_.q = engine_->state().q;
+  for (int i = 0; i < 500; ++i) ASSERT_EQ(engine_->step({}, command_) + ours->step({}, command_), "") << "step " << i;
+  EXPECT_EQ(engine_->state().p_WB, ours->state().p_WB);
+  EXPECT_LT(engine_->state().R_WB.angularDistance(ours->state().R_WB), 1e-12) << "rounding";
+  // Rounding: the base is at rest in both.
+  EXPECT_LT((engine_->sensors().imus[0].linear_acceleration - ours->sensors().imus[0].linear_acceleration).norm(),
+            1e-9);
+  // Servos without integral action give by some mrad under the limbs' weight; two integrators agree to a hundredth.
+  const Eigen::VectorXd our_sag = ours->state().q - command_.q;
+  EXPECT_GT(our_sag.cwiseAbs().maxCoeff(), 1e-3);
+  EXPECT_LT((engine_->state().q - ours->state().q).cwiseAbs().maxCoeff(), 0.01 * our_sag.cwiseAbs().maxCoeff());
+}
+
+TEST_F(MujocoDynamicsTest, TheScenariosEffortLimitReplacesThatOfTheModel) {
+  const int knee = robot_.tree.find_joint("R_KNEE");
+  robot_.tree.links[static_cast<size_t>(knee) + 1].joint.effort_limit = 1.0;
+  engine_ = make_mujoco_engine(robot_, scenario_);
+  run(300);
+  EXPECT_LE(std::abs(engine_->joint_efforts()[knee]), 1.5) << "[N m] the limit and what the joint itself takes";
+  scenario_.servo_joints["R_KNEE"] = scenario_.servo_default;
+  scenario_.servo_joints["R_KNEE"].effort_limit = 300.0;
+  engine_ = make_mujoco_engine(robot_, scenario_);
+  run(300);
+  EXPECT_GT(std::abs(engine_->joint_efforts()[knee]), 5.0) << "[N m] bent knees bear the body";
+}
+
 TEST_F(MujocoDynamicsTest, WhatItCannotDoIsRefusedByName) {
-  scenario_.foot_bush["L_ANKLE_R_LINK"] = FootBushSpec();
-  try {
-    make_mujoco_engine(robot_, scenario_);
-    FAIL() << "a foot bush was accepted";
-  } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("foot bush"), std::string::npos) << error.what();
-  }
+  const auto find_refusal = [&](const std::function<void(Scenario*)>& change) -> std::string {
+    Scenario scenario = scenario_;
+    change(&scenario);
+    try {
+      make_mujoco_engine(robot_, scenario);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "it was accepted";
+  };
+  EXPECT_THAT(find_refusal([](Scenario* s) { s->foot_bush["L_ANKLE_R_LINK"] = FootBushSpec(); }),
+              testing::HasSubstr("foot bush"));
+  EXPECT_THAT(find_refusal([](Scenario* s) { s->joint_stops = true; }), testing::HasSubstr("joint_stops"));
+  EXPECT_THAT(find_refusal([](Scenario* s) { s->self_collision = true; }), testing::HasSubstr("self_collision"));
+  EXPECT_THAT(find_refusal([](Scenario* s) { s->variation.mass = 0.1; }), testing::HasSubstr("variation"));
+  EXPECT_THAT(find_refusal([](Scenario* s) { s->variation.pose = 0.1; }), testing::HasSubstr("variation"));
 }
 
 }  // namespace
