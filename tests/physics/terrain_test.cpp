@@ -317,5 +317,17 @@ TEST(Terrain, TheWalkOfTheDefaultScenarioClimbsARampOfTwoDegrees) {
   std::printf("ramp: %.3f m forward, %.4f m up, lean %.4f rad\n", r.travelled.x(), r.travelled.z(), r.largest_lean);
 }
 
+// Half of the height at the start, above the floor and not above the world's zero, counts as fallen.
+TEST(Terrain, AFloorOfAnyHeightIsNoFall) {
+  for (const double height : {-1.0, 1.0}) {
+    Scenario scenario = load_scenario(source_dir() + "/models/scenarios/hrp2p_stand.yaml");
+    scenario.ground.height = height;
+    scenario.duration = 0.2;
+    const TrialResult result = Trial(scenario).run();
+    EXPECT_FALSE(result.fallen) << height;
+    EXPECT_EQ(result.fault, "");
+  }
+}
+
 }  // namespace
 }  // namespace hrp

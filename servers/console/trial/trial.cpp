@@ -120,6 +120,7 @@ TrialResult Trial::run(const std::function<void(const Trial&)>& on_step) {
   std::vector<double> air(scenario_.feet.size(), 0.0);  // [s] since each foot left the ground
   result.landings.assign(scenario_.feet.size(), 0);
   double heading = calc_heading(begin);
+  const double ground = scenario_.ground.height;
   for (long k = 0; k < steps && (go_on_after_fall || !result.fallen); ++k) {
     if (!step()) break;
     if (on_step) on_step(*this);
@@ -128,7 +129,7 @@ TrialResult Trial::run(const std::function<void(const Trial&)>& on_step) {
     const double lean = calc_lean(state);
     result.largest_lean = std::max(result.largest_lean, lean);
     result.travelled = state.p_WB - begin.p_WB;
-    result.fallen = lean > 1.0 || state.p_WB.z() - scenario_.ground.height < 0.5 * begin.p_WB.z();
+    result.fallen = lean > 1.0 || state.p_WB.z() - ground < 0.5 * (begin.p_WB.z() - ground);
     if (result.fallen) result.fall_time = time();
     for (size_t i = 0; i < air.size(); ++i) {
       if (engine_->foot_forces()[i] > 0.0) {
