@@ -45,8 +45,14 @@ class UnpackedFile {
     if (file < 0) throw std::runtime_error("cannot be unpacked to " + name);
     close(file);
     path_ = name;
-    std::ofstream(path_, std::ios::binary)
-        .write(reinterpret_cast<const char*>(plain.data()), static_cast<long>(plain.size()));
+    std::ofstream out(path_, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(plain.data()), static_cast<std::streamsize>(plain.size()));
+    out.close();
+    if (out) return;
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+    throw std::runtime_error("cannot be unpacked to " + name + ": " + std::to_string(plain.size()) +
+                             " bytes do not fit there (TMPDIR names another folder)");
   }
   ~UnpackedFile() {
     std::error_code ignored;

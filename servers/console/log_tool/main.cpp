@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cstdio>
 #include <functional>
 
@@ -8,6 +9,7 @@
 #include "common/base/diagnostics.h"
 #include "common/base/number_option.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "common/plot/robot_pictures.h"
 #include "servers/console/log_tool/commands.h"
 
@@ -161,7 +163,8 @@ class LogTool {
 int main(int argc, char** argv) {
   hrp::LogTool tool;
   try {
-    return tool.run(argc, argv);
+    const int status = tool.run(argc, argv);
+    return hrp::finish_output("hrp-log") ? status : std::max(status, 1);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-log: %s\n", error.what());
     return 2;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cstdio>
 
 #include <CLI/CLI.hpp>
@@ -6,6 +7,7 @@
 #include "common/base/command_line.h"
 #include "common/base/number_option.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "common/node/join.h"
 #include "common/node/runner.h"
 #include "servers/console/topic_tool/topic_tool.h"
@@ -24,9 +26,7 @@ int look(const hrp::JoinOptions& join, const std::function<int(const hrp::ToolCo
                [&](const std::string& what) { voice.update(what, hrp::WaitVoice::Clock::now()); }});
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app(
       "Shows the topics of a run, and sends it commands. It reads best-effort, so it never slows or changes the run.",
       "hrp-topic");
@@ -93,4 +93,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "hrp-topic: %s\n", error.what());
     return 2;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int status = run(argc, argv);
+  return hrp::finish_output("hrp-topic") ? status : std::max(status, 1);
 }

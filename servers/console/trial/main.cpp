@@ -2,6 +2,7 @@
 // hrp-trial SCENARIO...: runs without bus and log, one line of JSON each.
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -9,6 +10,7 @@
 #include "common/base/command_line.h"
 #include "common/base/diagnostics.h"
 #include "common/base/version.h"
+#include "common/base/write_file.h"
 #include "servers/console/trial/trial.h"
 
 namespace {
@@ -22,6 +24,11 @@ class Table {
     if (file_ != nullptr) std::fclose(file_);
   }
   bool good() const { return file_ != nullptr; }
+  // False where a part of the table did not reach the disk.
+  bool close() {
+    const bool written = std::ferror(file_) == 0;
+    return std::fclose(std::exchange(file_, nullptr)) == 0 && written;
+  }
   void write_head(const hrp::Scenario& scenario) {
     std::fprintf(file_, "time");
     for (const std::string& foot : scenario.feet) std::fprintf(file_, ",%s/force_z", foot.c_str());
@@ -94,10 +101,11 @@ int main(int argc, char** argv) {
       if (!table.good()) throw std::runtime_error(csv + ": cannot be written");
       table.write_head(trial.scenario());
       print(path, trial, trial.run([&](const hrp::Trial& t) { table.write(t); }));
+      if (!table.close()) throw std::runtime_error(csv + ": cannot be written: it is not whole");
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "hrp-trial: %s\n", error.what());
     return 2;
   }
-  return 0;
+  return hrp::finish_output("hrp-trial") ? 0 : 1;
 }
