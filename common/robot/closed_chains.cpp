@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <yaml-cpp/yaml.h>
 
 #include "common/base/diagnostics.h"
+#include "common/base/exact_number.h"
 #include "common/robot/foot_bush.h"
 
 namespace hrp {
@@ -24,11 +24,7 @@ int find_loop_link(const TreeSpec& tree, const Scenario& scenario, const std::st
 
 YAML::Node make_numbers(const Vector3d& values) {
   YAML::Node list(YAML::NodeType::Sequence);
-  for (int k = 0; k < 3; ++k) {
-    char number[40];
-    std::snprintf(number, sizeof number, "%.17g", values[k]);  // the same bits when read
-    list.push_back(std::string(number));
-  }
+  for (int k = 0; k < 3; ++k) list.push_back(format_exact(values[k]));
   return list;
 }
 

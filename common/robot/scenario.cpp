@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "common/base/exact_number.h"
 #include "common/base/printable.h"
 #include "common/base/read_file.h"
 #include "common/robot/effect_section.h"
@@ -193,11 +194,7 @@ Scenario load_scenario(const std::string& path) {
 std::string set_initial_joints(const std::string& text, const std::map<std::string, double>& joints) {
   YAML::Node root = YAML::Load(text);
   YAML::Node values(YAML::NodeType::Map);
-  for (const auto& [name, position] : joints) {
-    char number[40];
-    std::snprintf(number, sizeof number, "%.17g", position);  // the same bits when read
-    values[name] = std::string(number);
-  }
+  for (const auto& [name, position] : joints) values[name] = format_exact(position);
   values.SetStyle(YAML::EmitterStyle::Flow);
   YAML::Emitter flow;
   flow << values;

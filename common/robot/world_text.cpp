@@ -1,24 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "common/robot/world_text.h"
 
-#include <cstdio>
-
 #include <yaml-cpp/yaml.h>
 
+#include "common/base/exact_number.h"
 #include "common/spatial/rpy.h"
 
 namespace hrp {
 namespace {
 
-std::string print(double value) {
-  char number[40];
-  std::snprintf(number, sizeof number, "%.17g", value);
-  return number;
-}
-
 YAML::Node make_list(const Vector3d& v) {
   YAML::Node list(YAML::NodeType::Sequence);
-  for (int i = 0; i < 3; ++i) list.push_back(print(v[i]));
+  for (int i = 0; i < 3; ++i) list.push_back(format_exact(v[i]));
   return list;
 }
 
@@ -26,15 +19,15 @@ YAML::Node make_node(const ObstacleSpec& obstacle) {
   YAML::Node node(YAML::NodeType::Map);
   node["shape"] = obstacle.shape;
   if (obstacle.shape == "box") node["size"] = make_list(obstacle.size);
-  if (obstacle.shape == "sphere" || obstacle.shape == "cylinder") node["radius"] = print(obstacle.size.x());
-  if (obstacle.shape == "cylinder") node["length"] = print(obstacle.size.y());
+  if (obstacle.shape == "sphere" || obstacle.shape == "cylinder") node["radius"] = format_exact(obstacle.size.x());
+  if (obstacle.shape == "cylinder") node["length"] = format_exact(obstacle.size.y());
   if (obstacle.shape == "mesh") {
     node["file"] = obstacle.file;
     node["scale"] = make_list(obstacle.scale);
   }
   node["position"] = make_list(obstacle.X_WG.p);
   node["rpy"] = make_list(calc_rpy(obstacle.X_WG.R));
-  node["friction"] = print(obstacle.friction);
+  node["friction"] = format_exact(obstacle.friction);
   return node;
 }
 
@@ -42,10 +35,10 @@ YAML::Node make_node(const GroundSpec& ground) {
   YAML::Node node(YAML::NodeType::Map);
   node["type"] = ground.present ? "plane" : "none";
   if (!ground.present) return node;
-  node["height"] = print(ground.height);
-  node["roll"] = print(ground.roll);
-  node["pitch"] = print(ground.pitch);
-  node["friction"] = print(ground.friction);
+  node["height"] = format_exact(ground.height);
+  node["roll"] = format_exact(ground.roll);
+  node["pitch"] = format_exact(ground.pitch);
+  node["friction"] = format_exact(ground.friction);
   return node;
 }
 

@@ -2,8 +2,9 @@
 #include "servers/model_parser/xml_values.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
-#include <cstdlib>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -14,15 +15,27 @@
 
 namespace hrp {
 
+namespace {
+
+// The whole word as a finite number, with a point whatever the locale; empty if it is none.
+std::optional<double> parse_number(const std::string& word) {
+  const char *begin = word.data() + (word[0] == '+' ? 1 : 0), *end = word.data() + word.size();
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(begin, end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
 std::vector<double> parse_numbers(const char* text, size_t count) {
   std::vector<double> numbers;
   std::istringstream words(text);
   std::string word;
   while (words >> word) {
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    if (end == word.c_str() || *end != '\0' || !std::isfinite(value)) return {};
-    numbers.push_back(value);
+    const std::optional<double> value = parse_number(word);
+    if (!value) return {};
+    numbers.push_back(*value);
   }
   return numbers.size() == count ? numbers : std::vector<double>();
 }
