@@ -17,8 +17,16 @@ const mcap::Channel& find_channel(const mcap::Reader& log, const TopicSpec& topi
   return *channel;
 }
 
+// A log that was cut short is read as far as it goes, with a warning.
+void warn_of(const std::string& damage, const std::string& path) {
+  if (damage.empty()) return;
+  const std::string text = path + ": " + damage;
+  if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+}
+
+// Returns what is wrong with the log, empty: nothing.
 template <typename Message, typename Take>
-void read_topic(const std::string& path, const TopicSpec& topic, const Take& take) {
+std::string read_topic(const std::string& path, const TopicSpec& topic, const Take& take) {
   mcap::Reader log(path);
   const mcap::Channel& channel = find_channel(log, topic);
   Message message;
@@ -29,18 +37,22 @@ void read_topic(const std::string& path, const TopicSpec& topic, const Take& tak
         return true;
       },
       {channel.topic});
+  return log.damage();
 }
 
 py::tuple read_table(const std::string& path) {
   std::vector<std::string> names;
   std::vector<double> values;
+  std::string damage;
   {
     const py::gil_scoped_release free;
     mcap::Reader log(path);
     LogTable table = read_log_table(&log);
     names = std::move(table.names);
     for (const std::vector<double>& row : table.rows) values.insert(values.end(), row.begin(), row.end());
+    damage = log.damage();
   }
+  warn_of(damage, path);
   const size_t columns = names.size();
   return py::make_tuple(names, give(std::move(values), columns));
 }
@@ -52,9 +64,10 @@ py::dict read_states(const std::string& path) {
   std::vector<double> time, q, qd, efforts, pose, velocity;
   std::vector<unsigned long long> hashes;
   size_t n = 0;
+  std::string damage;
   {
     const py::gil_scoped_release free;
-    read_topic<msg::RobotState>(path, topics::kRobotState, [&](const msg::RobotState& m) {
+    damage = read_topic<msg::RobotState>(path, topics::kRobotState, [&](const msg::RobotState& m) {
       n = m.positions().size();
       time.push_back(m.header().time());
       q.insert(q.end(), m.positions().begin(), m.positions().end());
@@ -68,6 +81,7 @@ py::dict read_states(const std::string& path) {
       hashes.push_back(m.hash());
     });
   }
+  warn_of(damage, path);
   py::dict states;
   states["time"] = give(std::move(time), 1).attr("reshape")(-1);
   states["q"] = give(std::move(q), n);
@@ -90,9 +104,10 @@ struct PairRows {
 
 py::dict read_contact_forces(const std::string& path) {
   std::map<std::pair<std::string, std::string>, PairRows> pairs;
+  std::string damage;
   {
     const py::gil_scoped_release free;
-    read_topic<msg::ContactForces>(path, topics::kContactForces, [&](const msg::ContactForces& m) {
+    damage = read_topic<msg::ContactForces>(path, topics::kContactForces, [&](const msg::ContactForces& m) {
       for (const msg::PairForce& pair : m.pairs()) {
         PairRows& rows = pairs[{pair.name_a(), pair.name_b()}];
         rows.time.push_back(m.header().time());
@@ -103,6 +118,7 @@ py::dict read_contact_forces(const std::string& path) {
       }
     });
   }
+  warn_of(damage, path);
   py::dict all;
   for (auto& [names, rows] : pairs) {
     py::dict pair;

@@ -47,6 +47,17 @@ class Logs(unittest.TestCase):
         rows = np.searchsorted(states["time"], self.log.time)
         np.testing.assert_array_equal(self.log[f"/joint_states/{first}/position"], states["q"][rows, 0])
 
+    def test_a_log_that_was_cut_short_is_read_with_a_warning(self):
+        cut = pathlib.Path(self.folder.name) / "cut.mcap"
+        whole = pathlib.Path(self.path).read_bytes()
+        cut.write_bytes(whole[: len(whole) * 6 // 10])
+        with self.assertWarnsRegex(RuntimeWarning, "cut.mcap: "):
+            log = openhrp_dds.read_log(str(cut))
+        self.assertLess(len(log), len(self.log))
+        self.assertGreater(len(log), 0)
+        with self.assertWarnsRegex(RuntimeWarning, "cut.mcap: "):
+            log.states()
+
     def test_a_data_frame_has_the_columns(self):
         try:
             import pandas  # noqa: F401
