@@ -22,10 +22,10 @@ std::string find_push_fault(const msg::Push& push, const TreeSpec& tree, const s
 // Of the scheduler: gives pushes their number and the state from which on they act.
 class PushQueue {
  public:
-  void reset() {
-    pushes_.clear();
-    next_number_ = 1;
-  }
+  // Of an epoch, dynamics takes only numbers that are larger than the last one. A scheduler that was restarted has to
+  // begin with a larger one than the scheduler before it.
+  explicit PushQueue(uint64_t first_number = 1) : next_number_(first_number) {}
+  void reset() { pushes_.clear(); }
   // Instead of a push of the same link that was not given out yet.
   void add(const msg::Push& push);
   // Those that belong into a grant, when steps through `granted` are allowed already and dynamics has done `step`.
@@ -33,7 +33,7 @@ class PushQueue {
 
  private:
   std::vector<msg::Push> pushes_;  // number 0: not given out
-  uint64_t next_number_ = 1;
+  uint64_t next_number_;
 };
 
 // Of a dynamics server: which pushes act when.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "servers/scheduler/node.h"
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -49,6 +51,12 @@ std::string join_refusals(const msg::ModelRefused& message) {
   return text;
 }
 
+// Larger than any number of a scheduler that ran before on this machine, which counted on from the time of its start.
+uint64_t find_first_push_number() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return static_cast<uint64_t>(std::chrono::duration_cast<std::chrono::microseconds>(now).count());
+}
+
 }  // namespace
 
 SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions& options, double duration_override,
@@ -58,6 +66,7 @@ SchedulerNode::SchedulerNode(const NodeContext& context, const SchedulerOptions&
       duration_override_(duration_override),
       grant_publisher_(bus(), topics::kStepGrant),
       status_publisher_(bus(), topics::kRunStatus),
+      pushes_(find_first_push_number()),
       offers_ros_services_(ros_services) {
   listen<msg::ServerStatus>(topics::kServerStatus,
                             [this](const msg::ServerStatus& m) { attempt([&] { take_status(m); }); });
@@ -87,7 +96,8 @@ void SchedulerNode::take_description(const msg::RobotDescription& message) {
   from_message(message, &robot);
   tree_ = robot.tree;
   movers_ = make_movers(robot, scenario);
-  scheduler_.set_run(scenario.time_step, static_cast<uint64_t>(std::llround(duration / scenario.time_step)));
+  const auto steps = static_cast<uint64_t>(std::llround(duration / scenario.time_step));
+  scheduler_.set_run(scenario.time_step, duration > 0.0 ? std::max<uint64_t>(steps, 1) : 0);  // 0: without an end
   update();
 }
 

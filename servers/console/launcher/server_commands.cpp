@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "common/base/exact_number.h"
 #include "common/base/has.h"
 #include "common/node/node.h"
 #include "common/robot/movers.h"
@@ -103,7 +104,7 @@ std::vector<std::string> ServerCommands::make_role_arguments(const std::string& 
   if (role == "model_parser") arguments.push_back(options_.scenario);
   if (role == "model_parser" && options_.verbose) arguments.push_back("--verbose");
   if (role == "dynamics" && options_.ros_rate > 0.0)
-    arguments.insert(arguments.end(), {"--ros-rate", std::to_string(options_.ros_rate)});
+    arguments.insert(arguments.end(), {"--ros-rate", format_exact(options_.ros_rate)});
   if (role == "logger") arguments.insert(arguments.end(), {"--log", log_});
   if (role == "logger" && !scenario_.robots.empty())
     arguments.insert(arguments.end(), {"--robots", join_robots(scenario_)});
@@ -114,8 +115,8 @@ std::vector<std::string> ServerCommands::make_role_arguments(const std::string& 
   std::string waited_for = is_left_out("logger") ? "dynamics" : "dynamics,logger";
   if (scenario_.sensors.every_picture && is_needed("vision")) waited_for += ",vision";
   arguments.insert(arguments.end(), {"--wait-for", waited_for});
-  arguments.insert(arguments.end(), {"--speed", std::to_string(options_.speed)});
-  if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", std::to_string(options_.duration)});
+  arguments.insert(arguments.end(), {"--speed", format_exact(options_.speed)});
+  if (options_.duration >= 0.0) arguments.insert(arguments.end(), {"--duration", format_exact(options_.duration)});
   if (options_.paused) arguments.push_back("--paused");
   if (options_.ros_services) arguments.push_back("--ros-services");
   return arguments;

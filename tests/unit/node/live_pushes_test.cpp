@@ -71,6 +71,17 @@ TEST(LivePushes, APushActsForItsStepsAndNoLonger) {
   EXPECT_TRUE(live.empty());
 }
 
+// It goes on with the epoch, in which dynamics has taken pushes of the scheduler before it.
+TEST(LivePushes, PushesOfARestartedSchedulerAct) {
+  LivePushes live;
+  PushQueue before(100), after(2000);
+  before.add(make_push("hand", 5.0, 2));
+  for (const msg::Push& push : before.give_out(0, 0)) live.add(push);
+  after.add(make_push("hand", 7.0, 2));
+  for (const msg::Push& push : after.give_out(4, 3)) live.add(push);
+  EXPECT_THAT(play(&live, 0, 7), ::testing::ElementsAre(5, 5, 0, 0, 7, 7, 0));
+}
+
 TEST(LivePushes, TheNextPushOfTheLinkEndsTheOneBefore) {
   LivePushes live;
   PushQueue queue;
