@@ -146,7 +146,7 @@ std::string Viewer::make_hello() const {
   static const std::string types = make_types().dump();
   std::string text = std::string("{\"op\":\"hello\",\"live\":") + (live_ ? "true" : "false") +
                      ",\"control\":" + (live_ && live_->has_control() ? "true" : "false") + ",\"types\":" + types +
-                     ",\"topics\":" + Json(find_topics()).dump() + ",\"recordings\":[";
+                     ",\"topics\":" + dump_json(find_topics()) + ",\"recordings\":[";
   for (size_t i = 0; i < recordings_.size() && !live_; ++i) {
     const Recording& recording = *recordings_[i];
     text += (i ? ",{" : "{") + std::string("\"name\":") + dump_json(recording.name()) +
@@ -209,7 +209,7 @@ void Viewer::refresh_topics() {
   auto found = live_->find_topics();
   if (found == live_topics_) return;
   live_topics_ = std::move(found);
-  send_pages("{\"op\":\"topics\",\"topics\":" + Json(live_topics_).dump() + "}", Urgency::kNeeded);
+  send_pages("{\"op\":\"topics\",\"topics\":" + dump_json(live_topics_) + "}", Urgency::kNeeded);
   for (FoxgloveClient* client : foxgloves_) client->advertise();
 }
 
@@ -278,12 +278,14 @@ void Viewer::take_status(const std::map<std::string, Arrivals>& arrivals) {
     for (const SampleBytes& sample : reports) {
       msg::ServerStatus status;
       decode(get_bytes(sample), &status);
+      if (!status.file().empty() && fs::path(status.file()).parent_path() == fs::path(options_.log_after).parent_path())
+        log_file_ = status.file();
       servers_[status.server()] = print_json(*server->second.type, get_bytes(sample));
     }
     if (run.fresh) take_run_status(run);
     std::string text = "{\"op\":\"status\",\"run\":" + run_text_;
     text += std::string(",\"servers_now\":") + (reads_servers_ ? "true" : "false") + ",\"servers\":{";
-    for (const auto& [role, json] : servers_) text += (text.back() == '{' ? "" : ",") + Json(role).dump() + ":" + json;
+    for (const auto& [role, json] : servers_) text += (text.back() == '{' ? "" : ",") + dump_json(role) + ":" + json;
     status_ = text + "}}";
   } catch (const DecodeError&) {
     return;
@@ -355,7 +357,9 @@ void Viewer::send_pages(const std::string& text, Urgency urgency) {
 void Viewer::watch_end() {
   if (!is_over(run_status_) || options_.log_after.empty()) return;
   if (over_since_ == Clock::time_point{}) over_since_ = Clock::now();
-  const std::string log = find_log_of_epoch(options_.log_after, run_status_.epoch());
+  // The logger says where it writes: another name than the usual one if that was taken.
+  const std::string log =
+      fs::exists(log_file_) ? log_file_ : find_log_of_epoch(options_.log_after, run_status_.epoch());
   if (!is_closed_log(log) && Clock::now() - over_since_ < kLogPatience) return;
   try {
     std::vector<std::unique_ptr<Recording>> recordings;

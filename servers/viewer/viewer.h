@@ -99,6 +99,7 @@ class Viewer final : public WebApplication {
   std::map<std::string, std::string> servers_;  // last status of each role
   msg::RunStatus run_status_;
   bool reads_servers_ = true;
+  std::string log_file_;  // that the logger writes, as it says; empty before
   std::map<std::string, std::unique_ptr<Signal>> signals_;
   Clock::time_point over_since_{};
   double shown_time_ = 0.0;
