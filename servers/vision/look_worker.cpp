@@ -55,9 +55,11 @@ std::optional<uint64_t> LookWorker::find_oldest_step() const {
   return std::nullopt;
 }
 
-void LookWorker::forget_waiting() {
+void LookWorker::forget_all() {
   std::lock_guard<std::mutex> lock(mutex_);
   waiting_.clear();
+  done_.clear();
+  at_work_.reset();  // what is being taken is dropped when it is done
 }
 
 LookDone LookWorker::take_look(LookJob job) {
@@ -84,8 +86,8 @@ void LookWorker::work() {
     lock.unlock();
     LookDone done = take_look(std::move(job));
     lock.lock();
+    if (at_work_) done_.push_back(std::move(done));
     at_work_.reset();
-    done_.push_back(std::move(done));
   }
 }
 

@@ -43,8 +43,8 @@ class LookWorker {
   std::optional<LookDone> take_done();
   // The oldest look that was posted and not taken back by take_done(). None: nothing is under way.
   std::optional<uint64_t> find_oldest_step() const;
-  // Nobody wants what has not begun.
-  void forget_waiting();
+  // Nobody wants what was posted, also what is being taken.
+  void forget_all();
 
  private:
   void work();
@@ -55,7 +55,7 @@ class LookWorker {
   mutable std::mutex mutex_;
   std::condition_variable posted_;
   std::deque<LookJob> waiting_;
-  std::optional<uint64_t> at_work_;  // step
+  std::optional<uint64_t> at_work_;  // step that is being taken, if somebody wants it
   std::deque<LookDone> done_;
   bool ends_ = false;
   std::thread thread_;

@@ -138,7 +138,7 @@ void VisionNode::take_state(const msg::RobotState& message) {
   if (question == Question::kOld) return;
   if (question == Question::kRepeated) return take_repeat(message);
   if (!any_state_ || epoch > epoch_) {
-    worker_->forget_waiting();
+    worker_->forget_all();
     last_sensors_.clear();
     reported_step_ = 0;
   }

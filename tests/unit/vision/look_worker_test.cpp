@@ -55,6 +55,17 @@ TEST(LookWorker, ThatDropsCountsWhatItDropsAndTakesTheNewest) {
   EXPECT_TRUE(std::is_sorted(taken.begin(), taken.end()));
 }
 
+// A run that begins anew counts its steps from zero: a look of the old one must not count as progress of the new one.
+TEST(LookWorker, NothingOfWhatIsForgottenCountsOrComes) {
+  SeenScene scene(kWorld);
+  const auto worker = make_worker(scene, LookWorker::Late::kQueue);
+  for (uint64_t step = 5000; step < 5010; ++step) worker->post(make_job(step, scene));
+  worker->forget_all();
+  EXPECT_FALSE(worker->find_oldest_step());
+  worker->post(make_job(3, scene));
+  EXPECT_THAT(take_all(worker.get()), testing::ElementsAre(3));
+}
+
 TEST(LookWorker, GivesTheBitsOfAPictureThatIsTakenAlone) {
   SeenScene scene("sensors: {camera: {eye: {xyz: [-3, 0, 0.5], color_noise: 0.01}}}\n");
   const auto worker = make_worker(scene, LookWorker::Late::kQueue);
