@@ -49,6 +49,9 @@ void check_scenario(const Scenario& scenario) {
   if (scenario.contact.model == "wrench" && scenario.integrator != "implicit") {
     refuse_input({"", "integrator"}, "contacts by wrenches of pairs go with the implicit step only");
   }
+  if (scenario.integrator == "rk4" && (scenario.perfect_joints || scenario.drive == "motion")) {
+    refuse_input({"", "integrator"}, "joints that follow their references exactly do not go with rk4: use implicit");
+  }
   for (const auto& [foot, bush] : scenario.foot_bush) {
     const bool positive = bush.kz > 0.0 && bush.k_roll > 0.0 && bush.k_pitch > 0.0;
     if (scenario.contact.model == "wrench" && !positive)
