@@ -149,6 +149,8 @@ void BodyEquations::update(const BodyMotion& m, Eigen::Index k) {
   state_.qd = m.qd.col(k);
   update_kinematics(rig_.model, state_, &data_);
   calc_regressor(rig_.model, m.vdot.col(k), &data_, &Y_);
+  // What the sensors in the ankles feel contains the feet: the joints bear them in `exerted` already.
+  for (int foot : rig_.feet) Y_.Y_JI.middleCols<kInertialParameters>(kInertialParameters * foot).setZero();
 }
 
 }  // namespace hrp::identification
