@@ -27,6 +27,7 @@ TreeSpec join_trees(const RobotDescription& robot, const std::vector<Mover>& mov
       link.inertia = mover.robot.tree.links[static_cast<size_t>(i)].inertia;
       if (!mover.is_robot) link.inertia.mass /= kTurning;
       link.joint.name = link.name;
+      link.joint.rotor_inertia = link.inertia.mass > 0.0 ? 0.0 : 1.0;  // lets in links that only join two joints
       tree.links.push_back(link);
     }
   }
