@@ -51,14 +51,16 @@ void JointSystem::reset(const Model& model, const State& state, Data* data) {
     const int k = model.num_base() + static_cast<int>(i);
     const double inertia = std::max(M(k, k) + laws_[i].motor_inertia, 1e-9);
     hold_inertia_[i] = kHoldFactor * inertia;
+    // Behind an elastic transmission, the rotor is not in the mass matrix.
+    const double own = std::max(M(k, k) + (laws_[i].elastic ? laws_[i].motor_inertia : 0.0), 1e-9);
     if (kinds_[i] == Kind::kMimic) {
-      laws_[i].kp = inertia * kMimicRate * kMimicRate;
-      laws_[i].kd = 2.0 * inertia * kMimicRate;
+      laws_[i].kp = own * kMimicRate * kMimicRate;
+      laws_[i].kd = 2.0 * own * kMimicRate;
       laws_[i].effort_limit = kUnlimited;
     }
     if (std::isfinite(laws_[i].lower) || std::isfinite(laws_[i].upper)) {
-      laws_[i].stop_stiffness = inertia * kStopRate * kStopRate;
-      laws_[i].stop_damping = inertia * kStopRate;
+      laws_[i].stop_stiffness = own * kStopRate * kStopRate;
+      laws_[i].stop_damping = own * kStopRate;
     }
     memories_[i] = make_drive_memory(laws_[i], state.q[static_cast<Eigen::Index>(i)]);
   }
