@@ -50,12 +50,22 @@ void RosController::begin(Trajectory trajectory) {
 }
 
 void RosController::take(const RosJointTrajectory& message) {
+  if (!time_) {
+    make_trajectory(message, robot_, command_, trajectory_topic_.name);  // refuses what cannot be
+    early_.push_back([this, message] { take(message); });
+    return;
+  }
   begin(make_trajectory(message, robot_, command_, trajectory_topic_.name));
   if (message.points().empty()) take_all_joints();
   for (const std::string& name : message.joint_names()) told_[static_cast<size_t>(robot_.find_joint(name))] = true;
 }
 
 void RosController::take(const RosPositions& message) {
+  if (!time_) {
+    make_trajectory(message, robot_, positions_topic_.name);
+    early_.push_back([this, message] { take(message); });
+    return;
+  }
   begin(make_trajectory(message, robot_, positions_topic_.name));
   take_all_joints();
 }
@@ -71,10 +81,12 @@ JointCommand RosController::control(const SensorData& sensors, const Robot& robo
   const bool joins = !time_ && sensors.time > 0.0 && holds_initial_pose(robot_);
   time_ = sensors.time;
   if (!begin_) begin_ = time_;
-  if (joins && std::none_of(told_.begin(), told_.end(), [](bool told) { return told; })) {
-    trajectory_ = make_hold(fill({sensors.q, {}, {}}));
+  if (joins) {
+    command_ = fill({sensors.q, {}, {}});
+    trajectory_ = make_hold(command_);
     take_all_joints();
   }
+  for (const auto& take_message : std::exchange(early_, {})) take_message();
   command_ = fill(others);
   const JointCommand told = trajectory_.sample(*time_ - *begin_);
   for (size_t k = 0; k < told_.size(); ++k) {

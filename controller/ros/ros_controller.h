@@ -37,11 +37,12 @@ class RosController : public Controller {
   Robot robot_;
   std::unique_ptr<Controller> other_;
   TopicSpec trajectory_topic_, positions_topic_;
-  JointCommand command_;         // the last one; all its arrays have one number a joint
-  std::optional<double> time_;   // [s] when it was given
-  std::vector<bool> told_;       // joints that follow the trajectory
-  Trajectory trajectory_;        // of all joints
-  std::optional<double> begin_;  // [s] of the trajectory; none: with the first sample
+  JointCommand command_;                      // the last one; all its arrays have one number a joint
+  std::optional<double> time_;                // [s] when it was given
+  std::vector<bool> told_;                    // joints that follow the trajectory
+  Trajectory trajectory_;                     // of all joints
+  std::optional<double> begin_;               // [s] of the trajectory; none: with the first sample
+  std::vector<std::function<void()>> early_;  // take what came before the first sample, from the pose that it shows
 };
 
 class RosControllerNode : public ControllerNode {
