@@ -38,6 +38,7 @@ Robot make_robot(const RobotDescription& description, const Scenario& scenario) 
   for (const ImuSpec& imu : scenario.sensors.imus) robot.imus.push_back(imu.name);
   for (const WrenchSpec& wrench : scenario.sensors.wrenches) robot.wrenches.push_back(wrench.name);
   robot.period = scenario.time_step * scenario.control_period;
+  robot.gravity_W = scenario.gravity_W;
   robot.settings = scenario.controller;
   robot.sensors = scenario.sensors;
   robot.description = std::make_shared<const RobotDescription>(description);

@@ -41,9 +41,10 @@ double calc_swing_height(double s, double T, double height, double landing_speed
   return calc_quintic(2.0 * s - 1.0, height, 0.0, -landing_speed * 0.5 * T);
 }
 
-WalkPattern::WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc)
+WalkPattern::WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc, double g)
     : spec_(spec), start_(start), plane_(spec.measured_ground ? find_plane(start) : ConstraintPlane()) {
   pendulum_.zc = zc;
+  pendulum_.g = g;
   for (int side : {kLeft, kRight}) {
     first_.feet[side].p = start.soles[side].p;
     first_.feet[side].yaw = get_yaw(start.soles[side].R);

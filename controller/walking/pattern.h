@@ -40,8 +40,8 @@ double calc_swing_height(double s, double T, double height, double landing_speed
 
 class WalkPattern {
  public:
-  // Throws InputError: steps that cannot be walked.
-  WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc);
+  // g: [m/s^2]. Throws InputError: steps that cannot be walked.
+  WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc, double g = 9.81);
 
   PatternSample sample(double t) const;
   // Step adjustment: in single support the foot in the air comes down `shift` [m] beside its plan, within reach, and

@@ -32,7 +32,11 @@ class WalkController : public Controller {
     for (int side : {kLeft, kRight}) {
       sensor_frame_[side] = body_.find_frame(robot.sensors.wrenches[static_cast<size_t>(sensor_[side])].link);
     }
-    weight_ = body_.mass() * 9.81;
+    const Vector3d& gravity_W = robot.gravity_W;
+    if (gravity_W.head<2>().norm() > 0.0 || !(gravity_W.z() < 0.0))
+      refuse_input({"", "gravity"}, "walking needs gravity straight down, such as [0, 0, -9.81]");
+    gravity_ = -gravity_W.z();
+    weight_ = body_.mass() * gravity_;
   }
 
   void start(const Robot&) override {
@@ -140,7 +144,7 @@ class WalkController : public Controller {
     R_PW_ = calc_pattern_axes(body_, R_WB_);
     const PatternStart start = make_pattern_start(body_, R_PW_ * R_WB_);
     const double zc = spec_.com_height > 0.0 ? spec_.com_height : start.com.z();
-    pattern_.emplace(spec_, start, zc);
+    pattern_.emplace(spec_, start, zc, gravity_);
   }
 
   // Roll and pitch of the body beyond the reference, pattern axes; their rates.
@@ -255,7 +259,7 @@ class WalkController : public Controller {
   StabilizerSpec laws_;
   WholeBody body_;
   int sensor_[2] = {-1, -1}, sensor_frame_[2] = {-1, -1}, imu_ = -1, imu_frame_ = -1;
-  double weight_ = 0.0, dt_ = 0.005;
+  double gravity_ = 9.81, weight_ = 0.0, dt_ = 0.005;
   std::optional<WalkPattern> pattern_;
   std::optional<AttitudeFilter> attitude_;
   Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only

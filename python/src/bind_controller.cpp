@@ -100,7 +100,7 @@ void bind_controlled_robot(py::module_& m) {
           "(n,) [rad or m] pose at the start of the run; read-only.")
       .def_property_readonly("drive", &find_drive, "The scenario's key: servo, effort, motion or voltage.")
       .def_property_readonly(
-          "model", [](const Robot& r) { return std::make_shared<PyRobot>(*r.description, Vector3d(0, 0, -9.81)); },
+          "model", [](const Robot& r) { return std::make_shared<PyRobot>(*r.description, r.gravity_W); },
           "A new Robot with the equations of motion; keep it, it is made at each call.")
       .def(
           "__deepcopy__", [](const py::object& self, const py::dict&) { return self; }, py::arg("memo"),
