@@ -55,10 +55,10 @@ Eigen::Matrix4d make_matrix(const Transform& X) {
   return matrix;
 }
 
-py::array give(std::vector<double>&& values, size_t columns) {
+py::array give(std::vector<double>&& values, size_t columns, size_t rows_without_columns) {
   auto* kept = new std::vector<double>(std::move(values));
   const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<double>*>(p); });
-  const auto rows = static_cast<py::ssize_t>(columns == 0 ? 0 : kept->size() / columns);
+  const auto rows = static_cast<py::ssize_t>(columns == 0 ? rows_without_columns : kept->size() / columns);
   return py::array_t<double>({rows, static_cast<py::ssize_t>(columns)}, kept->data(), owner);
 }
 

@@ -42,7 +42,7 @@ py::array view(const Vector& vector, const py::handle& owner) {
 }
 
 // rows x columns, moved into an array without a copy.
-py::array give(std::vector<double>&& values, size_t columns);
+py::array give(std::vector<double>&& values, size_t columns, size_t rows_without_columns = 0);
 
 void bind_robot(py::module_& m);
 void bind_controller(py::module_& m);

@@ -209,15 +209,16 @@ class Simulation {
 
   Record give_rows(Rows&& rows) const {
     const size_t n = static_cast<size_t>(robot_->model.num_joints());
+    const size_t steps = rows.time.size();
     const py::array time = give(std::move(rows.time), 1).attr("reshape")(-1);
     return {time,
-            give(std::move(rows.q), n),
-            give(std::move(rows.qd), n),
-            give(std::move(rows.efforts), n),
+            give(std::move(rows.q), n, steps),
+            give(std::move(rows.qd), n, steps),
+            give(std::move(rows.efforts), n, steps),
             give(std::move(rows.position), 3),
             give(std::move(rows.orientation), 4),
             give(std::move(rows.velocity), 6),
-            give(std::move(rows.feet), scenario_.feet.size())};
+            give(std::move(rows.feet), scenario_.feet.size(), steps)};
   }
 
   struct Release {
@@ -383,7 +384,9 @@ void bind_simulation(py::module_& m) {
             now.data.step = static_cast<unsigned long long>(trial.step_number());
             return now;
           },
-          "The last Observation of all sensors, with the scenario's sensor errors.")
+          "The last Observation of all sensors, with the scenario's sensor errors. Sensors are read at control steps: "
+          "between "
+          "them, its readings are those of the last one.")
       .def_property_readonly(
           "command", [](Simulation& s) { return s.idle().command(); }, "The Command of the last control step.")
       .def_property_readonly(
