@@ -130,12 +130,12 @@ class Chooser {
       consider("half way there", find_middle(model_, fitted));
       if (!settled_) consider("least squares, fitted through them", fit_both(windows, start, kRounds));
     }
-    const Hypothesis fitted = polish_joints(problem_, model_, &rows_);
+    const Hypothesis fitted = polish_joints(problem_, model_, &data_);
     consider("fitted through each joint's simulation", fitted);
     consider("half way there", find_middle(model_, fitted));  // errors of both fits tend to have opposite signs
-    if (!settled_) consider("least squares, fitted through it", polish_joints(problem_, start, &rows_));
+    if (!settled_) consider("least squares, fitted through it", polish_joints(problem_, start, &data_));
     if (!searched.empty()) consider_searched(split_asymmetry(searched), plain);
-    consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &rows_, true));
+    consider("the best of these with richer laws", polish_joints(problem_, best_.hypothesis, &data_, true));
     consider("the best of these at each joint", mix_joints());
     if (!is_effort_driven(*whole_.experiment)) {
       consider("the best of these, fitted through the whole robot",
@@ -158,7 +158,7 @@ class Chooser {
     if (others.empty()) return;
     Hypothesis joined = searched;
     joined.insert(joined.end(), others.begin(), others.end());
-    consider("the same beside friction and rotors", polish_joints(problem_, joined, &rows_), kNearlyAll);
+    consider("the same beside friction and rotors", polish_joints(problem_, joined, &data_), kNearlyAll);
   }
 
   Hypothesis fit_both(const CalcResiduals& residuals, const Hypothesis& start, int iterations) const {

@@ -24,7 +24,7 @@ bool moves_bodies(const Effect& effect) {
 }  // namespace
 
 EffortRows::EffortRows(const Experiment& e, const TorqueData& data, const Hypothesis& links) {
-  Bodies bodies{&e, &data, {}};
+  Bodies bodies{&e, &data, links, {}};
   const Plant plant = make_plant(e, links);
   for (const TorqueRecording& r : data.recordings) bodies.tau.push_back(calc_bodies(data, plant, r));
   bodies_ = std::make_shared<const Bodies>(std::move(bodies));
@@ -36,6 +36,10 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   for (int j = 0; j < bodies_->experiment->num_joints(); ++j) {
     if (bodies_->data->is_judged(j) && (joint < 0 || joint == j)) joints.push_back(j);
   }
+  const auto make_beside = [bodies = bodies_](Hypothesis h) {
+    h.insert(h.end(), bodies->links.begin(), bodies->links.end());
+    return make_plant(*bodies->experiment, h);
+  };
   // Residual torque [N m] in one recording, by joint.
   const auto calc_left = [joints, bodies = bodies_](const Plant& plant, const Hypothesis& h, size_t recording) {
     const TorqueRecording& r = bodies->data->recordings[recording];
@@ -49,7 +53,7 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   // the simulation's chi-square.
   const Score score = calc_score(simulated, 1, at, train);
   if (!score.ok || joints.empty()) return simulated;
-  const Plant plant = make_plant(*bodies_->experiment, at);
+  const Plant plant = make_beside(at);
   std::vector<double> weights(joints.size(), 0.0);
   for (size_t r = 0; r < bodies_->tau.size(); ++r) {
     if (!bodies_->data->recordings[r].train) continue;
@@ -59,7 +63,7 @@ CalcResiduals EffortRows::add_to(const CalcResiduals& simulated, const std::vect
   for (double& w : weights) w = w > 0.0 ? std::sqrt(score.chi2 / static_cast<double>(joints.size()) / w) : 0.0;
   return [=, bodies = bodies_](const Hypothesis& hypothesis, int recording, std::vector<double>* residuals) {
     if (!simulated(hypothesis, recording, residuals)) return false;
-    const Plant own = make_plant(*bodies->experiment, hypothesis);
+    const Plant own = make_beside(hypothesis);
     for (size_t r = 0; r < bodies->tau.size(); ++r) {
       if (bodies->data->recordings[r].index != static_cast<size_t>(recording)) continue;
       const std::vector<std::vector<double>> of_joints = calc_left(own, hypothesis, r);

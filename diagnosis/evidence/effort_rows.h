@@ -27,6 +27,7 @@ class EffortRows {
   struct Bodies {
     const Experiment* experiment;
     const TorqueData* data;
+    Hypothesis links;                  // beside every hypothesis that is fitted
     std::vector<Eigen::MatrixXd> tau;  // by recording of `data`: inverse dynamics [N m], sample x joint
   };
   std::shared_ptr<const Bodies> bodies_;

@@ -191,9 +191,11 @@ Hypothesis drop_ripples_of_logs(const Problem& problem, const Hypothesis& model)
   });
 }
 
-Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts, bool enriched) {
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const TorqueData* efforts, bool enriched) {
+  std::optional<EffortRows> rows;
+  if (efforts) rows.emplace(*problem.experiment, *efforts, take_links(model));
   return split_asymmetry(change_joints(problem, model, [&](JointAlone* alone, const Hypothesis& own, int joint) {
-    if (efforts) alone->residuals = efforts->add_to(alone->residuals, problem.train, own, joint);
+    if (rows) alone->residuals = rows->add_to(alone->residuals, problem.train, own, joint);
     return enriched ? enrich(*alone, own, joint) : alone->fit_to_the_end(own);
   }));
 }

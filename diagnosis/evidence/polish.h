@@ -11,7 +11,7 @@ namespace hrp::diagnosis {
 // fit is no better. Effects of links stay. `enriched` tests further laws of the drive (Stribeck curve, lag, command
 // delay, rotor, viscous friction, gain) and adds those that remove 3 % of the joint's squared residual. `efforts`, if
 // given, adds the effort residuals.
-Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const EffortRows* efforts = nullptr,
+Hypothesis polish_joints(const Problem& problem, const Hypothesis& model, const TorqueData* efforts = nullptr,
                          bool enriched = false);
 
 // The same for the effects `own` of one joint.
