@@ -101,12 +101,17 @@ void add_gives(const Experiment& e, const std::vector<LoadedFoot>& feet, const s
   }
 }
 
-Verdict judge(const TorqueVerdict& torque, const std::vector<double>& noise) {
+// noise: by joint of the robot; only joints that moved have an error.
+Verdict judge(const Experiment& e, const TorqueVerdict& torque, const std::vector<double>& noise) {
   const Evidence& evidence = torque.evidence;
   bool missing = false, left = false;
-  for (size_t i = 0; i < torque.torque.size(); ++i) {
-    missing = missing || torque.torque[i].before > kNoiseLeft * noise[i];
-    left = left || torque.torque[i].after > kNoiseLeft * noise[i];
+  for (const SignalFit& error : torque.torque) {
+    for (int j = 0; j < e.num_joints(); ++j) {
+      if (error.signal != e.signal_name(j, Quantity::kEffort)) continue;
+      const double least = kNoiseLeft * noise[static_cast<size_t>(j)];
+      missing = missing || error.before > least;
+      left = left || error.after > least;
+    }
   }
   if (!missing && evidence.findings.empty()) return Verdict::kNoMismatch;
   if (!left && !evidence.findings.empty()) return Verdict::kExplained;
@@ -135,7 +140,7 @@ bool diagnose_held_feet(const Experiment& e, int jobs, const std::function<void(
   Evidence& evidence = torque.evidence;
   evidence.method += ", with the measured forces on the feet; errors are shares of each effort's spread";
   fill_torque_fit(torque.torque, &evidence.fit);
-  evidence.verdict = judge(torque, noise);
+  evidence.verdict = judge(e, torque, noise);
   add_gives(e, feet, gives, &evidence);
   evidence.mismatch = mismatch;
   sort_findings(&evidence.findings);
