@@ -182,6 +182,11 @@ StandFit StandSearcher::find_significant(const std::vector<StandTrial>& trials) 
   return {};
 }
 
+// Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
+bool StandSearcher::predicts_worse(const StandFit& fit) const {
+  return !get_row(fit.hypothesis.back()).slides && fit.held_score > out_.chosen.held_score;
+}
+
 bool StandSearcher::add_effect() {
   const std::vector<StandTrial> trials = try_candidates(out_.chosen);
   if (trials.empty() || trials[0].fit.score >= 1e299) return false;
@@ -201,11 +206,9 @@ bool StandSearcher::add_effect() {
     out_.rounds.push_back(trials);  // reported even if nothing is accepted
   }
   if (gain < std::max(kGain, kKnown * out_.chosen.mismatch)) return false;
-  // Every effect but slip must not make held-out recordings worse. Slip need not occur in them.
-  const bool slips = get_row(best.fit.hypothesis.back()).slides;
-  if (!slips && best.fit.held_score > out_.chosen.held_score) return false;
+  if (predicts_worse(best.fit)) return false;
   const StandFit finished = find_significant(trials);
-  if (finished.hypothesis.empty()) return false;
+  if (finished.hypothesis.empty() || predicts_worse(finished)) return false;
   if (!out_.chosen.hypothesis.empty()) out_.rounds.push_back(trials);
   update_noise(finished.hypothesis);
   out_.nominal = judge({});

@@ -48,6 +48,7 @@ class StandSearcher {
   void start_with_soles();
   void start_with_runner_up();
   bool is_explained() const;
+  bool predicts_worse(const StandFit& fit) const;
   bool add_effect();
   void enrich_effects();
   bool is_richer(const StandFit& fit, size_t effect) const;
