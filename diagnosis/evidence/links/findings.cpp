@@ -375,11 +375,13 @@ bool LinkVerdict::excludes(const std::string& effect, const Where& where, double
     if (at != model.end()) return false;
     with.push_back(t);
     const LinkFit both = fit_links(*design, with, true);
-    const long last = both.covariance.rows() - term.columns;
-    const double asked = std::abs(term.row->factor ? value - 1.0 : value), found = both.theta.back()[0];
-    const double std = std::sqrt(std::abs(both.covariance(last, last)));
+    // Of a vector, `value` is the length.
+    const long last = both.covariance.rows() - term.columns, width = term.effect().parameters[0].axis < 0 ? 1 : 3;
+    const double asked = std::abs(term.row->factor ? value - 1.0 : value);
+    const double found = both.theta.back().head(width).norm();
+    const double std = std::sqrt(both.covariance.diagonal().segment(last, width).cwiseAbs().maxCoeff());
     // One of half the size would show, too.
-    return 0.5 * asked > kUnlikely * std && std::abs(found) < 0.5 * asked;
+    return 0.5 * asked > kUnlikely * std && found < 0.5 * asked;
   }
   return false;
 }
