@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/data/low_pass.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
@@ -181,24 +182,24 @@ class Merger {
   // Two encoders that differ: which of them is off shows where the joint's own would have moved the efforts.
   Finding make_zero(const GearVerdict& gear) const {
     const std::string joint = e_.robot.tree.joint(gear.joint).name;
+    const std::string unit = get_joint_unit(e_.robot.tree.joint(gear.joint), "rad");
     const bool told = report_["verdict"] == "explained" || report_["verdict"] == "no_mismatch";
     Finding f = make_finding(get_effect_of(PlaceKind::kSensor, EffectFamily::kZero), {{"sensor", gear.fit.signal}},
-                             {make_one("value", "rad", -gear.zero, gear.zero_std)});
+                             {make_one("value", unit, -gear.zero, gear.zero_std)});
     f.grade = told && !gear.one_sided && would_show(gear) ? Grade::kSupported : Grade::kAmbiguous;
     f.probability = kSurest;
     f.share = f.weight =
         std::clamp(gear.zero * gear.zero / std::max(1e-300, gear.fit.before * gear.fit.before), 0.0, 1.0);
-    f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) +
-                  " rad off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
+    f.statement = gear.fit.signal + ": it stands " + number(-gear.zero, 4) + " " + unit +
+                  " off the joint's encoder where no torque is passed on (" + get_grade_name(f.grade) + ").";
     if (f.grade == Grade::kAmbiguous)
       f.alternatives.push_back(make_alternative(
-          get_effect(EffectId::kJointOffset), {{"joint", joint}}, {make_one("offset", "rad", gear.zero, gear.zero_std)},
+          get_effect(EffectId::kJointOffset), {{"joint", joint}}, {make_one("offset", unit, gear.zero, gear.zero_std)},
           "many postures in which gravity turns this joint, with recorded efforts"));
     if (gear.one_sided)
-      f.alternatives.push_back(
-          make_alternative(get_effect(EffectId::kBacklash), {{"joint", joint}},
-                           {make_one("gap", "rad", 2.0 * std::abs(gear.zero), 2.0 * gear.zero_std)},
-                           "motions in which the joint's torque changes its sign"));
+      f.alternatives.push_back(make_alternative(get_effect(EffectId::kBacklash), {{"joint", joint}},
+                                                {make_one("gap", unit, 2.0 * std::abs(gear.zero), 2.0 * gear.zero_std)},
+                                                "motions in which the joint's torque changes its sign"));
     return f;
   }
 

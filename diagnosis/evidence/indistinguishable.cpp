@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/estimate/enough.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/estimate/significance.h"
@@ -52,7 +53,7 @@ void add_asymmetry(const Where& joint, const GradedTerm& constant, const GradedT
 // Root mean square residual of the comparison `of`, before and after the correction of a fault.
 struct Missed {
   double before, after;
-  const char* unit;
+  std::string unit;
   const char* of;
 };
 
@@ -162,10 +163,11 @@ Alternative make_gear_alternative(const TorqueData& data, const GradedTerm& mass
 }
 
 std::vector<Finding> make_log_findings(const Experiment& e, int joint, const ServoReading& log) {
+  const std::string unit = get_joint_unit(e.robot.tree.joint(joint), "N m");
   std::vector<Finding> list;
   const auto add = [&](EffectId id, const Estimate& estimate, const std::string& words) {
     list.push_back(make_column_finding(e, joint, Quantity::kEffort, id, estimate,
-                                       {log.before, log.after, "N m", "The servo's law misses the log"}, words));
+                                       {log.before, log.after, unit, "The servo's law misses the log"}, words));
     list.back().weight = list.back().share;
   };
   if (log.is_scaled()) {
@@ -178,13 +180,13 @@ std::vector<Finding> make_log_findings(const Experiment& e, int joint, const Ser
   }
   // A ripple has a mean over any limited range of positions.
   if (!log.is_biased() || std::abs(log.bias) < kAboveNoise * log.wavers) return list;
-  add(EffectId::kSensorBias, make_one("value", "N m", log.bias, log.bias_std),
-      "the recorded effort is " + number(log.bias, 3) + " N m off what the servo asks for");
+  add(EffectId::kSensorBias, make_one("value", unit, log.bias, log.bias_std),
+      "the recorded effort is " + number(log.bias, 3) + " " + unit + " off what the servo asks for");
   if (log.travel > kManyPeriods) return list;
   list.back().grade = Grade::kAmbiguous;
   list.back().alternatives.push_back(
       make_alternative(get_effect(EffectId::kCogging), {{"joint", e.robot.tree.joint(joint).name}},
-                       {make_one("amplitude", "N m", std::abs(log.bias), log.bias_std)},
+                       {make_one("amplitude", unit, std::abs(log.bias), log.bias_std)},
                        "wide motions of this joint: a ripple changes its sign within them"));
   return list;
 }
@@ -193,11 +195,11 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
   const VelocityReading& log = logs[static_cast<size_t>(joint)];
   const std::string position = e.signal_name(joint, Quantity::kPosition),
                     velocity = e.signal_name(joint, Quantity::kVelocity);
+  const std::string unit = get_joint_unit(e.robot.tree.joint(joint), "rad/s");
   std::vector<Finding> list;
   const auto add = [&](EffectId id, Quantity of, const Estimate& estimate, const std::string& words) {
-    list.push_back(make_column_finding(e, joint, of, id, estimate,
-                                       {log.before, log.after, "rad/s", "The position's rate misses the velocity"},
-                                       words));
+    list.push_back(make_column_finding(
+        e, joint, of, id, estimate, {log.before, log.after, unit, "The position's rate misses the velocity"}, words));
     list.back().weight = 0.0;  // does not change the missing torque
   };
   if (log.is_scaled()) {
@@ -221,8 +223,8 @@ std::vector<Finding> make_velocity_findings(const Experiment& e, int joint, cons
     }
   }
   if (log.is_biased())
-    add(EffectId::kSensorBias, Quantity::kVelocity, make_one("value", "rad/s", log.bias, log.bias_std),
-        velocity + " is " + number(log.bias, 3) + " rad/s off the rate of the position");
+    add(EffectId::kSensorBias, Quantity::kVelocity, make_one("value", unit, log.bias, log.bias_std),
+        velocity + " is " + number(log.bias, 3) + " " + unit + " off the rate of the position");
   if (log.is_late())
     add(EffectId::kSensorDelay, Quantity::kVelocity, make_one("delay", "s", log.late, log.late_std),
         velocity + (log.late > kLongest

@@ -202,6 +202,7 @@ class Judge {
 
   // The servo's own law determines this delay, whatever else acts on the joint.
   void add_delay(const ServoDelay& d, TorqueVerdict* out) const {
+    const std::string unit = " " + get_joint_unit(e_.robot.tree.joint(d.joint), "N m");
     Finding f = make_finding(get_effect(EffectId::kDelay), {{"joint", e_.robot.tree.joint(d.joint).name}},
                              {make_one("delay", "s", d.delay, d.std)});
     f.grade = Grade::kSupported;
@@ -209,7 +210,8 @@ class Judge {
     f.share = f.weight = std::clamp(1.0 - d.after * d.after / std::max(1e-300, d.before * d.before), 0.0, 1.0);
     f.statement = e_.robot.tree.joint(d.joint).name + ": commands arrive " + number(1e3 * d.delay, 3) +
                   " ms late (supported). With that delay the servo's law misses the recorded effort by " +
-                  number(d.after, 3) + " N m (root mean square, held out) instead of " + number(d.before, 3) + " N m.";
+                  number(d.after, 3) + unit + " (root mean square, held out) instead of " + number(d.before, 3) + unit +
+                  ".";
     out->evidence.findings.push_back(std::move(f));
     out->model.push_back({EffectId::kDelay, d.joint, {d.delay}});
   }

@@ -151,10 +151,10 @@ Finding make_finding(const Experiment& e, const GradedTerm& g, const GradedTerm*
   f.share = std::clamp(g.share + (excess ? excess->share : 0.0), 0.0, 1.0);
   f.weight = g.weight + (excess ? excess->weight : 0.0);
   f.alternatives = alternatives;
-  for (const Rival& r : g.rivals) {
+  if (!is_of_link(g.term)) convert_units(e.robot.tree.joint(g.term.place), &f.alternatives);
+  for (const Rival& r : g.rivals) {  // in the units of their own joints
     if (f.alternatives.size() < kMostInList) add_rival(e, g, r, &f.alternatives);
   }
-  if (!is_of_link(g.term)) convert_units(e.robot.tree.joint(g.term.place), &f.alternatives);
   f.statement = make_statement(e, g, f, get_phrase(row));
   return f;
 }
@@ -183,7 +183,8 @@ NotIdentifiable make_detail(const Experiment& e, const GradedTerm& g) {
     why += "parts of the recordings give it opposite signs";
   else if (g.unsized)
     why += "its size is not known: " + number(told.value[0], 2) + " +- " + number(kNinetyFive * told.std[0], 2) + " " +
-           g.term.effect().parameters[0].unit;
+           (is_of_link(g.term) ? g.term.effect().parameters[0].unit
+                               : get_joint_unit(e.robot.tree.joint(g.term.place), g.term.effect().parameters[0]));
   else
     why += "takes away only " + number(100.0 * std::clamp(g.share, 0.0, 1.0), 2) + " % of the missing torque";
   return {g.term.effect().name, make_place(e, g.term), why, g.term.row->motion};
