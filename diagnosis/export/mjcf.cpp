@@ -36,7 +36,9 @@ class Writer {
     write_body(0, 1);
     out_ << "</worldbody>\n<actuator>\n";
     for (int j = 0; j < tree_.num_joints(); ++j) write_actuator(j);
-    out_ << "</actuator>\n</mujoco>\n";
+    out_ << "</actuator>\n<equality>\n";
+    for (int j = 0; j < tree_.num_joints(); ++j) write_mimic(j);
+    out_ << "</equality>\n</mujoco>\n";
     return out_.str();
   }
 
@@ -80,7 +82,12 @@ class Writer {
   }
 
   void write_inertia(const LinkInertia& inertia, int depth) {
-    if (inertia.mass <= 0.0) return;
+    if (inertia.mass <= 0.0) {
+      if (depth > 2)
+        out_ << indent(depth) << "<inertial mass=\"" << print_value(kLeastMass) << "\" pos=\"0 0 0\" diaginertia=\""
+             << print_vector(Vector3d::Constant(kLeastInertia)) << "\"/>\n";
+      return;
+    }
     const Matrix3d& I = inertia.I_LLcm_L;
     Eigen::Matrix<double, 6, 1> full;
     full << I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
@@ -88,15 +95,25 @@ class Writer {
          << print_vector(inertia.p_LLcm_L) << "\" fullinertia=\"" << print_vector(full) << "\"/>\n";
   }
 
+  void write_mimic(int j) {
+    const JointSpec& joint = tree_.joint(j);
+    if (joint.mimic.joint < 0) return;
+    out_ << "  <joint joint1=\"" << joint.name << "\" joint2=\"" << tree_.joint(joint.mimic.joint).name
+         << "\" polycoef=\"" << print_value(joint.mimic.offset) << " " << print_value(joint.mimic.multiplier)
+         << " 0 0 0\"/>\n";
+  }
+
   // Servo: force = gain (ctrl - kp q - kd qd), ctrl = kp r + kd r'. Effort: force = gain ctrl.
   void write_actuator(int j) {
     const JointSpec& joint = tree_.joint(j);
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     if (!joint.actuated || joint.mimic.joint >= 0) return;
-    const double k = laws.torque_scale, limit = std::min({laws.effort_limit * k, laws.saturation, joint.effort_limit});
+    const bool servo = laws.kp > 0.0;
+    // MuJoCo clamps a motor's force before its gear.
+    const double k = laws.torque_scale, limit = find_torque_limit(joint, laws) / (servo ? 1.0 : k);
     const std::string range =
         std::isfinite(limit) ? " forcerange=\"" + print_value(-limit) + " " + print_value(limit) + "\"" : "";
-    if (laws.kp > 0.0)
+    if (servo)
       out_ << "  <general name=\"" << joint.name << "\" joint=\"" << joint.name << "\" biastype=\"affine\" gainprm=\""
            << print_value(k) << "\" biasprm=\"0 " << print_value(-k * laws.kp) << " " << print_value(-k * laws.kd)
            << "\"" << range << "/>  "

@@ -71,6 +71,10 @@ class SdfWriter {
            << print_value(I(0, 1)) << "</ixy><ixz>" << print_value(I(0, 2)) << "</ixz><iyy>" << print_value(I(1, 1))
            << "</iyy><iyz>" << print_value(I(1, 2)) << "</iyz><izz>" << print_value(I(2, 2))
            << "</izz></inertia></inertial>\n";
+    } else {
+      const std::string least = print_value(kLeastInertia);
+      out_ << "    <inertial><mass>" << print_value(kLeastMass) << "</mass><inertia><ixx>" << least << "</ixx><iyy>"
+           << least << "</iyy><izz>" << least << "</izz></inertia></inertial>\n";
     }
     out_ << "  </link>\n";
   }
@@ -81,6 +85,10 @@ class SdfWriter {
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     for (const std::string& text : list_unheld(laws, kSdfHolds))
       out_ << "  " << make_comment(joint.name + ", not held: " + text);
+    if (joint.mimic.joint >= 0)
+      out_ << "  "
+           << make_comment(joint.name + ", not held: it follows " + tree_.joint(joint.mimic.joint).name + ", times " +
+                           print_value(joint.mimic.multiplier) + " plus " + print_value(joint.mimic.offset));
     out_ << "  <joint name=\"" << joint.name << "\" type=\""
          << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute") << "\">\n    <parent>"
          << tree_.links[static_cast<size_t>(link.parent)].name << "</parent><child>" << link.name
@@ -89,7 +97,7 @@ class SdfWriter {
          << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
          << "</spring_stiffness><spring_reference>" << print_value(laws.spring_rest)
          << "</spring_reference></dynamics>";
-    const double limit = std::min(joint.effort_limit, laws.saturation);
+    const double limit = find_torque_limit(joint, laws);
     out_ << "<limit>";
     if (std::isfinite(joint.lower)) out_ << "<lower>" << print_value(joint.lower) << "</lower>";
     if (std::isfinite(joint.upper)) out_ << "<upper>" << print_value(joint.upper) << "</upper>";
