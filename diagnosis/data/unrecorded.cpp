@@ -61,7 +61,9 @@ bool fix_unrecorded(Experiment* e) {
                         e->scenario.rotor_inertia.erase(name) + e->scenario.joint_laws.erase(name) >
                     0 ||
                 mentioned;
-    e->warnings.push_back("joint " + name + " is in no recording: taken as fixed at its zero");
+    const int leader = e->robot.tree.joint(e->robot.tree.find_joint(name)).mimic.joint;
+    e->warnings.push_back("joint " + name + " is in no recording: taken as fixed at its zero" +
+                          (leader < 0 ? "" : ", although it follows " + e->robot.tree.joint(leader).name));
   }
   const std::string own = e->robot.urdf;
   e->robot = parse_robot(urdf, e->robot.urdf_path, e->scenario);

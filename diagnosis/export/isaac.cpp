@@ -14,7 +14,7 @@ namespace {
 constexpr Holds kIsaacHolds{true, true, false, true, true};
 
 void write_joint(const JointSpec& joint, const JointLaws& laws, std::ostringstream* out) {
-  const double k = laws.torque_scale, limit = std::min({laws.effort_limit * k, laws.saturation, joint.effort_limit});
+  const double k = laws.torque_scale, limit = find_torque_limit(joint, laws);
   *out << "  " << joint.name
        << ":\n    class: " << (laws.command_delay > 0.0 ? "DelayedPDActuatorCfg" : "ImplicitActuatorCfg")
        << "\n    stiffness: " << print_value(k * laws.kp)

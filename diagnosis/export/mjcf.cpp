@@ -4,6 +4,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/base/escape_xml.h"
 #include "common/base/format.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
@@ -25,7 +26,7 @@ class Writer {
   explicit Writer(const TakeHome& model) : model_(model), tree_(model.robot.tree) {}
 
   std::string write() {
-    out_ << "<mujoco model=\"" << tree_.name << "\">\n"
+    out_ << "<mujoco model=\"" << escape_xml(tree_.name) << "\">\n"
          << make_comment(
                 "The model that the recordings ask for. Merge armature, damping, frictionloss and actuators into your "
                 "own "
@@ -36,7 +37,9 @@ class Writer {
     write_body(0, 1);
     out_ << "</worldbody>\n<actuator>\n";
     for (int j = 0; j < tree_.num_joints(); ++j) write_actuator(j);
-    out_ << "</actuator>\n</mujoco>\n";
+    out_ << "</actuator>\n<equality>\n";
+    for (int j = 0; j < tree_.num_joints(); ++j) write_mimic(j);
+    out_ << "</equality>\n</mujoco>\n";
     return out_.str();
   }
 
@@ -51,7 +54,8 @@ class Writer {
 
   void write_body(int link, int depth) {
     const LinkSpec& L = tree_.links[static_cast<size_t>(link)];
-    out_ << indent(depth) << "<body name=\"" << L.name << "\"" << (link > 0 ? print_pose(L.joint.X_PF) : "") << ">\n";
+    out_ << indent(depth) << "<body name=\"" << escape_xml(L.name) << "\"" << (link > 0 ? print_pose(L.joint.X_PF) : "")
+         << ">\n";
     if (link > 0) write_joint(link - 1, depth + 1);
     if (link == 0 && tree_.floating_base) out_ << indent(depth + 1) << "<freejoint name=\"base\"/>\n";
     write_inertia(L.inertia, depth + 1);
@@ -66,7 +70,7 @@ class Writer {
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     for (const std::string& text : list_unheld(laws, kMjcfHolds))
       out_ << indent(depth) << make_comment(joint.name + ", not held: " + text);
-    out_ << indent(depth) << "<joint name=\"" << joint.name << "\" type=\""
+    out_ << indent(depth) << "<joint name=\"" << escape_xml(joint.name) << "\" type=\""
          << (joint.kind == JointKind::kPrismatic ? "slide" : "hinge") << "\" axis=\"" << print_vector(joint.axis_F)
          << "\" armature=\"" << print_value(laws.motor_inertia) << "\" damping=\""
          << print_value(laws.viscous + laws.spring_damping) << "\" frictionloss=\"" << print_value(laws.coulomb)
@@ -80,7 +84,12 @@ class Writer {
   }
 
   void write_inertia(const LinkInertia& inertia, int depth) {
-    if (inertia.mass <= 0.0) return;
+    if (inertia.mass <= 0.0) {
+      if (depth > 2)
+        out_ << indent(depth) << "<inertial mass=\"" << print_value(kLeastMass) << "\" pos=\"0 0 0\" diaginertia=\""
+             << print_vector(Vector3d::Constant(kLeastInertia)) << "\"/>\n";
+      return;
+    }
     const Matrix3d& I = inertia.I_LLcm_L;
     Eigen::Matrix<double, 6, 1> full;
     full << I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2);
@@ -88,23 +97,33 @@ class Writer {
          << print_vector(inertia.p_LLcm_L) << "\" fullinertia=\"" << print_vector(full) << "\"/>\n";
   }
 
+  void write_mimic(int j) {
+    const JointSpec& joint = tree_.joint(j);
+    if (joint.mimic.joint < 0) return;
+    out_ << "  <joint joint1=\"" << escape_xml(joint.name) << "\" joint2=\""
+         << escape_xml(tree_.joint(joint.mimic.joint).name) << "\" polycoef=\"" << print_value(joint.mimic.offset)
+         << " " << print_value(joint.mimic.multiplier) << " 0 0 0\"/>\n";
+  }
+
   // Servo: force = gain (ctrl - kp q - kd qd), ctrl = kp r + kd r'. Effort: force = gain ctrl.
   void write_actuator(int j) {
     const JointSpec& joint = tree_.joint(j);
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     if (!joint.actuated || joint.mimic.joint >= 0) return;
-    const double k = laws.torque_scale, limit = std::min({laws.effort_limit * k, laws.saturation, joint.effort_limit});
+    const bool servo = laws.kp > 0.0;
+    // MuJoCo clamps a motor's force before its gear.
+    const double k = laws.torque_scale, limit = find_torque_limit(joint, laws) / (servo ? 1.0 : k);
     const std::string range =
         std::isfinite(limit) ? " forcerange=\"" + print_value(-limit) + " " + print_value(limit) + "\"" : "";
-    if (laws.kp > 0.0)
-      out_ << "  <general name=\"" << joint.name << "\" joint=\"" << joint.name << "\" biastype=\"affine\" gainprm=\""
-           << print_value(k) << "\" biasprm=\"0 " << print_value(-k * laws.kp) << " " << print_value(-k * laws.kd)
-           << "\"" << range << "/>  "
+    if (servo)
+      out_ << "  <general name=\"" << escape_xml(joint.name) << "\" joint=\"" << escape_xml(joint.name)
+           << "\" biastype=\"affine\" gainprm=\"" << print_value(k) << "\" biasprm=\"0 " << print_value(-k * laws.kp)
+           << " " << print_value(-k * laws.kd) << "\"" << range << "/>  "
            << make_comment("ctrl = " + print_value(laws.kp) + " position + " + print_value(laws.kd) +
                            " velocity of the command");
     else
-      out_ << "  <motor name=\"" << joint.name << "\" joint=\"" << joint.name << "\" gear=\"" << print_value(k) << "\""
-           << range << "/>\n";
+      out_ << "  <motor name=\"" << escape_xml(joint.name) << "\" joint=\"" << escape_xml(joint.name) << "\" gear=\""
+           << print_value(k) << "\"" << range << "/>\n";
   }
 
   const TakeHome& model_;

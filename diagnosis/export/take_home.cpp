@@ -42,7 +42,8 @@ TakeHome load_take_home(const std::string& scenario_path) {
   return out;
 }
 
-// The top-level sections `robot`, `rotor_inertia`, `controller` and `servo` are written anew.
+// The top-level sections `robot`, `rotor_inertia`, `controller` and `servo` are written anew. What MuJoCo holds of
+// `effects` is in them and in robot.urdf; its server refuses the key.
 std::string make_mujoco_scenario(const TakeHome& model, const std::string& nominal) {
   std::string text = "# For hrp-dynamics-mujoco: what MuJoCo holds of the model that was found.\nrobot: robot.urdf\n";
   std::istringstream in(nominal);
@@ -52,7 +53,8 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
     const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t';
     if (top) key = line.substr(0, line.find(':'));
     motion = motion || key == "controller";
-    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated")
+    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated" ||
+        key == "effects")
       continue;
     text += line + "\n";
   }
@@ -62,7 +64,7 @@ std::string make_mujoco_scenario(const TakeHome& model, const std::string& nomin
   for (int j = 0; j < model.robot.tree.num_joints(); ++j) {
     const JointLaws& laws = model.laws[static_cast<size_t>(j)];
     const std::string& name = model.robot.tree.joint(j).name;
-    const double limit = std::min(laws.effort_limit * laws.torque_scale, laws.saturation);
+    const double limit = find_torque_limit(model.robot.tree.joint(j), laws);
     text += "    " + name + ": {kp: " + print_value(laws.kp * laws.torque_scale) +
             ", kd: " + print_value(laws.kd * laws.torque_scale) +
             (limit < kUnlimited ? ", effort_limit: " + print_value(limit) : "") + "}\n";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnosis/export/unheld.h"
 
+#include <algorithm>
+
 #include "common/base/format.h"
 
 namespace hrp::diagnosis {
@@ -9,6 +11,10 @@ std::string make_comment(const std::string& text) {
   std::string out;
   for (char c : text) out += c == '-' && !out.empty() && out.back() == '-' ? ' ' : c;
   return "<!-- " + out + " -->\n";
+}
+
+double find_torque_limit(const JointSpec& joint, const JointLaws& laws) {
+  return std::min(laws.torque_scale * std::min(laws.effort_limit, joint.effort_limit), laws.saturation);
 }
 
 std::string print_value(double value) { return format("%.6g", value == 0.0 ? 0.0 : value); }

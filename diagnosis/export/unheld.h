@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/effects/joint_law.h"
+#include "common/multibody/tree_spec.h"
 
 namespace hrp::diagnosis {
 
@@ -16,6 +17,13 @@ struct Holds {
 
 // "dry friction is 0.31 N m at rest and falls to 0.2 N m above 0.05 rad/s", ...; empty when all is held.
 std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds);
+
+// [N m or N] Largest true torque. The limits of servo and joint are of the logged effort, before the gain.
+double find_torque_limit(const JointSpec& joint, const JointLaws& laws);
+
+// Moving links without mass, such as those between two joints of a cardan joint, get these: MuJoCo refuses 0, and SDF
+// takes 1 kg where nothing is stated.
+constexpr double kLeastMass = 1e-9, kLeastInertia = 1e-12;  // [kg], [kg m^2]
 
 // A line of XML; comments must not hold two hyphens in a row.
 std::string make_comment(const std::string& text);

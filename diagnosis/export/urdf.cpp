@@ -4,6 +4,7 @@
 #include <regex>
 #include <sstream>
 
+#include "common/base/escape_xml.h"
 #include "common/base/join_words.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
@@ -44,24 +45,24 @@ class SdfWriter {
   explicit SdfWriter(const TakeHome& model) : model_(model), tree_(model.robot.tree) {}
 
   std::string write() {
-    out_ << "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n<model name=\"" << tree_.name << "\">\n"
+    out_ << "<?xml version=\"1.0\"?>\n<sdf version=\"1.9\">\n<model name=\"" << escape_xml(tree_.name) << "\">\n"
          << make_comment("The model that the recordings ask for; shapes and meshes are not here.");
     for (const std::string& force : model_.forces) out_ << make_comment("not held: " + force);
     for (size_t i = 0; i < tree_.links.size(); ++i) write_link(tree_.links[i], i);
     for (int j = 0; j < tree_.num_joints(); ++j) write_joint(j);
     if (!tree_.floating_base)
-      out_ << "  <joint name=\"to_world\" type=\"fixed\"><parent>world</parent><child>" << tree_.links[0].name
-           << "</child></joint>\n";
+      out_ << "  <joint name=\"to_world\" type=\"fixed\"><parent>world</parent><child>"
+           << escape_xml(tree_.links[0].name) << "</child></joint>\n";
     out_ << "</model>\n</sdf>\n";
     return out_.str();
   }
 
  private:
   void write_link(const LinkSpec& link, size_t i) {
-    out_ << "  <link name=\"" << link.name << "\">\n";
+    out_ << "  <link name=\"" << escape_xml(link.name) << "\">\n";
     if (i > 0) {
       const Vector3d rpy = link.joint.X_PF.R.eulerAngles(2, 1, 0).reverse();
-      out_ << "    <pose relative_to=\"" << tree_.links[static_cast<size_t>(link.parent)].name << "\">"
+      out_ << "    <pose relative_to=\"" << escape_xml(tree_.links[static_cast<size_t>(link.parent)].name) << "\">"
            << print_list(link.joint.X_PF.p) << " " << print_list(rpy) << "</pose>\n";
     }
     if (link.inertia.mass > 0.0) {
@@ -71,6 +72,10 @@ class SdfWriter {
            << print_value(I(0, 1)) << "</ixy><ixz>" << print_value(I(0, 2)) << "</ixz><iyy>" << print_value(I(1, 1))
            << "</iyy><iyz>" << print_value(I(1, 2)) << "</iyz><izz>" << print_value(I(2, 2))
            << "</izz></inertia></inertial>\n";
+    } else {
+      const std::string least = print_value(kLeastInertia);
+      out_ << "    <inertial><mass>" << print_value(kLeastMass) << "</mass><inertia><ixx>" << least << "</ixx><iyy>"
+           << least << "</iyy><izz>" << least << "</izz></inertia></inertial>\n";
     }
     out_ << "  </link>\n";
   }
@@ -81,15 +86,19 @@ class SdfWriter {
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
     for (const std::string& text : list_unheld(laws, kSdfHolds))
       out_ << "  " << make_comment(joint.name + ", not held: " + text);
-    out_ << "  <joint name=\"" << joint.name << "\" type=\""
+    if (joint.mimic.joint >= 0)
+      out_ << "  "
+           << make_comment(joint.name + ", not held: it follows " + tree_.joint(joint.mimic.joint).name + ", times " +
+                           print_value(joint.mimic.multiplier) + " plus " + print_value(joint.mimic.offset));
+    out_ << "  <joint name=\"" << escape_xml(joint.name) << "\" type=\""
          << (joint.kind == JointKind::kPrismatic ? "prismatic" : "revolute") << "\">\n    <parent>"
-         << tree_.links[static_cast<size_t>(link.parent)].name << "</parent><child>" << link.name
-         << "</child>\n    <axis><xyz>" << print_list(joint.axis_F) << "</xyz><dynamics><damping>"
-         << print_value(laws.viscous + laws.spring_damping) << "</damping><friction>" << print_value(laws.coulomb)
-         << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
+         << escape_xml(tree_.links[static_cast<size_t>(link.parent)].name) << "</parent><child>"
+         << escape_xml(link.name) << "</child>\n    <axis><xyz>" << print_list(joint.axis_F)
+         << "</xyz><dynamics><damping>" << print_value(laws.viscous + laws.spring_damping) << "</damping><friction>"
+         << print_value(laws.coulomb) << "</friction><spring_stiffness>" << print_value(laws.spring_stiffness)
          << "</spring_stiffness><spring_reference>" << print_value(laws.spring_rest)
          << "</spring_reference></dynamics>";
-    const double limit = std::min(joint.effort_limit, laws.saturation);
+    const double limit = find_torque_limit(joint, laws);
     out_ << "<limit>";
     if (std::isfinite(joint.lower)) out_ << "<lower>" << print_value(joint.lower) << "</lower>";
     if (std::isfinite(joint.upper)) out_ << "<upper>" << print_value(joint.upper) << "</upper>";
@@ -110,7 +119,8 @@ std::string make_urdf_model(const TakeHome& model) {
     const std::string& name = model.robot.tree.joint(j).name;
     const JointLaws& laws = model.laws[static_cast<size_t>(j)];
     size_t begin = 0, end = 0;
-    if (!find_joint(urdf, name, &begin, &end)) continue;
+    // A quote or > may stand as it is.
+    if (!find_joint(urdf, escape_xml(name), &begin, &end) && !find_joint(urdf, name, &begin, &end)) continue;
     std::string body = urdf.substr(begin, end - begin);
     body = std::regex_replace(body, std::regex("<dynamics[^>]*/>|<dynamics[^>]*>\\s*</dynamics>"), "");
     body +=

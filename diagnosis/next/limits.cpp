@@ -102,7 +102,11 @@ double find_unstated_effort(const Experiment& e, size_t j, std::vector<std::stri
 JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::string>* remarks) {
   const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
   JointLimits limits;
-  limits.start = find_start(e, j);
+  limits.mimic = joint.mimic;
+  limits.start =
+      joint.mimic.joint < 0
+          ? find_start(e, j)
+          : joint.mimic.multiplier * find_start(e, static_cast<size_t>(joint.mimic.joint)) + joint.mimic.offset;
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper)) {
     const double margin = kMinor * (joint.upper - joint.lower);
     limits.widest_lower = joint.lower + margin;
@@ -131,6 +135,23 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   limits.effort = find_effort(e, joint);
   if (!std::isfinite(limits.effort)) limits.effort = find_unstated_effort(e, j, remarks);
   return limits;
+}
+
+// A joint that others follow goes no further and no faster than their limits allow. A range that only recordings show
+// counts not here: a follower may be in none.
+void bind_leaders(const Experiment& e, Limits* limits) {
+  for (size_t j = 0; j < limits->joints.size(); ++j) {
+    const JointLimits& own = limits->joints[j];
+    if (own.mimic.joint < 0 || own.mimic.multiplier == 0.0) continue;
+    JointLimits& leader = limits->joints[static_cast<size_t>(own.mimic.joint)];
+    leader.speed = std::min(leader.speed, own.speed / std::abs(own.mimic.multiplier));
+    const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
+    if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper)) continue;
+    const double a = (own.lower - own.mimic.offset) / own.mimic.multiplier;
+    const double b = (own.upper - own.mimic.offset) / own.mimic.multiplier;
+    leader.lower = std::min(std::max(leader.lower, std::min(a, b)), leader.start);
+    leader.upper = std::max(std::min(leader.upper, std::max(a, b)), leader.start);
+  }
 }
 
 [[noreturn]] void fail(const std::string& field, const std::string& message) {
@@ -249,6 +270,7 @@ Limits make_limits(const Experiment& experiment, const std::vector<std::string>&
   for (const std::string& word : stated) {
     is_file(word) ? apply_file(experiment, word, &limits) : apply_word(experiment, word, &limits);
   }
+  bind_leaders(experiment, &limits);
   for (size_t j = 0; j < limits.joints.size(); ++j) {
     const JointLimits& joint = limits.joints[j];
     if (joint.hard_lower > joint.start || joint.hard_upper < joint.start)

@@ -24,6 +24,7 @@ struct JointLimits {
   double speed = 0.0;                             // [rad/s or m/s] for commands; the joint itself may be a ninth faster
   double effort = 0.0;                            // [N m or N] of the drive
   double start = 0.0;                             // [rad or m] position at which motions start and end
+  MimicSpec mimic;                                // such a joint has no motion of its own
 };
 
 struct Limits {

@@ -198,6 +198,17 @@ std::vector<double> calc_rates(const std::vector<double>& q, double period) {
   return v;
 }
 
+void follow_leaders(const Limits& limits, std::vector<std::vector<double>>* columns, bool rates) {
+  for (size_t j = 0; j < limits.joints.size(); ++j) {
+    const MimicSpec& mimic = limits.joints[j].mimic;
+    if (mimic.joint < 0) continue;
+    const std::vector<double> leader = (*columns)[static_cast<size_t>(mimic.joint)];
+    std::vector<double>& own = (*columns)[j];
+    own.resize(leader.size());
+    for (size_t k = 0; k < leader.size(); ++k) own[k] = mimic.multiplier * leader[k] + (rates ? 0.0 : mimic.offset);
+  }
+}
+
 Commands make_motion(const MotionPlan& plan, const Limits& limits) {
   Commands out;
   const size_t rows = static_cast<size_t>(std::lround(plan.seconds / plan.period)) + 1;
@@ -217,6 +228,8 @@ Commands make_motion(const MotionPlan& plan, const Limits& limits) {
     out.position.push_back(std::move(q));
     out.velocity.push_back(std::move(v));
   }
+  follow_leaders(limits, &out.position, false);
+  follow_leaders(limits, &out.velocity, true);
   return out;
 }
 

@@ -44,7 +44,7 @@ constexpr double kQuickSines = 3.0, kSlowSines = 1.2;
 
 struct MotionPlan {
   Family family = Family::kMultisine;
-  std::vector<char> moves;  // by joint; the others hold their position
+  std::vector<char> moves;  // by joint; the others hold their position, or follow another joint (`mimic`)
   unsigned seed = 1;
   double size = 1.0;           // share of the range that limits leave
   std::vector<double> shares;  // by joint, factor on `size`; empty: 1
@@ -59,6 +59,9 @@ double get_size(const MotionPlan& plan, size_t joint);
 
 // Central differences of commands at equal steps [s]; both ends are at rest.
 std::vector<double> calc_rates(const std::vector<double>& q, double period);
+
+// Moves joints with `mimic` as the mechanism does, whatever they had.
+void follow_leaders(const Limits& limits, std::vector<std::vector<double>>* columns, bool rates);
 
 // The commands of a plan, within the positions and speeds of `limits`.
 Commands make_motion(const MotionPlan& plan, const Limits& limits);

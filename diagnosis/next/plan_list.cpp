@@ -35,15 +35,21 @@ void add_slow_sines(std::vector<MotionPlan>* plans) {
   }
 }
 
+// A joint with `mimic` moves as its leader does.
+void mark_mover(const TreeSpec& tree, int joint, std::vector<char>* moves) {
+  const int leader = tree.joint(joint).mimic.joint;
+  (*moves)[static_cast<size_t>(leader < 0 ? joint : leader)] = 1;
+}
+
 }  // namespace
 
 void mark_concerned(const Experiment& e, const Hypothesis& hypothesis, std::vector<char>* moves) {
   for (const Effect& effect : hypothesis) {
     const int joint = find_joint(effect);
-    if (joint >= 0) (*moves)[static_cast<size_t>(joint)] = 1;
+    if (joint >= 0) mark_mover(e.robot.tree, joint, moves);
     if (effect.place.kind != PlaceKind::kLink) continue;
     for (int link = effect.place.index; link > 0; link = e.robot.tree.links[static_cast<size_t>(link)].parent)
-      (*moves)[static_cast<size_t>(link) - 1] = 1;
+      mark_mover(e.robot.tree, link - 1, moves);
   }
 }
 
@@ -63,7 +69,8 @@ bool make_smaller(const std::vector<char>& faulty, MotionPlan* plan) {
 std::vector<MotionPlan> list_plans(const Experiment& e, const Limits& limits, const std::vector<char>& concerned,
                                    double seconds) {
   std::vector<MotionPlan> plans;
-  const std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);
+  std::vector<char> all(static_cast<size_t>(e.num_joints()), 1);
+  for (size_t j = 0; j < all.size(); ++j) all[j] = limits.joints[j].mimic.joint < 0;
   const bool apart = concerned != all && has(concerned, 1);
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {

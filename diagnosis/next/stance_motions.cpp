@@ -176,10 +176,11 @@ bool finish(const Limits& limits, double period, Commands* out) {
 }
 
 // Joints that carry no foot, as far as the plan and its family move them.
-std::vector<char> find_swinging(Legs& legs, const MotionPlan& plan) {
+std::vector<char> find_swinging(Legs& legs, const MotionPlan& plan, const Limits& limits) {
   std::vector<char> moves = legs.find_free();
   const bool any = plan.family == Family::kSwing || plan.family == Family::kStir;
   for (size_t j = 0; j < moves.size(); ++j) moves[j] = any && j < plan.moves.size() && plan.moves[j] && moves[j];
+  for (size_t j = 0; j < moves.size(); ++j) moves[j] = moves[j] && limits.joints[j].mimic.joint < 0;
   return moves;
 }
 
@@ -225,7 +226,7 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
   const Commands ways = make_motion(body, make_body_limits(plan.size));
   Legs legs(experiment, limits);
   MotionPlan limbs = body;
-  limbs.moves = find_swinging(legs, plan);
+  limbs.moves = find_swinging(legs, plan, limits);
   if (plan.family == Family::kSwing && std::count(limbs.moves.begin(), limbs.moves.end(), 1) == 0) return {};
   const Commands swings = make_motion(limbs, make_swing_limits(limits, legs.calc_com_rates(), plan.size));
   for (double share : kLowered) {
@@ -235,6 +236,7 @@ Commands make_stance_motion(const Experiment& experiment, const MotionPlan& plan
     for (size_t j = 0; j < out.position.size(); ++j) {
       if (limbs.moves[j]) out.position[j] = swings.position[j];
     }
+    if (!out.time.empty()) follow_leaders(limits, &out.position, false);
     if (!out.time.empty() && finish(limits, plan.period, &out)) return out;
   }
   return {};

@@ -288,7 +288,9 @@ class TorqueProposer {
   // fitted, is of this family wherever one is safe. A held-out motion of all joints confirms what the fitted one shows
   // of each.
   bool is_rich(const TorqueCandidate& c) const {
-    const bool all = std::all_of(c.plan.moves.begin(), c.plan.moves.end(), [](char moves) { return moves != 0; });
+    bool all = true;
+    for (size_t j = 0; j < c.plan.moves.size(); ++j)
+      all = all && (c.plan.moves[j] || e_.robot.tree.joint(static_cast<int>(j)).mimic.joint >= 0);
     const bool confirms = is_held_out(next_.proposals.size());
     return all && c.plan.loads.empty() && (c.plan.family == Family::kMultisine || confirms);
   }

@@ -339,7 +339,10 @@ std::string make_updated(const json& series) {
   const json& updated = get(series, "updated");
   const std::string text = get_text(updated, "text"), command = get_text(updated, "command");
   std::string out;
-  if (!command.empty()) out += "<p>Run it:</p><pre tabindex='0'>" + escape(command) + "</pre>";
+  if (updated.contains("limp"))
+    out += "<p>It replays nothing: <code>drive: effort</code> has no servo. Run it with your own controller.</p>";
+  else if (!command.empty())
+    out += "<p>Run it:</p><pre tabindex='0'>" + escape(command) + "</pre>";
   if (!text.empty())
     out += "<details><summary>" + escape(get_text(updated, "scenario", "scenario")) + "</summary><pre tabindex='0'>" +
            escape(text) + "</pre></details>";

@@ -345,6 +345,9 @@ void write_exports(const fs::path& folder) {
   }
 }
 
+// Joints without servos do not follow the recorded positions.
+bool is_limp(const Experiment& e) { return e.scenario.drive == "effort"; }
+
 std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf,
                           const fs::path& folder) {
   fs::create_directories(folder);
@@ -354,8 +357,9 @@ std::string write_updated(const Experiment& e, const nlohmann::json& report, con
   std::set<std::string> also;
   if (!start.empty()) also.insert("initial");
   const ScenarioText parts = split(e.scenario.text, also);
-  const std::string head =
-      "# The experiment's scenario with what was found; replays " + replayed->spec.name + ".\nrobot: robot.urdf\n";
+  const std::string use = is_limp(e) ? "'drive: effort' has no servo: it needs a controller that sends torques"
+                                     : "replays " + replayed->spec.name;
+  const std::string head = "# The experiment's scenario with what was found; " + use + ".\nrobot: robot.urdf\n";
   std::string tail = start;
   const std::string motion = make_motion(e, *replayed);
   if (!motion.empty()) {
@@ -407,6 +411,7 @@ void write_reports(const Experiment& e, const std::string& folder, Reports repor
       {"text", text},
       {"replays", replays},
       {"command", "scripts/simulate.sh " + (fs::path(folder) / "updated/scenario.yaml").string()}};
+  if (is_limp(e)) reports.series["updated"]["limp"] = true;
   write_file(fs::path(folder) / "report.json", print_json(reports.report, 1) + "\n");
   write_file(fs::path(folder) / "series.json", print_json(reports.series) + "\n");
   write_html_report(report, copy_json(reports.series), (fs::path(folder) / "report.html").string());

@@ -206,7 +206,11 @@ def run(options, folder=None):
         with tempfile.TemporaryDirectory() as temporary:
             return run(options, temporary)
     controller = make_controller(options)
-    replays = json.loads((options.out / "series.json").read_text())["updated"]["replays"]
+    updated = json.loads((options.out / "series.json").read_text())["updated"]
+    if updated.get("limp") and not controller:
+        sys.exit("resimulate.py: 'drive: effort' has no servo that follows the recorded positions, so nothing can be replayed; "
+                 "expected --resimulate servers --controller PROGRAM, a controller that sends torques")
+    replays = updated["replays"]
     result = {"recording": replays, "way": options.way, "loop": "closed loop" if controller else "recorded commands"}
     recorded, origin = read_table(options.bin, replays, folder)
     if controller:

@@ -165,6 +165,25 @@ TEST(NextExperiment, EveryMotionBeginsAndEndsAtRestAndKeepsToPositionsAndSpeeds)
 }
 
 // A drive that is weaker than stated lets its joint fall behind. By then the recording must be long enough to show it.
+TEST(NextExperiment, AJointThatMimicsMovesAsItsLeaderAndStaysWithinItsOwnLimits) {
+  Experiment e = simulate_arm("next_mimic", {});
+  JointSpec& elbow = e.robot.tree.links[kElbow + 1].joint;
+  elbow.mimic = {kShoulder, -0.5, 0.1};
+  elbow.lower = -1.0;
+  elbow.upper = 1.0;
+  const Limits limits = make_limits(e, {"speed=0.7"});
+  for (const MotionPlan& plan : list_plans(e, limits, {1, 1}, 10.0)) {
+    EXPECT_FALSE(plan.moves[kElbow]) << "it has no motion of its own";
+    const Commands motion = make_motion(plan, limits);
+    for (size_t k = 0; k < motion.time.size(); ++k) {
+      // Both are products and sums of the same numbers.
+      EXPECT_NEAR(motion.position[kElbow][k], -0.5 * motion.position[kShoulder][k] + 0.1, 1e-12);
+      EXPECT_NEAR(motion.velocity[kElbow][k], -0.5 * motion.velocity[kShoulder][k], 1e-12);
+      EXPECT_LE(std::abs(motion.position[kElbow][k]), 1.0);
+    }
+  }
+}
+
 TEST(NextExperiment, AMotionGrowsSoSlowlyThatAWeakDriveLeavesARecording) {
   const Limits limits = make_limits(simulate_arm("next_growth", {}), {});
   for (int f = 0; f < static_cast<int>(Family::kCount); ++f) {

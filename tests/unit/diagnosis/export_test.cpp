@@ -112,6 +112,13 @@ TEST(TakeHome, MujocosServerGetsAScenarioWithWhatBothHold) {
   EXPECT_TRUE(scenario.joint_laws.empty());
 }
 
+TEST(TakeHome, MujocosServerGetsNoEffectsThatTheExperimentStates) {
+  const fs::path folder = make_updated("stated", kFound);
+  std::ofstream(folder / "nominal.yaml") << "robot: robot.urdf\n" << kServo << kFound;
+  write_take_home(folder.string());
+  EXPECT_TRUE(load_scenario((folder / "export/mujoco.yaml").string()).joint_laws.empty());
+}
+
 // Root mean square of recorded less simulated positions [rad], the model driven by the recording's commands.
 double calc_miss(const fs::path& model, const Recording& r) {
   const Loaded mj(model);
