@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <sstream>
+#include <set>
+#include <string>
 
 #include "common/base/join_words.h"
 #include "common/base/read_file.h"
 #include "common/base/write_file.h"
 #include "common/robot/closed_chains.h"
+#include "common/robot/yaml_sections.h"
 #include "diagnosis/export/unheld.h"
 #include "servers/dynamics/joint_effects.h"
 #include "servers/dynamics/link_effects.h"
@@ -46,17 +48,11 @@ TakeHome load_take_home(const std::string& scenario_path) {
 // `effects` is in them and in robot.urdf; its server refuses the key.
 std::string make_mujoco_scenario(const TakeHome& model, const std::string& nominal) {
   std::string text = "# For hrp-dynamics-mujoco: what MuJoCo holds of the model that was found.\nrobot: robot.urdf\n";
-  std::istringstream in(nominal);
-  std::string line, key;
+  const std::set<std::string> replaced{"robot", "rotor_inertia", "controller", "servo", "unactuated", "effects"};
   bool motion = false;
-  while (std::getline(in, line)) {
-    const bool top = !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t';
-    if (top) key = line.substr(0, line.find(':'));
-    motion = motion || key == "controller";
-    if (key == "robot" || key == "rotor_inertia" || key == "controller" || key == "servo" || key == "unactuated" ||
-        key == "effects")
-      continue;
-    text += line + "\n";
+  for (const YamlSection& section : split_sections(nominal)) {
+    motion = motion || section.key == "controller";
+    if (replaced.count(section.key) == 0) text += section.text;
   }
   if (motion) text += "controller: {motion: ../motion.csv}\n";
   text += "servo:\n  joints:\n";

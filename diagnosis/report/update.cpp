@@ -4,9 +4,9 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
-#include <sstream>
 
 #include "common/base/write_file.h"
+#include "common/robot/yaml_sections.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/export/take_home.h"
@@ -15,6 +15,7 @@
 #include "diagnosis/report/print_json.h"
 #include "diagnosis/report/report.h"
 #include "servers/dynamics/joint_effects.h"
+#include "servers/model_parser/mesh_path.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -37,18 +38,13 @@ ScenarioText split(const std::string& text, const std::set<std::string>& also) {
                                 "controller", "steps",      "interpolation", "logging"};
   dropped.insert(also.begin(), also.end());
   ScenarioText out;
-  std::istringstream in(text);
-  std::string line, key;
-  while (std::getline(in, line)) {
-    const bool top =
-        !line.empty() && line[0] != ' ' && line[0] != '-' && line[0] != '#' && line[0] != '\t' && line[0] != '\r';
-    if (top) key = line.substr(0, line.find(':'));
-    if (dropped.count(key) > 0) continue;
-    if (!key.empty()) out.keys.insert(key);
-    if (key != "effects")
-      out.kept += line + "\n";
-    else if (!top)
-      out.effects += line + "\n";
+  for (const YamlSection& section : split_sections(text)) {
+    if (dropped.count(section.key) > 0) continue;
+    if (!section.key.empty()) out.keys.insert(section.key);
+    if (section.key == "effects")
+      out.effects += list_items(section);
+    else
+      out.kept += section.text;
   }
   return out;
 }
@@ -348,10 +344,25 @@ void write_exports(const fs::path& folder) {
 // Joints without servos do not follow the recorded positions.
 bool is_limp(const Experiment& e) { return e.scenario.drive == "effort"; }
 
+// The URDF with the full path of each mesh, which was found from the folder of the original.
+std::string name_meshes(std::string urdf, const std::string& urdf_path) {
+  const std::string attribute = "filename=";
+  for (size_t at = urdf.find("<mesh"); at != std::string::npos; at = urdf.find("<mesh", at + 1)) {
+    const size_t name = urdf.find(attribute, at);
+    if (name == std::string::npos || name > urdf.find('>', at)) continue;
+    const size_t begin = name + attribute.size() + 1;
+    const size_t end = urdf.find(urdf[begin - 1], begin);
+    if (end == std::string::npos) break;
+    const std::string file = find_mesh(urdf.substr(begin, end - begin), urdf_path);
+    if (!file.empty()) urdf.replace(begin, end - begin, file);
+  }
+  return urdf;
+}
+
 std::string write_updated(const Experiment& e, const nlohmann::json& report, const std::string& urdf,
                           const fs::path& folder) {
   fs::create_directories(folder);
-  write_file(folder / "robot.urdf", urdf.empty() ? e.robot.urdf : urdf);
+  write_file(folder / "robot.urdf", name_meshes(urdf.empty() ? e.robot.urdf : urdf, e.robot.urdf_path));
   const Recording* replayed = &find_replayed(e);
   const std::string servos = make_servos(report.at("findings")), start = make_start(e, *replayed);
   std::set<std::string> also;

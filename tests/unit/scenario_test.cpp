@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/robot/experiment_keys.h"
+#include "common/robot/yaml_sections.h"
 #include "tests/catch_complaint.h"
 #include "tests/test_places.h"
 
@@ -288,6 +289,26 @@ TEST(Scenario, ExperimentFoldersAreScenarios) {
     }
   }
   if (found == 0) GTEST_SKIP() << "NOT TESTED: no experiment folders beside the repository (../shared)";
+}
+
+TEST(YamlSections, KeysHaveTheirLinesInAnyLayout) {
+  const auto sections = split_sections(
+      "%YAML 1.2\n---\n# an arm\nrobot: arm.urdf  # ours\nrecordings: [\n  {file: a.csv}\n]\neffects:\n- {a: "
+      "1}\n...\n");
+  ASSERT_EQ(sections.size(), 4u);
+  EXPECT_EQ(sections[0].text, "# an arm\n");
+  EXPECT_EQ(sections[1].key, "robot");
+  EXPECT_EQ(sections[2].text, "recordings: [\n  {file: a.csv}\n]\n");
+  EXPECT_EQ(sections[3].text, "effects:\n- {a: 1}\n");
+}
+
+TEST(YamlSections, ItemsOfAnyLayoutTakeFurtherOnes) {
+  const std::string usual = "  - {effect: payload, where: {link: hand}}  # a tool\n";
+  EXPECT_EQ(list_items({"effects", "effects:  # found\n" + usual}), usual);
+  for (const char* text : {"effects: [{a: 1, b: {c: x y}}, {a: 2}]\n", "effects:\n- {a: 1, b: {c: x y}}\n- a: 2\n",
+                           "effects: [\n  {a: 1, b: {c: x y}},\n  {a: 2}\n]\n"})
+    EXPECT_EQ(list_items({"effects", text}), "  - {a: 1, b: {c: x y}}\n  - {a: 2}\n") << text;
+  EXPECT_EQ(list_items({"effects", "effects: []\n"}), "");
 }
 
 }  // namespace
