@@ -111,17 +111,34 @@ class Loader {
     e_.warnings.push_back(r.spec.name + ": of " + std::to_string(std::lround(r.duration())) + " s about " +
                           std::to_string(std::lround(share * r.duration())) +
                           " s are used, those in which the joints move most");
-    for (Recording& piece : cut_to_stretches(r, share * r.duration())) e_.recordings.push_back(std::move(piece));
+    for (Recording& piece : cut_to_stretches(r, share * r.duration())) {
+      shift_pushes(piece.time.front() - r.time.front(), piece.duration(), &piece.spec);
+      e_.recordings.push_back(std::move(piece));
+    }
+  }
+
+  // Their times count from the first sample of what was recorded, and this part begins `late` [s] after it.
+  static void shift_pushes(double late, double duration, RecordingSpec* part) {
+    std::vector<HandPush> own;
+    for (HandPush push : part->pushes) {
+      push.start -= late;
+      push.end -= late;
+      if (push.end >= 0.0 && push.start <= duration) own.push_back(push);
+    }
+    part->pushes = own;
   }
 
   // Loads a bag, which becomes several recordings where topics are silent.
   void load_bag(const RecordingSpec& spec) {
     std::vector<std::string> notes;
     const TopicMap map = parse_topic_map(e_.scenario.text, e_.path);
-    for (BagTable& part : read_bag(spec.file, map, robot_, e_.path, &notes)) {
+    std::vector<BagTable> parts = read_bag(spec.file, map, robot_, e_.path, &notes);
+    const double begin = parts.empty() ? 0.0 : parts[0].table.columns[0].front();
+    for (BagTable& part : parts) {
       RecordingSpec own = spec;
       own.name += part.part;
       const std::vector<double>& time = part.table.columns[0];
+      if (parts.size() > 1) shift_pushes(time.front() - begin, time.back() - time.front(), &own);
       const double rate = static_cast<double>(time.size()) / std::max(1e-9, time.back() - time.front());
       const double numbers = static_cast<double>(time.size() * part.table.names.size() * e_.keys.recordings.size());
       average_rows(find_averaging(numbers, rate), &part.table);
