@@ -43,8 +43,10 @@ def shift(commands, shifted):
 def hang(text, loads):
     """The scenario with what somebody hangs on the robot, as effects beside its own."""
     for load in loads:
-        line = f"- {{effect: payload, where: {{link: {load['link']}}}, parameters: {{mass: {load['mass']}, com: {load['com']}}}}}\n"
+        item = f"- {{effect: payload, where: {{link: {load['link']}}}, parameters: {{mass: {load['mass']}, com: {load['com']}}}}}\n"
         section = resimulate.get_section(text, "effects")
+        indent = re.search(r"\n( *)-", section)
+        line = (indent[1] if indent else "  ") + item
         text = text.replace(section, section.rstrip("\n") + "\n" + line, 1) if section else text.rstrip("\n") + "\neffects:\n" + line
     return text
 

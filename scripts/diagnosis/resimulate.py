@@ -61,7 +61,7 @@ def simulate(bin_folder, scenario, way, folder):
 
 def get_section(text, key):
     """A top-level key of a scenario with all that belongs to it, or ''."""
-    found = re.search(rf"(?m)^{key}:.*\n?(?:(?:[ \t#].*|\s*)(?:\n|\Z))*", text)
+    found = re.search(rf"(?m)^{key}:.*\n?(?:(?:[ \t#-].*|\s*)(?:\n|\Z))*", text)
     return found[0].rstrip("\n ") + "\n" if found else ""
 
 
