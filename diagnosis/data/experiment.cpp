@@ -73,7 +73,7 @@ class Loader {
     if (numbers <= 1.2 * kMostNumbers) return;  // the size of text was estimated from its first lines
     std::vector<Recording> all = std::move(e_.recordings);
     e_.recordings.clear();
-    for (Recording& r : all) add(std::move(r), kMostNumbers / numbers);
+    for (Recording& r : all) add(std::move(r), kMostNumbers / numbers, false);
   }
 
  private:
@@ -87,7 +87,7 @@ class Loader {
     if (averaging > 1)
       e_.warnings.push_back(spec.name + ": " + std::to_string(averaging) +
                             " samples in a row are averaged to one: it is long");
-    add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0);
+    add(make_recording(e_, spec, table, &e_.warnings), text ? plan_.share : 1.0, true);
   }
 
   // Rows without stamps stand at the rate that the experiment states.
@@ -103,7 +103,8 @@ class Loader {
   static double count_numbers(const Recording& r) { return static_cast<double>(r.size() * r.column_of.size()); }
 
   // Adds the recording, or the share of it in which the joints move most.
-  void add(Recording&& r, double share) {
+  // `pushes_in_time`: times of pushes count from r's first sample; else what is left of them acts throughout.
+  void add(Recording&& r, double share, bool pushes_in_time) {
     if (share >= 1.0) {
       e_.recordings.push_back(std::move(r));
       return;
@@ -112,7 +113,7 @@ class Loader {
                           std::to_string(std::lround(share * r.duration())) +
                           " s are used, those in which the joints move most");
     for (Recording& piece : cut_to_stretches(r, share * r.duration())) {
-      shift_pushes(piece.time.front() - r.time.front(), piece.duration(), &piece.spec);
+      if (pushes_in_time) shift_pushes(piece.time.front() - r.time.front(), piece.duration(), &piece.spec);
       e_.recordings.push_back(std::move(piece));
     }
   }
