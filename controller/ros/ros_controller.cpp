@@ -14,7 +14,7 @@ namespace {
 // Somebody may send a thousand a second: so many lines about refused messages wait at most, and this long in between.
 constexpr size_t kMostLines = 4;
 constexpr auto kBetweenLines = std::chrono::milliseconds(250);  // of wall clock
-// Messages kept until the robot is known: more is no command that somebody gave once.
+// Messages kept until the robot is known, and its pose: more is no command that somebody gave once.
 constexpr size_t kMostEarly = 16;
 
 // All arrays with one number a joint.
@@ -49,24 +49,40 @@ void RosController::begin(Trajectory trajectory) {
   begin_ = time_;
 }
 
-void RosController::take(const RosJointTrajectory& message) {
-  if (!time_) {
-    make_trajectory(message, robot_, command_, trajectory_topic_.name);  // refuses what cannot be
-    early_.push_back([this, message] { take(message); });
-    return;
+template <typename Message>
+bool RosController::keep_early(const Message& message, const std::string& topic) {
+  if (time_) return false;
+  if (early_.size() == kMostEarly)
+    refuse_input({topic, ""},
+                 "came before the first sample, after " + std::to_string(kMostEarly) + " others; send it again");
+  early_.push_back([this, message] { take(message); });
+  return true;
+}
+
+void RosController::take_early() {
+  for (const auto& take_message : std::exchange(early_, {})) {
+    try {
+      take_message();
+    } catch (const InputError& error) {  // from the initial pose it could be
+      refused_.push_back(error.what());
+    }
   }
-  begin(make_trajectory(message, robot_, command_, trajectory_topic_.name));
+}
+
+std::vector<std::string> RosController::take_refused() { return std::exchange(refused_, {}); }
+
+void RosController::take(const RosJointTrajectory& message) {
+  Trajectory trajectory = make_trajectory(message, robot_, command_, trajectory_topic_.name);
+  if (keep_early(message, trajectory_topic_.name)) return;
+  begin(std::move(trajectory));
   if (message.points().empty()) take_all_joints();
   for (const std::string& name : message.joint_names()) told_[static_cast<size_t>(robot_.find_joint(name))] = true;
 }
 
 void RosController::take(const RosPositions& message) {
-  if (!time_) {
-    make_trajectory(message, robot_, positions_topic_.name);
-    early_.push_back([this, message] { take(message); });
-    return;
-  }
-  begin(make_trajectory(message, robot_, positions_topic_.name));
+  Trajectory trajectory = make_trajectory(message, robot_, positions_topic_.name);
+  if (keep_early(message, positions_topic_.name)) return;
+  begin(std::move(trajectory));
   take_all_joints();
 }
 
@@ -86,7 +102,7 @@ JointCommand RosController::control(const SensorData& sensors, const Robot& robo
     trajectory_ = make_hold(command_);
     take_all_joints();
   }
-  for (const auto& take_message : std::exchange(early_, {})) take_message();
+  take_early();
   command_ = fill(others);
   const JointCommand told = trajectory_.sample(*time_ - *begin_);
   for (size_t k = 0; k < told_.size(); ++k) {
@@ -146,6 +162,8 @@ void RosControllerNode::note_refused(const std::string& reason) {
 
 void RosControllerNode::handle_idle(Clock::time_point now) {
   ControllerNode::handle_idle(now);
+  for (const std::string& reason : controller_ ? controller_->take_refused() : std::vector<std::string>())
+    note_refused(reason);
   if (refused_.empty() || now - said_ < kBetweenLines) return;
   said_ = now;
   say(refused_.front());

@@ -25,6 +25,8 @@ class RosController : public Controller {
   // cannot be.
   void take(const RosJointTrajectory& message);
   void take(const RosPositions& message);
+  // What was taken before the first sample and cannot be from the pose that it shows; each is told once.
+  std::vector<std::string> take_refused();
 
   void start(const Robot& robot) override;
   JointCommand control(const SensorData& sensors, const Robot& robot) override;
@@ -32,6 +34,10 @@ class RosController : public Controller {
  private:
   void forget();
   void begin(Trajectory trajectory);
+  // Before the first sample, keeps the message for it. Throws InputError where too many wait.
+  template <typename Message>
+  bool keep_early(const Message& message, const std::string& topic);
+  void take_early();
   void take_all_joints() { told_.assign(robot_.joints.size(), true); }
 
   Robot robot_;
@@ -43,6 +49,7 @@ class RosController : public Controller {
   Trajectory trajectory_;                     // of all joints
   std::optional<double> begin_;               // [s] of the trajectory; none: with the first sample
   std::vector<std::function<void()>> early_;  // take what came before the first sample, from the pose that it shows
+  std::vector<std::string> refused_;          // take_refused()
 };
 
 class RosControllerNode : public ControllerNode {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/base/diagnostics.h"
 #include "tests/unit/ros_commands/trio.h"
 
 namespace hrp {
@@ -176,6 +177,37 @@ TEST(RosController, OneThatJoinsARunThatGoesOnHoldsTheMeasuredPose) {
   const Eigen::VectorXd first = played.measured;
   played.measured.setOnes();
   EXPECT_EQ(played.step().q, first);
+}
+
+TEST(RosController, AMessageBeforeItJoinsMovesItsJointsFromTheMeasuredPose) {
+  Played played;
+  played.controller.take(make_good_message());
+  played.restart(1000);
+  EXPECT_EQ(played.step().q, played.measured);
+  EXPECT_NEAR(played.play(1.0).q[0], 0.5, kExact);
+  EXPECT_EQ(played.last.q[2], played.measured[2]) << "no message named it";
+  EXPECT_TRUE(played.controller.take_refused().empty());
+}
+
+// From the initial pose the hip needs 1.35 rad/s, from where it is 2.7; it may turn at 2.
+TEST(RosController, AMessageThatCannotBeFromTheMeasuredPoseIsRefused) {
+  Played played;
+  RosJointTrajectory message = make_message({"hip"});
+  add_point(1.0, {0.9}, {0.0}, &message);
+  played.controller.take(message);
+  played.measured[0] = -0.9;
+  played.restart(1000);
+  EXPECT_EQ(played.step().q, played.measured);
+  const std::vector<std::string> refused = played.controller.take_refused();
+  ASSERT_EQ(refused.size(), 1u);
+  EXPECT_NE(refused[0].find("on the way there joint 'hip' reaches"), std::string::npos) << refused[0];
+  EXPECT_TRUE(played.controller.take_refused().empty());
+}
+
+TEST(RosController, AFloodBeforeTheFirstSampleIsRefused) {
+  Played played;
+  for (int i = 0; i < 16; ++i) played.controller.take(make_good_message());
+  EXPECT_THROW(played.controller.take(make_good_message()), InputError);
 }
 
 }  // namespace
