@@ -8,12 +8,8 @@
 namespace hrp {
 namespace {
 
-bool begins_with(const std::string& line, const std::string& start) {
-  return line.compare(0, start.size(), start) == 0;
-}
-
 bool is_mark(const std::string& line) {
-  return begins_with(line, "---") || begins_with(line, "...") || begins_with(line, "%");
+  return line.rfind("---", 0) == 0 || line.rfind("...", 0) == 0 || line.rfind('%', 0) == 0;
 }
 
 // Lines that are indented, items, comments and closing brackets belong to the key before them.
@@ -35,13 +31,13 @@ std::vector<YamlSection> split_sections(const std::string& text) {
   return sections;
 }
 
-std::string list_items(const YamlSection& section) {
+std::string list_items(const YamlSection& section, const std::string& text) {
   const size_t begin = section.text.find('\n') + 1;
   const std::string first = section.text.substr(section.text.find(':') + 1, begin);
   const bool alone = first.find_first_not_of(" \t\r") >= first.find_first_of("#\n");
   if (alone && section.text.compare(begin, 4, "  - ") == 0) return section.text.substr(begin);
   std::string lines;
-  for (YAML::Node item : YAML::Load(section.text)[section.key]) {
+  for (YAML::Node item : YAML::Load(text)[section.key]) {
     item.SetStyle(YAML::EmitterStyle::Flow);
     YAML::Emitter line;
     line << item;

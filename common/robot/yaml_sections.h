@@ -16,8 +16,8 @@ struct YamlSection {
 // Marks of documents ("---", "...") and directives ("%YAML 1.2") are left out: a text has one document.
 std::vector<YamlSection> split_sections(const std::string& text);
 
-// The items of a list, as lines that begin with "  - ": further ones can follow, whatever the layout was. Throws
-// YAML::Exception for a section that cannot be read.
-std::string list_items(const YamlSection& section);
+// The items of a section of `text` that is a list, as lines that begin with "  - ": further ones can follow, whatever
+// the layout was. The text was read before: the section alone may name anchors of others.
+std::string list_items(const YamlSection& section, const std::string& text);
 
 }  // namespace hrp

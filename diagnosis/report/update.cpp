@@ -42,7 +42,7 @@ ScenarioText split(const std::string& text, const std::set<std::string>& also) {
     if (dropped.count(section.key) > 0) continue;
     if (!section.key.empty()) out.keys.insert(section.key);
     if (section.key == "effects")
-      out.effects += list_items(section);
+      out.effects += list_items(section, text);
     else
       out.kept += section.text;
   }

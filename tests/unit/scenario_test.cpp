@@ -304,11 +304,13 @@ TEST(YamlSections, KeysHaveTheirLinesInAnyLayout) {
 
 TEST(YamlSections, ItemsOfAnyLayoutTakeFurtherOnes) {
   const std::string usual = "  - {effect: payload, where: {link: hand}}  # a tool\n";
-  EXPECT_EQ(list_items({"effects", "effects:  # found\n" + usual}), usual);
+  const auto list = [](const std::string& text) { return list_items(split_sections(text).back(), text); };
+  EXPECT_EQ(list("effects:  # found\n" + usual), usual);
   for (const char* text : {"effects: [{a: 1, b: {c: x y}}, {a: 2}]\n", "effects:\n- {a: 1, b: {c: x y}}\n- a: 2\n",
                            "effects: [\n  {a: 1, b: {c: x y}},\n  {a: 2}\n]\n"})
-    EXPECT_EQ(list_items({"effects", text}), "  - {a: 1, b: {c: x y}}\n  - {a: 2}\n") << text;
-  EXPECT_EQ(list_items({"effects", "effects: []\n"}), "");
+    EXPECT_EQ(list(text), "  - {a: 1, b: {c: x y}}\n  - {a: 2}\n") << text;
+  EXPECT_EQ(list("effects: []\n"), "");
+  EXPECT_EQ(list("notes: &own [{a: 1}]\neffects: *own\n"), "  - {a: 1}\n") << "an anchor of another section";
 }
 
 }  // namespace
