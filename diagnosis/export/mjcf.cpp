@@ -58,7 +58,7 @@ class Writer {
          << ">\n";
     if (link > 0) write_joint(link - 1, depth + 1);
     if (link == 0 && tree_.floating_base) out_ << indent(depth + 1) << "<freejoint name=\"base\"/>\n";
-    write_inertia(L.inertia, depth + 1);
+    write_inertia(L.inertia, link > 0, depth + 1);
     for (size_t child = static_cast<size_t>(link) + 1; child < tree_.links.size(); ++child) {
       if (tree_.links[child].parent == link) write_body(static_cast<int>(child), depth + 1);
     }
@@ -83,9 +83,9 @@ class Writer {
     out_ << "/>\n";
   }
 
-  void write_inertia(const LinkInertia& inertia, int depth) {
+  void write_inertia(const LinkInertia& inertia, bool moves, int depth) {
     if (inertia.mass <= 0.0) {
-      if (depth > 2)
+      if (moves)
         out_ << indent(depth) << "<inertial mass=\"" << print_value(kLeastMass) << "\" pos=\"0 0 0\" diaginertia=\""
              << print_vector(Vector3d::Constant(kLeastInertia)) << "\"/>\n";
       return;

@@ -14,7 +14,8 @@ std::string make_comment(const std::string& text) {
 }
 
 double find_torque_limit(const JointSpec& joint, const JointLaws& laws) {
-  return std::min(laws.torque_scale * std::min(laws.effort_limit, joint.effort_limit), laws.saturation);
+  const double logged = laws.effort_limit < kUnlimited ? laws.effort_limit : joint.effort_limit;
+  return std::min(laws.torque_scale * logged, laws.saturation);
 }
 
 std::string print_value(double value) { return format("%.6g", value == 0.0 ? 0.0 : value); }

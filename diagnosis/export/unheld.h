@@ -18,7 +18,8 @@ struct Holds {
 // "dry friction is 0.31 N m at rest and falls to 0.2 N m above 0.05 rad/s", ...; empty when all is held.
 std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds);
 
-// [N m or N] Largest true torque. The limits of servo and joint are of the logged effort, before the gain.
+// [N m or N] Largest true torque. The limit of the logged effort is the servo's, or the joint's where it has none, as
+// in the simulator; the gain comes after it.
 double find_torque_limit(const JointSpec& joint, const JointLaws& laws);
 
 // Moving links without mass, such as those between two joints of a cardan joint, get these: MuJoCo refuses 0, and SDF
