@@ -100,9 +100,8 @@ void LogWriter::take(size_t topic, const uint8_t* data, size_t size) {
   silent_ &= ~(1u << topic);
   if (header.epoch < epoch_ || header.step < next_step_) return;
   if (topic == kStateTopic && !any_state_) take_state(header.step);
-  // A logger that joins may hear others before the state: what it can not place lies before its log.
-  if (!any_state_ && header.step >= next_step_ + kSlots) return;
   if (header.step >= next_step_ + kSlots) {
+    if (!any_state_) return;  // a logger that joins hears others before the state: this lies before its log
     throw std::invalid_argument(options_.topics[topic].name + " of step " + std::to_string(header.step) +
                                 " came while step " + std::to_string(next_step_) + " is not complete");
   }
