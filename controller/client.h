@@ -13,6 +13,7 @@
 #include "common/robot/robot_description.h"
 #include "common/robot/scenario.h"
 #include "common/robot/signals.h"
+#include "common/spatial/gravity.h"
 
 namespace hrp {
 
@@ -26,7 +27,7 @@ struct Robot {
   std::vector<std::string> imus;                        // names, in the order of SensorData::imus
   std::vector<std::string> wrenches;                    // names, in the order of SensorData::wrenches
   double period = 0.0;                                  // [s] between two samples = between two commands
-  Eigen::Vector3d gravity_W{0.0, 0.0, -9.81};           // [m/s^2]
+  Eigen::Vector3d gravity_W{0.0, 0.0, -kGravity};       // [m/s^2]
   ControllerSpec settings;                              // the section `controller` of the scenario
   SensorsSpec sensors;                                  // where the sensors sit
   std::shared_ptr<const RobotDescription> description;  // tree of links, shapes of the soles

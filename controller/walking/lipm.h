@@ -9,6 +9,8 @@
 
 #include <Eigen/Dense>
 
+#include "common/spatial/gravity.h"
+
 namespace hrp::walking {
 
 using Eigen::Vector2d;
@@ -22,7 +24,7 @@ struct ConstraintPlane {
 
 struct Pendulum {
   double zc = 0.8;                    // [m]
-  double g = 9.81;                    // [m/s^2]
+  double g = kGravity;                // [m/s^2]
   double calc_time_constant() const;  // Tc = sqrt(zc / g)
 };
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/robot/walk_spec.h"
+#include "common/spatial/gravity.h"
 #include "common/spatial/transform.h"
 #include "controller/walking/footsteps.h"
 #include "controller/walking/lipm.h"
@@ -41,7 +42,7 @@ double calc_swing_height(double s, double T, double height, double landing_speed
 class WalkPattern {
  public:
   // g: [m/s^2]. Throws InputError: steps that cannot be walked.
-  WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc, double g = 9.81);
+  WalkPattern(const WalkSpec& spec, const PatternStart& start, double zc, double g = kGravity);
 
   PatternSample sample(double t) const;
   // Step adjustment: in single support the foot in the air comes down `shift` [m] beside its plan, within reach, and

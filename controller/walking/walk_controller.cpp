@@ -259,7 +259,7 @@ class WalkController : public Controller {
   StabilizerSpec laws_;
   WholeBody body_;
   int sensor_[2] = {-1, -1}, sensor_frame_[2] = {-1, -1}, imu_ = -1, imu_frame_ = -1;
-  double gravity_ = 9.81, weight_ = 0.0, dt_ = 0.005;
+  double gravity_ = kGravity, weight_ = 0.0, dt_ = 0.005;
   std::optional<WalkPattern> pattern_;
   std::optional<AttitudeFilter> attitude_;
   Matrix3d R_PW_ = Matrix3d::Identity();  // pattern from the IMU's world: heading only
