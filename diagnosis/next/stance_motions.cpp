@@ -179,8 +179,8 @@ bool finish(const Limits& limits, double period, Commands* out) {
 std::vector<char> find_swinging(Legs& legs, const MotionPlan& plan, const Limits& limits) {
   std::vector<char> moves = legs.find_free();
   const bool any = plan.family == Family::kSwing || plan.family == Family::kStir;
-  for (size_t j = 0; j < moves.size(); ++j) moves[j] = any && j < plan.moves.size() && plan.moves[j] && moves[j];
-  for (size_t j = 0; j < moves.size(); ++j) moves[j] = moves[j] && limits.joints[j].mimic.joint < 0;
+  for (size_t j = 0; j < moves.size(); ++j)
+    moves[j] = any && j < plan.moves.size() && plan.moves[j] && moves[j] && limits.joints[j].mimic.joint < 0;
   return moves;
 }
 

@@ -385,8 +385,7 @@ void bind_simulation(py::module_& m) {
             return now;
           },
           "The last Observation of all sensors, with the scenario's sensor errors. Sensors are read at control steps: "
-          "between "
-          "them, its readings are those of the last one.")
+          "between them, its readings are those of the last one.")
       .def_property_readonly(
           "command", [](Simulation& s) { return s.idle().command(); }, "The Command of the last control step.")
       .def_property_readonly(
