@@ -36,11 +36,16 @@ bool is_joint(const std::string& urdf, size_t tag, const std::string& joint, siz
 
 }  // namespace
 
+bool is_in_comment(const std::string& xml, size_t at) {
+  const size_t open = xml.rfind("<!--", at);
+  return open != std::string::npos && xml.find("-->", open) > at;
+}
+
 std::string set_joint_attribute(const std::string& urdf, const std::string& joint, const std::string& element,
                                 const std::string& attribute, const std::string& value) {
   for (size_t tag = urdf.find("<joint"); tag != std::string::npos; tag = urdf.find("<joint", tag + 1)) {
     const size_t end = urdf.find("</joint>", tag);
-    if (end == std::string::npos || !is_joint(urdf, tag, joint, end)) continue;
+    if (end == std::string::npos || is_in_comment(urdf, tag) || !is_joint(urdf, tag, joint, end)) continue;
     const size_t at = element.empty() ? tag : find_within(urdf, "<" + element, tag, end);
     const size_t old = at == std::string::npos ? at : find_value(urdf, at, attribute);
     if (old == std::string::npos) continue;

@@ -76,7 +76,8 @@ TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
 
 TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
   const std::string urdf =
-      "<robot><transmission><joint name='a'/></transmission><joint name='a' type='revolute'><parent link='x'/>"
+      "<robot><transmission><joint name='a'/></transmission><!-- <joint name='a' type='revolute'><parent link='x'/>"
+      "<dynamics friction='0.9' damping='0.9'/></joint> --><joint name='a' type='revolute'><parent link='x'/>"
       "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab' type='revolute'><parent "
       "link='y'/><dynamics damping='0.7'/></joint></robot>";
   const std::string cleared =
