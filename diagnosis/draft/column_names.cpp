@@ -105,9 +105,20 @@ int take_joint(const std::vector<std::string>& joints, std::vector<std::string>*
   return best;
 }
 
+// "mNm", "mA" and "mV" are two words each by their capital letters.
+void join_units(std::vector<std::string>* words) {
+  for (size_t i = 1; i < words->size(); ++i) {
+    const std::string& unit = (*words)[i];
+    if ((*words)[i - 1] != "m" || (unit != "nm" && unit != "a" && unit != "v")) continue;
+    (*words)[i - 1] += unit;
+    words->erase(words->begin() + static_cast<long>(i));
+  }
+}
+
 // Of the words of a column that name no quantity, and no unit.
 std::vector<std::string> list_other_words(const std::string& column) {
   std::vector<std::string> words = split_words(column);
+  join_units(&words);
   words.erase(
       std::remove_if(words.begin(), words.end(), [](const std::string& w) { return list_words().count(w) > 0; }),
       words.end());
@@ -184,6 +195,7 @@ ColumnMeaning find_meaning(const std::string& column, const std::vector<std::str
   ColumnMeaning meaning;
   std::vector<std::string> words = split_words(column);
   meaning.joint = take_joint(joints, &words);
+  join_units(&words);
   bool useless = false, bare = meaning.joint >= 0;  // the joint's name, and nothing that tells of another quantity
   for (size_t i = 0; i < words.size(); ++i) {
     const auto known = list_words().find(words[i]);
