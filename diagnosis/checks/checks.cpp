@@ -6,6 +6,7 @@
 #include <map>
 
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/checks/motion.h"
 #include "diagnosis/checks/samples.h"
 #include "diagnosis/data/held_out.h"
@@ -94,7 +95,8 @@ void remark_velocities(const Experiment& e, Json* remarks) {
   const std::vector<VelocityReading> readings = find_velocity_readings(e);
   std::vector<std::string> late, ahead, scaled, shifted, fast;
   for (size_t j = 0; j < readings.size(); ++j) {
-    const std::string name = e.robot.tree.joint(static_cast<int>(j)).name;
+    const JointSpec& joint = e.robot.tree.joint(static_cast<int>(j));
+    const std::string& name = joint.name;
     const VelocityReading& log = readings[j];
     const std::string time = name + " (" + number(1e3 * std::abs(log.late), 2) + " ms)";
     if (log.is_late()) late.push_back(time);
@@ -103,7 +105,8 @@ void remark_velocities(const Experiment& e, Json* remarks) {
       scaled.push_back(name + " (" + number(log.scale, 3) + ")");
     else if (const double factor = calc_least_factor(e, j); factor > std::exp(kFactor))
       fast.push_back(name + " (" + number(factor, 2) + ")");
-    if (log.is_biased()) shifted.push_back(name + " (" + number(log.bias, 3) + " rad/s)");
+    if (log.is_biased())
+      shifted.push_back(name + " (" + number(log.bias, 3) + " " + get_joint_unit(joint, "rad/s") + ")");
   }
   if (!late.empty()) remarks->push_back("the recorded velocity is later than the rate of the position: " + join(late));
   if (!ahead.empty()) remarks->push_back("the recorded position is later than the velocity: " + join(ahead));

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/checks/found_terms.h"
 
 namespace hrp::diagnosis {
@@ -50,7 +51,7 @@ Json make_fit_on_all(const TorqueData& data, const Experiment& searched, const J
     joints.push_back({{"joint", all.robot.tree.joint(j).name},
                       {"before", round_to(std::sqrt(s.before / s.n), 4)},
                       {"after", round_to(std::sqrt(s.after / s.n), 4)},
-                      {"unit", "N m"}});
+                      {"unit", get_joint_unit(all.robot.tree.joint(j), "N m")}});
   }
   return {
       {"seconds", round_to(sum_seconds(all), 4)}, {"searched", round_to(sum_seconds(searched), 4)}, {"joints", joints}};

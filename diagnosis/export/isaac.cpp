@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "common/effects/units.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
 
@@ -17,17 +18,18 @@ void write_joint(const JointSpec& joint, const JointLaws& laws, std::ostringstre
   const double k = laws.torque_scale, limit = find_torque_limit(joint, laws);
   *out << "  " << joint.name
        << ":\n    class: " << (laws.command_delay > 0.0 ? "DelayedPDActuatorCfg" : "ImplicitActuatorCfg")
-       << "\n    stiffness: " << print_value(k * laws.kp)
-       << "           # N m/rad, times the true gain\n    damping: " << print_value(k * laws.kd) << "\n";
+       << "\n    stiffness: " << print_value(k * laws.kp) << "           # " << get_joint_unit(joint, "N m/rad")
+       << ", times the true gain\n    damping: " << print_value(k * laws.kd) << "\n";
   if (std::isfinite(limit)) *out << "    effort_limit: " << print_value(limit) << "\n";
-  *out << "    armature: " << print_value(laws.motor_inertia)
-       << "            # kg m^2\n    friction: " << print_value(std::max(laws.static_level, laws.coulomb))
-       << "            # N m, at rest\n    dynamic_friction: " << print_value(laws.coulomb)
-       << "    # N m, in motion\n    viscous_friction: " << print_value(laws.viscous) << "    # N m s/rad\n";
+  *out << "    armature: " << print_value(laws.motor_inertia) << "            # " << get_joint_unit(joint, "kg m^2")
+       << "\n    friction: " << print_value(std::max(laws.static_level, laws.coulomb)) << "            # "
+       << get_joint_unit(joint, "N m") << ", at rest\n    dynamic_friction: " << print_value(laws.coulomb) << "    # "
+       << get_joint_unit(joint, "N m") << ", in motion\n    viscous_friction: " << print_value(laws.viscous) << "    # "
+       << get_joint_unit(joint, "N m s/rad") << "\n";
   if (laws.command_delay > 0.0)
     *out << "    delay: " << print_value(laws.command_delay)
          << "               # s: max_delay = delay / physics step\n";
-  for (const std::string& text : list_unheld(laws, kIsaacHolds)) *out << "    # not held: " << text << "\n";
+  for (const std::string& text : list_unheld(joint, laws, kIsaacHolds)) *out << "    # not held: " << text << "\n";
 }
 
 }  // namespace

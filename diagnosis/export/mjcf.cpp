@@ -68,7 +68,7 @@ class Writer {
   void write_joint(int j, int depth) {
     const JointSpec& joint = tree_.joint(j);
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kMjcfHolds))
+    for (const std::string& text : list_unheld(joint, laws, kMjcfHolds))
       out_ << indent(depth) << make_comment(joint.name + ", not held: " + text);
     out_ << indent(depth) << "<joint name=\"" << escape_xml(joint.name) << "\" type=\""
          << (joint.kind == JointKind::kPrismatic ? "slide" : "hinge") << "\" axis=\"" << print_vector(joint.axis_F)

@@ -16,7 +16,7 @@ struct Holds {
 };
 
 // "dry friction is 0.31 N m at rest and falls to 0.2 N m above 0.05 rad/s", ...; empty when all is held.
-std::vector<std::string> list_unheld(const JointLaws& laws, const Holds& holds);
+std::vector<std::string> list_unheld(const JointSpec& joint, const JointLaws& laws, const Holds& holds);
 
 // [N m or N] Largest true torque. The limit of the logged effort is the servo's, or the joint's where it has none, as
 // in the simulator; the gain comes after it.

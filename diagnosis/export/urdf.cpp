@@ -6,6 +6,7 @@
 
 #include "common/base/escape_xml.h"
 #include "common/base/join_words.h"
+#include "diagnosis/data/urdf_text.h"
 #include "diagnosis/export/take_home.h"
 #include "diagnosis/export/unheld.h"
 
@@ -21,7 +22,7 @@ bool find_joint(const std::string& urdf, const std::string& name, size_t* begin,
     const size_t close = urdf.find('>', at);
     if (close == std::string::npos) return false;
     const std::string head = urdf.substr(at, close - at);
-    if (head.find("type") == std::string::npos) continue;
+    if (head.find("type") == std::string::npos || is_in_comment(urdf, at)) continue;
     if (head.find("\"" + name + "\"") == std::string::npos && head.find("'" + name + "'") == std::string::npos)
       continue;
     *begin = close + 1;
@@ -84,7 +85,7 @@ class SdfWriter {
     const LinkSpec& link = tree_.links[static_cast<size_t>(j) + 1];
     const JointSpec& joint = link.joint;
     const JointLaws& laws = model_.laws[static_cast<size_t>(j)];
-    for (const std::string& text : list_unheld(laws, kSdfHolds))
+    for (const std::string& text : list_unheld(joint, laws, kSdfHolds))
       out_ << "  " << make_comment(joint.name + ", not held: " + text);
     if (joint.mimic.joint >= 0)
       out_ << "  "
@@ -125,7 +126,8 @@ std::string make_urdf_model(const TakeHome& model) {
     body = std::regex_replace(body, std::regex("<dynamics[^>]*/>|<dynamics[^>]*>\\s*</dynamics>"), "");
     body +=
         "  <dynamics damping=\"" + print_value(laws.viscous) + "\" friction=\"" + print_value(laws.coulomb) + "\"/>\n";
-    for (const std::string& text : list_unheld(laws, kUrdfHolds)) body += "    " + make_comment("not held: " + text);
+    for (const std::string& text : list_unheld(model.robot.tree.joint(j), laws, kUrdfHolds))
+      body += "    " + make_comment("not held: " + text);
     urdf.replace(begin, end - begin, body);
   }
   std::string notes;

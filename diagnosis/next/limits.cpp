@@ -10,6 +10,7 @@
 
 #include "common/base/diagnostics.h"
 #include "common/base/rounding.h"
+#include "common/effects/units.h"
 #include "diagnosis/data/servo_gains.h"
 #include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/shares.h"
@@ -130,7 +131,8 @@ JointLimits make_joint_limits(const Experiment& e, size_t j, std::vector<std::st
   limits.speed = kUsedShare * joint.velocity_limit;
   if (!std::isfinite(limits.speed) || limits.speed <= 0.0) {
     limits.speed = kUnknownSpeed;
-    remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " rad/s is taken");
+    remarks->push_back(joint.name + " has no speed limit in its URDF: " + number(kUnknownSpeed, 3) + " " +
+                       get_joint_unit(joint, "rad/s") + " is taken");
   }
   limits.effort = find_effort(e, joint);
   if (!std::isfinite(limits.effort)) limits.effort = find_unstated_effort(e, j, remarks);
