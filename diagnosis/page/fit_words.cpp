@@ -26,7 +26,7 @@ std::string get_joint(const std::string& signal) {
 bool is_untold(const json& report, const std::string& signal) {
   const json& joints = get_list(report, "untold_units");
   return std::any_of(joints.begin(), joints.end(),
-                     [&](const json& joint) { return ends_with(signal, "/" + format_value(joint) + "/effort"); });
+                     [&](const json& joint) { return ends_with(signal, "/" + print_place(joint) + "/effort"); });
 }
 
 // Efforts of joints whose unit is unknown, where the log of another joint is no torque: milliamperes would count as

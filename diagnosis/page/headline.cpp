@@ -125,7 +125,7 @@ bool is_of_check(const json& finding) {
   const std::string statement = get_text(finding, "statement");
   const json& where = get_object(finding, "where");
   return is_ambiguous(finding) && std::none_of(where.begin(), where.end(), [&](const json& place) {
-           return statement.rfind(format_value(place), 0) == 0;
+           return statement.rfind(print_place(place), 0) == 0;
          });
 }
 
@@ -290,7 +290,7 @@ std::string describe_places(const std::vector<const json*>& findings) {
   std::map<std::string, std::vector<std::string>> by_kind;
   for (const json* f : findings) {
     for (const auto& item : get_object(*f, "where").items())
-      by_kind[item.key()].push_back(format_value(item.value()) + describe_only_in(*f));
+      by_kind[item.key()].push_back(print_place(item.value()) + describe_only_in(*f));
   }
   std::string out;
   for (const auto& [kind, names] : by_kind) {

@@ -90,6 +90,8 @@ std::string describe_effect(const std::string& effect, bool begins) {
   return out;
 }
 
+std::string print_place(const json& name) { return name.is_string() ? name.get<std::string>() : format_value(name); }
+
 std::string describe_place(const json& where) {
   if (where.is_string()) return where.get<std::string>();
   std::string out;

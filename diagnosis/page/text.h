@@ -34,5 +34,6 @@ std::vector<double> get_numbers(const json& object, const char* key);  // null b
 std::string describe_effect(const std::string& effect, bool begins = true);
 // {"joint": "elbow"} -> "joint elbow"; empty object -> "".
 std::string describe_place(const json& where);
+std::string print_place(const json& name);  // one name of `where`, not escaped
 
 }  // namespace hrp::diagnosis::html
