@@ -122,6 +122,11 @@ void note_empty_cells(const Table& table, std::vector<std::string>* warnings) {
 
 }  // namespace
 
+int Table::number_of(int column) const {
+  const size_t i = static_cast<size_t>(column);
+  return i < numbers.size() ? numbers[i] : column + 1;
+}
+
 int Table::find(const std::string& name) const {
   for (size_t i = 0; i < names.size(); ++i) {
     if (names[i] == name) return static_cast<int>(i);

@@ -13,10 +13,12 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();  // where 
 struct Table {
   std::string file;
   std::vector<std::string> names;            // of the columns, as in the header
+  std::vector<int> numbers;                  // of the columns in the file, from 1; empty: they are all of its columns
   std::vector<std::vector<double>> columns;  // by column; kMissing where a cell is empty or says nan
   // Line of the file that each row came from, 1 = header; of a log the number of the sample, counted likewise.
   std::vector<int> lines;
   int find(const std::string& name) const;  // -1 when there is no such column
+  int number_of(int column) const;          // in the file, from 1, for messages
   size_t rows() const { return lines.size(); }
 };
 

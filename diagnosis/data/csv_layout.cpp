@@ -236,7 +236,10 @@ CsvLayout read_layout(const std::string& line, const std::string& comment, int n
     layout.source.push_back(find_source(entry, layout.names, cells.size(), {table->file, entry.signal, number}));
     layout.signals.push_back(entry);
   }
-  for (const SignalColumn& entry : layout.signals) table->names.push_back(entry.signal);
+  for (size_t i = 0; i < layout.signals.size(); ++i) {
+    table->names.push_back(layout.signals[i].signal);
+    table->numbers.push_back(static_cast<int>(layout.source[i]) + 1);
+  }
   table->columns.resize(table->names.size());
   return layout;
 }

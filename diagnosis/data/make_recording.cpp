@@ -38,9 +38,9 @@ std::vector<size_t> find_rows(const Table& table, int column, size_t* repeated) 
   const std::vector<double>& t = table.columns[static_cast<size_t>(column)];
   std::vector<size_t> rows;
   for (size_t k = 0; k < t.size(); ++k) {
-    if (!std::isfinite(t[k])) refuse_input({table.file, "time", table.lines[k], column + 1}, "is empty");
+    if (!std::isfinite(t[k])) refuse_input({table.file, "time", table.lines[k], table.number_of(column)}, "is empty");
     if (!rows.empty() && t[k] < t[rows.back()]) {
-      refuse_input({table.file, "time", table.lines[k], column + 1},
+      refuse_input({table.file, "time", table.lines[k], table.number_of(column)},
                    "goes back from " + number(t[rows.back()], 13) + " to " + number(t[k], 13) + " s");
     }
     if (!rows.empty() && t[k] == t[rows.back()]) {
@@ -90,14 +90,14 @@ void check_steps(const Experiment& e, const Table& table, int column, const std:
   const double mean = (t[rows.back()] - t[rows.front()]) / static_cast<double>(steps.size()),
                usual = find_median(steps);
   if (usual <= kLongestStep && mean > kLongestStep) {
-    refuse_input({table.file, "time", table.lines[rows[longest + 1]], column + 1},
+    refuse_input({table.file, "time", table.lines[rows[longest + 1]], table.number_of(column)},
                  "jumps from " + number(t[rows[longest]], 13) + " to " + number(t[rows[longest + 1]], 13) +
                      " s: expected pauses that are short against the recording; make two recordings of it");
   }
   if (mean <= kLongestStep && mean >= kShortestStep) return;
   if (mean > kLongestStep && are_poses(e, table, t, rows))
-    refuse_poses({table.file, "time", table.lines[rows[1]], column + 1}, mean);
-  refuse_input({table.file, "time", table.lines[rows[1]], column + 1},
+    refuse_poses({table.file, "time", table.lines[rows[1]], table.number_of(column)}, mean);
+  refuse_input({table.file, "time", table.lines[rows[1]], table.number_of(column)},
                "samples stand " + number(mean) + " s apart: expected seconds, from " + number(kShortestStep) + " to " +
                    number(kLongestStep) + " s apart; " +
                    (mean > 1e5              ? "are these nanoseconds?"
@@ -118,7 +118,7 @@ std::vector<size_t> read_time(const Experiment& e, const Table& table, Recording
   size_t repeated = 0;
   std::vector<size_t> rows = find_rows(table, column, &repeated);
   if (rows.size() < 8) {
-    refuse_input({table.file, "time", 1, column + 1},
+    refuse_input({table.file, "time", 1, table.number_of(column)},
                  "has " + std::to_string(rows.size()) + " different stamps, expected at least 8");
   }
   check_steps(e, table, column, rows);
@@ -270,7 +270,8 @@ Recording make_recording(const Experiment& experiment, const RecordingSpec& spec
   recording.spec = spec;
   const std::vector<size_t> rows = read_time(experiment, table, &recording, warnings);
   std::set<std::string> used{"time"};
-  for (size_t i = 0; i < table.names.size(); ++i) recording.column_of[table.names[i]] = static_cast<int>(i) + 1;
+  for (size_t i = 0; i < table.names.size(); ++i)
+    recording.column_of[table.names[i]] = table.number_of(static_cast<int>(i));
   recording.joints.resize(static_cast<size_t>(experiment.num_joints()));
   for (int j = 0; j < experiment.num_joints(); ++j) {
     read_joint(table, rows, experiment.robot.tree.joint(j).name, experiment.scenario.drive == "effort",

@@ -152,6 +152,8 @@ TEST(TextRecording, ComplaintsSayWhereAColumnWasExpected) {
   EXPECT_THAT(complain("1,2\n3,4\n", "{time: t}"), HasSubstr("no header"));
   EXPECT_THAT(complain("times,q\n3,4\n", "{time: time}"), HasSubstr("did you mean 'times'"));
   EXPECT_THAT(complain("t,q\n3,x4\n", "{time: t, /joint_states/hip/position: q}"), HasSubstr("bad.csv:2:2:"));
+  const Table mapped = read("mapped.csv", "q,x,t\n3,4,0\n3,4,1\n", "{time: t, /joint_states/hip/position: q}");
+  EXPECT_EQ(mapped.number_of(mapped.find("time")), 3) << "of the file, not of the map";
   EXPECT_THAT(complain("", "{/joint_states/*/position: q}"), HasSubstr("'joints'"));
   EXPECT_THAT(complain("", "{joints: [a, b], /joint_states/*/position: [1]}"), HasSubstr("expected 2"));
   EXPECT_THAT(complain("", "{tme: 1}"), HasSubstr("did you mean 'time'"));
