@@ -30,7 +30,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 # Of NumPy, MATLAB, HDF5 and JSON it takes the text that is written beside the draft.
 draft() {
-  local words=() word previous="" folder=. force=()
+  local words=() word previous="" folder=. force=() texts="|"
   for word in "$@"; do
     [ "$previous" != --out ] || folder="$(dirname "$word")"
     [ "$word" != --force ] || force=(--force)
@@ -39,7 +39,14 @@ draft() {
   for word in "$@"; do
     case "$word" in
       *.npz | *.npy | *.mat | *.h5 | *.hdf5 | *.json | *.jsonl)
-        local text="$folder/$(basename "${word%.*}").csv"
+        local name text number=1
+        name="$(basename "${word%.*}")"
+        text="$folder/$name.csv"
+        while [[ "$texts" == *"|$text|"* ]]; do  # logs of one name in several folders
+          number=$((number + 1))
+          text="$folder/$name-$number.csv"
+        done
+        texts+="$text|"
         "$ROOT/scripts/diagnosis/to_text.py" "$word" --out "$text" "${force[@]}"
         words+=("$text")
         ;;
