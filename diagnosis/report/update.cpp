@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
+#include "common/base/ends_with.h"
 #include "common/base/write_file.h"
 #include "common/robot/yaml_sections.h"
+#include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/quantile.h"
 #include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/export/take_home.h"
@@ -260,13 +263,37 @@ std::string make_motion(const Experiment& e, const Recording& recording) {
   return text + "\n";
 }
 
-// Bags and parts of long files cannot be compared with a simulation by their own files.
-bool is_whole_file(const Recording& recording) {
-  std::error_code error;
-  return fs::is_regular_file(recording.spec.file, error) && recording.spec.name.find(" (") == std::string::npos;
+// True if the first line names the columns as the recording does. Separators, names and dates of other people's text,
+// and its columns by number, are known to the experiment alone.
+bool has_own_header(const Recording& recording) {
+  std::ifstream file = open_text(recording.spec.file);
+  std::string line;
+  while (std::getline(file, line) && is_blank(line)) continue;
+  CsvLayout commas;
+  std::vector<Cell> cells;
+  std::vector<std::string> names;
+  split_cells(commas, line, &cells);
+  for (const Cell& cell : cells) names.push_back(trim_cell(cell));
+  while (std::getline(file, line) && is_blank(line)) continue;
+  split_cells(commas, line, &cells);
+  const size_t time = static_cast<size_t>(std::find(names.begin(), names.end(), "time") - names.begin());
+  double stamp = 0.0;
+  if (time >= cells.size() || !parse_cell(cells[time], ',', &stamp)) return false;
+  return std::all_of(recording.column_of.begin(), recording.column_of.end(), [&](const auto& column) {
+    const size_t number = static_cast<size_t>(column.second);
+    return number >= 1 && number <= names.size() && names[number - 1] == column.first;
+  });
 }
 
-// The readings of the joints as text, so that anything can compare a simulation with them.
+// Bags, parts of long files and other people's text cannot be compared with a simulation by their own files.
+bool is_whole_file(const Recording& recording) {
+  std::error_code error;
+  const std::string& file = recording.spec.file;
+  return fs::is_regular_file(file, error) && recording.spec.name.find(" (") == std::string::npos &&
+         (ends_with(file, ".mcap") || has_own_header(recording));
+}
+
+// The readings as text, so that anything can compare a simulation with them.
 std::string make_recorded(const Experiment& e, const Recording& recording) {
   std::string text = "time";
   std::vector<const std::vector<double>*> columns;
@@ -277,6 +304,11 @@ std::string make_recorded(const Experiment& e, const Recording& recording) {
       text += "," + e.signal_name(j, static_cast<Quantity>(q));
       columns.push_back(&column);
     }
+  }
+  for (const auto& [name, column] : recording.other) {
+    if (name.rfind('/', 0) != 0 || column.size() != recording.size()) continue;
+    text += "," + name;
+    columns.push_back(&column);
   }
   for (size_t k = 0; k < recording.size(); ++k) {
     text += "\n" + number(recording.time[k] - recording.time[0], kExact);

@@ -34,8 +34,8 @@ def read_table(bin_folder, path, folder):
         table = pathlib.Path(folder) / (path.stem + "_as_table.csv")
         call(bin_folder / "hrp-log", "csv", path, "--out", table)
         path = table
-    with open(path) as file:
-        rows = csv.reader(line for line in file if line.strip() and not line.startswith("#"))
+    with open(path, encoding="utf-8-sig") as file:
+        rows = csv.reader(line for line in file if line.strip() and not line.startswith(("#", "%")))
         names = [name.strip() for name in next(rows)]
         columns = {name: [] for name in names}
         for row in rows:

@@ -46,6 +46,35 @@ TEST(UpdatedScenario, KeepsTheStartThatTheExperimentStatesWhereItIsTheSame) {
   EXPECT_TRUE(write_updated("updated_same", 0.0).initial_joints.empty());
 }
 
+// What a simulation is compared with, where the recording is a file with these first lines.
+std::string find_replayed_file(const std::string& name, const std::string& lines) {
+  Experiment e = make_simulated_experiment(name, kArm, {"shoulder", "elbow"}, {});
+  const std::string folder = (std::filesystem::temp_directory_path() / name).string();
+  std::filesystem::create_directories(folder);
+  for (Recording& r : e.recordings) {
+    r.spec.file = folder + "/log.csv";
+    r.column_of = {{"time", 1}, {"/joint_states/shoulder/position", 2}};
+    r.other["/wrench/tool/fz"] = std::vector<double>(r.size(), 4.0);
+  }
+  std::ofstream(folder + "/log.csv") << lines;
+  Reports reports = make_empty_reports(make_problem(e, 1), "a test");
+  write_reports(e, folder, reports);
+  return Json::parse(read_text(folder + "/series.json"))["updated"]["replays"];
+}
+
+TEST(UpdatedScenario, IsComparedWithTheRecordingWhoseFileNamesItsSignals) {
+  const std::string file = find_replayed_file("updated_own", "# a log\ntime,/joint_states/shoulder/position\n0,0\n");
+  EXPECT_EQ(std::filesystem::path(file).filename(), "log.csv");
+  for (const char* lines :
+       {"ms;q\n0;0\n", "0 0\n", "time,q\n0,0\n", "time,/joint_states/shoulder/position\n2026-11-28T14:36:19,0\n"}) {
+    const std::string copy = find_replayed_file("updated_others", lines);
+    EXPECT_EQ(std::filesystem::path(copy).filename(), "recorded.csv") << lines;
+    const std::string text = read_text(copy);
+    EXPECT_EQ(text.rfind("time,/joint_states/shoulder/position,", 0), 0u) << text.substr(0, 80);
+    EXPECT_NE(text.find(",/wrench/tool/fz\n"), std::string::npos) << text.substr(0, 300);
+  }
+}
+
 // The robot's servo reads its own sensors in time; only the file is late.
 TEST(UpdatedScenario, SaysThatALateLogIsNoFaultOfTheRobot) {
   const std::string text = write_updated("updated_late", {{{"effect", "sensor_delay"},
