@@ -48,6 +48,17 @@ bool bar_rows(int jobs, const Choice& choice, TorqueDesign* design) {
   return any;
 }
 
+// Of every joint.
+std::vector<size_t> count_barred(const TorqueDesign& design) {
+  std::vector<size_t> counts;
+  for (const JointDesign& joint : design.joints) counts.push_back(joint.barred.size());
+  return counts;
+}
+
+void bar_only_first(const std::vector<size_t>& counts, TorqueDesign* design) {
+  for (size_t i = 0; i < counts.size(); ++i) design->joints[i].barred.resize(counts[i]);
+}
+
 // Allows the last barred row again at joints where the new choice predicts no better. Returns false if there is none.
 bool allow_again(const Choice& before, const Choice& after, const std::vector<size_t>& barred, TorqueDesign* design) {
   bool any = false;
@@ -136,8 +147,7 @@ void exchange_misleading_zeros(const TorqueDesign& design, int jobs, Choice* cho
 
 void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice* choice) {
   for (bool better = design->has_held; better;) {
-    std::vector<size_t> barred;
-    for (const JointDesign& joint : design->joints) barred.push_back(joint.barred.size());
+    const std::vector<size_t> barred = count_barred(*design);
     if (!bar_rows(jobs, *choice, design)) return;
     Choice with = choose_torque_model(*design, jobs, timing);
     const bool undone = allow_again(*choice, with, barred, design);
@@ -146,12 +156,13 @@ void drop_misleading_terms(int jobs, Timing timing, TorqueDesign* design, Choice
     if (better)
       *choice = with;
     else
-      for (size_t i = 0; i < barred.size(); ++i) design->joints[i].barred.resize(barred[i]);
+      bar_only_first(barred, design);
     if (undone) return;
   }
 }
 
 bool drop_false_gains(int jobs, const std::vector<GradedTerm>& graded, TorqueDesign* design, Choice* choice) {
+  const std::vector<size_t> barred = count_barred(*design);
   bool any = false;
   for (const GradedTerm& g : graded) {
     if (!g.term.row->scales_effort || g.place.joint < 0 || g.named || g.helps_held) continue;
@@ -162,7 +173,10 @@ bool drop_false_gains(int jobs, const std::vector<GradedTerm>& graded, TorqueDes
   Choice without = choose_torque_model(*design, jobs);
   drop_misleading_terms(jobs, Timing::kFree, design, &without);
   without.fit = fit_torque(*design, without.model);
-  if (calc_held_left(*design, without.fit) > calc_held_left(*design, choice->fit)) return false;
+  if (calc_held_left(*design, without.fit) > calc_held_left(*design, choice->fit)) {
+    bar_only_first(barred, design);
+    return false;
+  }
   *choice = without;
   return true;
 }
