@@ -77,9 +77,11 @@ std::string explain_undriven(const TorqueData& data) {
 
 bool are_drives_idle(const TorqueData& data) {
   if (data.experiment->scenario.floating_base) return false;
+  const TreeSpec& tree = data.experiment->robot.tree;
   bool any = false;
   for (size_t j = 0; j < data.source.size(); ++j) {
     if (data.source[j] != EffortSource::kRecorded) continue;
+    if (has_drive(tree) && !tree.joint(static_cast<int>(j)).actuated) continue;  // an effort of 0 by its kind, no log
     if (predict_effort(data, static_cast<int>(j)) > kDetail) return false;
     any = true;
   }

@@ -33,5 +33,15 @@ TEST(IdleDrives, DrivesThatMoveTheRobotAreNotIdle) {
   EXPECT_FALSE(are_drives_idle(make_torque_data(simulate_arm("moved_by_drives", make_arm_drives()))));
 }
 
+// Its effort is 0 by its kind, and no log that follows nothing.
+TEST(IdleDrives, AJointWithoutADriveBesideServosSaysNothingOfThem) {
+  Experiment e = simulate_arm("servos_and_a_hinge", make_arm_drives());
+  TorqueData data = make_torque_data(e);
+  e.robot.tree.joint(kElbow).actuated = false;
+  data.source = {EffortSource::kServoLaw, EffortSource::kRecorded};
+  for (TorqueRecording& r : data.recordings) r.effort.col(kElbow).setZero();
+  EXPECT_FALSE(are_drives_idle(data));
+}
+
 }  // namespace
 }  // namespace hrp::diagnosis
