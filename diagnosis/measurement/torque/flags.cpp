@@ -6,6 +6,7 @@
 
 #include "diagnosis/data/gaps.h"
 #include "diagnosis/data/quantile.h"
+#include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/estimate/blocks.h"
 #include "diagnosis/estimate/ratios.h"
 #include "diagnosis/estimate/shares.h"
@@ -83,12 +84,17 @@ Flags find_still(const Eigen::MatrixXd& raw, const std::vector<double>& noise, d
   return still;
 }
 
+// True if the effort of a joint that this recording moves has a clearly larger range while nothing moves. Of a joint
+// that is held, noise alone decides which range is the larger one.
+bool works_unmoved(const TorqueRecording& r, const Flags& still) {
+  const Eigen::ArrayXd travel = (r.q.colwise().maxCoeff() - r.q.colwise().minCoeff()).transpose().array();
+  return (travel > kHardlyMoved && find_range(r, still, true) > kClearlyMore * find_range(r, still, false)).any();
+}
+
 Flags find_frozen(const TorqueRecording& r, const Flags& still) {
   const long rows = r.v.rows(), lead = std::lround(kBlock / r.step);
   Flags frozen = Flags::Constant(rows, false);
-  if (r.q.cols() < 2 || !still.any() || still.all() ||
-      !(find_range(r, still, true) > find_range(r, still, false)).any())
-    return frozen;
+  if (r.q.cols() < 2 || !still.any() || still.all() || !works_unmoved(r, still)) return frozen;
   for (long k = 0; k < rows; ++k) {
     if (still[k])
       frozen.segment(std::max(0L, k - lead), std::min(rows, k + lead) - std::max(0L, k - lead)).setConstant(true);
