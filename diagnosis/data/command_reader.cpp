@@ -2,6 +2,7 @@
 #include "diagnosis/data/command_reader.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hrp::diagnosis {
 
@@ -16,6 +17,20 @@ Moment find_moment(const std::vector<double>& time, double t, size_t near) {
 
 double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t, size_t near) {
   return find_moment(time, t, near).of(values);
+}
+
+void move_series(const std::vector<double>& time, double late, std::vector<double>* series) {
+  std::vector<double> stamps, logged;
+  for (size_t k = 0; k < time.size(); ++k) {
+    if (!std::isfinite((*series)[k])) continue;
+    stamps.push_back(time[k]);
+    logged.push_back((*series)[k]);
+  }
+  if (stamps.size() < 2) return;
+  size_t next = 0;
+  for (size_t k = 0; k < time.size(); ++k) {
+    if (std::isfinite((*series)[k])) (*series)[k] = interpolate(stamps, logged, time[k] + late, next++);
+  }
 }
 
 void read_command(const std::vector<double>& time, const JointColumns& joint, double t, size_t near, double* position,

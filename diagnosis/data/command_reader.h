@@ -11,6 +11,9 @@ namespace hrp::diagnosis {
 // Linear interpolation; constant beyond the ends.
 double interpolate(const std::vector<double>& time, const std::vector<double>& values, double t, size_t near);
 
+// Shifts a series: its value at each stamp becomes that of `late` [s] later. Missing samples (NaN) stay missing.
+void move_series(const std::vector<double>& time, double late, std::vector<double>* series);
+
 // Position of time t: between samples k and k + 1, at fraction s (0 to 1, clamped at the ends).
 struct Moment {
   size_t k = 0;

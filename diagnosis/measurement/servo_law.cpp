@@ -74,10 +74,7 @@ struct ServoLog {
   // The same with rates that come `late` [s].
   ServoLog delay_rates(double late) const {
     ServoLog out = *this;
-    for (size_t i = 0; i < rates.size(); ++i) {
-      const std::vector<double>& time = e.recordings[i].time;
-      for (size_t k = 0; k < time.size(); ++k) out.rates[i][k] = interpolate(time, rates[i], time[k] - late, k);
-    }
+    for (size_t i = 0; i < rates.size(); ++i) move_series(e.recordings[i].time, -late, &out.rates[i]);
     return out;
   }
 

@@ -172,12 +172,6 @@ VelocityReading read_velocity(const Experiment& e, size_t joint) {
   return out;
 }
 
-// Shifts a series: its value at each stamp becomes that of `late` [s] later.
-void move_series(const std::vector<double>& time, double late, std::vector<double>* series) {
-  const std::vector<double> logged = *series;
-  for (size_t k = 0; k < time.size(); ++k) (*series)[k] = interpolate(time, logged, time[k] + late, k);
-}
-
 }  // namespace
 
 std::vector<VelocityReading> find_velocity_readings(const Experiment& e) {

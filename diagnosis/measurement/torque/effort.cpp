@@ -50,7 +50,8 @@ ServoSeries calc_servo(const Recording& r, size_t j, const JointLaws& laws, cons
     const double effort = calc_servo_effort(laws, given[k] - r.joints[j].signal[0][k], speed[k] - rate[k], 0.0);
     out.effort[k] = std::clamp(effort, -laws.effort_limit, laws.effort_limit);
     const size_t a = k > 0 ? k - 1 : 0, b = std::min(rows - 1, k + 1);
-    if (b > a && std::abs(out.effort[k]) < laws.effort_limit)
+    const bool limited = std::abs(out.effort[k]) >= laws.effort_limit;  // false where a reading is missing
+    if (b > a && !limited)
       out.command_rate[k] =
           (laws.kp * (given[b] - given[a]) + laws.kd * (speed[b] - speed[a])) / (r.time[b] - r.time[a]);
   }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "diagnosis/measurement/torque/effort.h"
+#include "diagnosis/measurement/torque/flags.h"
 #include "diagnosis/simulation/bodies.h"
 #include "tests/test_places.h"
 #include "tests/unit/diagnosis/torque_verdicts.h"
@@ -267,6 +269,44 @@ TEST(TorqueLog, AFrozenLogIsLeftOutWithAWarning) {
   const TorqueVerdict verdict = judge_torque(e, 1);
   EXPECT_THAT(verdict.evidence.warnings, testing::Contains(testing::HasSubstr("no joint moves")));
   expect_drives(verdict, hidden);
+}
+
+// A joint that is held, in a log with pauses: noise alone makes its effort's range the larger one at rest.
+TEST(TorqueLog, PausesOfARobotWithAHeldJointAreNoFrozenLog) {
+  TestNoise noise;
+  constexpr long kRows = 2000;
+  TorqueRecording r;
+  r.step = 0.005;
+  r.q.setZero(kRows, 2);
+  r.effort.setZero(kRows, 2);
+  Flags still(kRows);
+  for (long k = 0; k < kRows; ++k) {
+    still[k] = k % 1000 > 500;
+    r.q(k, 0) = still[k] ? 0.0 : std::sin(0.02 * static_cast<double>(k));
+    r.effort(k, 0) = still[k] ? 1.0 : 5.0 * std::cos(0.02 * static_cast<double>(k));
+    r.effort(k, 1) = 0.1 * noise.draw() + (still[k] ? 0.5 * noise.draw() : 0.0);
+  }
+  r.v = r.q;
+  EXPECT_FALSE(find_frozen(r, still).any());
+  for (long k = 0; k < kRows; ++k) r.effort(k, 0) = still[k] ? (k % 40 < 20 ? 50.0 : -50.0) : r.effort(k, 0);
+  EXPECT_TRUE(find_frozen(r, still).any());
+}
+
+// Commands are logged more often than readings: the rate of the law's effort is theirs.
+TEST(TorqueLog, TheRateOfAServosCommandNeedsNoReading) {
+  Recording r;
+  r.joints.resize(1);
+  std::vector<double> rate;
+  for (int k = 0; k < 40; ++k) {
+    r.time.push_back(0.005 * k);
+    r.joints[0].command.push_back(0.4 * r.time.back());
+    r.joints[0].signal[0].push_back(k % 2 == 0 ? 0.0 : NAN);
+    rate.push_back(k % 2 == 0 ? 0.0 : NAN);
+  }
+  JointLaws laws;
+  laws.kp = 50.0;
+  const ServoSeries servo = calc_servo(r, 0, laws, rate);
+  for (size_t k = 1; k < 39; ++k) EXPECT_NEAR(servo.command_rate[k], 50.0 * 0.4, 1e-9) << k;
 }
 
 }  // namespace

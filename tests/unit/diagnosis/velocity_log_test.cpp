@@ -2,6 +2,7 @@
 // Positions and velocities of one log contradict each other where one of them is scaled or late; no dynamics is needed.
 #include "diagnosis/measurement/velocity_log.h"
 
+#include "diagnosis/data/command_reader.h"
 #include "tests/unit/diagnosis/simulated_experiment.h"
 
 namespace hrp::diagnosis {
@@ -42,6 +43,21 @@ TEST(VelocityLog, OneJointOfAnotherScaleIsNoFaultOfTheClock) {
       make_simulated_experiment("velocity_both", kArm, {"shoulder", "elbow"}, {shoulder, elbow}));
   EXPECT_FALSE(may_be_clock(one, one[kElbow]));
   EXPECT_TRUE(may_be_clock(both, both[kElbow]));
+}
+
+// Logs of several rates have empty cells between the samples of the slower one.
+TEST(VelocityLog, ALateSeriesWithEmptyCellsIsShiftedBetweenItsSamples) {
+  std::vector<double> time, series;
+  for (int k = 0; k < 20; ++k) {
+    time.push_back(0.01 * k);
+    series.push_back(k % 2 == 0 ? 3.0 * time.back() : NAN);
+  }
+  move_series(time, 0.013, &series);
+  for (int k = 0; k < 17; k += 2) EXPECT_NEAR(series[static_cast<size_t>(k)], 3.0 * (0.01 * k + 0.013), 1e-12) << k;
+  for (int k = 1; k < 20; k += 2) EXPECT_TRUE(std::isnan(series[static_cast<size_t>(k)])) << k;
+  std::vector<double> empty(20, NAN);
+  move_series(time, 0.013, &empty);
+  EXPECT_TRUE(std::isnan(empty[3]));
 }
 
 // Servos filter their velocities.
