@@ -165,8 +165,10 @@ double calc_std(const TorqueData& data, const Plant& plant, const Fitter& found,
     own.sense = found.sense;
     own.least = own.calc_left();
     own.refine(joint);
-    sum += own.zero[joint];
-    squares += own.zero[joint] * own.zero[joint];
+    // On the same turn: half a turn may read as plus or minus pi.
+    const double apart = std::remainder(own.zero[joint] - found.zero[joint], 2.0 * M_PI);
+    sum += apart;
+    squares += apart * apart;
     n += 1.0;
   }
   const double variance = n > 1.0 ? std::max(0.0, squares / n - sum * sum / (n * n)) / (n - 1.0) : 0.0;
