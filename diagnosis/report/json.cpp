@@ -15,17 +15,19 @@ std::string get_place_unit(const Experiment& e, const Effect& effect, const Effe
 std::vector<Estimate> list_estimates(const Experiment& e, const Effect& effect, const std::vector<double>& std) {
   const std::vector<EffectParameter>& infos = list_infos(effect.id);
   std::vector<Estimate> list, vectors;
+  const auto get_deviation = [&](size_t i) {
+    return i < std.size() ? std::vector<double>{std[i]} : std::vector<double>();
+  };
   for (size_t i = 0; i < infos.size(); ++i) {
-    const double deviation = i < std.size() ? std[i] : 0.0;
     if (infos[i].axis < 0) {
       if (!infos[i].nuisance)
-        list.push_back(make_one(infos[i].name, get_place_unit(e, effect, infos[i]), effect.p[i], deviation));
+        list.push_back({infos[i].name, get_place_unit(e, effect, infos[i]), {effect.p[i]}, get_deviation(i), false});
       continue;
     }
     if (vectors.empty() || vectors.back().name != infos[i].name)
       vectors.push_back({infos[i].name, infos[i].unit, {}, {}, true});
     vectors.back().value.push_back(effect.p[i]);
-    vectors.back().std.push_back(deviation);
+    for (double deviation : get_deviation(i)) vectors.back().std.push_back(deviation);
   }
   list.insert(list.end(), vectors.begin(), vectors.end());
   return list;

@@ -120,7 +120,7 @@ double calc_dearer(double probability) { return -2.0 * kEvidence * std::log(prob
 double calc_cost(const Trial& t) { return t.rms >= 1e299 ? 1e300 : t.train.chi2 + t.validate.chi2; }
 
 std::vector<double> get_std(const Trial& trial, size_t effect) {
-  return effect < trial.std.size() ? trial.std[effect] : std::vector<double>(trial.hypothesis[effect].p.size(), 0.0);
+  return effect < trial.std.size() ? trial.std[effect] : std::vector<double>();
 }
 
 size_t count_parameters(const Hypothesis& hypothesis) {
