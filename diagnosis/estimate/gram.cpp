@@ -73,6 +73,12 @@ Eigen::VectorXd solve(const Gram& gram, const Columns& columns) {
   return solve(gram.pick(columns));
 }
 
+Eigen::MatrixXd calc_inverse(const Gram& gram, const Columns& columns) {
+  const Eigen::MatrixXd G = gram.pick(columns).G;
+  const Eigen::VectorXd scale = calc_scale(G);
+  return scale.asDiagonal() * factor(G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
+}
+
 double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction) {
   const long all = static_cast<long>(columns.size()), joined = all - direction.size() + 1;
   // Free columns keep their places; the combination takes the place of its first column.
@@ -120,9 +126,7 @@ double cross_validate(const std::vector<Gram>& folds, const Gram& total, const C
 Eigen::MatrixXd calc_covariance(const std::vector<Gram>& folds, const Gram& total, const Columns& columns,
                                 const Eigen::VectorXd& theta) {
   const long p = theta.size();
-  const Gram all = total.pick(columns);
-  const Eigen::VectorXd scale = calc_scale(all.G);
-  const Eigen::MatrixXd inverse = scale.asDiagonal() * factor(all.G, scale).solve(Eigen::MatrixXd(scale.asDiagonal()));
+  const Eigen::MatrixXd inverse = calc_inverse(total, columns);
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(p, p);
   double count = 0.0;
   for (const Gram& fold : folds) {

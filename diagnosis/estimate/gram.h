@@ -31,6 +31,9 @@ struct Gram {
 // Parameters of the chosen columns. Directions that the data do not show at all stay near zero (a ridge of 1e-9 of
 // each column's own sum of squares).
 Eigen::VectorXd solve(const Gram& gram, const Columns& columns);
+// Inverse of these columns' normal equations, with the same ridge: times the variance of the noise, it is the
+// covariance of their parameters.
+Eigen::MatrixXd calc_inverse(const Gram& gram, const Columns& columns);
 // Amplitude of a fixed combination of columns: those from `first` on, in the proportion of `direction`. The other
 // columns are fitted freely.
 double solve_along(const Gram& gram, const Columns& columns, long first, const Eigen::VectorXd& direction);

@@ -191,8 +191,7 @@ class Gear {
       std::vector<double> values, variances;
       for (const Gram& gram : alone_) {
         values.push_back(solve(gram, model_)[c]);
-        variances.push_back(std::max(
-            1e-300, left / std::max(1e-300, gram.get(model_[static_cast<size_t>(c)], model_[static_cast<size_t>(c)]))));
+        variances.push_back(std::max(1e-300, left * calc_inverse(gram, model_)(c, c)));
       }
       const double between = calc_variance_between(values, variances) / static_cast<double>(values.size());
       std_[c] = std::sqrt(std_[c] * std_[c] + between + std::pow(kSeveralTimes * kAgreement * theta_[c], 2));

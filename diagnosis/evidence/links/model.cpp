@@ -398,11 +398,7 @@ LinkAlone fit_alone(const LinkDesign& design, const LinkTerms& model, const Link
   const Gram own = weigh(design, fit.cross, [recording](const LinkGroup& g) { return &g.alone[recording]; });
   LinkAlone out;
   out.theta = split(design, model, solve(own, columns));
-  const long p = static_cast<long>(columns.size());
-  Eigen::MatrixXd G = own.pick(columns).G;
-  G.diagonal() *= 1.0 + 1e-9;
-  out.variance =
-      split(design, model, Eigen::VectorXd(G.ldlt().solve(Eigen::MatrixXd::Identity(p, p)).diagonal().cwiseAbs()));
+  out.variance = split(design, model, Eigen::VectorXd(calc_inverse(own, columns).diagonal().cwiseAbs()));
   return out;
 }
 

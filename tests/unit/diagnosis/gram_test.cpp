@@ -22,6 +22,17 @@ Gram make_stretch_of_a_load(TestNoise* noise) {
   return gram;
 }
 
+TEST(Gram, NearlyEqualColumnsHaveLargeDeviations) {
+  TestNoise noise;
+  const Gram gram = make_stretch_of_a_load(&noise);
+  const Eigen::MatrixXd inverse = calc_inverse(gram, {0, 2});
+  const double alone = 1.0 / gram.get(0, 0);
+  EXPECT_GT(inverse(0, 0), alone) << "beside another column less is known than alone";
+  const double product = inverse(0, 0) * gram.get(0, 0) + inverse(0, 1) * gram.get(0, 2);
+  EXPECT_NEAR(product, 1.0, 1e-6);  // a ridge of 1e-9 of the columns, which differ by far more
+  EXPECT_GT(calc_inverse(gram, {0, 1})(0, 0), 1e3 * alone);
+}
+
 TEST(Gram, AStretchThatCannotTellAMassFromItsPlaceStillTellsTheLoad) {
   TestNoise noise;
   const Eigen::Vector2d load(2.0, 0.24);
