@@ -83,15 +83,28 @@ double find_best(const Plant& plant, const SampledMotion& rows, Trial* best) {
   return refine(plant, rows, best);
 }
 
+// Training recordings that tell something; halves of a single one.
+std::vector<SampledMotion> list_pieces(const TorqueData& data) {
+  const std::vector<size_t> recordings = list_unloaded_training(data);
+  std::vector<SampledMotion> pieces;
+  for (size_t r : recordings) {
+    if (recordings.size() > 1) {
+      pieces.push_back(take_rows(data, {r}));
+      continue;
+    }
+    pieces.push_back(take_rows(data, {r}, 0.0, kHalf));
+    pieces.push_back(take_rows(data, {r}, kHalf, 1.0));
+  }
+  const auto tells_nothing = [](const SampledMotion& rows) { return rows.tell_nothing(); };
+  pieces.erase(std::remove_if(pieces.begin(), pieces.end(), tells_nothing), pieces.end());
+  return pieces;
+}
+
 // Fills in the deviation between recordings, halves of one recording, and whether they agree.
 void judge_pieces(const TorqueData& data, const Plant& plant, const Trial& found, GearRatio* ratio) {
   double sum = 0.0, squares = 0.0, n = 0.0;
   bool same = true;
-  for (size_t r = 0; r < data.recordings.size(); ++r) {
-    const RecordingSpec& spec = data.experiment->recordings[data.recordings[r].index].spec;
-    if (!spec.loads.empty() || !spec.pushes.empty()) continue;
-    const SampledMotion rows = take_rows(data, {r});
-    if (rows.tell_nothing()) continue;
+  for (const SampledMotion& rows : list_pieces(data)) {
     Trial own{found.joint, found.log, found.of_motor};
     const double least = refine(plant, rows, &own);
     same = same && own.log * found.log > 0.0 && least < calc_left(plant, rows, {found.joint, 0.0, false});
@@ -101,7 +114,7 @@ void judge_pieces(const TorqueData& data, const Plant& plant, const Trial& found
   }
   const double spread = n > 1.0 ? std::sqrt(std::max(0.0, squares - sum * sum / n) / (n - 1.0)) : 0.0;
   ratio->std = ratio->ratio * std::max(kMinor / kNinetyFive / 2.0, spread / std::sqrt(std::max(1.0, n)));
-  ratio->agreed = same && spread < kPart * std::abs(found.log);
+  ratio->agreed = same && n > 1.0 && spread < kPart * std::abs(found.log);
 }
 
 bool may_have(const TorqueData& data, int joint) {
@@ -109,9 +122,15 @@ bool may_have(const TorqueData& data, int joint) {
   return spec.actuated && data.is_judged(joint);
 }
 
-// Slope of b over a through their means.
-double calc_slope(const std::vector<double>& a, const std::vector<double>& b) {
-  double ma = 0.0, mb = 0.0, n = 0.0, aa = 0.0, ab = 0.0;
+// Slope of one series over another through their means of each recording.
+struct Slope {
+  double aa = 0.0, ab = 0.0;
+  double get() const { return aa > 0.0 ? ab / aa : 0.0; }
+  void add(const std::vector<double>& a, const std::vector<double>& b);
+};
+
+void Slope::add(const std::vector<double>& a, const std::vector<double>& b) {
+  double ma = 0.0, mb = 0.0, n = 0.0;
   for (size_t k = 0; k < std::min(a.size(), b.size()); ++k) {
     if (std::isfinite(a[k]) && std::isfinite(b[k])) {
       ma += a[k];
@@ -124,7 +143,6 @@ double calc_slope(const std::vector<double>& a, const std::vector<double>& b) {
     aa += (a[k] - ma / n) * (a[k] - ma / n);
     ab += (a[k] - ma / n) * (b[k] - mb / n);
   }
-  return aa > 0.0 ? ab / aa : 0.0;
 }
 
 // True if a column is in the recorded unit of the positions, as `slope` of it over the positions says.
@@ -167,12 +185,19 @@ std::vector<GearRatio> list_gear_ratios(const TorqueData& data) {
 
 Experiment convert_ratio(Experiment e, const GearRatio& ratio) {
   const auto j = static_cast<size_t>(ratio.joint);
+  Slope velocity, command;  // of all recordings: one in which the joint rests tells no unit
+  for (const Recording& r : e.recordings) {
+    const JointColumns& joint = r.joints[j];
+    const std::vector<double>& q = joint.signal[static_cast<int>(Quantity::kPosition)];
+    velocity.add(calc_rate(r, q), joint.signal[static_cast<int>(Quantity::kVelocity)]);
+    command.add(q, joint.command);
+  }
   for (Recording& r : e.recordings) {
     JointColumns& joint = r.joints[j];
     std::vector<double>&q = joint.signal[static_cast<int>(Quantity::kPosition)],
     &v = joint.signal[static_cast<int>(Quantity::kVelocity)];
-    if (is_in_same_unit(calc_slope(calc_rate(r, q), v), ratio.ratio)) divide(ratio.ratio, &v);
-    if (is_in_same_unit(calc_slope(q, joint.command), ratio.ratio)) {
+    if (is_in_same_unit(velocity.get(), ratio.ratio)) divide(ratio.ratio, &v);
+    if (is_in_same_unit(command.get(), ratio.ratio)) {
       divide(ratio.ratio, &joint.command);
       divide(ratio.ratio, &joint.command_rate);
     }

@@ -30,13 +30,16 @@ double SampledMotion::calc_left(const Eigen::MatrixXd& missing) const {
   return sum;
 }
 
-SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings) {
+SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings, double from, double to) {
+  const auto find_row = [&](size_t i, double share) {
+    return std::lround(share * static_cast<double>(data.recordings[i].kept()));
+  };
   long all = 0;
-  for (size_t i : recordings) all += data.recordings[i].kept();
+  for (size_t i : recordings) all += find_row(i, to) - find_row(i, from);
   const long skip = std::max(1L, all / kSamples), n = static_cast<long>(data.source.size());
   std::vector<std::pair<const TorqueRecording*, long>> picked;
   for (size_t i : recordings) {
-    for (long k = 0; k < data.recordings[i].kept(); k += skip) picked.emplace_back(&data.recordings[i], k);
+    for (long k = find_row(i, from); k < find_row(i, to); k += skip) picked.emplace_back(&data.recordings[i], k);
   }
   SampledMotion rows;
   const long count = static_cast<long>(picked.size());

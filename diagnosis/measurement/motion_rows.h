@@ -24,8 +24,10 @@ struct SampledMotion {
   double calc_left(const Eigen::MatrixXd& missing) const;
 };
 
-// About 600 samples of these recordings, at equal distances.
-SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings);
+// About 600 samples of these recordings, at equal distances; of each from the share `from` of its time to the share
+// `to`.
+SampledMotion take_rows(const TorqueData& data, const std::vector<size_t>& recordings, double from = 0.0,
+                        double to = 1.0);
 
 // Training recordings without loads or forces by hand.
 std::vector<size_t> list_unloaded_training(const TorqueData& data);
