@@ -24,12 +24,17 @@ namespace {
 std::vector<std::pair<double, double>> find_stretches(const Recording& recording, const std::vector<double>& residuals,
                                                       size_t width, size_t c, double level) {
   std::vector<std::pair<double, double>> list;
+  const std::vector<double>& column = recording.joints[c / kQuantities].signal[c % kQuantities];
   const size_t bin = std::max<size_t>(5, recording.size() / 200);
   for (size_t k = 0; k < recording.size(); k += bin) {
-    double sum = 0.0;
+    double sum = 0.0, count = 0.0;
     const size_t end = std::min(recording.size(), k + bin);
-    for (size_t i = k; i < end; ++i) sum += residuals[i * width + c] * residuals[i * width + c];
-    if (std::sqrt(sum / static_cast<double>(end - k)) < level) continue;
+    for (size_t i = k; i < end; ++i) {
+      if (!std::isfinite(column[i])) continue;
+      sum += residuals[i * width + c] * residuals[i * width + c];
+      count += 1.0;
+    }
+    if (count == 0.0 || std::sqrt(sum / count) < level) continue;
     const double from = recording.time[k], to = recording.time[end - 1];
     if (!list.empty() && from - list.back().second < 2.5 * (to - from) + 1e-9)
       list.back().second = to;

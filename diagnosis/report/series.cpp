@@ -16,9 +16,11 @@ Json make_map(const Problem& problem, int r, const std::vector<double>& before, 
   const size_t width = problem.weights.size(), bins = static_cast<size_t>(recording.duration() / step) + 1;
   Json rows = Json::array();
   for (size_t c = 0; c < width; ++c) {
-    if (recording.joints[c / kQuantities].signal[c % kQuantities].empty()) continue;
+    const std::vector<double>& column = recording.joints[c / kQuantities].signal[c % kQuantities];
+    if (column.empty()) continue;
     std::vector<double> a(bins, 0.0), b(bins, 0.0), n(bins, 0.0);
     for (size_t k = 0; k < recording.size(); ++k) {
+      if (!std::isfinite(column[k])) continue;
       const size_t bin = std::min(bins - 1, static_cast<size_t>((recording.time[k] - recording.time[0]) / step));
       a[bin] += before[k * width + c] * before[k * width + c];
       b[bin] += after[k * width + c] * after[k * width + c];
