@@ -435,13 +435,14 @@ class WeightChecker {
     const double hanging = -find_mass_below(log_.sensors[static_cast<size_t>(s)]) * get_gravity() / per_unit;
     if (std::abs(level.air - hanging) < std::max(2 * level.air_spread, kDetail * std::abs(hanging))) return;
     const EffectInfo& bias = laws_.sensor_bias.info();
-    Finding zero = make_of_sensor(bias, name, make_value(bias, level.air, level.air_spread, "N"), 0.5);
-    zero.statement =
-        name + format(": its zero is off: %.1f +- %.1f counts in the air.", level.air, 2 * level.air_spread);
+    // Along the sensor's own axis: levels are along the foot's.
+    const double sense = std::copysign(1.0, log_.sensors[static_cast<size_t>(s)].X_LS.R(2, 2)), air = sense * level.air;
+    Finding zero = make_of_sensor(bias, name, make_value(bias, air, level.air_spread, "N"), 0.5);
+    zero.statement = name + format(": its zero is off: %.1f +- %.1f counts in the air.", air, 2 * level.air_spread);
     if (hanging != 0) {
       zero.grade = Grade::kAmbiguous;
-      zero.statement +=
-          format(" Or it is %.1f counts, and the foot's own weight hangs on the sensor.", level.air - hanging);
+      zero.statement += format(" Or it is %.1f counts, and the foot's own weight hangs on the sensor.",
+                               sense * (level.air - hanging));
     }
     out_.findings.push_back(std::move(zero));
   }

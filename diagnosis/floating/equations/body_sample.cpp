@@ -69,7 +69,10 @@ Vector3d find_normal(const BodySample& at) {
     Matrix3d R;
     Vector3d p;
     find_sensor_frame(at, foot.sensor, &R, &p);
-    normal += std::max(0.0, calc_vertical_force(at.log, at.clip, static_cast<size_t>(foot.sensor), at.k)) * R.col(2);
+    // Along the foot's z axis, however its sensor is mounted.
+    const bool world = at.log.sensors[static_cast<size_t>(foot.sensor)].world;
+    const Vector3d up = world ? R.col(2) : get_pose(at.motion.data(), foot.link).R.col(2);
+    normal += std::max(0.0, calc_vertical_force(at.log, at.clip, static_cast<size_t>(foot.sensor), at.k)) * up;
   }
   return normal.norm() > 0 ? Vector3d(normal.normalized()) : at.motion.find_up(at.k);
 }

@@ -9,6 +9,7 @@
 #include "diagnosis/estimate/at_rest.h"
 #include "diagnosis/floating/checks/flat_feet.h"
 #include "diagnosis/floating/equations/joint_turns.h"
+#include "diagnosis/floating/log/contacts.h"
 
 namespace hrp::diagnosis::floating {
 
@@ -165,7 +166,7 @@ bool BodyMotion::update(size_t k) {
     update_accelerations(*now_, vdot_, &data_);
     return true;
   }
-  if (is_felt_over_joints()) update_kinematics(*now_, state_, &data_);
+  if (is_felt_over_joints() || over_feet_) update_kinematics(*now_, state_, &data_);
   if (over_feet_) attitude_[k] = find_foot_attitude(k);
   find_rate(k);
   state_.V_WB.head<3>() = w_;
@@ -229,7 +230,7 @@ double BodyMotion::find_load(size_t f, size_t k) const {
   const Foot& foot = log_.feet[f];
   if (!foot.flat) return 0;
   if (foot.sensor < 0 || !log_.sensors[static_cast<size_t>(foot.sensor)].axis[2]) return 1;
-  return std::max(0.0, clip_.force[6 * static_cast<size_t>(foot.sensor) + 2].value[k]);
+  return std::max(0.0, calc_vertical_force(log_, clip_, static_cast<size_t>(foot.sensor), k));
 }
 
 // Of flat feet, by what they bear: so nothing jumps where the weight goes from one to the other.

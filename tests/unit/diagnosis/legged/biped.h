@@ -63,6 +63,9 @@ std::string make_link(const std::string& name, double mass, double z, const std:
 // Three recordings of 8 s at 250 Hz, the last one held out.
 Experiment make_biped(const Hidden& hidden, const Recorded& recorded = {});
 
+// Turns the feet's force sensors by half a turn about x, in the model and in the readings, as those of the iCub are.
+void hang_upside_down(Experiment* e);
+
 // Readings of a sensor of three axes times a factor.
 void scale_readings(const std::string& sensor, double factor, Experiment* e);
 

@@ -136,26 +136,7 @@ TEST(WholeReadings, WhatALogCutsOffIsWhatTheFootMakesItsSensorRead) {
 // Its z axis points down by the model, as those of the iCub's feet do: a foot that is pressed reads negative there.
 TEST(SensorFrames, ASensorThatHangsUpsideDownInTheModelIsNotTurned) {
   Experiment e = make_biped({}, kLeans);
-  std::string urdf = make_biped_urdf(), scenario = kBipedScenario;
-  for (const std::string side : {"l", "r"}) {
-    const std::string below = make_link(side + "_ft", 0.5, 0.03);  // the foot's mass, in the sensor's axes
-    const std::string fixed = "<joint name=\"" + side + "_mount\" type=\"fixed\"><parent link=\"" + side +
-                              "_foot\"/><child link=\"" + side +
-                              "_ft\"/><origin xyz=\"0 0 0\" rpy=\"3.14159265358979 0 0\"/></joint>";
-    const size_t foot = urdf.find("<inertial>", urdf.find("<link name=\"" + side + "_foot\"")),
-                 end = urdf.find("</inertial>", foot);
-    urdf.erase(foot, end + std::string("</inertial>").size() - foot);
-    urdf.insert(urdf.rfind("</robot>"), below + fixed);
-    scenario.replace(scenario.rfind(side + "_foot}"), 6, side + "_ft");
-  }
-  e.scenario = parse_scenario(scenario, "biped.yaml");
-  e.robot = parse_robot(urdf, "biped.urdf", e.scenario);
-  for (Recording& r : e.recordings) {
-    for (auto& [name, column] : r.other) {
-      if (name.back() == 'x') continue;
-      for (double& v : column) v = -v;
-    }
-  }
+  hang_upside_down(&e);
   EXPECT_TRUE(find_body_units(e).empty());
   EXPECT_TRUE(find_sensor_frames(e).empty());
   EXPECT_TRUE(diagnose_legged(e, nullptr).evidence.findings.empty());

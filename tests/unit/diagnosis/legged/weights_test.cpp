@@ -46,6 +46,17 @@ Experiment make_short(double heavier) {
   return e;
 }
 
+TEST(ShortRecordings, OfSensorsThatHangUpsideDownSayTheSameWeight) {
+  Experiment turned = make_short(1.2);
+  hang_upside_down(&turned);
+  const std::vector<Finding> as_usual = diagnose_legged(make_short(1.2), nullptr).evidence.findings,
+                             findings = diagnose_legged(turned, nullptr).evidence.findings;
+  ASSERT_EQ(as_usual.size(), 1u);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].effect, as_usual[0].effect) << findings[0].statement;
+  EXPECT_NEAR(findings[0].parameters[0].value[0], as_usual[0].parameters[0].value[0], 1e-6) << "the same readings";
+}
+
 TEST(ShortRecordings, SayAWeightThatIsPlainlyOffAndWhatItMayBe) {
   const std::vector<Finding> findings = diagnose_legged(make_short(1.2), nullptr).evidence.findings;
   ASSERT_EQ(findings.size(), 1u);
