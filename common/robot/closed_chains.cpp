@@ -113,9 +113,8 @@ Scenario adopt_loops(const Scenario& scenario, const std::string& merged) {
   Scenario result = scenario;
   if (merged == scenario.text) return result;
   const Scenario read = parse_scenario(merged, scenario.path);
-  if (read.loops.empty()) return result;
-  result.loops = read.loops;
   result.initial_joints.insert(read.initial_joints.begin(), read.initial_joints.end());
+  if (!read.loops.empty()) result.loops = read.loops;
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include "common/base/diagnostics.h"
 #include "common/messages/convert.h"
 #include "common/robot/closed_chains.h"
+#include "common/robot/fall_watch.h"
 #include "common/robot/movers.h"
 #include "common/robot/world_text.h"
 #include "controller/node.h"
@@ -120,16 +121,20 @@ TrialResult Trial::run(const std::function<void(const Trial&)>& on_step) {
   std::vector<double> air(scenario_.feet.size(), 0.0);  // [s] since each foot left the ground
   result.landings.assign(scenario_.feet.size(), 0);
   double heading = calc_heading(begin);
-  const double ground = scenario_.ground.height;
+  const Mover robot = make_robots(robot_, scenario_).front();
+  FallWatch watch(robot.robot, robot.scenario);
+  watch.reset(begin.R_WB, begin.p_WB);
   for (long k = 0; k < steps && (go_on_after_fall || !result.fallen); ++k) {
     if (!step()) break;
     if (on_step) on_step(*this);
     if (result.fallen) continue;
     const State& state = engine_->state();
-    const double lean = calc_lean(state);
-    result.largest_lean = std::max(result.largest_lean, lean);
+    result.largest_lean = std::max(result.largest_lean, calc_lean(state));
     result.travelled = state.p_WB - begin.p_WB;
-    result.fallen = lean > 1.0 || state.p_WB.z() - ground < 0.5 * (begin.p_WB.z() - ground);
+    if (watch.is_due(state.R_WB, state.p_WB)) {
+      const auto event = watch.update(find_own_forces(engine_->contact_forces(), robot));
+      result.fallen = event && event->fall;
+    }
     if (result.fallen) result.fall_time = time();
     for (size_t i = 0; i < air.size(); ++i) {
       if (engine_->foot_forces()[i] > 0.0) {

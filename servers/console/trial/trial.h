@@ -16,7 +16,7 @@
 
 namespace hrp {
 
-// What happened. The robot counts as fallen when its base leans by more than 1 rad or has lost half its height.
+// What happened. The robot has fallen when the server set says so (common/robot/fall_watch.h).
 struct TrialResult {
   bool fallen = false;
   double fall_time = 0.0;                 // [s]
