@@ -116,6 +116,11 @@ void check_fits(const Scenario& own, const RobotPlacement& placement, const Scen
     refuse(world, key, "'" + own.path + "' has robots of its own; name all of them in this scenario");
   if (own.sensors.has_vision())
     refuse(world, key, "'" + own.path + "' has cameras or lidars, which only the first robot may have");
+  const double z = placement.position.z();
+  if (z != 0.0 && world.ground.present && own.floating_base && !own.initial_height_given)
+    refuse(world, "robots." + placement.name + ".position",
+           format("shifts the robot by z = %g m, but its feet are put on the ground, as '", z) + own.path +
+               "' has no initial.position: expected z = 0, or initial.position there");
 }
 
 Mover make_other_robot(const OtherRobot& other, const RobotPlacement& placement, const RobotDescription& robot,

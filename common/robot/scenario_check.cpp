@@ -200,7 +200,6 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   for (const LidarSpec& lidar : scenario.sensors.lidars) {
     checker.check_sensor("sensors.lidar." + lidar.name, lidar.link, find_frame_name(lidar));
   }
-  for (const PushSpec& push : scenario.pushes) checker.check_body("pushes." + push.name + ".link", push.link, robot);
   for (const HandSpec& hand : scenario.hands) checker.check_link("hands." + hand.name + ".link", hand.link);
   if (scenario.controller.type == "walk") {
     checker.check_link("controller.walk.left_foot", scenario.controller.walk.left_foot);
@@ -213,6 +212,11 @@ void check_scenario(const Scenario& scenario, const RobotDescription& robot, Dia
   check_feet_are_named(scenario, robot, diagnostics);
   check_initial_joints(scenario, robot.tree, diagnostics);
   check_gains(scenario, robot.tree, diagnostics);
+}
+
+void check_pushes(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics) {
+  Checker checker(scenario, robot.tree, diagnostics);
+  for (const PushSpec& push : scenario.pushes) checker.check_body("pushes." + push.name + ".link", push.link, robot);
 }
 
 // Here, as logs are read without the geometry of feet.

@@ -10,4 +10,7 @@ namespace hrp {
 // Every link and joint that the scenario names is one of the robot's; adds errors that point into the scenario file.
 void check_scenario(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics);
 
+// The same of the bodies that the scenario pushes; links of other robots count once they are in `robot`.
+void check_pushes(const Scenario& scenario, const RobotDescription& robot, Diagnostics* diagnostics);
+
 }  // namespace hrp

@@ -102,7 +102,8 @@ std::vector<LoopScan> read_tree(const UrdfText& urdf, const Scenario& scenario, 
 void load_other_robot(const RobotPlacement& placement, const Scenario& world, RobotDescription* robot) {
   OtherRobot other;
   other.name = placement.name;
-  const Scenario own = load_scenario(placement.scenario);
+  Scenario own = load_scenario(placement.scenario);
+  own.contact = world.contact;  // decides what a foot's bush is
   other.description = parse_robot(read_input(own.robot), own.robot, own);
   if (world.sensors.has_vision()) other.description.visuals = read_visuals(other.description.urdf, other.description);
   other.description.surfaces.clear();  // of its own world
@@ -123,6 +124,7 @@ RobotDescription parse_robot(const std::string& text, const std::string& path, c
   robot.scenario = scenario.text;
   const std::vector<LoopScan> loops = read_tree(urdf, scenario, &robot, &diagnostics);
   check_scenario(scenario, robot, &diagnostics);
+  if (scenario.robots.empty()) check_pushes(scenario, robot, &diagnostics);
   throw_errors(diagnostics);
   load_surfaces(scenario, &robot, &diagnostics);
   throw_errors(diagnostics);
@@ -141,7 +143,11 @@ RobotDescription load_robot(const Scenario& scenario) {
   const Scenario in_world = read_world(scenario);
   RobotDescription robot = parse_robot(read_input(in_world.robot), in_world.robot, in_world);
   for (const RobotPlacement& placement : in_world.robots) load_other_robot(placement, in_world, &robot);
-  if (!in_world.robots.empty()) make_movers(robot, in_world);  // throws where robots do not go together
+  if (in_world.robots.empty()) return robot;
+  Diagnostics diagnostics;
+  check_pushes(in_world, robot, &diagnostics);
+  throw_errors(diagnostics);
+  make_movers(robot, in_world);  // throws where robots do not go together
   return robot;
 }
 

@@ -75,6 +75,33 @@ TEST_F(Robots, ThatCollideKeepTheirMomentum) {
   EXPECT_GT(second.V_WB[3], 0.1 * 4.0 / mass) << "it was hit";
 }
 
+TEST_F(Robots, AScenarioPushesALinkOfAnotherOne) {
+  const std::string other = write("other.yaml", kBox + kFree);
+  const auto make = [&](const std::string& link) {
+    return kBox + kFree + "pushes: {hand: {link: " + link +
+           ", force: [40, 0, 0], start: 0, duration: 0.1}}\n"
+           "robots: {partner: {scenario: " +
+           other + ", position: [3, 0, 0]}}\n";
+  };
+  Trial trial(load(make("partner/box")));
+  run(&trial, 0.2);
+  const double mass = trial.robot().tree.links[0].inertia.mass;
+  EXPECT_NEAR(mass * trial.engine().objects()[0].V_WB[3], 4.0, 1e-9) << "40 N for 0.1 s";
+  EXPECT_EQ(trial.engine().state().V_WB[3], 0.0);
+  EXPECT_THAT(find_refusal(make("partner/bax")), HasSubstr("pushes.hand.link"));
+  EXPECT_THAT(find_refusal(make("partnr/box")), HasSubstr("partnr/box"));
+}
+
+TEST_F(Robots, OneThatItsFeetPutOnTheGroundCannotBePlacedAboveIt) {
+  const std::string other = write("other.yaml", kBox + "ground: {friction: 0.8}\ncontroller: {type: hold}\n");
+  const std::string refusal = find_refusal(kBox +
+                                           "ground: {friction: 0.8}\ncontroller: {type: hold}\n"
+                                           "robots: {partner: {scenario: " +
+                                           other + ", position: [3, 0, 0.3]}}\n");
+  EXPECT_THAT(refusal, HasSubstr("robots.partner.position"));
+  EXPECT_THAT(refusal, HasSubstr("initial.position"));
+}
+
 // [N m s] About the z axis of the world, of one step: what a robot's contacts give body `name`.
 double calc_contact_impulse(const Trial& trial, const BodyNames& names, const std::string& name) {
   double moment = 0.0;
