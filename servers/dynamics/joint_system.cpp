@@ -24,12 +24,13 @@ JointSystem::JointSystem(const Model& model, const Scenario& scenario, const std
   const auto n = static_cast<size_t>(model.num_joints());
   for (int i = 0; i < model.num_joints(); ++i) {
     const JointSpec& joint = model.spec().joint(i);
-    const auto& idle = scenario.unactuated;
-    const bool driven = joint.actuated && !has(idle, joint.name);
+    const auto has_drive = [&](const JointSpec& j) { return j.actuated && !has(scenario.unactuated, j.name); };
     const bool mimic = joint.mimic.joint >= 0;
+    // A mimic joint goes where its leader's command goes, unless nothing drives the leader.
+    const bool driven = has_drive(mimic ? model.spec().joint(joint.mimic.joint) : joint);
     mimics_.push_back(joint.mimic);
     const bool perfect = scenario.perfect_joints || scenario.drive == "motion";
-    kinds_.push_back(perfect && (driven || mimic) ? Kind::kPerfect : (mimic ? Kind::kMimic : Kind::kDrive));
+    kinds_.push_back(perfect && driven ? Kind::kPerfect : (mimic ? Kind::kMimic : Kind::kDrive));
     if (scenario.joint_stops) {
       laws_[static_cast<size_t>(i)].lower = joint.lower;
       laws_[static_cast<size_t>(i)].upper = joint.upper;
