@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <set>
 
+#include "common/base/has.h"
 #include "common/base/join_words.h"
 #include "diagnosis/estimate/shares.h"
 #include "diagnosis/findings/grading.h"
@@ -49,7 +50,18 @@ std::string find_left_out(const std::string& column, const std::set<std::string>
   std::string source = get_source(column);
   const bool any = compared.count(column) > 0 || compared.count(source) > 0;
   if (!any) return source;
-  return column.find("/orientation/") == std::string::npos ? "" : source + "/orientation";
+  const std::string attitude = source + "/orientation";
+  return column.find("/orientation/") == std::string::npos || compared.count(attitude) > 0 ? "" : attitude;
+}
+
+// What the standing robot's engine predicts: one IMU with its attitude, and the feet's force sensors.
+std::set<std::string> list_compared_standing(const Experiment& e) {
+  const std::string imu = "/imu/" + e.scenario.sensors.imus[0].name;
+  std::set<std::string> compared{imu, imu + "/orientation"};
+  for (const WrenchSpec& wrench : e.scenario.sensors.wrenches) {
+    if (has(e.scenario.feet, wrench.link)) compared.insert("/wrench/" + wrench.name);
+  }
+  return compared;
 }
 
 // Readings that were recorded and that nothing was compared with: said, so that nobody takes them for judged.
@@ -155,8 +167,11 @@ Reports diagnose_still(const Problem& problem, const Progress& progress) {
     if (open && !stood.report["findings"].empty() && reports.report["findings"].empty()) {
       if (is_exact_elsewhere(e, reports.report)) doubt_findings(&stood.report);
       reports = stood;
+      say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
+      return reports;
     }
-    say_what_was_not_compared(e, {"/joint_states_link"}, progress, &reports);
+    say_what_was_not_compared(e, {"/joint_states_link", "/imu", "/wrench"}, progress, &reports,
+                              list_compared_standing(e));
     return reports;
   }
   std::string obstacle = find_obstacle(e);
