@@ -150,7 +150,11 @@ class Calculator : StandMotion {
 
   void add_base(size_t k) {
     if (!p_.base_pose || !p_.attitude) return;
-    const Eigen::Quaterniond off = state_.R_WB * read_base_attitude(k).conjugate();
+    // The two headings count from where each sensor likes: half a turn has no sign.
+    const auto turn = [](double heading) { return Eigen::AngleAxisd(-heading, Vector3d::UnitZ()); };
+    const Eigen::Quaterniond apart = state_.R_WB * read_base_attitude(k).conjugate();
+    if (std::isnan(heading_)) heading_ = 2.0 * std::atan2(apart.z(), apart.w());
+    const Eigen::Quaterniond off = turn(heading_) * apart;
     add_vector((off.w() < 0 ? -2.0 : 2.0) * off.vec());  // in world axes; run() subtracts the mean heading
     yaw_ += out_.back();
   }
@@ -286,6 +290,7 @@ class Calculator : StandMotion {
   std::vector<char> known_samples_, flat_, slips_;
   std::vector<double> ratios_, out_;
   double load_ = 0, yaw_ = 0, friction_ = 0;  // [N], [rad], of the ground
+  double heading_ = NAN;                      // [rad] of the IMU over the pose's, first sample
   size_t channels_ = 0, last_ = 0;
 };
 
