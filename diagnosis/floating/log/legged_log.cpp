@@ -42,11 +42,38 @@ void take_out(const LinkInertia& part, const Transform& X_LF, LinkInertia* total
   total->p_LLcm_L = c;
 }
 
+// True if the limb goes on beyond the sensor, and ends in a foot with a sensor of its own, or in no foot: what the
+// sensor passes on is counted at the foot, or is no force of the surroundings.
+bool is_within_limb(const Experiment& e, const WrenchSpec& spec, int link) {
+  const TreeSpec& tree = e.robot.tree;
+  const auto find_link = [&](const std::string& name) {
+    const int frame = tree.find_frame(name);
+    return frame < 0 ? -1 : tree.frames[static_cast<size_t>(frame)].link;
+  };
+  if (e.scenario.feet.empty() || is_last(tree, link)) return false;
+  bool any = false;
+  for (const std::string& name : e.scenario.feet) {
+    const int foot = find_link(name);
+    if (foot == link) return false;
+    if (foot < 0 || !is_above(tree, link, foot)) continue;
+    any = true;
+    for (const WrenchSpec& other : e.scenario.sensors.wrenches) {
+      if (other.name != spec.name && find_link(other.link) == foot && has_in_all(e, get_force_column(other.name, 2)))
+        return true;
+    }
+  }
+  return !any;
+}
+
 void find_sensors(const Experiment& e, LeggedLog* log) {
   for (const WrenchSpec& spec : e.scenario.sensors.wrenches) {
     const int frame = e.robot.tree.find_frame(spec.link);
     if (frame < 0) continue;
     const FrameSpec& f = e.robot.tree.frames[static_cast<size_t>(frame)];
+    if (is_within_limb(e, spec, f.link)) {
+      log->missing.push_back("use of the force sensor " + spec.name + ": joints beyond it move what it carries");
+      continue;
+    }
     ForceSensor s;
     s.name = spec.name;
     s.link = f.link;

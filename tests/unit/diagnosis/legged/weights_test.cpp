@@ -46,6 +46,22 @@ Experiment make_short(double heavier) {
   return e;
 }
 
+// As in the legs and arms of the iCub. Forces that the feet's own sensors tell count once.
+TEST(Sensors, WithinALimbAreNoForcesOfTheGround) {
+  Experiment e = make_short(1.2);
+  const std::vector<Finding> before = diagnose_legged(e, nullptr).evidence.findings;
+  std::string scenario = kBipedScenario;
+  scenario.replace(scenario.find("wrench: {"), 9, "wrench: {thigh: {link: l_thigh}, ");
+  e.scenario = parse_scenario(scenario, "biped.yaml");
+  for (Recording& r : e.recordings) r.other["/wrench/thigh/force/z"] = r.other.at("/wrench/l/force/z");
+  const Evidence with = diagnose_legged(e, nullptr).evidence;
+  ASSERT_EQ(with.findings.size(), before.size());
+  EXPECT_EQ(with.findings[0].statement, before[0].statement);
+  EXPECT_TRUE(std::any_of(with.missing.begin(), with.missing.end(), [](const std::string& text) {
+    return text.find("force sensor thigh") != std::string::npos;
+  }));
+}
+
 TEST(ShortRecordings, OfSensorsThatHangUpsideDownSayTheSameWeight) {
   Experiment turned = make_short(1.2);
   hang_upside_down(&turned);
