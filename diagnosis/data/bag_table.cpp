@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/base/has.h"
 #include "common/base/join_words.h"
 #include "common/base/rounding.h"
 #include "common/base/suggest.h"
 #include "diagnosis/data/gaps.h"
+#include "diagnosis/data/repair.h"
 #include "diagnosis/data/topic_clock.h"
 
 namespace hrp::diagnosis {
@@ -37,6 +40,26 @@ void reorder(const std::vector<size_t>& order, std::vector<double>* values) {
   *values = std::move(out);
 }
 
+void keep(const std::vector<size_t>& samples, Track* track) {
+  reorder(samples, &track->time);
+  if (!track->stamp.empty()) reorder(samples, &track->stamp);
+  for (auto& column : track->values) reorder(samples, &column);
+}
+
+// Single messages without a stamp, as before a simulator's first clock, are left out. Where most have none, stamps mean
+// nothing.
+void drop_unstamped(Track* track) {
+  std::vector<size_t> stamped;
+  for (size_t k = 0; k < track->stamp.size(); ++k) {
+    if (std::isfinite(track->stamp[k])) stamped.push_back(k);
+  }
+  if (stamped.size() == track->stamp.size()) return;
+  if (2 * stamped.size() > track->stamp.size())
+    keep(stamped, track);
+  else
+    track->stamp.clear();
+}
+
 // Converts times to the reference's clock, increasing. Of samples with equal times, the first is kept.
 void place(const TopicClock& reference, Track* track) {
   track->time = place_stamps(track->stamp, track->time, reference, &track->clock);
@@ -46,9 +69,8 @@ void place(const TopicClock& reference, Track* track) {
   for (size_t k : order) {
     if (kept.empty() || track->time[k] > track->time[kept.back()]) kept.push_back(k);
   }
-  reorder(kept, &track->time);
-  for (auto& column : track->values) reorder(kept, &column);
   track->stamp.clear();
+  keep(kept, track);
 }
 
 class BagReader {
@@ -59,6 +81,7 @@ class BagReader {
 
   std::vector<BagTable> read() {
     take_messages();
+    for (Track& track : tracks_) drop_unstamped(&track);
     const Track& leader = find_leader();
     const TopicClock reference = find_topic_clock(leader.stamp, leader.time);
     leader_name_ = leader.topic->spec.topic;
@@ -110,10 +133,9 @@ class BagReader {
     const double receive = 1e-9 * static_cast<double>(message.received - origin_);
     const auto &sec = values.numbers("header.stamp.sec"), &nanosec = values.numbers("header.stamp.nanosec");
     const bool header = topic.spec.stamps == StampSource::kHeader && !sec.empty() && !nanosec.empty();
-    if (header && (sec[0] != 0.0 || nanosec[0] != 0.0)) {
-      if (stamp_origin_ == 0.0) stamp_origin_ = sec[0];
-      track.stamp.push_back(sec[0] - stamp_origin_ + 1e-9 * nanosec[0]);
-    }
+    const bool none = header && sec[0] == 0.0 && nanosec[0] == 0.0;
+    if (header && !none && !stamp_origin_) stamp_origin_ = sec[0];
+    if (header) track.stamp.push_back(none ? kMissing : sec[0] - *stamp_origin_ + 1e-9 * nanosec[0]);
     track.time.push_back(receive);
     topic.by_joint ? add_joints(i, &track) : add_values(i, &track);
   }
@@ -292,7 +314,12 @@ class BagReader {
   // A column at the times of rows: commands held, readings linear, NaN across gaps and beyond the ends.
   static std::vector<double> sample(const Track& track, size_t column, const std::vector<double>& time) {
     const std::vector<double>& values = track.values[column];
-    const bool turn = track.columns[column].find("/orientation/") != std::string::npos;
+    const std::string& name = track.columns[column];
+    // q and -q are the same attitude, and pi and -pi the same angle. Where one turns into the other, the nearer sample
+    // is used.
+    const bool turn = name.find("/orientation/") != std::string::npos;
+    const bool angle = name.rfind("/joint_states/", 0) == 0 && ends_with(name, "/position");
+    const double jump = turn ? 0.5 : angle ? kJump : HUGE_VAL;
     std::vector<double> out(time.size(), kMissing);
     size_t at = 0;
     for (size_t k = 0; k < time.size(); ++k) {
@@ -303,8 +330,7 @@ class BagReader {
         out[k] = values[at];
       } else if (!last && track.time[at + 1] - track.time[at] <= track.gap()) {
         const double s = (time[k] - track.time[at]) / (track.time[at + 1] - track.time[at]);
-        // q and -q are the same attitude. Where the sign changes, the nearer sample is used.
-        const bool jumps = turn && std::abs(values[at + 1] - values[at]) > 0.5;
+        const bool jumps = std::abs(values[at + 1] - values[at]) > jump;
         out[k] = jumps ? values[s < 0.5 ? at : at + 1] : values[at] + s * (values[at + 1] - values[at]);
       }
     }
@@ -318,9 +344,9 @@ class BagReader {
   std::vector<RosValues> values_;  // by topic
   std::vector<size_t> count_;      // messages by topic
   std::vector<Track> tracks_;
-  int64_t origin_ = 0;         // [ns] receive time of the first message
-  double stamp_origin_ = 0.0;  // [s] whole seconds of the first stamp
-  std::string leader_name_;    // topic on whose clock everything is placed
+  int64_t origin_ = 0;                  // [ns] receive time of the first message
+  std::optional<double> stamp_origin_;  // [s] whole seconds of the first stamp; 0 s is one, too
+  std::string leader_name_;             // topic on whose clock everything is placed
 };
 
 }  // namespace

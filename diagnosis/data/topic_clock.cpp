@@ -77,7 +77,8 @@ std::vector<double> place_stamps(const std::vector<double>& stamp, const std::ve
     const double gained = end - move(end) - placed->offset;
     const bool drifts = std::abs(gained) > std::max(kDriftShift, kOutlier * (own.scatter + reference.scatter));
     placed->drift = drifts ? gained / own.span : 0.0;
-    placed->moved = drifts || std::abs(placed->offset) > kOtherClock;
+    // Where the reference has times of receiving alone, every stamp is on another clock.
+    placed->moved = drifts || !reference.stamped || std::abs(placed->offset) > kOtherClock;
     for (double& t : time) t = placed->moved ? move(t) : t;
   } else {
     for (double& t : time) t = reference.from_receive(t);

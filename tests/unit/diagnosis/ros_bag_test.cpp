@@ -92,6 +92,26 @@ INSTANTIATE_TEST_SUITE_P(All, RosBagStorage,
                          testing::Values(Storage::kMcap, Storage::kMcapLz4, Storage::kMcapPlain, Storage::kSqlite,
                                          Storage::kSqliteFileZstd, Storage::kSqliteMessageZstd));
 
+// Simulated time, or the uptime of a microcontroller. The first message may come before the first clock.
+TEST(RosBag, StampsMayCountFromZero) {
+  std::vector<Message> messages{
+      {"/joint_states", kEpoch, make_joint_state(0, kNames, {0.1, 0.0}, {0.0, 0.0}, {1.0, 2.0})}};
+  for (int k = 0; k < 600; ++k) {
+    const int64_t stamp = 100'000'000 + int64_t{5'000'000} * k;
+    const double t = 0.005 * k;
+    messages.push_back({"/joint_states", kEpoch + stamp,
+                        make_joint_state(stamp, kNames, {0.1, shoulder_at(t)}, {0.0, 0.0}, {1.0, 2.0})});
+  }
+  const Experiment e = load("uptime", Storage::kMcap, messages, "topics:\n  joint_states: /joint_states\n");
+  ASSERT_EQ(e.recordings.size(), 1u);
+  const Recording& r = e.recordings[0];
+  ASSERT_EQ(r.size(), 600u);
+  for (size_t k = 0; k < r.size(); k += 37) {
+    EXPECT_NEAR(r.time[k] - r.time[0], 0.005 * static_cast<double>(k), 1e-6) << k;
+    EXPECT_DOUBLE_EQ(r.joints[kShoulder].signal[0][k], shoulder_at(0.005 * static_cast<double>(k))) << k;
+  }
+}
+
 TEST(RosBag, CarriesNothingAcrossAGap) {
   const Experiment e = load("gap", Storage::kMcap, make_motion(true), kMap);
   ASSERT_EQ(e.recordings.size(), 2u);
