@@ -7,10 +7,12 @@
 #include <memory>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/base/read_file.h"
 #include "diagnosis/data/csv_layout.h"
 #include "diagnosis/data/csv_stream.h"
 #include "diagnosis/data/gaps.h"
+#include "diagnosis/data/repair.h"
 
 namespace hrp::diagnosis {
 namespace {
@@ -143,12 +145,16 @@ class Averager {
       : count_(count), table_(*table), sum_(table->names.size(), 0.0), n_(sum_.size(), 0.0) {
     const int at = table->find("time");
     time_ = at < 0 ? sum_.size() : static_cast<size_t>(at);
+    for (const std::string& name : table->names)
+      angle_.push_back(name.rfind("/joint_states/", 0) == 0 && ends_with(name, "/position") ? 1 : 0);
   }
 
   void add(const std::vector<double>& row, int line) {
     const double t = time_ < row.size() ? row[time_] : 0.0;
     if (taken_ > 0 && step_ > 0.0 && t - last_ > kGapPeriods * step_) close();  // the last step stands for the period
+    if (taken_ > 0 && wraps(row)) close();                                      // the mean of pi and -pi is neither
     if (taken_ > 0) step_ = t - last_;
+    before_ = row;
     last_ = t;
     if (taken_ == 0) line_ = line;
     for (size_t i = 0; i < row.size(); ++i) {
@@ -171,9 +177,17 @@ class Averager {
   }
 
  private:
+  bool wraps(const std::vector<double>& row) const {
+    for (size_t i = 0; i < row.size(); ++i) {
+      if (angle_[i] != 0 && std::abs(row[i] - before_[i]) > kJump) return true;
+    }
+    return false;
+  }
+
   const size_t count_;
   Table& table_;
-  std::vector<double> sum_, n_;
+  std::vector<double> sum_, n_, before_;
+  std::vector<char> angle_;  // by column
   size_t time_ = 0, taken_ = 0;
   double last_ = 0.0, step_ = 0.0;
   int line_ = 0;

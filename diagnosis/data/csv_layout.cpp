@@ -21,7 +21,9 @@ constexpr const char* kHowToMap =
 
 bool equals_nan(Cell cell) {
   const std::string word = trim_cell(cell);
-  return word.empty() || word == "nan" || word == "NaN" || word == "NAN" || word == "-nan";
+  static const std::set<std::string> words{"",   "nan", "NaN",  "NAN",  "-nan", "NA",
+                                           "na", "N/A", "null", "NULL", "None", "none"};
+  return words.count(word) > 0;
 }
 
 // A line with a semicolon or a tab has it between its cells, because numbers and names have none.
@@ -119,8 +121,10 @@ void take_header(const std::string& first, int line, CsvLayout* layout, Table* t
         {table->file, "", line, 1},
         "'" + first + "' stands where a header is expected: the names of the columns, such as time; or " + kHowToMap);
   check_names(names, line, *table);
+  const bool timed = std::find(names.begin(), names.end(), "time") != names.end();
   for (size_t i = 0; i < names.size(); ++i) {
-    layout->signals.emplace_back().signal = names[i];
+    layout->signals.emplace_back().signal =
+        !timed && names[i] == "__time" ? "time" : names[i];  // as PlotJuggler has it
     layout->source.push_back(i);
   }
 }
@@ -246,8 +250,9 @@ CsvLayout read_layout(const std::string& line, const std::string& comment, int n
 
 bool parse_cell(Cell cell, char separator, double* value) {
   auto [begin, end] = cell;
-  while (begin < end && (*begin == ' ' || *begin == '\t')) ++begin;
-  while (end > begin && (end[-1] == ' ' || end[-1] == '\t' || end[-1] == '\r')) --end;
+  const auto is_around = [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; };
+  while (begin < end && is_around(*begin)) ++begin;
+  while (end > begin && is_around(end[-1])) --end;
   if (begin < end && *begin == '+') ++begin;
   auto result = std::from_chars(begin, end, *value);
   std::string text;

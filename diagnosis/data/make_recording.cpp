@@ -213,7 +213,8 @@ void read_joint(const Table& table, const std::vector<size_t>& rows, const std::
     const std::string key = "/joint_states/" + name + "/" + get_quantity_name(static_cast<Quantity>(q));
     column(key, &joint->signal[q]);
     if (!joint->signal[q].empty() && is_constant(joint->signal[q])) {
-      warnings->push_back(file + ": column " + key + " is constant: " + std::to_string(joint->signal[q].front()));
+      warnings->push_back(file + ": column " + key +
+                          " is constant: " + std::to_string(keep_finite(joint->signal[q]).front()));
     }
   }
   std::vector<double>& effort = joint->signal[static_cast<size_t>(Quantity::kEffort)];

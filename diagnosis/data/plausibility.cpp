@@ -246,9 +246,9 @@ void check_still(Experiment* e, Recording* r, int j) {
   JointColumns& joint = r->joints[static_cast<size_t>(j)];
   const bool moves = calc_range(joint.command) > kHardlyMoved;
   if (moves && is_still(joint.signal[0])) {
-    refuse_input(
-        r->find_place(e->signal_name(j, Quantity::kPosition)),
-        "is " + text_of(joint.signal[0].front()) + " throughout although its command moves: was the encoder read?");
+    refuse_input(r->find_place(e->signal_name(j, Quantity::kPosition)),
+                 "is " + text_of(keep_finite(joint.signal[0]).front()) +
+                     " throughout although its command moves: was the encoder read?");
   }
   for (Quantity q : {Quantity::kVelocity, Quantity::kEffort}) {
     std::vector<double>& signal = joint.signal[static_cast<int>(q)];

@@ -16,7 +16,6 @@
 namespace hrp::diagnosis {
 namespace {
 
-constexpr double kJump = 1.5 * M_PI;  // [rad] no joint moves so far between two samples
 constexpr double kOfPosition = 0.03;  // least jump relative to the signal's middle 90 %: a link cannot jump
 constexpr double kOfOthers = 2.0;     // the same for speeds and efforts; impacts also last one sample
 

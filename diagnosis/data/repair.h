@@ -8,6 +8,8 @@
 
 namespace hrp::diagnosis {
 
+constexpr double kJump = 1.5 * M_PI;  // [rad] no joint moves so far between two samples: its angle was wrapped
+
 // Removes jumps of an angle by a whole turn between two samples. Returns their number.
 int unwrap_angle(std::vector<double>* angle);
 

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "common/base/diagnostics.h"
+#include "common/base/ends_with.h"
 #include "common/base/exact_number.h"
 #include "common/base/join_words.h"
 #include "common/base/printable.h"
@@ -146,7 +147,11 @@ class DraftWriter {
     if (std::find(log_.names.begin(), log_.names.end(), "/joint_states/" + joints_[0] + "/position") !=
         log_.names.end()) {
       draft_.found.push_back("the header names the signals itself: no columns are needed");
-      write_drive(true, true);
+      const auto has_signal = [&](const std::string& begin, const std::string& end) {
+        return std::any_of(log_.names.begin(), log_.names.end(),
+                           [&](const std::string& name) { return name.rfind(begin, 0) == 0 && ends_with(name, end); });
+      };
+      write_drive(has_signal("/joint_commands/", "/position"), has_signal("/joint_states/", "/effort"));
       return;
     }
     std::ostringstream columns;

@@ -59,6 +59,32 @@ TEST(TextRecording, SemicolonsTabsAndSpacesSeparateCellsAndCommasDecimals) {
   expect_hip(read("spaces.txt", "# a note\n  1.0e1   7 2\n  20 7   4 \n", kNumbered), {0.01, 0.02}, {2.0, 3.0});
 }
 
+TEST(TextRecording, NumbersMayStandInQuotesAndMissingOnesHaveManyNames) {
+  const Table table = read("quoted.csv", "\"t\",\"q\"\n\"0.01\",\"2\"\n\"0.02\",\"NA\"\n0.03,null\n",
+                           "{time: t, /joint_states/hip/position: q}");
+  ASSERT_EQ(table.rows(), 3u);
+  EXPECT_DOUBLE_EQ(table.columns[0][1], 0.02);
+  EXPECT_DOUBLE_EQ(table.columns[1][0], 2.0);
+  EXPECT_TRUE(std::isnan(table.columns[1][1]));
+  EXPECT_TRUE(std::isnan(table.columns[1][2]));
+}
+
+TEST(TextRecording, PlotJugglersNameOfTheTimeIsKnown) {
+  std::vector<std::string> warnings;
+  const Table table = read_csv_averaged(
+      write_file("plotjuggler.csv", "__time,/joint_states/hip/position\n0.5,1\n0.6,2\n"), 1, &warnings);
+  EXPECT_EQ(table.find("time"), 0);
+}
+
+TEST(TextRecording, MeansOfALongLogStopWhereAnAngleIsWrapped) {
+  std::string text = "time,/joint_states/hip/position\n";
+  for (int k = 0; k < 40; ++k)
+    text += std::to_string(0.01 * k) + "," + std::to_string(std::remainder(3.0 + 0.05 * k, 2.0 * M_PI)) + "\n";
+  std::vector<std::string> warnings;
+  const Table table = read_csv_averaged(write_file("wrapped.csv", text), 4, &warnings);
+  for (double q : table.columns[1]) EXPECT_GT(std::abs(q), 1.0) << "no mean of pi and -pi";
+}
+
 TEST(TextRecording, CommentsBeforeNumbersNameTheColumnsAsNumPyAndMatlabWriteThem) {
   constexpr const char* kNamed =
       "{time: {column: ms, scale: 0.001}, /joint_states/hip/position: {column: q, scale: 0.5, offset: 1}}";
