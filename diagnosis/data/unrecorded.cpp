@@ -2,9 +2,7 @@
 #include "diagnosis/data/unrecorded.h"
 
 #include <algorithm>
-#include <set>
 
-#include "diagnosis/data/make_recording.h"
 #include "diagnosis/data/urdf_text.h"
 #include "servers/model_parser/robot_loader.h"
 
@@ -16,19 +14,6 @@ bool is_recorded(const Experiment& e, int joint) {
     const JointColumns& c = r.joints[static_cast<size_t>(joint)];
     return c.has(Quantity::kPosition) || c.has(Quantity::kVelocity) || c.has(Quantity::kEffort) || !c.command.empty();
   });
-}
-
-// True if a column belongs to an unknown joint, whose name may be a misspelling of a missing one.
-bool has_strange_joint(const Experiment& e) {
-  std::set<std::string> known;
-  for (int j = 0; j < e.num_joints(); ++j) known.insert(e.robot.tree.joint(j).name);
-  for (const Recording& r : e.recordings) {
-    for (const auto& column : r.column_of) {
-      const std::string joint = get_joint(column.first);
-      if (!joint.empty() && !known.count(joint)) return true;
-    }
-  }
-  return false;
 }
 
 // Joints that are not recorded and have no recorded joint beyond them.
@@ -50,7 +35,7 @@ std::vector<std::string> list_unrecorded(const Experiment& e) {
 }  // namespace
 
 bool fix_unrecorded(Experiment* e) {
-  if (e->scenario.floating_base || has_strange_joint(*e)) return false;
+  if (e->scenario.floating_base) return false;
   const std::vector<std::string> names = list_unrecorded(*e);
   if (names.empty() || static_cast<int>(names.size()) == e->num_joints()) return false;
   std::string urdf = e->robot.urdf;

@@ -28,8 +28,8 @@ size_t find_value(const std::string& text, size_t tag, const std::string& attrib
 
 // True if the tag at `tag` is the joint of that name itself: it ends with </joint> and names its parent.
 bool is_joint(const std::string& urdf, size_t tag, const std::string& joint, size_t end) {
-  const size_t name = find_value(urdf, tag, "name");
-  if (name == std::string::npos || urdf.compare(name, joint.size(), joint) != 0) return false;
+  const size_t name = find_value(urdf, tag, "name"), close = urdf.find('>', tag);
+  if (name == std::string::npos || urdf[close - 1] == '/' || urdf.compare(name, joint.size(), joint) != 0) return false;
   const char after = urdf[name + joint.size()];
   return (after == '"' || after == '\'') && find_within(urdf, "<parent", tag, end) != std::string::npos;
 }

@@ -76,7 +76,8 @@ TEST(StatedFriction, ThatIsNotThereIsAFindingAndNoOtherEffectIsNamedForIt) {
 
 TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
   const std::string urdf =
-      "<robot><transmission><joint name='a'/></transmission><!-- <joint name='a' type='revolute'><parent link='x'/>"
+      "<robot><transmission><joint name='a'/></transmission><joint name='z' type='revolute'><parent link='w'/>"
+      "<dynamics friction='0.8' damping='0.8'/></joint><!-- <joint name='a' type='revolute'><parent link='x'/>"
       "<dynamics friction='0.9' damping='0.9'/></joint> --><joint name='a' type='revolute'><parent link='x'/>"
       "<dynamics friction = \"0.4\" damping='0.3'/></joint><joint name='ab' type='revolute'><parent "
       "link='y'/><dynamics damping='0.7'/></joint></robot>";
@@ -84,6 +85,9 @@ TEST(UrdfText, AnAttributeChangesInTheJointThatIsNamedAlone) {
       set_joint_attribute(set_joint_attribute(urdf, "a", "dynamics", "damping", "0"), "a", "dynamics", "friction", "0");
   EXPECT_NE(cleared.find("<dynamics friction = \"0\" damping='0'/>"), std::string::npos) << cleared;
   EXPECT_NE(cleared.find("damping='0.7'"), std::string::npos);
+  EXPECT_NE(cleared.find("friction='0.8' damping='0.8'"), std::string::npos)
+      << "behind the transmission of another one";
+  EXPECT_NE(cleared.find("friction='0.9' damping='0.9'"), std::string::npos) << "a comment";
   EXPECT_NE(set_joint_attribute(urdf, "ab", "", "type", "fixed").find("name='ab' type='fixed'"), std::string::npos);
   EXPECT_EQ(set_joint_attribute(urdf, "b", "dynamics", "damping", "0"), urdf);
   EXPECT_EQ(set_joint_attribute(urdf, "a", "limit", "effort", "0"), urdf);
